@@ -1,0 +1,137 @@
+"""The command line: every capability of the window is also a verb.
+
+One JSON object on standard output with `--json` and nothing else there; progress and messages go to standard error.
+Exit codes: 0 done, 2 wrong usage, 3 bad input or output, 4 cancelled, 5 a needed capability is missing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import logging
+import signal
+import sys
+import time
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import Any, NoReturn
+
+import engine
+from engine.errors import FileError, MissingCapability
+from engine.steps import Step
+
+#: Verb and module, in the order in which people meet them.
+VERBS = (
+    ("gui", "app.verbs.gui"),
+    ("demo", "app.verbs.demo"),
+    ("simulate", "app.verbs.simulate"),
+    ("import", "app.verbs.import_"),
+    ("shade", "app.verbs.shade"),
+    ("render", "app.verbs.render"),
+    ("bundle", "app.verbs.bundle"),
+    ("bench", "app.verbs.bench"),
+)
+
+DONE, WRONG_USAGE, BAD_FILE, CANCELLED, MISSING = 0, 2, 3, 4, 5
+
+
+class Progress:
+    """Shows steps on one line of a terminal, or a line every five seconds where there is none."""
+
+    def __init__(self, stream: Any) -> None:
+        self.stream = stream
+        self.interactive = stream.isatty()
+        self.shown = 0.0 if self.interactive else time.monotonic()
+
+    def __call__(self, step: Step) -> None:
+        now = time.monotonic()
+        if now - self.shown < (0.1 if self.interactive else 5.0):
+            return
+        self.shown = now
+        line = f"{100 * step.done:3.0f} %  {step.note}"
+        self.stream.write(f"\r\x1b[K{line[:100]}" if self.interactive else f"{line}\n")
+        self.stream.flush()
+
+    def clear(self) -> None:
+        if self.interactive:
+            self.stream.write("\r\x1b[K")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="lightarc",
+        description="Ten photographs of a material under a moving lamp become a material. Without a verb: the window.",
+    )
+    parser.add_argument("--version", action="version", version=f"lightarc {engine.__version__}")
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB")
+    for name, module_name in VERBS:
+        module = importlib.import_module(module_name)
+        verb = verbs.add_parser(
+            name,
+            help=module.HELP,
+            description=module.HELP,
+            epilog=f"example: {module.EXAMPLE}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        module.add_arguments(verb)
+        verb.add_argument("--json", action="store_true", help="print one JSON object on standard output")
+        verb.set_defaults(module=module)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one verb (the window without one) and return the exit code."""
+    words = list(sys.argv[1:] if arguments is None else arguments) or ["gui"]
+    options = build_parser().parse_args(words)
+    logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(message)s")
+    signal.signal(signal.SIGTERM, _interrupt)
+    progress = Progress(sys.stderr)
+    try:
+        result = options.module.run(options, progress)
+    except KeyboardInterrupt:
+        return _fail(progress, CANCELLED, "Cancelled; nothing was written.")
+    except FileError as error:
+        return _fail(progress, BAD_FILE, str(error))
+    except MissingCapability as error:
+        return _fail(progress, MISSING, str(error))
+    except WrongUsage as error:
+        return _fail(progress, WRONG_USAGE, f"{error} See lightarc {options.verb} -h.")
+    progress.clear()
+    _print(options, result)
+    return int(result.get("exit_code", DONE)) if isinstance(result, dict) else DONE
+
+
+class WrongUsage(Exception):
+    """The words of the command line do not fit together; the message is a sentence for the person who typed them."""
+
+
+def usage(check: Callable[..., Any], *values: Any) -> Any:
+    """Call `check`, turning its ValueError into wrong usage of the command line (exit code 2)."""
+    try:
+        return check(*values)
+    except ValueError as error:
+        raise WrongUsage(f"{str(error).rstrip('.')}.") from None
+
+
+def _print(options: argparse.Namespace, result: Any) -> None:
+    if not isinstance(result, dict):
+        return
+    public = {key: value for key, value in result.items() if key != "exit_code"}
+    if options.json:
+        print(json.dumps(public, allow_nan=False, ensure_ascii=False))
+    elif hasattr(options.module, "report"):
+        print(options.module.report(public))
+    else:
+        for key, value in public.items():
+            print(f"{key}: {value}")
+
+
+def _fail(progress: Progress, code: int, message: str) -> int:
+    progress.clear()
+    print(message, file=sys.stderr)
+    return code
+
+
+def _interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
+    raise KeyboardInterrupt

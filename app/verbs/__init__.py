@@ -1,0 +1,1 @@
+"""The command line, a file per verb: `add_arguments(parser)` declares it, `run(arguments)` does it."""

@@ -1,0 +1,1 @@
+"""Benchmarks: each measures its own limit in the same run, so that results are ratios."""

@@ -1,0 +1,1 @@
+"""What touches the disk: atomic writing, guarded reading, bundles."""

@@ -1,0 +1,1 @@
+"""Reading and writing pictures; pixels in, arrays out."""

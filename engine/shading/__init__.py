@@ -1,0 +1,1 @@
+"""Shading maps and their power-law compression (Kautz et al. 2004)."""
