@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 Instance = TypeVar("Instance")
 
@@ -70,7 +70,7 @@ def param(
 def parameters(of: Any) -> tuple[Parameter, ...]:
     """The declared parameters of a dataclass (type or instance), in order of declaration."""
     return tuple(
-        Parameter(name=field.name, default=field.default, **field.metadata["parameter"])
+        Parameter(name=field.name, default=cast("float | Colour", field.default), **field.metadata["parameter"])
         for field in dataclasses.fields(of)
         if "parameter" in field.metadata
     )

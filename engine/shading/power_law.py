@@ -1,4 +1,4 @@
-"""Power-law compression of a shading map: f(r) = k_s (r / a_max)^K per texel and channel (Kautz et al. 2004, section 5)."""
+"""Power-law compression of a shading map, f(r) = k_s (r / a_max)^K per texel and channel (Kautz et al. 2004, Eq. 4)."""
 
 from __future__ import annotations
 

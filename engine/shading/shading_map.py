@@ -31,4 +31,4 @@ class ShadingMap:
     def target_radiance(self) -> NDArray[np.float64]:
         """(S,) the mean luminance that each slice should have, Eq. 1."""
         count = len(self.slices)
-        return np.arange(count) * (self.r_max / (count - 1))
+        return np.arange(count, dtype=np.float64) * np.float64(self.r_max / (count - 1))
