@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from engine.brdf.brdf import Brdf
+from engine.colour import luminance
+from engine.directions import surface_direction
 from engine.health import Health
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
@@ -17,7 +23,7 @@ class Material:
     ----------
     shading_map, power_law : at least one of them where the material comes from photographs.
     brdf : the text that names the BRDF, as on the command line (`phong:exponent=20`).
-    sigma : the factor in r = sigma f_r cos(theta_i); None means automatic (see `engine.brdf.brdf.auto_sigma`).
+    sigma : the factor in r = sigma f_r cos(theta_i); None means automatic (see `auto_sigma`).
     elevation_deg : elevations of the lights of the capture, which the automatic sigma needs.
     name : shown to people.
     """
@@ -29,3 +35,24 @@ class Material:
     elevation_deg: tuple[float, ...] = ()
     name: str = "material"
     health: Health = field(default_factory=Health)
+
+
+def auto_sigma(brdf: Brdf, elevation: ArrayLike, r_max: float) -> float:
+    """The sigma of r = sigma f_r cos(theta_i) (Kautz et al. 2004, Eq. 2) that makes model and photographs agree.
+
+    The largest r over the lights of the capture, seen from above, becomes `r_max`; f_r counts with its luminance.
+
+    Parameters
+    ----------
+    elevation : (N,) radians above the sample plane, the capture's lights; empty where unknown, and then the light
+        is taken to have stood overhead.
+    r_max : a_max, the mean luminance of the brightest photograph.
+
+    Returns
+    -------
+    sigma > 0; 1 where the BRDF reflects nothing on the arc, so that r is 0 rather than undefined.
+    """
+    elevation = np.asarray(elevation, np.float64).reshape(-1)
+    wi = surface_direction(np.pi / 2 - (elevation if elevation.size else np.array([np.pi / 2])))
+    largest = float(np.max(luminance(brdf.f(wi, (0.0, 0.0, 1.0))) * wi[:, 2], initial=0.0))
+    return r_max / largest if largest > 0.0 and r_max > 0.0 else 1.0
