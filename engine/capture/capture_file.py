@@ -1,0 +1,64 @@
+"""`capture.toml`: what a person or the virtual light arc says about a folder of photographs.
+
+    notes = "suede, distant lamp"
+    transfer = "linear"            # of 8- and 16-bit files: "srgb" or "linear"
+
+    [[photographs]]
+    file = "woven_01.tif"
+    elevation_deg = 10.0           # of the light above the sample
+    azimuth_deg = 0.0              # optional; 0 = right, 90 = up in the picture
+    exposure_s = 0.5               # optional; replaces what the camera noted
+
+A table [simulation] is kept for the virtual light arc. Misspelt keys are refused, because a key that is silently
+ignored is an angle that is silently wrong.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from engine.errors import InputError
+from engine.files.untrusted import read_bytes
+
+NAME = "capture.toml"
+
+_LIMIT_BYTES = 16 << 20
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+class PhotographEntry(BaseModel):
+    """One photograph; angles in degrees, exposure in seconds."""
+
+    model_config = _STRICT
+
+    file: str
+    elevation_deg: float = Field(ge=0.0, le=90.0)
+    azimuth_deg: float | None = Field(default=None, ge=-360.0, le=360.0)
+    exposure_s: float | None = Field(default=None, gt=0.0)
+
+
+class CaptureFile(BaseModel):
+    """The whole file."""
+
+    model_config = _STRICT
+
+    notes: str = ""
+    transfer: Literal["srgb", "linear"] | None = None
+    photographs: tuple[PhotographEntry, ...] = ()
+    simulation: dict[str, Any] = {}
+
+
+def read_capture_file(path: Path) -> CaptureFile:
+    """Read and check `path`; InputError names the line or the key that is wrong."""
+    try:
+        return CaptureFile.model_validate(tomllib.loads(read_bytes(path, _LIMIT_BYTES).decode("utf-8")))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise InputError(path, f"{where}: {first['msg']}", "Correct this key, or remove the file") from None
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(path, f"is not valid TOML ({error})", "Correct it, or remove the file") from None
