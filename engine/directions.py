@@ -39,7 +39,7 @@ def world_angles(direction: ArrayLike) -> tuple[float, float]:
 
 
 def surface_direction(theta: ArrayLike, phi: ArrayLike = 0.0) -> Vectors:
-    """The surface-frame direction (..., 3) at polar angle `theta` from the normal and azimuth `phi` from the tangent."""
+    """The surface-frame direction (..., 3) at polar angle `theta` from the normal, azimuth `phi` from the tangent."""
     theta, phi = np.broadcast_arrays(np.asarray(theta, np.float64), np.asarray(phi, np.float64))
     return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 

@@ -18,10 +18,6 @@ from engine.brdf.diffuse import above_horizon
 from engine.directions import Vectors
 from engine.params import Colour, check, param
 
-KD = dict(doc="Diffuse reflectance.")
-KS = dict(doc="Strength of the highlight.")
-EXPONENT = dict(doc="Sharpness of the highlight.", slider=(1.0, 1000.0), log=True)
-
 
 def power_of_one_minus(deficit: NDArray[np.float64], exponent: float) -> NDArray[np.float64]:
     """max(0, 1 − deficit)^exponent for deficit >= 0, with 0⁰ = 1."""
@@ -39,9 +35,9 @@ def _reflects_no_more_than_it_receives(kd: Colour, ks: Colour) -> bool:
 class Phong:
     """f = kd/π + ks (n + 2)/(2π) max(0, r·wo)^n with r the mirror direction of wi (Lewis 1993)."""
 
-    kd: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, **KD)
-    ks: Colour = param((0.3, 0.3, 0.3), 0.0, 1.0, **KS)
-    exponent: float = param(20.0, 0.0, 1e6, **EXPONENT)
+    kd: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Diffuse reflectance.")
+    ks: Colour = param((0.3, 0.3, 0.3), 0.0, 1.0, doc="Strength of the highlight.")
+    exponent: float = param(20.0, 0.0, 1e6, doc="Sharpness of the highlight.", slider=(1.0, 1000.0), log=True)
 
     isotropic: ClassVar[bool] = True
     reciprocal: ClassVar[bool] = True
@@ -68,9 +64,9 @@ class Phong:
 class BlinnPhong:
     """f = kd/π + ks (n + 2)(n + 4)/(8π (2^(−n/2) + n)) (n·h)^n."""
 
-    kd: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, **KD)
-    ks: Colour = param((0.3, 0.3, 0.3), 0.0, 1.0, **KS)
-    exponent: float = param(80.0, 0.0, 1e6, **EXPONENT)
+    kd: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Diffuse reflectance.")
+    ks: Colour = param((0.3, 0.3, 0.3), 0.0, 1.0, doc="Strength of the highlight.")
+    exponent: float = param(80.0, 0.0, 1e6, doc="Sharpness of the highlight.", slider=(1.0, 1000.0), log=True)
 
     isotropic: ClassVar[bool] = True
     reciprocal: ClassVar[bool] = True
