@@ -1,0 +1,114 @@
+"""A photograph of the capture as linear radiance, whatever wrote it: RAW by `engine.capture.raw`, else a picture.
+
+What had to be assumed (transfer function, levels, white balance, exposure) stands in the result.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.raw import decode_raw
+from engine.files.untrusted import decode_in_child
+from engine.images import decode as images
+from engine.images import tiff
+from engine.images.raster import Transfer
+
+WhiteBalance = Literal["camera", "none"] | Sequence[float]
+
+#: Suffixes under which LibRaw is tried for what no other reader knows, or for a TIFF.
+RAW_SUFFIXES = frozenset(
+    [".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dcr", ".dng", ".erf", ".fff", ".gpr", ".iiq", ".kdc", ".mef", ".mos"]
+    + [".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".raw", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f"]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Photograph:
+    """One photograph.
+
+    Attributes
+    ----------
+    radiance : (H, W, 3) float32, linear sRGB, upright, read-only; 1 = white level. Negative values are noise around
+        black (RAW) or out-of-gamut colours, and are kept.
+    saturated : (H, W) bool, True where a sample at white level, or one that is not finite, enters the pixel.
+    exposure_s, iso, aperture, camera : None where the file does not say.
+    bit_depth : bits per sample. container : 'RAW', 'JPEG', 'PNG', 'TIFF', 'EXR' or 'HDR'.
+    transfer : what the samples were taken to be, 'srgb' or 'linear'.
+    black_level, white_level : in sample codes per site of the colour filter array (RAW), else empty.
+    white_balance : multipliers of red, green, blue that were applied.
+    """
+
+    radiance: NDArray[np.float32]
+    saturated: NDArray[np.bool_]
+    path: Path
+    camera: str | None
+    exposure_s: float | None
+    iso: float | None
+    aperture: float | None
+    bit_depth: int
+    container: str
+    transfer: Transfer
+    black_level: tuple[float, ...]
+    white_level: tuple[float, ...]
+    white_balance: tuple[float, float, float]
+    warnings: tuple[str, ...]
+
+
+def read_photograph(
+    path: str | os.PathLike[str],
+    *,
+    white_balance: WhiteBalance = "camera",
+    transfer: images.TransferChoice = "auto",
+    half_size: bool = False,
+) -> Photograph:
+    """Decode one photograph; InputError for what cannot be decoded whole.
+
+    Parameters
+    ----------
+    white_balance : of RAW files: the camera's, none, or three multipliers. Green is scaled to 1.
+    transfer : of integer JPEG, PNG and TIFF: 'auto' is sRGB unless the file says linear.
+    half_size : average 2×2 pixels, for previews.
+    """
+    if isinstance(white_balance, str) and white_balance not in ("camera", "none"):
+        raise ValueError(f"unknown white balance {white_balance!r}")
+    reply = decode_in_child(
+        "engine.capture.decode:decode_photograph",
+        path,
+        white_balance=white_balance if isinstance(white_balance, str) else [float(v) for v in white_balance],
+        transfer=transfer,
+        half_size=half_size,
+    )
+    for name, value in reply.items():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+        elif isinstance(value, list):
+            reply[name] = tuple(value)
+    return Photograph(path=Path(path), **reply)
+
+
+def decode_photograph(
+    content: bytes, name: str, white_balance: str | Sequence[float], transfer: images.TransferChoice, half_size: bool
+) -> dict[str, Any]:
+    """The decoder that runs in the child."""
+    if _is_raw(content, name):
+        return decode_raw(content, name, white_balance, half_size)
+    picture = images.decode(content, name, transfer, half_size)
+    photographed = picture.pop("exif")
+    photographed.pop("orientation")
+    levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0]}
+    return {"radiance": picture.pop("pixels"), **picture, **photographed, **levels}
+
+
+def _is_raw(content: bytes, name: str) -> bool:
+    """By content where a signature tells; a camera's suffix decides for the rest."""
+    named_raw = Path(name).suffix.lower() in RAW_SUFFIXES
+    if content.startswith(tiff.SIGNATURES):
+        return named_raw or tiff.is_raw_tiff(content)
+    return named_raw and images.reader(content) is None and not content.startswith(b"version https://git-lfs")

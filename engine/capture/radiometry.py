@@ -1,0 +1,114 @@
+"""From sensor samples to linear radiance: black and white levels, saturation, white balance, exposure merge.
+
+Radiance is float32 with 1 = white level. Black is subtracted in floating point and keeps its sign: noise around
+black averages to 0 only if its negative half survives (test_R1). Reductions accumulate in float64 (test_R10).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine.colour import LUMINANCE
+
+_BLOCK_ROWS = 256
+
+
+def linearise(samples: NDArray[np.integer], black: ArrayLike, white: ArrayLike) -> NDArray[np.float32]:
+    """(samples − black) / (white − black) per site of the colour filter array, signed, float32.
+
+    Parameters
+    ----------
+    samples : (H, W) integers as read out, or (H, W, C).
+    black, white : scalars, or (P, Q) levels that repeat over the image, the first at the image's row 0, column 0.
+
+    Raises ValueError, naming both levels, where white ≤ black or a level is not finite.
+    """
+    blacks, whites = np.broadcast_arrays(*np.atleast_2d(np.asarray(black, float), np.asarray(white, float)))
+    bad = ~(np.isfinite(blacks) & np.isfinite(whites) & (whites > blacks))
+    if bad.any():
+        raise ValueError(f"white level {whites[bad][0]:g} is not above black level {blacks[bad][0]:g}")
+    radiance = np.empty(samples.shape, np.float32)
+    rows, columns = blacks.shape
+    for row in range(rows):
+        for column in range(columns):
+            site = np.s_[row::rows, column::columns]
+            scale = 1 / (whites[row, column] - blacks[row, column])
+            radiance[site] = (samples[site].astype(np.float64) - blacks[row, column]) * scale
+    return radiance
+
+
+def at_white(samples: NDArray[np.integer], white: ArrayLike) -> NDArray[np.bool_]:
+    """True where a sample reaches the white level of its site; shapes as in `linearise`."""
+    whites = np.atleast_2d(np.asarray(white, float))
+    mask = np.empty(samples.shape, bool)
+    rows, columns = whites.shape
+    for row in range(rows):
+        for column in range(columns):
+            site = np.s_[row::rows, column::columns]
+            mask[site] = samples[site] >= whites[row, column]
+    return mask
+
+
+def white_balance(multipliers: Sequence[float]) -> NDArray[np.float64] | None:
+    """Multipliers (3,) with green = 1, or None where one is zero, negative, not finite or absurd (over 100 : 1)."""
+    values = np.asarray(multipliers, float)[:3]
+    if values.shape != (3,) or not np.isfinite(values).all() or (values <= 0).any():
+        return None
+    balanced: NDArray[np.float64] = values / values[1]
+    return balanced if balanced.max() <= 100 and balanced.min() >= 0.01 else None
+
+
+def mean_radiance(image: NDArray[np.float32]) -> float:
+    """Mean luminance of a linear image (H, W, 3), accumulated in float64, a block of rows at a time."""
+    total = np.zeros(3)
+    for start in range(0, image.shape[0], _BLOCK_ROWS):
+        total += image[start : start + _BLOCK_ROWS].sum(axis=(0, 1), dtype=np.float64)
+    return float(total @ LUMINANCE / (image.shape[0] * image.shape[1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Merged:
+    """Several exposures as one: radiance per second of exposure (H, W, 3), and where no exposure could tell.
+
+    `saturated` (H, W): at white in every exposure; its radiance is the largest that was measured, a lower bound.
+    `black` (H, W): not above black in any channel of any exposure; its radiance is 0.
+    """
+
+    radiance: NDArray[np.float32]
+    saturated: NDArray[np.bool_]
+    black: NDArray[np.bool_]
+
+
+def merge_exposures(
+    exposures: Iterable[tuple[NDArray[np.float32], NDArray[np.bool_], float]],
+) -> Merged:
+    """Merge (radiance (H, W, 3), saturated (H, W), exposure_s) into one, one exposure in memory at a time.
+
+    Weighted mean of sample / exposure over unsaturated samples; the weight is the exposure time, which is optimal for
+    photon noise, so the mean is the sum of samples over the sum of times. Raises ValueError for no exposures, for
+    different sizes, or for a time that is not positive and finite.
+    """
+    total = brightest = time = None
+    for radiance, saturated, exposure_s in exposures:
+        if not (math.isfinite(exposure_s) and exposure_s > 0):
+            raise ValueError(f"exposure time {exposure_s} s is not positive")
+        if total is None or brightest is None or time is None:
+            total, brightest = np.zeros_like(radiance), np.zeros_like(radiance)
+            time = np.zeros(saturated.shape, np.float32)
+        if radiance.shape != total.shape or saturated.shape != time.shape:
+            raise ValueError(f"exposures differ in size: {radiance.shape} and {total.shape}")
+        total += np.where(saturated[..., None], 0, radiance)
+        time += np.where(saturated, 0, np.float32(exposure_s))
+        np.maximum(brightest, radiance / np.float32(exposure_s), out=brightest)
+    if total is None or brightest is None or time is None:
+        raise ValueError("no exposures to merge")
+    unseen = time == 0
+    merged = np.where(unseen[..., None], brightest, total / np.where(unseen, 1, time)[..., None])
+    black = ~unseen & (brightest <= 0).all(axis=-1)
+    merged[black] = 0
+    return Merged(merged, unseen, black)

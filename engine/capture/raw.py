@@ -1,0 +1,179 @@
+"""Camera RAW through LibRaw (rawpy): sensor samples to linear sRGB. Runs in the decoder child.
+
+LibRaw unpacks; black, white, saturation, balance, interpolation and colour matrix are done here in floating point,
+without any automatic brightening. LibRaw half-decodes truncated files without an exception: what it prints is an
+error, and so is a picture whose last rows hold one constant value.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import rawpy
+import tifffile
+from numpy.typing import NDArray
+
+from engine.capture import demosaic, radiometry
+from engine.colour import srgb_from_camera
+from engine.errors import InputError
+from engine.files.decoder_child import complaints
+from engine.files.untrusted import AGAIN
+from engine.images.decode import halved
+from engine.images.exif import Exif, oriented, rational, read_exif
+from engine.images.raster import check_size
+
+WhiteBalance = str | Sequence[float]
+
+#: EXIF orientation of LibRaw's `flip` bits (4 transpose, 2 rows, 1 columns).
+_ORIENTATION = (1, 2, 4, 3, 5, 8, 6, 7)
+
+#: A constant tail of more than this part of the rows is missing data, not a picture.
+_TAIL = 1 / 64
+
+_CONVERT = "Convert it to DNG, for example with Adobe DNG Converter"
+
+logging.getLogger("tifffile").setLevel(logging.CRITICAL)
+
+
+def decode_raw(content: bytes, name: str, white_balance: WhiteBalance, half_size: bool) -> dict[str, Any]:
+    """Fields of `engine.capture.decode.Photograph` as arrays and JSON values."""
+    with _unpacked(content, name) as raw:
+        warnings: list[str] = []
+        camera, saturated, levels = _camera_rgb(raw, name, half_size)
+        multipliers = _multipliers(raw, white_balance, warnings)
+        matrix = _matrix(raw, warnings) * multipliers
+        radiance = camera @ matrix.T.astype(np.float32)
+        exposure = _exposure(raw, read_exif(content))
+        orientation = _ORIENTATION[raw.sizes.flip % 8]
+    return {
+        "radiance": oriented(radiance, orientation),
+        "saturated": oriented(saturated, orientation),
+        **exposure,
+        **levels,
+        "container": "RAW",
+        "transfer": "linear",
+        "white_balance": multipliers.tolist(),
+        "warnings": warnings,
+    }
+
+
+def _unpacked(content: bytes, name: str) -> rawpy.RawPy:
+    _check_strips(content, name)
+    raw = rawpy.RawPy()
+    with complaints() as said:
+        try:
+            raw.open_buffer(io.BytesIO(content))
+            sizes = raw.sizes
+            check_size(name, sizes.raw_width, sizes.raw_height, 2, len(content))
+            raw.unpack()
+        except (rawpy.LibRawFileUnsupportedError, rawpy.NotSupportedError):
+            raise InputError(name, "is a RAW file of a kind that LibRaw does not read", _CONVERT) from None
+        except rawpy.LibRawError as error:
+            reason = error.args[0].decode() if error.args and isinstance(error.args[0], bytes) else str(error)
+            raise InputError(name, f"is a damaged RAW file (LibRaw: {reason})", AGAIN) from None
+    if said:
+        raise InputError(name, f"is an incomplete RAW file (LibRaw: {' '.join(said)[:120]})", AGAIN)
+    return raw
+
+
+def _check_strips(content: bytes, name: str) -> None:
+    """Where the file is a TIFF outside, all strips and tiles of its pictures must lie inside it."""
+    if not content.startswith((b"II*\0", b"MM\0*")):
+        return
+    with tifffile.TiffFile(io.BytesIO(content)) as file:
+        pages = [page for top in file.pages for page in (top, *(top.pages or ()))]
+        for page in pages:
+            for offset, count in zip(page.dataoffsets, page.databytecounts, strict=False):
+                if offset + count > len(content):
+                    raise InputError(name, "is an incomplete RAW file: it ends before its picture does", AGAIN)
+
+
+def _camera_rgb(
+    raw: rawpy.RawPy, name: str, half_size: bool
+) -> tuple[NDArray[np.float32], NDArray[np.bool_], dict[str, Any]]:
+    """Linear camera RGB (H, W, 3) with 1 = white level, the saturation mask, and the levels that were used."""
+    samples = raw.raw_image_visible
+    _check_tail(samples, name)
+    pattern = raw.raw_pattern
+    stacked = samples.ndim == 3
+    sites = np.arange(3)[None] if stacked else pattern
+    if sites is None:
+        raise InputError(name, "has a colour filter array that LibRaw does not describe", _CONVERT)
+    black, white = _levels(raw, sites)
+    levels: dict[str, Any] = {"black_level": black.ravel().tolist(), "white_level": white.ravel().tolist()}
+    levels["bit_depth"] = int(white.max()).bit_length()
+    try:
+        if stacked:
+            camera = np.stack([radiometry.linearise(samples[..., c], black[0, c], white[0, c]) for c in range(3)], -1)
+            saturated = (samples[..., :3] >= white).any(axis=2)
+            return (*(halved(camera, saturated) if half_size else (camera, saturated)), levels)
+        mosaic = radiometry.linearise(samples, black, white)
+    except ValueError as error:
+        raise InputError(name, f"has impossible levels ({error})", "Convert it again to DNG") from None
+    saturated = radiometry.at_white(samples, white)
+    colours = _colours(raw, sites, name)
+    camera, saturated = demosaic.demosaic(mosaic, colours), demosaic.spread(saturated)
+    return (*(halved(camera, saturated) if half_size else (camera, saturated)), levels)
+
+
+def _levels(raw: rawpy.RawPy, sites: NDArray[np.integer]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Black and white level per site of the pattern."""
+    black = np.asarray(raw.black_level_per_channel, float)
+    white = np.full(4, float(raw.white_level))
+    per_channel = raw.camera_white_level_per_channel
+    if per_channel is not None:
+        stated = np.asarray(per_channel, float)
+        white = np.where((stated > black) & (stated <= white), stated, white)
+    return black[sites], white[sites]
+
+
+def _colours(raw: rawpy.RawPy, sites: NDArray[np.integer], name: str) -> NDArray[np.integer]:
+    """0, 1, 2 for red, green, blue per site."""
+    letters = raw.color_desc.decode("ascii", "replace")
+    if {letters[site] for site in sites.ravel()} != set("RGB"):
+        raise InputError(name, f"has a sensor with the colours {letters}, not red, green and blue", _CONVERT)
+    return np.vectorize(lambda site: "RGB".index(letters[site]))(sites)
+
+
+def _check_tail(samples: NDArray[np.uint16], name: str) -> None:
+    """Refuse a picture whose last rows all hold one value while its first ones do not."""
+    height = samples.shape[0]
+    tail = samples[height - max(2, int(height * _TAIL)) :]
+    if tail.min() == tail.max() and samples.min() != samples.max():
+        problem = f"is an incomplete RAW file: its last rows all hold the value {int(tail.flat[0])}"
+        raise InputError(name, problem, AGAIN)
+
+
+def _multipliers(raw: rawpy.RawPy, choice: WhiteBalance, warnings: list[str]) -> NDArray[np.float64]:
+    if choice == "none":
+        return np.ones(3)
+    values = raw.camera_whitebalance[:3] if isinstance(choice, str) else choice
+    multipliers = radiometry.white_balance(values)
+    if multipliers is None:
+        given = ", ".join(f"{value:g}" for value in values)
+        warnings.append(f"has unusable white balance multipliers ({given}); none is applied")
+        return np.ones(3)
+    return multipliers
+
+
+def _matrix(raw: rawpy.RawPy, warnings: list[str]) -> NDArray[np.float64]:
+    matrix = srgb_from_camera(raw.rgb_xyz_matrix[:3])
+    if matrix is None:
+        warnings.append("has no usable colour matrix; camera colours are taken as sRGB")
+        return np.eye(3)
+    return matrix
+
+
+def _exposure(raw: rawpy.RawPy, exif: Exif) -> dict[str, Any]:
+    """What EXIF says, else what LibRaw found elsewhere in the file."""
+    other = raw.other
+    return {
+        "camera": exif.camera,
+        "exposure_s": exif.exposure_s or rational(other.shutter_speed, 1),
+        "iso": exif.iso or rational(other.iso_speed, 1),
+        "aperture": exif.aperture or rational(other.aperture, 1),
+    }

@@ -1,0 +1,110 @@
+"""Pictures to files: PNG for people, 16-bit TIFF for other programs, OpenEXR for radiance and for tables."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import struct
+import zlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.colour import CHROMATICITIES
+from engine.files.atomic import atomic_file
+from engine.images.png import LINEAR_GAMMA, SIGNATURE
+from engine.images.raster import Transfer
+
+HALF_MAX = 65504.0
+
+
+def encode_png(pixels: NDArray[np.uint8] | NDArray[np.uint16], *, transfer: Transfer = "srgb") -> bytes:
+    """PNG of uint8 or uint16 codes, (H, W), (H, W, 3) or (H, W, 4); it says how they are coded (`sRGB` or `gAMA`)."""
+    import cv2
+
+    if pixels.dtype not in (np.uint8, np.uint16) or pixels.ndim not in (2, 3):
+        raise ValueError(f"PNG needs uint8 or uint16 codes, got {pixels.dtype} {pixels.shape}")
+    swapped = pixels[..., [2, 1, 0, 3][: pixels.shape[2]]] if pixels.ndim == 3 else pixels
+    done, data = cv2.imencode(".png", np.ascontiguousarray(swapped))
+    if not done:
+        raise ValueError(f"PNG cannot hold {pixels.dtype} {pixels.shape}")
+    content: bytes = data.tobytes()
+    after_header = len(SIGNATURE) + 25
+    coding = _chunk(b"sRGB", b"\1") if transfer == "srgb" else _chunk(b"gAMA", LINEAR_GAMMA)
+    return content[:after_header] + coding + content[after_header:]
+
+
+def _chunk(kind: bytes, body: bytes) -> bytes:
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+
+def write_exr(
+    path: str | os.PathLike[str],
+    channels: Mapping[str, NDArray[Any]],
+    *,
+    half: bool = True,
+    attributes: Mapping[str, Any] | None = None,
+) -> None:
+    """Write linear channels (H, W) as scan-line OpenEXR: half for images, float for tables.
+
+    Names are R, G, B or layer.R; `attributes` are text or numbers. Half cannot hold more than 65504 and would turn it
+    into infinity: larger finite values are stored as 65504.
+    """
+    with atomic_file(path) as file:
+        file.write(encode_exr(channels, half=half, attributes=attributes))
+
+
+def encode_exr(
+    channels: Mapping[str, NDArray[Any]], *, half: bool = True, attributes: Mapping[str, Any] | None = None
+) -> bytes:
+    """The content of the file that `write_exr` writes."""
+    import OpenEXR
+
+    shapes = {channel.shape for channel in channels.values()}
+    if len(shapes) != 1 or len(next(iter(shapes))) != 2:
+        raise ValueError(f"channels of an EXR image must be (H, W) and alike, got {sorted(shapes)}")
+    header = {
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+        "chromaticities": CHROMATICITIES,
+        **(attributes or {}),
+    }
+    stored = {name: _as_half(channel) if half else np.float32(channel) for name, channel in channels.items()}
+    stream = io.BytesIO()
+    with OpenEXR.File(header, {name: np.ascontiguousarray(channel) for name, channel in stored.items()}) as file:
+        file.write(stream)
+    return stream.getvalue()
+
+
+def _as_half(channel: NDArray[Any]) -> NDArray[np.float16]:
+    inside = np.where(np.isfinite(channel), np.clip(channel, -HALF_MAX, HALF_MAX), channel)
+    return inside.astype(np.float16)
+
+
+def rgb_channels(image: NDArray[Any], layer: str = "") -> dict[str, NDArray[Any]]:
+    """Channels R, G, B (or layer.R …) of an image (H, W, 3)."""
+    prefix = f"{layer}." if layer else ""
+    return {prefix + name: image[..., index] for index, name in enumerate("RGB")}
+
+
+def write_tiff16(path: str | os.PathLike[str], codes: NDArray[np.uint16], *, transfer: Transfer) -> None:
+    """Write uint16 codes (H, W) or (H, W, 3) as TIFF; its description says how they are coded."""
+    import tifffile
+
+    if codes.dtype != np.uint16 or codes.ndim not in (2, 3):
+        raise ValueError(f"16-bit TIFF needs uint16 codes, got {codes.dtype} {codes.shape}")
+    description = json.dumps({"transfer": transfer})
+    with atomic_file(path, codes.nbytes) as file:
+        tifffile.imwrite(
+            file,
+            codes,
+            photometric="rgb" if codes.ndim == 3 else "minisblack",
+            compression="zlib",
+            predictor=True,
+            description=description,
+            metadata=None,
+            software="Lightarc",
+        )

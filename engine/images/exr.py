@@ -1,0 +1,92 @@
+"""OpenEXR: colour pictures for the capture, and all channels with their attributes for our own bundles."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+import OpenEXR
+from numpy.typing import NDArray
+
+from engine.errors import InputError
+from engine.images.raster import Raster, check_size
+
+SIGNATURE = b"\x76\x2f\x31\x01"
+
+_FLAT = (OpenEXR.scanlineimage, OpenEXR.tiledimage)
+_COLOUR = ("R", "G", "B")
+_REMEDY = "Save it as an EXR image with channels R, G, B"
+
+
+def read_exr(content: bytes, name: str) -> Raster:
+    """R, G, B (or Y, or those of the first layer that has them) of the first part."""
+    channels, _, warnings = _read(content, name)
+    layer, names = _colour_channels(channels, name)
+    if layer:
+        warnings += (f"has no channels R, G, B; its layer {layer!r} is used",)
+    if any(channels[c].dtype.kind != "f" for c in names):
+        raise InputError(name, "has integer colour channels", _REMEDY)
+    if "A" in channels:
+        warnings += ("has an alpha channel, which is ignored",)
+    bits = max(channels[c].dtype.itemsize for c in names) * 8
+    planes = [channels[c].astype(np.float32) for c in names]
+    samples = planes[0] if len(planes) == 1 else np.stack(planes, axis=-1)
+    return Raster(samples, None, bits, "linear", "EXR", warnings)
+
+
+def read_exr_channels(content: bytes, name: str) -> dict[str, Any]:
+    """Decoder for `decode_in_child`: every channel (H, W) in its own dtype as `channel:NAME`, and `attributes`.
+
+    Attributes are those that JSON can hold: text, numbers and tuples of them.
+    """
+    channels, header, _ = _read(content, name)
+    attributes = {key: value for key, value in header.items() if _plain(value)}
+    return {**{f"channel:{key}": plane for key, plane in channels.items()}, "attributes": attributes}
+
+
+def _plain(value: Any) -> bool:
+    return isinstance(value, (str, int, float)) or (isinstance(value, tuple) and all(map(_plain, value)))
+
+
+def _read(content: bytes, name: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any], tuple[str, ...]]:
+    headers = OpenEXR.File(io.BytesIO(content), header_only=True).parts
+    for part in headers:
+        _check_part(part, name, len(content))
+    with OpenEXR.File(io.BytesIO(content), separate_channels=True) as file:
+        channels = {key: np.array(channel.pixels) for key, channel in file.parts[0].channels.items()}
+        header = dict(file.parts[0].header)
+    if len({plane.shape for plane in channels.values()}) != 1:
+        raise InputError(name, "has channels of different resolution", _REMEDY)
+    warnings: tuple[str, ...] = ()
+    if len(headers) > 1:
+        warnings += (f"has {len(headers)} parts, of which the first is used",)
+    if not np.array_equal(np.ravel(header["dataWindow"]), np.ravel(header["displayWindow"])):
+        warnings += ("stores another area than it displays; all that is stored is used",)
+    return channels, header, warnings
+
+
+def _check_part(part: Any, name: str, file_bytes: int) -> None:
+    header = part.header
+    if header.get("type", OpenEXR.scanlineimage) not in _FLAT:
+        raise InputError(name, "is a deep EXR image", _REMEDY)
+    (left, top), (right, bottom) = (tuple(int(v) for v in corner) for corner in header["dataWindow"])
+    count = len(header["channels"])
+    if count == 0:
+        raise InputError(name, "is an EXR image without channels", _REMEDY)
+    check_size(name, right - left + 1, bottom - top + 1, 4 * count, file_bytes)
+
+
+def _colour_channels(channels: dict[str, NDArray[Any]], name: str) -> tuple[str, tuple[str, ...]]:
+    """The layer ('' for none) and names of the colour channels."""
+    if all(c in channels for c in _COLOUR):
+        return "", _COLOUR
+    if "RY" in channels or "BY" in channels:
+        raise InputError(name, "stores luminance and chroma (Y, RY, BY)", _REMEDY)
+    if "Y" in channels:
+        return "", ("Y",)
+    for layer in sorted(key.removesuffix(".R") for key in channels if key.endswith(".R")):
+        names = tuple(f"{layer}.{c}" for c in _COLOUR)
+        if all(c in channels for c in names):
+            return layer, names
+    raise InputError(name, f"has no channels R, G, B but {', '.join(sorted(channels))[:100]}", _REMEDY)

@@ -1,0 +1,75 @@
+"""What a reader of one file format hands on: samples as they are stored, and how they are meant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.errors import InputError
+from engine.images.exif import Exif
+
+Transfer = Literal["srgb", "linear"]
+
+PIXEL_LIMIT = 200_000_000
+DECODED_LIMIT_BYTES = 4 * 2**30
+
+#: No compression of photographs reaches this; a small file that promises more lies about its size.
+_RATIO_LIMIT = 2000
+_RATIO_FREE_BYTES = 256 * 2**20
+
+UNWANTED = "Save it as an RGB or grey image with 8 or 16 bits, or as EXR"
+
+
+@dataclass(frozen=True, eq=False)
+class Raster:
+    """Samples of one picture, (H, W) or (H, W, 3) in R, G, B order.
+
+    `white` is the integer code of full scale, None for floating-point samples (which have no clipping level).
+    """
+
+    samples: NDArray[Any]
+    white: int | None
+    bit_depth: int
+    transfer: Transfer
+    container: str
+    warnings: tuple[str, ...] = ()
+    exif: Exif | None = None
+
+
+def check_size(name: str, width: int, height: int, bytes_per_pixel: int, file_bytes: int) -> None:
+    """Refuse what a header promises, before anything is allocated for it."""
+    if width <= 0 or height <= 0:
+        raise InputError(name, f"says it has {width} × {height} pixels", "Export it again")
+    pixels = width * height
+    if pixels > PIXEL_LIMIT:
+        problem = f"says it has {width} × {height} pixels, more than the limit of {PIXEL_LIMIT // 10**6} megapixels"
+        raise InputError(name, problem, "Scale it down, or export it again if it is smaller than that")
+    size_bytes = pixels * bytes_per_pixel
+    if size_bytes > DECODED_LIMIT_BYTES:
+        raise InputError(
+            name, f"needs {size_bytes / 2**30:.1f} GiB decoded, more than the limit of 4 GiB", "Scale it down"
+        )
+    if size_bytes > max(_RATIO_FREE_BYTES, _RATIO_LIMIT * file_bytes):
+        problem = f"says it has {width} × {height} pixels, which {file_bytes} bytes cannot hold"
+        raise InputError(name, problem, "Export it again")
+
+
+def white_code(samples: NDArray[np.unsignedinteger[Any]], bits: int) -> int:
+    """Code of full scale for samples of `bits`, where fewer bits may have been stored high-aligned.
+
+    A 12-bit picture shifted left by 4 never sets its low bits, so its white is 65520, not 65535. At most 6 such bits
+    are believed; a picture of few values that happens to look shifted is off by less than 0.1 %.
+    """
+    used = int(np.bitwise_or.reduce(samples, axis=None))
+    unused = (used & -used).bit_length() - 1 if used else 0
+    return (1 << bits) - (1 << (unused if unused <= min(6, bits - 8) else 0))
+
+
+def profile_warning(profile: bytes) -> tuple[str, ...]:
+    """A warning where an embedded ICC profile is not sRGB, because it is not applied."""
+    if not profile or b"sRGB" in profile or "sRGB".encode("utf-16-be") in profile:
+        return ()
+    return ("has an embedded colour profile, which is not applied: its primaries are taken as sRGB",)

@@ -1,0 +1,166 @@
+"""TIFF 6.0 and BigTIFF through tifffile, with the checks that tifffile leaves to its caller.
+
+tifffile fills missing strips with zeros. Here every strip and tile must lie inside the file and be as long as its
+pixels need before the picture is decoded.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+import math
+from typing import Any
+
+import cv2
+import numpy as np
+import tifffile
+from numpy.typing import NDArray
+
+from engine.errors import InputError
+from engine.files.decoder_child import complaints
+from engine.files.untrusted import AGAIN
+from engine.images.jpeg import check_jpeg
+from engine.images.raster import UNWANTED, Raster, Transfer, check_size, profile_warning, white_code
+
+SIGNATURES = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+
+#: What our own linear TIFFs say in ImageDescription.
+LINEAR_MARK = '"transfer": "linear"'
+
+_NONE, _JPEG, _LOGLUV = 1, 7, (34676, 34677)
+_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _YCBCR = 0, 1, 2, 3, 6
+_PHOTOMETRIC_NAMES = {4: "a mask", 5: "CMYK", 8: "CIE L*a*b*", 9: "ICC L*a*b*", 10: "ITU L*a*b*", 32844: "LogL"}
+_UNSIGNED, _SIGNED, _FLOAT = 1, 2, 3
+_RAW_PHOTOMETRICS = (32803, 34892)
+
+logging.getLogger("tifffile").setLevel(logging.CRITICAL)
+
+
+def is_raw_tiff(content: bytes) -> bool:
+    """True for DNG and camera files that are TIFFs outside and sensor data inside."""
+    if content[8:10] == b"CR":
+        return True
+    with tifffile.TiffFile(io.BytesIO(content)) as file:
+        first = file.pages[0]
+        if "DNGVersion" in first.tags:
+            return True
+        return any(page.photometric in _RAW_PHOTOMETRICS for page in (first, *(first.pages or ())))
+
+
+def read_tiff(content: bytes, name: str) -> Raster:
+    with tifffile.TiffFile(io.BytesIO(content)) as file:
+        page = file.pages[0]
+        _check_page(page, content, name)
+        warnings = profile_warning(page.iccprofile or b"")
+        if len(file.pages) > 1:
+            warnings += (f"has {len(file.pages)} pages, of which the first is used",)
+        if page.compression in _LOGLUV:
+            return Raster(_read_logluv(content, name), None, 16, "linear", "TIFF", warnings)
+        samples, more = _colours(page, _planes(page), name)
+        return _raster(page, samples, warnings + more, name)
+
+
+def _planes(page: Any) -> NDArray[Any]:
+    """Samples as (H, W, S), whatever their planar configuration and byte order."""
+    samples = page.asarray(squeeze=False)
+    samples = samples.reshape(samples.shape[-5:])
+    planes, _, height, width, contiguous = samples.shape
+    samples = samples.reshape(planes, height, width, contiguous)
+    samples = np.moveaxis(samples, 0, -1).reshape(height, width, -1) if planes > 1 else samples[0]
+    return samples.astype(samples.dtype.newbyteorder("="), copy=False)
+
+
+def _check_page(page: Any, content: bytes, name: str) -> None:
+    bytes_per_pixel = max(1, math.ceil(page.samplesperpixel * page.bitspersample / 8))
+    check_size(name, page.imagewidth, page.imagelength, bytes_per_pixel, len(content))
+    if page.is_tiled:
+        check_size(name, page.tilewidth, page.tilelength, bytes_per_pixel, len(content))
+    if page.imagedepth != 1:
+        raise InputError(name, f"is a TIFF volume of {page.imagedepth} slices", UNWANTED)
+    _check_kind(page, name)
+    _check_segments(page, content, name)
+
+
+def _check_kind(page: Any, name: str) -> None:
+    """Refuse by name what is not converted."""
+    kind = page.photometric
+    known = (_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE)
+    if kind not in known and not (kind == _YCBCR and page.compression == _JPEG) and page.compression not in _LOGLUV:
+        raise InputError(
+            name, f"is a TIFF in {_PHOTOMETRIC_NAMES.get(int(kind), f'colour space {int(kind)}')}", UNWANTED
+        )
+    if page.compression in _LOGLUV:
+        return
+    if page.sampleformat not in (_UNSIGNED, _FLOAT) or page.dtype is None:
+        what = "signed integers" if page.sampleformat == _SIGNED else f"sample format {page.sampleformat}"
+        raise InputError(name, f"is a TIFF of {what}", UNWANTED)
+    expected = 3 if kind in (_RGB, _YCBCR) else 1
+    if not expected <= page.samplesperpixel <= expected + len(page.extrasamples) or page.samplesperpixel > 8:
+        raise InputError(name, f"is a TIFF of {page.samplesperpixel} samples per pixel", UNWANTED)
+
+
+def _check_segments(page: Any, content: bytes, name: str) -> None:
+    """Every strip or tile is there, inside the file, and long enough where its length is known beforehand."""
+    offsets, counts = page.dataoffsets, page.databytecounts
+    width, height = page.imagewidth, page.imagelength
+    if page.is_tiled:
+        expected = math.ceil(width / page.tilewidth) * math.ceil(height / page.tilelength)
+    else:
+        expected = math.ceil(height / min(page.rowsperstrip, height))
+    expected *= page.samplesperpixel if page.planarconfig == 2 else 1
+    if len(offsets) != expected or len(counts) != expected:
+        problem = f"is a damaged TIFF ({min(len(offsets), len(counts))} of {expected} strips or tiles are listed)"
+        raise InputError(name, problem, AGAIN)
+    for offset, count in zip(offsets, counts, strict=True):
+        if count <= 0 or offset <= 0 or offset + count > len(content):
+            raise InputError(name, "is an incomplete TIFF: it ends before its picture does", AGAIN)
+        if page.compression == _JPEG:
+            check_jpeg(content[offset : offset + count], name)
+    needed = height * math.ceil(width * page.samplesperpixel * page.bitspersample / 8)
+    if page.compression == _NONE and sum(counts) < needed:
+        raise InputError(name, f"is an incomplete TIFF: {sum(counts)} of {needed} bytes of its picture", AGAIN)
+
+
+def _colours(page: Any, samples: NDArray[Any], name: str) -> tuple[NDArray[Any], tuple[str, ...]]:
+    """Grey (H, W) or colour (H, W, 3), with palettes looked up and white-is-zero inverted."""
+    colours = 3 if page.photometric in (_RGB, _YCBCR) else 1
+    warnings: tuple[str, ...] = ()
+    if samples.shape[2] > colours:
+        warnings += ("has an alpha or extra channel, which is ignored",)
+    samples = samples[..., :colours] if colours == 3 else samples[..., 0]
+    if page.photometric == _PALETTE:
+        palette = np.asarray(page.colormap)
+        if samples.max(initial=0) >= palette.shape[1]:
+            raise InputError(name, "is a damaged TIFF (its palette is too short)", AGAIN)
+        return palette[:, samples].transpose(1, 2, 0), warnings
+    if page.photometric == _WHITE_IS_ZERO:
+        samples = _full_scale(page) - samples
+    return samples, warnings
+
+
+def _full_scale(page: Any) -> Any:
+    return page.dtype.type(1 if page.dtype.kind in "fb" else (1 << page.bitspersample) - 1)
+
+
+def _raster(page: Any, samples: NDArray[Any], warnings: tuple[str, ...], name: str) -> Raster:
+    if samples.dtype.kind == "f":
+        return Raster(samples, None, page.bitspersample, "linear", "TIFF", warnings)
+    if page.bitspersample == 1:
+        warnings += ("has 1 bit per pixel: black and white only",)
+    samples = samples.astype(np.uint8) if samples.dtype.kind == "b" else samples
+    bits = 16 if page.photometric == _PALETTE else page.bitspersample
+    white = white_code(samples, bits) if bits == 16 and page.photometric != _PALETTE else (1 << bits) - 1
+    return Raster(samples, white, page.bitspersample, _transfer(page), "TIFF", warnings)
+
+
+def _transfer(page: Any) -> Transfer:
+    return "linear" if LINEAR_MARK in (page.description or "") else "srgb"
+
+
+def _read_logluv(content: bytes, name: str) -> NDArray[np.float32]:
+    """LogLuv (Ward Larson 1998) through libtiff, which tifffile does not decode."""
+    with complaints() as said:
+        samples = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    if samples is None or samples.dtype != np.float32 or samples.ndim != 3 or said:
+        raise InputError(name, f"is a damaged LogLuv TIFF ({' '.join(said)[:100] or 'it cannot be decoded'})", AGAIN)
+    return samples[..., 2::-1]
