@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import json
 import logging
 import signal
@@ -15,7 +16,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from types import FrameType
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 import engine
 from engine.errors import FileError, MissingCapability
@@ -83,6 +84,9 @@ def build_parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb (the window without one) and return the exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments) or ["gui"]
+    for stream in (sys.stdout, sys.stderr):
+        # File names may hold bytes that no encoding knows.
+        cast("io.TextIOWrapper", stream).reconfigure(errors="backslashreplace")
     options = build_parser().parse_args(words)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(message)s")
     signal.signal(signal.SIGTERM, _interrupt)
@@ -119,7 +123,7 @@ def _print(options: argparse.Namespace, result: Any) -> None:
         return
     public = {key: value for key, value in result.items() if key != "exit_code"}
     if options.json:
-        print(json.dumps(public, allow_nan=False, ensure_ascii=False))
+        print(json.dumps(public, allow_nan=False))
     elif hasattr(options.module, "report"):
         print(options.module.report(public))
     else:

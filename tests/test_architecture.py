@@ -1,0 +1,212 @@
+"""The shape of the sources: who may import whom, who may write files, and what must not appear at all."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from app.cli import VERBS
+
+PROJECT = Path(__file__).resolve().parents[1]
+
+QT = {"PySide6", "shiboken6", "pyqtgraph"}
+
+#: Packages of the engine from low to high: each may import itself, its own row and the rows above it in this list.
+LAYERS = (
+    {"errors", "steps", "params", "health", "kernels", "colour", "directions"},
+    {"files.atomic", "files.untrusted", "files.decoder_child", "files.scratch"},
+    {"images"},
+    {"mesh", "camera"},
+    {"capture", "brdf"},
+    {"shading"},
+    {"material"},
+    {"render", "gl"},
+    {"files.manifest", "files.bundle"},
+    {"demo", "bench"},
+)
+
+#: Calls that write, make or remove something on the disk, by the end of their dotted name.
+WRITING = re.compile(
+    r"(^|\.)(write_text|write_bytes|touch|mkdir|makedirs|rmtree|unlink|symlink_to|hardlink_to|tofile|savez\w*|savetxt|"
+    r"imwrite|TiffWriter|open_memmap|memmap|NamedTemporaryFile|TemporaryFile|TemporaryDirectory|mkstemp|mkdtemp)$"
+    r"|^(np|numpy)\.save$|^os\.(open|rename|replace|remove|link)$|^shutil\.(copy\w*|move)$|^open$|\.open$|ZipFile$"
+)
+
+#: Who writes without going through `engine.files.atomic`, and why that is right.
+WRITERS = {
+    "engine/files/atomic.py": "the one module through which all writing goes",
+}
+
+
+def sources(*folders: str) -> list[Path]:
+    return [path for folder in folders for path in sorted((PROJECT / folder).rglob("*.py"))]
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(PROJECT).as_posix()
+
+
+@cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+
+
+def imports_of(path: Path) -> Iterator[str]:
+    """Dotted names that a file imports anywhere, a name taken from a package counted as its module."""
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{name_of(path)}:{node.lineno} imports relatively"
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def packages_of(path: Path) -> set[str]:
+    return {name.split(".")[0] for name in imports_of(path)}
+
+
+def layer_of(module: str) -> int | None:
+    """Row of LAYERS to which a module `engine.…` belongs; None for `engine` itself."""
+    words = module.split(".")[1:]
+    for length in (2, 1):
+        for row, names in enumerate(LAYERS):
+            if ".".join(words[:length]) in names:
+                return row
+    return None
+
+
+@pytest.mark.parametrize("path", sources("engine"), ids=name_of)
+def test_engine_knows_neither_qt_nor_app(path: Path) -> None:
+    assert not packages_of(path) & (QT | {"app"})
+
+
+def test_only_the_drawing_side_imports_moderngl() -> None:
+    users = {name_of(path) for path in sources("engine", "app") if "moderngl" in packages_of(path)}
+    assert not {name for name in users if not name.startswith("engine/gl/")} - {"app/viewport.py"}
+
+
+@pytest.mark.parametrize("path", sources("engine"), ids=name_of)
+def test_engine_imports_point_downwards(path: Path) -> None:
+    own = ".".join(path.relative_to(PROJECT).with_suffix("").parts).removesuffix(".__init__")
+    if own.count(".") == 0 or path.name == "__init__.py":
+        return
+    layer = layer_of(own)
+    assert layer is not None, f"{own} has no place in LAYERS"
+    higher = {name for name in imports_of(path) if name.startswith("engine.") and (layer_of(name) or 0) > layer}
+    assert not higher
+
+
+def test_the_command_line_starts_without_heavy_libraries() -> None:
+    heavy = {"numba", "cv2", "scipy", "moderngl", "rawpy", "trimesh", *QT}
+    program = "import sys; from app.cli import build_parser; build_parser(); print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=PROJECT)
+    assert not heavy & set(loaded.stdout.split())
+
+
+def writing_calls(path: Path) -> Iterator[str]:
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.Call):
+            called = ast.unparse(node.func)
+            if WRITING.search(called) and not called.startswith("atomic.") and not reads_only(node, called):
+                yield f"{name_of(path)}:{node.lineno} {called}"
+
+
+def reads_only(call: ast.Call, called: str) -> bool:
+    """Whether a call that may write says in its arguments that it reads: `open(path, "rb")`, `memmap(…, mode="r")`."""
+    if called in {"os.open", "Image.open"}:
+        return "O_RDONLY" in ast.unparse(call) or called == "Image.open"
+    modes = [word.value for word in call.keywords if word.arg == "mode"]
+    position = 0 if called.endswith(".open") else 1
+    if called.endswith(("open", "ZipFile")):
+        modes += call.args[position : position + 1]
+        return all(isinstance(mode, ast.Constant) and set(str(mode.value)) <= set("rbt") for mode in modes)
+    return bool(modes) and all(isinstance(mode, ast.Constant) and mode.value == "r" for mode in modes)
+
+
+def test_files_are_written_in_one_place() -> None:
+    calls = [call for path in sources("engine", "app") for call in writing_calls(path)]
+    assert [call for call in calls if call.split(":")[0] not in WRITERS] == []
+    assert {call.split(":")[0] for call in calls} == set(WRITERS), "an exception that nobody needs any more"
+
+
+@pytest.mark.parametrize("path", sources("engine", "app", "packaging"), ids=name_of)
+def test_nothing_is_pickled(path: Path) -> None:
+    assert not packages_of(path) & {"pickle", "dill", "cloudpickle", "joblib", "shelve", "marshal"}
+    keywords = (node for node in ast.walk(tree_of(path)) if isinstance(node, ast.keyword))
+    assert not [node.lineno for node in keywords if node.arg == "allow_pickle" and ast.unparse(node.value) != "False"]
+
+
+@pytest.mark.parametrize("path", sources("engine", "app", "packaging"), ids=name_of)
+def test_failures_are_caught_by_name(path: Path) -> None:
+    """`except:` and `except Exception` hide mistakes; `except BaseException` may tidy up if it raises again."""
+    for node in ast.walk(tree_of(path)):
+        if not isinstance(node, ast.ExceptHandler):
+            continue
+        caught = ast.unparse(node.type) if node.type else "everything"
+        assert caught not in {"everything", "Exception"}, f"line {node.lineno} catches {caught}"
+        if caught == "BaseException":
+            assert isinstance(node.body[-1], ast.Raise), f"line {node.lineno} swallows what it caught"
+
+
+def text_files() -> Iterator[Path]:
+    folders = ("app", "engine", "resources", "tests", "packaging", ".ci")
+    yield from (path for path in PROJECT.iterdir() if path.is_file())
+    for folder in folders:
+        yield from (
+            path for path in (PROJECT / folder).rglob("*") if path.is_file() and "__pycache__" not in path.parts
+        )
+
+
+def test_no_file_names_a_machine_or_a_package_index() -> None:
+    places = re.compile(
+        rb"/(?:home|Users|root|work|tmp)/\w|C:\\Users|https?://[\w.]*(?:pypi\.org|pythonhosted|debian\.org)|index-url\s*="
+    )
+    assert [name_of(path) for path in text_files() if path != Path(__file__) and places.search(path.read_bytes())] == []
+
+
+@pytest.mark.parametrize(("name", "module_name"), VERBS, ids=[name for name, _ in VERBS])
+def test_every_verb_explains_itself(name: str, module_name: str) -> None:
+    verb = importlib.import_module(module_name)
+    assert verb.HELP.strip()
+    assert verb.EXAMPLE.startswith(f"lightarc {name}")
+
+
+def locked(name: str) -> dict[str, list[str]]:
+    """Package → its locked versions; asserts that each entry is pinned exactly and carries hashes."""
+    versions: dict[str, list[str]] = {}
+    entries = re.split(r"\n(?=\S)", (PROJECT / "packaging" / name).read_text(encoding="utf-8").strip())
+    for entry in entries:
+        pinned = re.match(r"([\w.-]+)==(\S+)", entry)
+        assert pinned, f"{name}: not pinned: {entry.splitlines()[0]}"
+        assert re.findall(r"--hash=sha256:[0-9a-f]{64}\b", entry), f"{name}: {pinned[0]} has no hash"
+        versions.setdefault(canonicalize_name(pinned[1]), []).append(pinned[2])
+    return versions
+
+
+@pytest.mark.parametrize(
+    ("name", "extras"), [("requirements.lock", ["build"]), ("requirements-test.lock", ["build", "test"])]
+)
+def test_lock_files_pin_what_the_project_asks_for(name: str, extras: list[str]) -> None:
+    project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    wanted = [*project["dependencies"], *(line for extra in extras for line in project["optional-dependencies"][extra])]
+    versions = locked(name)
+    for requirement in map(Requirement, wanted):
+        found = versions.get(canonicalize_name(requirement.name), [])
+        assert found, f"{requirement.name} is not locked; see packaging/lock.py"
+        assert all(requirement.specifier.contains(version) for version in found), f"{requirement} is locked at {found}"
+
+
+def test_tests_run_on_the_versions_that_people_get() -> None:
+    tests = locked("requirements-test.lock")
+    assert {name: tests.get(name) for name in locked("requirements.lock")} == locked("requirements.lock")
