@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: CIE XYZ (D65) to linear sRGB (IEC 61966-2-1), rows R, G, B.
-XYZ_TO_SRGB = ((3.2406, -1.5372, -0.4986), (-0.9689, 1.8758, 0.0415), (0.0557, -0.2040, 1.0570))
+from engine.colour import SRGB_FROM_XYZ
 
 #: Channel of each site of the 2 x 2 pattern, row by row: R G / G B.
 RGGB = ((0, 1), (1, 2))
@@ -76,7 +75,7 @@ def dng_bytes(
     rows, columns = samples.shape
     data = np.ascontiguousarray(samples, "<u2").tobytes()
     exposure = Fraction(exposure_s).limit_denominator(1_000_000)
-    matrix = [neutral * value for neutral, row in zip(levels.neutral, XYZ_TO_SRGB, strict=True) for value in row]
+    matrix = [neutral * value for neutral, row in zip(levels.neutral, SRGB_FROM_XYZ, strict=True) for value in row]
     pattern = [channel for row in RGGB for channel in row]
     entries: dict[int, tuple[int, Any]] = {
         254: (_LONG, [0]),
