@@ -181,19 +181,20 @@ def usable_faces(
     positions: NDArray[np.float64], faces: NDArray[np.integer[Any]]
 ) -> tuple[NDArray[np.int64], dict[str, int]]:
     """The faces (F, 3) that name existing, finite vertices and have an area, and counts of the others by reason."""
-    faces = np.asarray(faces).astype(np.int64)
+    faces = np.asarray(faces, np.int64)
     inside = ((faces >= 0) & (faces < len(positions))).all(axis=1)
     counts = {"faces_with_wrong_indices_dropped": int(np.sum(~inside))}
-    faces = faces[inside]
-    finite = np.isfinite(positions).all(axis=1)[faces].all(axis=1) if len(faces) else np.zeros(0, bool)
+    faces = np.compress(inside, faces, axis=0)
+    vertex_is_finite = np.all(np.isfinite(positions), axis=1, keepdims=True)
+    finite = vertex_is_finite[faces, 0].all(axis=1)
     counts["faces_with_non_finite_vertices_dropped"] = int(np.sum(~finite))
-    faces = faces[finite]
+    faces = np.compress(finite, faces, axis=0)
     a, b, c = (positions[faces[:, corner]] for corner in range(3))
     with np.errstate(over="ignore", invalid="ignore"):
         area = np.cross(b - a, c - a)
     flat = ~(np.isfinite(area).all(axis=1) & area.any(axis=1))
     counts["faces_without_area_dropped"] = int(np.sum(flat))
-    return faces[~flat], counts
+    return np.compress(~flat, faces, axis=0), counts
 
 
 def _incidence(faces: NDArray[np.int64], points: int) -> Any:

@@ -1,0 +1,55 @@
+"""OpenGL contexts without a window (EGL), and what a context can do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import moderngl
+
+from engine.errors import MissingCapability
+
+REMEDY = (
+    "Install a driver with OpenGL 3.3 (on Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri), "
+    "or render on the processor with --renderer cpu"
+)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Largest texture edge in texels and most layers of an array texture."""
+
+    texture_size: int
+    layers: int
+
+
+def create_context(backend: str = "egl") -> Any:
+    """A standalone moderngl context with OpenGL 3.3 core; MissingCapability where there is none.
+
+    The caller releases it. Several may exist; the newest is current, `with context:` makes one current.
+    """
+    try:
+        return moderngl.create_context(standalone=True, backend=backend, require=330)
+    except (ImportError, OSError, ValueError) as error:
+        raise MissingCapability(f"OpenGL 3.3 is not available ({' '.join(str(error).split())})", REMEDY) from None
+    except Exception as error:
+        # moderngl and glcontext raise plain Exception for everything that the driver refuses
+        if type(error) not in (Exception, moderngl.Error):
+            raise
+        raise MissingCapability(f"OpenGL 3.3 is not available ({' '.join(str(error).split())})", REMEDY) from None
+
+
+def attach_context() -> Any:
+    """The context that a window has made current; MissingCapability where it is older than OpenGL 3.3."""
+    try:
+        return moderngl.create_context(require=330)
+    except (OSError, ValueError, moderngl.Error) as error:
+        raise MissingCapability(f"OpenGL 3.3 is not available ({error})", REMEDY) from None
+
+
+def limits(context: Any) -> Limits:
+    return Limits(context.info["GL_MAX_TEXTURE_SIZE"], context.info["GL_MAX_ARRAY_TEXTURE_LAYERS"])
+
+
+def renderer_name(context: Any) -> str:
+    return str(context.info["GL_RENDERER"])

@@ -1,0 +1,192 @@
+"""Draws a `Scene`: one pass per tile of the picture into a texture of linear radiance, then tone mapping.
+
+The twin of `engine.render.direct`. `samples` sub-pixels along each side of a pixel are shaded and averaged (a box,
+symmetric about the pixel centre); with 1 the pixel centre alone. Pictures of any size are drawn in tiles of at most
+2048 sub-pixels along a side. Meshes and materials are uploaded when they are other objects than the last time.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import model_name
+from engine.gl.context import Limits, limits
+from engine.gl.material_textures import MaterialTextures
+from engine.gl.mesh_buffers import MeshBuffers
+from engine.gl.program import ShaderError, load_program, set_uniforms
+from engine.gl.tonemap import Display, ToneMapper
+from engine.params import parameters
+from engine.scene import Scene
+
+#: Longest side of the texture that is drawn into, in sub-pixels.
+TILE = 2048
+
+log = logging.getLogger(__name__)
+
+
+class DirectRenderer:
+    """Owns everything that drawing a scene needs in GPU memory; belongs to one context and its thread.
+
+    Attributes
+    ----------
+    messages : what had to be reduced or replaced for the last picture, as sentences for a person.
+    invalid_samples : with `debug`, how many samples of the last `radiance` were not finite (drawn magenta).
+    """
+
+    def __init__(self, context: Any, *, texture_limits: Limits | None = None, debug: bool = False) -> None:
+        self.context = context
+        self.limits = texture_limits or limits(context)
+        self.debug = debug
+        self.messages: list[str] = []
+        self.invalid_samples = 0
+        self._programs: dict[tuple[tuple[str, str], ...], Any] = {}
+        self._last_good: Any = None
+        self._mesh: tuple[Any, MeshBuffers] | None = None
+        self._material: tuple[Any, MaterialTextures] | None = None
+        self._target: tuple[tuple[int, int], Any] | None = None
+        self._tone_mapper: ToneMapper | None = None
+
+    def draw(
+        self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2, display: Display | None = None
+    ) -> None:
+        """Draw `scene`, tone-mapped and sRGB-coded, over the whole of `framebuffer` of `size` (width, height) pixels."""
+        if self._tone_mapper is None:
+            self._tone_mapper = ToneMapper(self.context)
+        for (left, top, width, height), texture in self._tiles(scene, size, samples):
+            rectangle = (left, size[1] - top - height, width, height)
+            self._tone_mapper.draw(texture, framebuffer, rectangle, samples, display or Display())
+
+    def radiance(self, scene: Scene, size: tuple[int, int], *, samples: int = 2) -> NDArray[np.float32]:
+        """The picture (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
+        picture = np.zeros((size[1], size[0], 4), np.float32)
+        self.invalid_samples = 0
+        for (left, top, width, height), texture in self._tiles(scene, size, samples):
+            texels = np.frombuffer(texture.read(), np.float32).reshape(texture.height, texture.width, 4)
+            part = texels[: height * samples, : width * samples]
+            self.invalid_samples += int(np.sum(part[..., 3] > 1.5))
+            blocks = np.minimum(part, (np.inf, np.inf, np.inf, 1.0)).reshape(height, samples, width, samples, 4)
+            picture[top : top + height, left : left + width] = blocks.mean(axis=(1, 3), dtype=np.float64)[::-1]
+        return picture
+
+    def _tiles(
+        self, scene: Scene, size: tuple[int, int], samples: int
+    ) -> Iterator[tuple[tuple[int, int, int, int], Any]]:
+        """Draw tile by tile; yields (left, top, width, height) in pixels and the texture whose lower left holds it."""
+        if samples < 1:
+            raise ValueError(f"samples = {samples} must be at least 1")
+        if min(size) < 1:
+            return
+        program = self._prepare(scene, size)
+        edge = max(1, min(TILE, self.limits.texture_size) // samples)
+        target = self._framebuffer((min(size[0], edge) * samples, min(size[1], edge) * samples))
+        clip_from_model = scene.camera.clip_from_model(scene.mesh.centre, scene.mesh.radius, size[0] / size[1])
+        for top in range(0, size[1], edge):
+            for left in range(0, size[0], edge):
+                tile = (left, top, min(edge, size[0] - left), min(edge, size[1] - top))
+                target.use()
+                target.viewport = (0, 0, tile[2] * samples, tile[3] * samples)
+                target.clear(0.0, 0.0, 0.0, 0.0)
+                self.context.enable_only(self.context.DEPTH_TEST)
+                matrix = _tile_from_clip(tile, size) @ clip_from_model
+                program["clip_from_model"].write(np.ascontiguousarray(matrix.T, np.float32))
+                assert self._mesh is not None
+                self._mesh[1].draw(program)
+                yield tile, target.color_attachments[0]
+
+    def _prepare(self, scene: Scene, size: tuple[int, int]) -> Any:
+        """Upload what changed, choose the program and set its uniforms."""
+        if self._mesh is None or self._mesh[0] is not scene.mesh:
+            if self._mesh is not None:
+                self._mesh[1].release()
+            self._mesh = (scene.mesh, MeshBuffers(self.context, scene.mesh))
+        textures = self._upload(scene)
+        program = self._program(scene, textures)
+        self.messages = list(textures.messages) if textures else []
+        eye = np.subtract(scene.camera.eye, scene.mesh.centre)
+        values = {
+            "eye": tuple(eye),
+            "light": scene.light,
+            "irradiance": scene.irradiance,
+            "sigma": scene.sigma,
+            "repeats": scene.repeats,
+            "r_max": textures.r_max if textures else 1.0,
+            "layers": float(textures.layers) if textures else 0.0,
+        }
+        brdf = {f"brdf_{parameter.name}": getattr(scene.brdf, parameter.name) for parameter in parameters(scene.brdf)}
+        set_uniforms(program, values | brdf)
+        if textures:
+            textures.bind(program)
+        return program
+
+    def _upload(self, scene: Scene) -> MaterialTextures | None:
+        shading = scene.shading
+        if self._material is not None and self._material[0] is not shading:
+            self._material[1].release()
+            self._material = None
+        if shading is not None and self._material is None:
+            self._material = (shading, MaterialTextures(self.context, shading, self.limits))
+        return self._material[1] if self._material else None
+
+    def _program(self, scene: Scene, textures: MaterialTextures | None) -> Any:
+        """The program for this kind of scene; the last good one, with a log entry, where it does not compile."""
+        definitions = {
+            "BRDF": f"brdf/{model_name(scene.brdf)}.glsl",
+            textures.source if textures else "SOURCE_NONE": "1",
+        }
+        definitions |= {f"LOOKUP_{scene.lookup.upper()}": "1", f"ABOVE_{scene.above.upper()}": "1"}
+        definitions |= {"DEBUG": "1"} if self.debug else {}
+        key = tuple(definitions.items())
+        if key not in self._programs:
+            try:
+                self._programs[key] = load_program(self.context, "direct.vert", "direct.frag", definitions)
+            except ShaderError as error:
+                if self._last_good is None:
+                    raise
+                log.error("%s", error)
+                self._programs[key] = self._last_good
+        self._last_good = self._programs[key]
+        return self._last_good
+
+    def _framebuffer(self, size: tuple[int, int]) -> Any:
+        if self._target is None or self._target[0] != size:
+            self._release_target()
+            colour = self.context.texture(size, 4, dtype="f4")
+            colour.filter = (self.context.NEAREST, self.context.NEAREST)
+            depth = self.context.depth_renderbuffer(size)
+            self._target = (size, self.context.framebuffer([colour], depth))
+        return self._target[1]
+
+    def _release_target(self) -> None:
+        if self._target is not None:
+            framebuffer = self._target[1]
+            for item in (framebuffer, framebuffer.depth_attachment, *framebuffer.color_attachments):
+                item.release()
+            self._target = None
+
+    def release(self) -> None:
+        """Free everything; the renderer can be used again afterwards and uploads anew."""
+        for owner in (self._mesh, self._material):
+            if owner is not None:
+                owner[1].release()
+        for program in {id(program): program for program in self._programs.values()}.values():
+            program.release()
+        if self._tone_mapper is not None:
+            self._tone_mapper.release()
+        self._release_target()
+        self._mesh = self._material = self._tone_mapper = self._last_good = None
+        self._programs.clear()
+
+
+def _tile_from_clip(tile: tuple[int, int, int, int], size: tuple[int, int]) -> NDArray[np.float64]:
+    """(4, 4) matrix that makes the tile (left, top, width, height) of a picture of `size` fill clip space."""
+    left, top, width, height = tile
+    matrix = np.eye(4)
+    matrix[0, 0], matrix[1, 1] = size[0] / width, size[1] / height
+    matrix[0, 3] = (size[0] - 2.0 * left) / width - 1.0
+    matrix[1, 3] = 1.0 - (size[1] - 2.0 * top) / height
+    return matrix

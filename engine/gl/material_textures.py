@@ -1,0 +1,75 @@
+"""A shading map or its compression as textures: float32, repeating, with mip-maps.
+
+Textures that a device cannot hold are reduced, and a message says so: nothing is silently smaller.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.gl.context import Limits
+from engine.shading.power_law import PowerLawMap
+from engine.shading.shading_map import ShadingMap
+
+
+class MaterialTextures:
+    """Owns the textures of one material; `messages` tells what had to be reduced."""
+
+    def __init__(self, context: Any, shading: ShadingMap | PowerLawMap, limits: Limits) -> None:
+        self.r_max = shading.r_max
+        self.messages: list[str] = []
+        self.textures: dict[str, Any] = {}
+        if isinstance(shading, ShadingMap):
+            self.source = "SOURCE_SLICES"
+            slices = self._fit_layers(shading, limits.layers)
+            images = np.stack([self._fit_size(image, limits.texture_size) for image in slices])
+            self.layers = len(images)
+            height, width = images.shape[1:3]
+            self.textures["slices"] = context.texture_array((width, height, self.layers), 3, images, dtype="f4")
+        else:
+            self.source = "SOURCE_POWER_LAW"
+            self.layers = 0
+            for name, image in (("scale_map", shading.scale), ("exponent_map", shading.exponent)):
+                image = self._fit_size(image, limits.texture_size)
+                self.textures[name] = context.texture(image.shape[1::-1], 3, np.ascontiguousarray(image), dtype="f4")
+        for texture in self.textures.values():
+            texture.build_mipmaps()
+            texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
+            texture.repeat_x = texture.repeat_y = True
+
+    def _fit_layers(self, shading: ShadingMap, most: int) -> NDArray[np.float32]:
+        if len(shading.slices) <= most:
+            return shading.slices
+        self._say(f"The {len(shading.slices)} slices are shown as {most}, the most that this graphics device can hold.")
+        return np.stack([shading.slice_image(r) for r in np.linspace(0.0, shading.r_max, most)])
+
+    def _fit_size(self, image: NDArray[np.float32], most: int) -> NDArray[np.float32]:
+        height, width = image.shape[:2]
+        if max(height, width) <= most:
+            return image
+        factor = most / max(height, width)
+        size = (max(1, round(width * factor)), max(1, round(height * factor)))
+        self._say(
+            f"The material of {width} × {height} texels is shown at {size[0]} × {size[1]}: "
+            f"{most} is the largest texture of this graphics device."
+        )
+        reduced: NDArray[np.float32] = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+        return reduced
+
+    def _say(self, message: str) -> None:
+        if message not in self.messages:
+            self.messages.append(message)
+
+    def bind(self, program: Any) -> None:
+        for unit, (name, texture) in enumerate(self.textures.items()):
+            texture.use(unit)
+            program[name].value = unit
+
+    def release(self) -> None:
+        for texture in self.textures.values():
+            texture.release()
+        self.textures.clear()

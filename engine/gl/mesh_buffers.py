@@ -1,0 +1,35 @@
+"""A mesh in GPU memory: interleaved float32 position (relative to the centre), normal and texture coordinates."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engine.mesh import Mesh
+
+
+class MeshBuffers:
+    """Owns a vertex and an index buffer, and one vertex array per program that has drawn it."""
+
+    def __init__(self, context: Any, mesh: Mesh) -> None:
+        self.context = context
+        position = (mesh.positions - mesh.centre).astype(np.float32)
+        self.vertices = context.buffer(np.concatenate([position, mesh.normals, mesh.uv], axis=1).tobytes())
+        self.indices = context.buffer(mesh.faces.tobytes())
+        self.arrays: dict[Any, Any] = {}
+
+    def draw(self, program: Any) -> None:
+        if program not in self.arrays:
+            wanted = (("in_position", "3f"), ("in_normal", "3f"), ("in_uv", "2f"))
+            layout = " ".join(
+                size if name in program else size.replace("f", "f4").replace("f4", "x4") for name, size in wanted
+            )
+            names = [name for name, _ in wanted if name in program]
+            self.arrays[program] = self.context.vertex_array(program, [(self.vertices, layout, *names)], self.indices)
+        self.arrays[program].render()
+
+    def release(self) -> None:
+        for item in (*self.arrays.values(), self.vertices, self.indices):
+            item.release()
+        self.arrays.clear()

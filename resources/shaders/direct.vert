@@ -1,0 +1,22 @@
+#version 330 core
+// One vertex of the model.
+// in: position relative to the centre of the mesh, unit normal, texture coordinates (v up); out: the same, and v down.
+
+uniform mat4 clip_from_model;
+uniform float repeats;
+
+in vec3 in_position;
+in vec3 in_normal;
+in vec2 in_uv;
+
+out vec3 position;
+out vec3 normal;
+out vec2 uv;
+
+void main()
+{
+    position = in_position;
+    normal = in_normal;
+    uv = vec2(in_uv.x, 1.0 - in_uv.y) * repeats;
+    gl_Position = clip_from_model * vec4(in_position, 1.0);
+}
