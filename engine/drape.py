@@ -1,6 +1,6 @@
 """A cloth that falls over a ball: position-based dynamics (Müller et al. 2007) on a small grid.
 
-It made `resources/models/cloth.npy`, which `engine.shapes` refines: `python -m engine.drape resources/models/cloth.npy`.
+`python -m engine.drape resources/models/cloth.npy` made the file that `engine.shapes` refines.
 Constraints are solved one after the other (Gauss–Seidel); a few seconds, bound by the square roots of some 50 million
 constraints.
 """

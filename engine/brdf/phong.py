@@ -36,7 +36,7 @@ class Phong:
     """f = kd/π + ks (n + 2)/(2π) max(0, r·wo)^n with r the mirror direction of wi (Lewis 1993)."""
 
     kd: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Diffuse reflectance.")
-    ks: Colour = param((0.3, 0.3, 0.3), 0.0, 1.0, doc="Strength of the highlight.")
+    ks: Colour = param((0.2, 0.2, 0.2), 0.0, 1.0, doc="Strength of the highlight.")
     exponent: float = param(20.0, 0.0, 1e6, doc="Sharpness of the highlight.", slider=(1.0, 1000.0), log=True)
 
     isotropic: ClassVar[bool] = True
@@ -65,7 +65,7 @@ class BlinnPhong:
     """f = kd/π + ks (n + 2)(n + 4)/(8π (2^(−n/2) + n)) (n·h)^n."""
 
     kd: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Diffuse reflectance.")
-    ks: Colour = param((0.3, 0.3, 0.3), 0.0, 1.0, doc="Strength of the highlight.")
+    ks: Colour = param((0.2, 0.2, 0.2), 0.0, 1.0, doc="Strength of the highlight.")
     exponent: float = param(80.0, 0.0, 1e6, doc="Sharpness of the highlight.", slider=(1.0, 1000.0), log=True)
 
     isotropic: ClassVar[bool] = True

@@ -29,12 +29,10 @@ def create_context(backend: str = "egl") -> Any:
     The caller releases it. Several may exist; the newest is current, `with context:` makes one current.
     """
     try:
-        return moderngl.create_context(standalone=True, backend=backend, require=330)
-    except (ImportError, OSError, ValueError) as error:
-        raise MissingCapability(f"OpenGL 3.3 is not available ({' '.join(str(error).split())})", REMEDY) from None
+        return moderngl.create_context(standalone=True, backend=backend, require=330)  # type: ignore[arg-type]
     except Exception as error:
-        # moderngl and glcontext raise plain Exception for everything that the driver refuses
-        if type(error) not in (Exception, moderngl.Error):
+        # glcontext raises plain Exception for what the driver refuses, and ImportError or OSError for a missing library
+        if type(error) not in (Exception, ImportError, OSError, ValueError, moderngl.Error):
             raise
         raise MissingCapability(f"OpenGL 3.3 is not available ({' '.join(str(error).split())})", REMEDY) from None
 

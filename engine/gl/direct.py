@@ -54,7 +54,7 @@ class DirectRenderer:
     def draw(
         self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2, display: Display | None = None
     ) -> None:
-        """Draw `scene`, tone-mapped and sRGB-coded, over the whole of `framebuffer` of `size` (width, height) pixels."""
+        """Draw `scene`, tone-mapped and sRGB-coded, over `framebuffer`, whose `size` is (width, height) in pixels."""
         if self._tone_mapper is None:
             self._tone_mapper = ToneMapper(self.context)
         for (left, top, width, height), texture in self._tiles(scene, size, samples):

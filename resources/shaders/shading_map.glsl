@@ -1,6 +1,7 @@
 // S(r): the shading map from its slices, or from the compressed pair scale (r / r_max)^exponent.
 // in: share = r / r_max, texture coordinates (v down, repeating); out: linear radiance under unit light.
-// Share is clamped to [0, 1] here; what lies above it is the caller's choice. NaN and negative shares are black.
+// Share is clamped to [0, 1] here; what lies above it is the caller's choice. A share that is not positive and finite
+// is black.
 // The slices are the layers of an array texture: each is filtered at its own texel centres and the two nearest are
 // mixed here, so a share that belongs to a slice gives exactly this slice.
 
@@ -18,7 +19,7 @@ uniform float layers;
 
 vec3 shading_map(float share, vec2 uv)
 {
-    float layer = (share > 0.0 ? min(share, 1.0) : 0.0) * (layers - 1.0);
+    float layer = (share > 0.0 && share < 3.4e38 ? min(share, 1.0) : 0.0) * (layers - 1.0);
     float lower = min(floor(layer), layers - 2.0);
     float detail = level_of_detail(uv, textureSize(slices, 0).xy);
     vec3 below = textureLod(slices, vec3(uv, lower), detail).rgb;
@@ -36,6 +37,6 @@ vec3 shading_map(float share, vec2 uv)
     float detail = level_of_detail(uv, textureSize(scale_map, 0));
     vec3 scale = textureLod(scale_map, uv, detail).rgb;
     vec3 exponent = max(textureLod(exponent_map, uv, detail).rgb, 0.0);
-    return share > 0.0 ? scale * exp2(exponent * log2(min(share, 1.0))) : vec3(0.0);
+    return share > 0.0 && share < 3.4e38 ? scale * exp2(exponent * log2(min(share, 1.0))) : vec3(0.0);
 }
 #endif
