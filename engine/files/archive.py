@@ -58,7 +58,7 @@ class Archive:
         if self.content is None:
             return read_bytes(self.path / name, limit_bytes)
         try:
-            with zipfile.ZipFile(io.BytesIO(self.content)) as archive, archive.open(name) as member:
+            with zipfile.ZipFile(io.BytesIO(self.content)) as archive, archive.open(mode="r", name=name) as member:
                 content = member.read(self.sizes[name] + 1)
         except _DAMAGE as error:
             raise InputError(self.path, f"{name} is damaged ({_one_line(error)})", _REMEDY) from None

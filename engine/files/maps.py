@@ -1,32 +1,18 @@
-"""Maps of floats as OpenEXR files that restore every bit: 32-bit floats, ZIP compression, one channel per name.
+"""Maps of floats from an OpenEXR member of a bundle; `decode_maps` runs in the child of `engine.files.untrusted`.
 
-Radiance carries the chromaticities of linear sRGB (ITU-R BT.709, D65); data maps (exponents) carry none, and neither
-is ever gamma-coded. `decode_maps` runs in the child interpreter of `engine.files.untrusted`.
-Cost: about 25 MB/s to write photographic data, 200 MB/s to read, both without the interpreter lock.
+They were written by `engine.images.encode.encode_exr` as 32-bit floats and come back bit for bit.
+Cost: about 200 MB/s.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import OpenEXR
-from numpy.typing import NDArray
 
 from engine.errors import InputError
-
-#: x, y of red, green, blue and white.
-CHROMATICITIES = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
-
-
-def encode_maps(channels: Mapping[str, NDArray[np.float32]], attributes: Mapping[str, Any]) -> bytes:
-    """An OpenEXR file of (H, W) float32 `channels`, with `attributes` in its header."""
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
-    content = io.BytesIO()
-    OpenEXR.File(header, {name: np.ascontiguousarray(channel) for name, channel in channels.items()}).write(content)
-    return content.getvalue()
 
 
 def decode_maps(content: bytes, name: str, channels: Sequence[str], height: int, width: int) -> dict[str, Any]:
@@ -34,6 +20,8 @@ def decode_maps(content: bytes, name: str, channels: Sequence[str], height: int,
 
     Raises InputError, before any pixel is decoded, where the size or the channels are not the expected ones.
     """
+    import OpenEXR
+
     header = OpenEXR.File(io.BytesIO(content), header_only=True).parts[0].header
     low, high = (np.asarray(corner, dtype=np.int64) for corner in header["dataWindow"])
     columns, rows = (int(size) for size in high - low + 1)

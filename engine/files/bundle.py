@@ -1,0 +1,407 @@
+"""The bundle: a material as it leaves the program, in one folder or one `.lightarc` zip (the suffix decides).
+
+It holds the maps as 32-bit OpenEXR files, so that opening restores every bit; the shader and a page that show the
+material without this program; and a manifest with the provenance, the error figures and a fingerprint of each other
+member. The same material gives the same bytes: members carry no time of day. Reading trusts nothing: see
+`engine.files.archive` for names and sizes, `engine.files.manifest` for JSON; pixels are decoded in a child
+interpreter, after the manifest has said how many there must be.
+Cost: compressing the maps (about 25 MB/s) bounds saving, decompressing and hashing bound opening.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import zipfile
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+import engine
+from engine.errors import InputError, OutputError
+from engine.files.archive import TOTAL_LIMIT_BYTES, Archive, open_archive
+from engine.files.atomic import atomic_file, atomic_folder, make_folder, write_bytes
+from engine.files.manifest import (
+    UNITS,
+    HealthRecord,
+    Manifest,
+    Member,
+    PowerLawRecord,
+    ShadingMapRecord,
+    read_json,
+    read_manifest,
+    write_manifest,
+)
+from engine.files.untrusted import decode_content
+from engine.material import Material
+from engine.shading.power_law import PowerLawMap
+from engine.shading.shading_map import ShadingMap
+from engine.steps import Step, Steps
+
+SUFFIX = ".lightarc"
+MANIFEST = "manifest.json"
+SLICES, SCALE, EXPONENT, ERROR = (
+    "shading_map.exr",
+    "power_law_scale.exr",
+    "power_law_exponent.exr",
+    "power_law_error.exr",
+)
+BRDF, PREVIEW, SHADER, VIEWER = "brdf.json", "preview.png", "shader/lightarc.glsl", "viewer/index.html"
+MEMBERS = frozenset({MANIFEST, SLICES, SCALE, EXPONENT, ERROR, BRDF, PREVIEW, SHADER, VIEWER})
+
+_JSON_LIMIT_BYTES = 16 << 20
+_SMALL_LIMIT_BYTES = 256 << 20
+_PACKED_WELL = (".json", ".glsl", ".html")
+
+Value = TypeVar("Value")
+Maps = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What `verify_bundle` found: `problems` in sentences, none where the bundle is sound."""
+
+    members: tuple[str, ...]
+    problems: tuple[str, ...]
+    size_bytes: int
+    schema_version: int | None
+
+    @property
+    def ok(self) -> bool:
+        return not self.problems
+
+
+def save_bundle(
+    path: str | os.PathLike[str],
+    material: Material,
+    *,
+    provenance: Mapping[str, Any] | None = None,
+    figures: Mapping[str, Any] | None = None,
+    preview: bytes | None = None,
+) -> Steps[Path]:
+    """Write `material` as a bundle; an existing bundle is replaced in one step, anything else is refused.
+
+    Parameters
+    ----------
+    path : folder, or a file that ends in .lightarc.
+    provenance : JSON values: cameras, levels, white balance, angles, what was assumed.
+    figures : JSON values: error figures, with the unit in each key.
+    preview : a PNG.
+
+    Returns `path`. Raises OutputError where it cannot be written, and ValueError for a material without maps or with
+    values that are negative or not finite.
+    """
+    target = Path(path)
+    check_replaceable(target)
+    _check_values(material)
+    contents = _contents(material, preview)
+    members: dict[str, Member] = {}
+    with _sink(target, _size_estimate(material)) as put:
+        for index, (name, produce) in enumerate(contents.items()):
+            content = yield from _in_thread(produce, index / (len(contents) + 1), f"writing {name}")
+            members[name] = Member(sha256=hashlib.sha256(content).hexdigest(), size_bytes=len(content))
+            put(name, content)
+        yield Step(len(contents) / (len(contents) + 1), f"writing {MANIFEST}")
+        put(MANIFEST, write_manifest(_manifest(material, provenance or {}, figures or {}, members)))
+        if sum(member.size_bytes for member in members.values()) > TOTAL_LIMIT_BYTES - _JSON_LIMIT_BYTES:
+            raise OutputError(target, "the material is larger than the 4 GiB of a bundle", "Reduce the resolution")
+    yield Step(1.0, "bundle written")
+    return target
+
+
+def open_bundle(path: str | os.PathLike[str]) -> Material:
+    """The material in a bundle, bit for bit as it was saved; InputError where anything is not as it was written."""
+    archive = open_archive(path, MEMBERS)
+    manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
+    return _material(archive, manifest)
+
+
+def verify_bundle(path: str | os.PathLike[str]) -> Verification:
+    """Check names, sizes, fingerprints, schema, bounds and pixels of a bundle, and collect what is wrong.
+
+    Raises InputError only where there is nothing to look at: `path` is missing or not readable.
+    """
+    archive = open_archive(path, MEMBERS)
+    names = tuple(sorted(archive.sizes))
+    try:
+        manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
+    except InputError as error:
+        return Verification(names, (_sentence(error),), archive.size_bytes, None)
+    problems = _fingerprint_problems(archive, manifest)
+    if not problems:
+        try:
+            _check_brdf(archive, manifest)
+            _check_values(_material(archive, manifest))
+        except InputError as error:
+            problems.append(_sentence(error))
+        except ValueError as error:
+            problems.append(f"{error}.")
+    return Verification(names, tuple(problems), archive.size_bytes, manifest.schema_version)
+
+
+def describe_bundle(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """The manifest of a bundle as JSON values, without looking at its pixels."""
+    archive = open_archive(path, MEMBERS)
+    return read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path).model_dump()
+
+
+def check_replaceable(target: Path) -> None:
+    """Raise OutputError where `target` exists and is not a bundle that this version wrote or could have written."""
+    if not os.path.exists(target):  # noqa: PTH110 - Path.exists raises for names that are too long
+        return
+    try:
+        archive = open_archive(target, MEMBERS)
+        if archive.content is not None or archive.sizes:
+            read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), target)
+    except InputError as error:
+        problem = f"it exists and cannot be replaced, because {error.problem}"
+        raise OutputError(target, problem, "Choose another name") from None
+
+
+def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[], bytes]]:
+    """What produces each member but the manifest, in the order of writing."""
+    from engine.files.handover import brdf_json, shader, viewer
+    from engine.images.encode import encode_exr, rgb_channels
+
+    def maps(channels: Mapping[str, NDArray[Any]], **attributes: str) -> Callable[[], bytes]:
+        return lambda: encode_exr(channels, half=False, attributes=attributes)
+
+    contents: dict[str, Callable[[], bytes]] = {}
+    shading_map, power_law = material.shading_map, material.power_law
+    if shading_map is not None:
+        contents[SLICES] = maps(_slice_channels(shading_map), unit=UNITS["radiance"], r_max=repr(shading_map.r_max))
+    if power_law is not None:
+        contents[SCALE] = maps(rgb_channels(power_law.scale), unit=UNITS["radiance"], r_max=repr(power_law.r_max))
+        contents[EXPONENT] = maps(rgb_channels(power_law.exponent), unit="1, data without a colour space")
+        contents[ERROR] = maps({"Y": power_law.error_map}, unit=UNITS["radiance"])
+        contents[VIEWER] = lambda: viewer(material).encode()
+    contents[BRDF] = lambda: brdf_json(material).encode()
+    contents[SHADER] = lambda: shader(material).encode()
+    if preview is not None:
+        contents[PREVIEW] = lambda: preview
+    return contents
+
+
+def _slice_channels(shading_map: ShadingMap) -> dict[str, NDArray[Any]]:
+    names = _slice_names(len(shading_map.slices), shading_map.clipped is not None)
+    planes: list[NDArray[Any]] = [plane for image in shading_map.slices for plane in np.moveaxis(image, 2, 0)]
+    return dict(zip(names, planes + list(shading_map.clipped if shading_map.clipped is not None else ()), strict=True))
+
+
+def _slice_names(slices: int, clipped: bool) -> list[str]:
+    names = [f"slice{index:02d}.{channel}" for index in range(slices) for channel in "RGB"]
+    return names + ([f"slice{index:02d}.clipped" for index in range(slices)] if clipped else [])
+
+
+def _in_thread(produce: Callable[[], Value], done: float, note: str) -> Steps[Value]:
+    """Run `produce`, which releases the interpreter lock, while yielding steps."""
+    with ThreadPoolExecutor(1) as pool:
+        future = pool.submit(produce)
+        while not future.done():
+            yield Step(done, note)
+            wait([future], timeout=0.05)
+        return future.result()
+
+
+@contextmanager
+def _sink(target: Path, size_bytes: int) -> Iterator[Callable[[str, bytes], None]]:
+    """A function that takes (member name, content); the bundle appears at `target` when the block ends."""
+    if target.suffix == SUFFIX:
+        with atomic_file(target, size_bytes) as output, zipfile.ZipFile(output, "w") as packed:
+            yield lambda name, content: packed.writestr(_zip_entry(name), content)
+    else:
+        with atomic_folder(target, MANIFEST, size_bytes) as folder:
+            yield lambda name, content: _put_file(folder / name, content)
+
+
+def _zip_entry(name: str) -> zipfile.ZipInfo:
+    entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+    entry.compress_type = zipfile.ZIP_DEFLATED if name.endswith(_PACKED_WELL) else zipfile.ZIP_STORED
+    entry.create_system, entry.external_attr = 3, 0o100644 << 16
+    return entry
+
+
+def _put_file(path: Path, content: bytes) -> None:
+    make_folder(path.parent)
+    write_bytes(path, content)
+
+
+def _manifest(
+    material: Material, provenance: Mapping[str, Any], figures: Mapping[str, Any], members: dict[str, Member]
+) -> Manifest:
+    return Manifest(
+        name=material.name,
+        brdf=material.brdf,
+        sigma=None if material.sigma is None else float(material.sigma),
+        elevation_deg=[float(elevation) for elevation in material.elevation_deg],
+        units=UNITS,
+        software={"lightarc": engine.__version__, "numpy": np.__version__, "python": platform.python_version()},
+        provenance=dict(provenance),
+        figures=dict(figures),
+        shading_map=_shading_map_record(material.shading_map),
+        power_law=_power_law_record(material.power_law),
+        health=HealthRecord.of(material.health),
+        members=members,
+    )
+
+
+def _shading_map_record(shading_map: ShadingMap | None) -> ShadingMapRecord | None:
+    if shading_map is None:
+        return None
+    slices, height, width = shading_map.slices.shape[:3]
+    return ShadingMapRecord(
+        slices=slices,
+        height_px=height,
+        width_px=width,
+        r_max=float(shading_map.r_max),
+        mean_radiance=shading_map.mean_radiance.tolist(),
+        order=[int(place) for place in shading_map.order],
+        clipped=shading_map.clipped is not None,
+        health=HealthRecord.of(shading_map.health),
+    )
+
+
+def _power_law_record(power_law: PowerLawMap | None) -> PowerLawRecord | None:
+    if power_law is None:
+        return None
+    return PowerLawRecord(
+        height_px=power_law.scale.shape[0],
+        width_px=power_law.scale.shape[1],
+        r_max=float(power_law.r_max),
+        rms=float(power_law.rms),
+        rms_per_channel=power_law.rms_per_channel.tolist(),
+        health=HealthRecord.of(power_law.health),
+    )
+
+
+def _material(archive: Archive, manifest: Manifest) -> Material:
+    try:
+        return Material(
+            shading_map=_shading_map(archive, manifest),
+            power_law=_power_law(archive, manifest),
+            brdf=manifest.brdf,
+            sigma=manifest.sigma,
+            elevation_deg=tuple(manifest.elevation_deg),
+            name=manifest.name,
+            health=manifest.health.restored(),
+        )
+    except ValueError as error:
+        raise InputError(archive.path, f"holds a material that cannot be: {error}", "Export the bundle again") from None
+
+
+def _shading_map(archive: Archive, manifest: Manifest) -> ShadingMap | None:
+    record = manifest.shading_map
+    if record is None:
+        return None
+    names = _slice_names(record.slices, record.clipped)
+    maps = _maps(archive, manifest, SLICES, names, record.height_px, record.width_px)
+    colours = maps[: 3 * record.slices].reshape(record.slices, 3, record.height_px, record.width_px)
+    return ShadingMap(
+        slices=np.ascontiguousarray(np.moveaxis(colours, 1, 3)),
+        r_max=record.r_max,
+        mean_radiance=np.array(record.mean_radiance, np.float64),
+        health=record.health.restored(),
+        clipped=maps[3 * record.slices :] != 0 if record.clipped else None,
+        order=tuple(record.order),
+    )
+
+
+def _power_law(archive: Archive, manifest: Manifest) -> PowerLawMap | None:
+    record = manifest.power_law
+    if record is None:
+        return None
+
+    def colours(member: str) -> Maps:
+        maps = _maps(archive, manifest, member, list("RGB"), record.height_px, record.width_px)
+        return np.ascontiguousarray(np.moveaxis(maps, 0, 2))
+
+    return PowerLawMap(
+        scale=colours(SCALE),
+        exponent=colours(EXPONENT),
+        r_max=record.r_max,
+        rms=record.rms,
+        rms_per_channel=np.array(record.rms_per_channel, np.float64),
+        error_map=_maps(archive, manifest, ERROR, ["Y"], record.height_px, record.width_px)[0],
+        health=record.health.restored(),
+    )
+
+
+def _maps(archive: Archive, manifest: Manifest, member: str, channels: list[str], height: int, width: int) -> Maps:
+    """The channels of an EXR member (C, H, W), after its size and fingerprint have been found right."""
+    size_bytes = 4 * len(channels) * height * width
+    if size_bytes > TOTAL_LIMIT_BYTES:
+        raise InputError(archive.path, f"{member} would have {size_bytes:,} bytes of pixels", "Use a smaller bundle")
+    content = archive.read(member)
+    _check_fingerprint(archive, manifest, member, content)
+    reply = decode_content(
+        "engine.files.maps:decode_maps",
+        archive.path / member,
+        content,
+        memory_bytes=(2 << 30) + 2 * len(content) + 4 * size_bytes,
+        timeout_s=60.0 + size_bytes / 10e6,
+        channels=channels,
+        height=height,
+        width=width,
+    )
+    maps: Maps = reply["maps"]
+    return maps
+
+
+def _fingerprint_problems(archive: Archive, manifest: Manifest) -> list[str]:
+    problems = [f"{name} is not in the manifest." for name in sorted(archive.sizes) if name not in manifest.members]
+    problems.remove(f"{MANIFEST} is not in the manifest.")
+    for name in sorted(manifest.members):
+        limit_bytes = TOTAL_LIMIT_BYTES if name.endswith(".exr") else _SMALL_LIMIT_BYTES
+        try:
+            _check_fingerprint(archive, manifest, name, archive.read(name, limit_bytes))
+        except InputError as error:
+            problems.append(_sentence(error))
+    return problems
+
+
+def _check_fingerprint(archive: Archive, manifest: Manifest, name: str, content: bytes) -> None:
+    member = manifest.members.get(name)
+    if member is None:
+        raise InputError(archive.path, f"{name} is not in the manifest", "Export the bundle again")
+    if (len(content), hashlib.sha256(content).hexdigest()) != (member.size_bytes, member.sha256):
+        raise InputError(archive.path, f"{name} is not as it was written", "Ask for the bundle again")
+
+
+def _check_brdf(archive: Archive, manifest: Manifest) -> None:
+    brdf = read_json(archive.read(BRDF, _JSON_LIMIT_BYTES), archive.path, BRDF)
+    if not isinstance(brdf, dict) or brdf.get("text") != manifest.brdf:
+        raise InputError(archive.path, f"{BRDF} contradicts the manifest", "Export the bundle again")
+
+
+def _check_values(material: Material) -> None:
+    """Raise ValueError unless there are maps and all their values are finite and not negative."""
+    maps: dict[str, Maps] = {}
+    if material.shading_map is not None:
+        maps["the shading map"] = material.shading_map.slices
+    if material.power_law is not None:
+        maps["the scale"] = material.power_law.scale
+        maps["the exponent"] = material.power_law.exponent
+        maps["the error map"] = material.power_law.error_map
+    if not maps:
+        raise ValueError("the material has neither a shading map nor a power law")
+    for name, values in maps.items():
+        if not (np.isfinite(values.min()) and np.isfinite(values.max()) and values.min() >= 0):
+            raise ValueError(f"{name} has values that are negative or not finite")
+
+
+def _size_estimate(material: Material) -> int:
+    """Bytes of all maps before compression."""
+    shading_map, power_law = material.shading_map, material.power_law
+    size_bytes = shading_map.slices.nbytes if shading_map is not None else 0
+    return size_bytes + (power_law.scale.nbytes * 7 // 3 if power_law is not None else 0)
+
+
+def _sentence(error: InputError) -> str:
+    return f"{error.problem}."

@@ -1,0 +1,174 @@
+"""What shows a material without this program: brdf.json, a shader of its own, and a page for any browser.
+
+The page (resources/viewer/index.html) carries everything within itself, loads nothing and runs in WebGL 2. Its maps
+are the power-law pair in 16 bits, each as two 8-bit PNG pictures (high and low byte), because browsers read no floats;
+the error is half of 1/65535 of a map's largest value. Maps above 1024 texels are averaged down, and the page says so.
+Both texts share the GLSL of the window (resources/shaders), includes written out.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, model_name
+from engine.material import Material, auto_sigma
+from engine.params import Parameter, parameters
+
+RESOURCES = Path(__file__).resolve().parents[2] / "resources"
+
+#: Longest side of the maps in the page, in texels.
+VIEWER_SIDE = 1024
+
+_INCLUDE = re.compile(r'^\s*#include "([^"]+)"\s*$', re.MULTILINE)
+_UNIFORM = re.compile(r"^uniform (float|vec3) brdf_(\w+);$", re.MULTILINE)
+
+
+def brdf_json(material: Material) -> str:
+    """The reflectance as JSON: its text, model, parameters, and the sigma that goes with it."""
+    brdf = brdf_from_text(material.brdf)
+    value = {
+        "text": material.brdf,
+        "model": model_name(brdf),
+        "parameters": {parameter.name: getattr(brdf, parameter.name) for parameter in parameters(brdf)},
+        "unit": "1/sr, the cosine is not included",
+        "sigma": resolved_sigma(material),
+        "sigma_is_automatic": material.sigma is None,
+    }
+    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def shader(material: Material) -> str:
+    """GLSL functions that evaluate `material`, with a usage comment; BRDF parameters are constants."""
+    brdf = brdf_from_text(material.brdf)
+
+    def constant(uniform: re.Match[str]) -> str:
+        return f"const {uniform[1]} brdf_{uniform[2]} = {_glsl(getattr(brdf, uniform[2]))};"
+
+    return _filled(
+        (RESOURCES / "bundle" / "lightarc.glsl").read_text(encoding="utf-8"),
+        NAME=_comment(material.name),
+        BRDF_TEXT=_comment(material.brdf),
+        BRDF=_UNIFORM.sub(constant, _brdf_source(model_name(brdf))),
+        SIGMA=_glsl(resolved_sigma(material)),
+        R_MAX=_glsl(_r_max(material)),
+    )
+
+
+def viewer(material: Material) -> str:
+    """The page that shows the power law of `material` on a plane and a sphere under a light that can be dragged."""
+    power_law = material.power_law
+    if power_law is None:
+        raise ValueError("the page shows the compressed pair, which this material does not have")
+    brdf = brdf_from_text(material.brdf)
+    height, width = power_law.scale.shape[:2]
+    data = {
+        "name": material.name,
+        "brdf": model_name(brdf),
+        "models": [_model(name, brdf) for name in MODELS],
+        "sigma": material.sigma,
+        "elevation_deg": _thinned(material.elevation_deg, 64),
+        "r_max": power_law.r_max,
+        "rms": power_law.rms,
+        "size": [width, height],
+        "maps": {"scale": _coded(power_law.scale), "exponent": _coded(power_law.exponent)},
+        "sources": {"frame": _source("frame.glsl"), "shading_map": _source("shading_map.glsl")},
+    }
+    text = json.dumps(data, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
+    return _filled((RESOURCES / "viewer" / "index.html").read_text(encoding="utf-8"), DATA=text)
+
+
+def resolved_sigma(material: Material) -> float:
+    """The sigma of `material`, worked out where it is automatic."""
+    if material.sigma is not None:
+        return float(material.sigma)
+    return auto_sigma(brdf_from_text(material.brdf), np.radians(material.elevation_deg), _r_max(material))
+
+
+def _r_max(material: Material) -> float:
+    shading = material.power_law or material.shading_map
+    return float(shading.r_max) if shading is not None else 1.0
+
+
+def _thinned(values: tuple[float, ...], most: int) -> list[float]:
+    """At most `most` of `values`, evenly chosen, with the first and the last: uniforms are few."""
+    chosen = np.linspace(0, len(values) - 1, min(len(values), most)).round().astype(int)
+    return [float(values[index]) for index in chosen]
+
+
+def _model(name: str, current: Brdf) -> dict[str, Any]:
+    """A model for the page: its declared parameters (with the current values where it is the current one), its GLSL."""
+    instance = current if name == model_name(current) else MODELS[name]()
+    declared = [_parameter(parameter, getattr(instance, parameter.name)) for parameter in parameters(instance)]
+    return {"name": name, "parameters": declared, "glsl": _brdf_source(name)}
+
+
+def _parameter(parameter: Parameter, value: Any) -> dict[str, Any]:
+    low, high = parameter.slider
+    return {
+        "name": parameter.name,
+        "label": parameter.label,
+        "doc": parameter.doc,
+        "unit": parameter.unit,
+        "low": low,
+        "high": high,
+        "log": parameter.log,
+        "value": value,
+    }
+
+
+def _brdf_source(name: str) -> str:
+    return _source(f"brdf/{name}.glsl")
+
+
+def _source(name: str) -> str:
+    """A shader file with its includes written out."""
+    text = (RESOURCES / "shaders" / name).read_text(encoding="utf-8")
+    return _INCLUDE.sub(lambda include: _source(include[1]), text)
+
+
+def _coded(values: NDArray[np.float32]) -> dict[str, Any]:
+    """A map in 16 bits for the page: value = largest (256 high + low) / 65535."""
+    from engine.images.encode import encode_png
+
+    small = _reduced(values)
+    largest = float(small.max())
+    codes = np.rint(small / (largest or 1.0) * 65535.0).astype(np.uint16)
+    planes = {"high": (codes >> 8).astype(np.uint8), "low": (codes & 255).astype(np.uint8)}
+    pictures = {name: base64.b64encode(encode_png(plane)).decode() for name, plane in planes.items()}
+    return {"largest": largest, "size": [small.shape[1], small.shape[0]], **pictures}
+
+
+def _reduced(values: NDArray[np.float32]) -> NDArray[np.float64]:
+    """The map averaged down to at most VIEWER_SIDE texels on its longer side."""
+    height, width = values.shape[:2]
+    share = VIEWER_SIDE / max(height, width)
+    if share >= 1.0:
+        return values.astype(np.float64)
+    import cv2
+
+    size = (max(1, round(width * share)), max(1, round(height * share)))
+    return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float64).reshape(size[1], size[0], 3)
+
+
+def _glsl(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"vec3({', '.join(_glsl(number) for number in value)})"
+    digits = repr(float(np.float32(value)))
+    return digits if "." in digits or "e" in digits else f"{digits}.0"
+
+
+def _comment(text: str) -> str:
+    """`text` as part of one comment line: printable ASCII without the backslash that would continue the line."""
+    return re.sub(r"[^ -\[\]-~]", "?", text)[:100]
+
+
+def _filled(template: str, **values: str) -> str:
+    """`template` with each @NAME@ replaced once and nothing replaced within what was put in."""
+    return re.sub("@(" + "|".join(values) + ")@", lambda found: values[found[1]], template)

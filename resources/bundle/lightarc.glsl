@@ -1,0 +1,45 @@
+// @NAME@: a material exported by Lightarc. GLSL 3.30 and later, GLSL ES 3.00 and later; needs no other file.
+//
+// Shading maps after Kautz, Sattler, Sarlette, Klein and Seidel 2004: the radiance of a texel depends on
+//     r = sigma * luminance(f(wi, wo)) * cos(theta_i),
+// and is stored compressed, S(r) = scale * (r / r_max)^exponent for each texel and channel.
+//
+// Usage, for one directional light of irradiance 1 (add up several):
+//     vec3 scale = texture(power_law_scale, uv).rgb;        // power_law_scale.exr, 32-bit floats, linear
+//     vec3 exponent = texture(power_law_exponent, uv).rgb;  // power_law_exponent.exr, data, no colour transform
+//     vec3 radiance = lightarc_radiance(wi, wo, scale, exponent);
+// uv has v downwards (row 0 of the files on top) and repeats. wi (to the light) and wo (to the viewer) are unit vectors
+// in the local frame of the surface: tangent +x, bitangent +y, normal +z. The result is linear sRGB.
+// With the slices of shading_map.exr as the layers of an array texture: lightarc_slices(r, slices, layers, uv).
+
+const float LIGHTARC_SIGMA = @SIGMA@;
+const float LIGHTARC_R_MAX = @R_MAX@;
+
+// ---- @BRDF_TEXT@
+@BRDF@
+// ---- Shading map
+
+float lightarc_r(vec3 wi, vec3 wo)
+{
+    return LIGHTARC_SIGMA * dot(brdf(wi, wo), vec3(0.2126390, 0.7151687, 0.0721923)) * max(wi.z, 0.0);
+}
+
+vec3 lightarc_power_law(float r, vec3 scale, vec3 exponent)
+{
+    float share = r > 0.0 ? min(r / LIGHTARC_R_MAX, 1.0) : 0.0;
+    return share > 0.0 ? scale * exp2(max(exponent, 0.0) * log2(share)) : vec3(0.0);
+}
+
+vec3 lightarc_slices(float r, highp sampler2DArray slices, float layers, vec2 uv)
+{
+    float layer = (r > 0.0 ? min(r / LIGHTARC_R_MAX, 1.0) : 0.0) * (layers - 1.0);
+    float lower = min(floor(layer), layers - 2.0);
+    vec3 below = texture(slices, vec3(uv, lower)).rgb;
+    vec3 beyond = texture(slices, vec3(uv, lower + 1.0)).rgb;
+    return mix(below, beyond, layer - lower);
+}
+
+vec3 lightarc_radiance(vec3 wi, vec3 wo, vec3 scale, vec3 exponent)
+{
+    return lightarc_power_law(lightarc_r(wi, wo), scale, exponent);
+}
