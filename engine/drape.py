@@ -12,6 +12,7 @@ import sys
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.files.atomic import atomic_file
 from engine.kernels import scalar
 
 POINTS = 61
@@ -92,4 +93,5 @@ def _keep_outside(positions, before):  # type: ignore[no-untyped-def]
 
 
 if __name__ == "__main__":
-    np.save(sys.argv[1], drape(), allow_pickle=False)
+    with atomic_file(sys.argv[1]) as file:
+        np.lib.format.write_array(file, drape(), allow_pickle=False)

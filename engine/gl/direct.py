@@ -19,8 +19,9 @@ from engine.gl.context import Limits, limits
 from engine.gl.material_textures import MaterialTextures
 from engine.gl.mesh_buffers import MeshBuffers
 from engine.gl.program import ShaderError, load_program, set_uniforms
-from engine.gl.tonemap import Display, ToneMapper
+from engine.gl.tonemap import ToneMapper
 from engine.params import parameters
+from engine.render.display import Display
 from engine.scene import Scene
 
 #: Longest side of the texture that is drawn into, in sub-pixels.

@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
-from engine.colour import OPERATORS, Operator
+from engine.colour import OPERATORS
 from engine.gl.program import load_program, set_uniforms
-
-
-@dataclass(frozen=True)
-class Display:
-    """How linear radiance is shown: exposure in EV, tone mapping, and the display-linear colour behind the model."""
-
-    exposure_ev: float = 0.0
-    operator: Operator = "neutral"
-    background: tuple[float, float, float] = (0.0123, 0.0123, 0.0123)
+from engine.render.display import Display
 
 
 class ToneMapper:

@@ -104,7 +104,7 @@ def _shade_band(
             np.einsum("nc,nci->ni", at(first_column + 1.5, row + 0.5) - at(first_column + 0.5, row + 0.5), uv),
             np.einsum("nc,nci->ni", at(column + 0.5, last_row - 0.5) - at(column + 0.5, last_row + 0.5), uv),
         ]
-        value = _looked_up(scene, levels, here, along, luminance(f), cosine)
+        value = _looked_up(scene, levels, here, along, luminance(f).astype(np.float64), cosine)
     picture[seen, :3] = np.where(np.isfinite(value).all(axis=1, keepdims=True), np.maximum(value, 0.0), 0.0)
     picture[seen, 3] = 1.0
     return picture
@@ -147,8 +147,8 @@ def _looked_up(
     reflectance = scene.sigma * f
     r = reflectance * cosine
     layer, gain = {
-        "radiance": (r, scene.irradiance),
-        "outgoing": (r * scene.irradiance, 1.0),
+        "radiance": (r, np.full_like(r, scene.irradiance)),
+        "outgoing": (r * scene.irradiance, np.ones_like(r)),
         "texture": (np.full_like(r, r_max), r / r_max * scene.irradiance),
         "angle": (r_max * cosine, reflectance / r_max * scene.irradiance),
     }[scene.lookup]
@@ -163,7 +163,7 @@ def _looked_up(
         rows, columns = _image_size(level)
         found = level.lookup(uv[used, 1] * rows, uv[used, 0] * columns, layer[used], scene.above)
         value[used] += weight[used, None] * found
-    return value * np.reshape(gain, (-1, 1))
+    return value * gain[:, None]
 
 
 def _image_size(shading: ShadingMap | PowerLawMap) -> tuple[int, int]:

@@ -1,0 +1,177 @@
+"""`lightarc render`: a picture of a material on a model, off screen, through the same GL code as the window."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from engine.steps import Step, drain
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from engine.render.display import Display
+    from engine.scene import Scene
+
+HELP = "Draw a material on a model."
+EXAMPLE = "lightarc render cloth --brdf phong:exponent=20 --light-deg 45,30 -o cloth.png"
+
+#: Most pixels of a picture; its linear radiance takes 16 bytes for each.
+MOST_PIXELS = 2**28
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in model: sphere, plane, torus-knot, cloth")
+    parser.add_argument("-o", "--output", required=True, metavar="IMAGE", help=".png (tone-mapped) or .exr (radiance)")
+    parser.add_argument("--material", metavar="BUNDLE", help="without it, the BRDF alone is shown")
+    parser.add_argument("--brdf", metavar="TEXT", help="e.g. phong:exponent=20; otherwise the material's own")
+    parser.add_argument(
+        "--light-deg",
+        type=_two_numbers,
+        default=(50.0, 30.0),
+        metavar="THETA,PHI",
+        help="where the light is, in the world: THETA from +Y (up), PHI from +Z (the viewer's side of the plane) "
+        "towards +X (right); 90,0 shines along -Z (50,30)",
+    )
+    parser.add_argument("--intensity", type=float, default=1.0, metavar="L", help="irradiance that faces the light (1)")
+    parser.add_argument("--mode", choices=("shading-map", "direct"), help="'direct' leaves the material out")
+    parser.add_argument("--from", dest="source", default="slices", choices=("slices", "power-law"))
+    parser.add_argument("--lookup", default="radiance", choices=("radiance", "texture", "outgoing", "angle"))
+    parser.add_argument("--above", default="clamp", choices=("clamp", "scale"), help="beyond the brightest photograph")
+    parser.add_argument("--tile", type=float, default=4.0, metavar="N", help="repeats of the material over one uv (4)")
+    parser.add_argument("--width", type=int, default=1024, metavar="PX")
+    parser.add_argument("--height", type=int, default=768, metavar="PX")
+    parser.add_argument(
+        "--camera",
+        metavar="TEXT",
+        help="'eye=0,0,4 target=0,0,0 up=0,1,0 fov_deg=35' in the mesh's own coordinates, vertical field of view; "
+        "what is left out frames the model",
+    )
+    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV")
+    parser.add_argument("--tone-map", default="neutral", choices=("neutral", "none", "aces"))
+    parser.add_argument("--samples", type=int, default=2, metavar="N", help="N × N sub-pixels, 1 = pixel centres (2)")
+    parser.add_argument("--renderer", default="auto", choices=("auto", "gl", "cpu"), help="auto: OpenGL where there is")
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from app.cli import usage
+    from engine.colour import luminance
+    from engine.render.display import Display
+
+    start = time.perf_counter()
+    usage(_check, arguments)
+    display: Display = usage(lambda: Display(arguments.exposure, arguments.tone_map))
+    scene = _scene(arguments)
+    picture, drawn = _draw(scene, arguments, show)
+    _write(arguments.output, picture, display)
+    return {
+        "image": arguments.output,
+        "width_px": arguments.width,
+        "height_px": arguments.height,
+        **drawn,
+        "mean_radiance": float(luminance(picture[..., :3].astype("f8")).mean()),
+        "covered_fraction": float(picture[..., 3].mean(dtype="f8")),
+        "sigma": scene.sigma,
+        "light_direction": list(scene.light),
+        "time_s": time.perf_counter() - start,
+    }
+
+
+def report(result: dict[str, Any]) -> str:
+    warnings = "".join(f"\n{warning}" for warning in result["warnings"])
+    return f"{result['image']}: {1e3 * result['frame_s']:.0f} ms a frame on {result['gl_renderer']}{warnings}"
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    if not str(arguments.output).lower().endswith((".png", ".exr")):
+        raise ValueError(f"{arguments.output!r} must end in .png or .exr")
+    if arguments.width < 1 or arguments.height < 1 or arguments.width * arguments.height > MOST_PIXELS:
+        raise ValueError(f"a picture of {arguments.width} × {arguments.height} pixels is not possible")
+    if not 1 <= arguments.samples <= 16:
+        raise ValueError(f"--samples {arguments.samples} is outside 1 … 16")
+    if arguments.mode == "shading-map" and not arguments.material:
+        raise ValueError("--mode shading-map needs --material")
+
+
+def _scene(arguments: argparse.Namespace) -> Scene:
+    from app.cli import usage
+    from engine.brdf.brdf import brdf_from_text
+    from engine.camera import frame, parse
+    from engine.directions import world_direction
+    from engine.files.bundle import open_bundle
+    from engine.scene import Scene
+    from engine.shapes import open_mesh
+
+    brdf = usage(brdf_from_text, arguments.brdf) if arguments.brdf else None
+    material = open_bundle(arguments.material) if arguments.material and arguments.mode != "direct" else None
+    mesh = open_mesh(arguments.mesh)
+    camera = usage(parse, arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height))
+    scene: Scene = usage(
+        lambda: Scene(
+            mesh=mesh,
+            camera=camera,
+            brdf=brdf or brdf_from_text(material.brdf if material else "phong"),
+            material=material,
+            light=tuple(world_direction(*map(math.radians, arguments.light_deg))),
+            irradiance=arguments.intensity,
+            source=arguments.source,
+            lookup=arguments.lookup,
+            above=arguments.above,
+            repeats=arguments.tile,
+        )
+    )
+    return scene
+
+
+def _draw(
+    scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]
+) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    """The picture, and how it was made: frame_s, gl_renderer, warnings."""
+    from engine.errors import MissingCapability
+    from engine.gl.context import create_context
+    from engine.gl.draw import draw_off_screen
+    from engine.render.direct import radiance
+
+    size = (arguments.width, arguments.height)
+    warnings = list(scene.mesh.health.warnings)
+    if arguments.renderer != "cpu":
+        try:
+            context = create_context()
+        except MissingCapability as missing:
+            if arguments.renderer == "gl":
+                raise
+            warnings.append(str(missing))
+        else:
+            with context:
+                picture, frame_s, name, messages = draw_off_screen(context, scene, size, arguments.samples)
+            context.release()
+            return picture, {"frame_s": frame_s, "gl_renderer": name, "warnings": warnings + messages}
+    start = time.perf_counter()
+    picture = drain(radiance(scene, size, samples=arguments.samples), show)
+    frame_s = time.perf_counter() - start
+    return picture, {"frame_s": frame_s, "gl_renderer": "none (drawn on the processor)", "warnings": warnings}
+
+
+def _write(path: str, picture: NDArray[np.float32], display: Display) -> None:
+    from engine.files.atomic import write_bytes
+    from engine.images.encode import encode_png, rgb_channels, write_exr
+    from engine.render.display import displayed
+
+    if path.lower().endswith(".exr"):
+        write_exr(path, rgb_channels(picture[..., :3]), half=True)
+    else:
+        write_bytes(path, encode_png(displayed(picture, display)))
+
+
+def _two_numbers(text: str) -> tuple[float, float]:
+    try:
+        theta, phi = (float(number) for number in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not THETA,PHI such as 50,30") from None
+    if not (math.isfinite(theta) and math.isfinite(phi)):
+        raise argparse.ArgumentTypeError(f"{text!r} is not finite")
+    return theta, phi
