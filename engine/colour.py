@@ -7,6 +7,7 @@ group 2024, "Khronos PBR Neutral Tone Mapper". ACES: the fit by S. Hill of the R
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal
 
 import numpy as np
@@ -80,6 +81,16 @@ def srgb_from_xyz(xyz: ArrayLike) -> Floats:
     return xyz @ SRGB_FROM_XYZ.T.astype(xyz.dtype)
 
 
+def invertible(matrix: NDArray[np.float64]) -> bool:
+    """True for a finite (3, 3) matrix whose condition number is at most 1e4."""
+    return matrix.shape == (3, 3) and bool(np.isfinite(matrix).all() and _condition(matrix) <= 1e4)
+
+
+def _condition(matrix: NDArray[np.float64]) -> float:
+    singular = np.linalg.svd(matrix, compute_uv=False)
+    return float(singular[0] / singular[-1]) if singular[-1] > 0 else math.inf
+
+
 def srgb_from_camera(camera_from_xyz: ArrayLike) -> NDArray[np.float64] | None:
     """Matrix (3, 3) from white-balanced camera RGB to linear sRGB, or None where the camera's matrix is unusable.
 
@@ -87,11 +98,11 @@ def srgb_from_camera(camera_from_xyz: ArrayLike) -> NDArray[np.float64] | None:
     inversion, as dcraw and LibRaw do. None where the (3, 3) input is singular, ill-conditioned or not finite.
     """
     matrix = np.asarray(camera_from_xyz, np.float64)
-    if matrix.shape != (3, 3) or not np.isfinite(matrix).all():
+    if not invertible(matrix):
         return None
     camera_from_srgb = matrix @ XYZ_FROM_SRGB
     sums = camera_from_srgb.sum(axis=1)
-    if (np.abs(sums) < 1e-6).any() or np.linalg.cond(camera_from_srgb) > 1e4:
+    if (np.abs(sums) < 1e-6 * np.abs(camera_from_srgb).max()).any():
         return None
     inverse: NDArray[np.float64] = np.linalg.inv(camera_from_srgb / sums[:, None])
     return inverse

@@ -24,8 +24,11 @@ WhiteBalance = Literal["camera", "none"] | Sequence[float]
 
 #: Suffixes under which LibRaw is tried for what no other reader knows, or for a TIFF.
 RAW_SUFFIXES = frozenset(
-    [".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dcr", ".dng", ".erf", ".fff", ".gpr", ".iiq", ".kdc", ".mef", ".mos"]
-    + [".mrw", ".nef", ".nrw", ".orf", ".pef", ".raf", ".raw", ".rw2", ".rwl", ".sr2", ".srf", ".srw", ".x3f"]
+    f".{suffix}"
+    for suffix in (
+        *("3fr", "arw", "cr2", "cr3", "crw", "dcr", "dng", "erf", "fff", "gpr", "iiq", "kdc", "mef", "mos", "mrw"),
+        *("nef", "nrw", "orf", "pef", "raf", "raw", "rw2", "rwl", "sr2", "srf", "srw", "x3f"),
+    )
 )
 
 
@@ -100,8 +103,10 @@ def decode_photograph(
     if _is_raw(content, name):
         return decode_raw(content, name, white_balance, half_size)
     picture = images.decode(content, name, transfer, half_size)
+    if Path(name).suffix.lower() in RAW_SUFFIXES:
+        picture["warnings"].append(f"is a {picture['container']} inside, not camera RAW")
     photographed = picture.pop("exif")
-    photographed.pop("orientation")
+    photographed = {name: photographed[name] for name in ("camera", "exposure_s", "iso", "aperture")}
     levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0]}
     return {"radiance": picture.pop("pixels"), **picture, **photographed, **levels}
 

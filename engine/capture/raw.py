@@ -2,7 +2,7 @@
 
 LibRaw unpacks; black, white, saturation, balance, interpolation and colour matrix are done here in floating point,
 without any automatic brightening. LibRaw half-decodes truncated files without an exception: what it prints is an
-error, and so is a picture whose last rows hold one constant value.
+error, and so is a picture with rows that were never filled.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ import tifffile
 from numpy.typing import NDArray
 
 from engine.capture import demosaic, radiometry
-from engine.colour import srgb_from_camera
+from engine.colour import invertible, srgb_from_camera
 from engine.errors import InputError
 from engine.files.decoder_child import complaints
 from engine.files.untrusted import AGAIN
 from engine.images.decode import halved
-from engine.images.exif import Exif, oriented, rational, read_exif
+from engine.images.exif import EXPOSURE_GARBLED, Exif, oriented, rational, read_exif
 from engine.images.raster import check_size
 
 WhiteBalance = str | Sequence[float]
@@ -31,8 +31,8 @@ WhiteBalance = str | Sequence[float]
 #: EXIF orientation of LibRaw's `flip` bits (4 transpose, 2 rows, 1 columns).
 _ORIENTATION = (1, 2, 4, 3, 5, 8, 6, 7)
 
-#: A constant tail of more than this part of the rows is missing data, not a picture.
-_TAIL = 1 / 64
+#: Bands of rows in which missing data is looked for.
+_BANDS = 64
 
 _CONVERT = "Convert it to DNG, for example with Adobe DNG Converter"
 
@@ -47,7 +47,7 @@ def decode_raw(content: bytes, name: str, white_balance: WhiteBalance, half_size
         multipliers = _multipliers(raw, white_balance, warnings)
         matrix = _matrix(raw, warnings) * multipliers
         radiance = camera @ matrix.T.astype(np.float32)
-        exposure = _exposure(raw, read_exif(content))
+        exposure = _exposure(raw, read_exif(content), warnings)
         orientation = _ORIENTATION[raw.sizes.flip % 8]
     return {
         "radiance": oriented(radiance, orientation),
@@ -97,13 +97,13 @@ def _camera_rgb(
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_], dict[str, Any]]:
     """Linear camera RGB (H, W, 3) with 1 = white level, the saturation mask, and the levels that were used."""
     samples = raw.raw_image_visible
-    _check_tail(samples, name)
     pattern = raw.raw_pattern
     stacked = samples.ndim == 3
     sites = np.arange(3)[None] if stacked else pattern
     if sites is None:
         raise InputError(name, "has a colour filter array that LibRaw does not describe", _CONVERT)
     black, white = _levels(raw, sites)
+    _check_filled(samples[..., :3] if stacked else samples, black, name)
     levels: dict[str, Any] = {"black_level": black.ravel().tolist(), "white_level": white.ravel().tolist()}
     levels["bit_depth"] = int(white.max()).bit_length()
     try:
@@ -139,13 +139,19 @@ def _colours(raw: rawpy.RawPy, sites: NDArray[np.integer], name: str) -> NDArray
     return np.vectorize(lambda site: "RGB".index(letters[site]))(sites)
 
 
-def _check_tail(samples: NDArray[np.uint16], name: str) -> None:
-    """Refuse a picture whose last rows all hold one value while its first ones do not."""
-    height = samples.shape[0]
-    tail = samples[height - max(2, int(height * _TAIL)) :]
-    if tail.min() == tail.max() and samples.min() != samples.max():
+def _check_filled(samples: NDArray[np.uint16], black: NDArray[np.float64], name: str) -> None:
+    """Refuse a picture with rows that were never filled: constant ones at its end, or zeros where black is above 0.
+
+    Rows at the black level itself are left alone: a picture without noise may end in black.
+    """
+    bands = np.array_split(samples, min(_BANDS, samples.shape[0]))
+    tail = bands[-1]
+    constant = tail.size > 1 and tail.min() == tail.max() and samples.min() != samples.max()
+    if constant and (tail.flat[0] == 0 or tail.flat[0] not in black):
         problem = f"is an incomplete RAW file: its last rows all hold the value {int(tail.flat[0])}"
         raise InputError(name, problem, AGAIN)
+    if black.min() > 0 and any(np.count_nonzero(band) < band.size / 2 for band in bands):
+        raise InputError(name, "is an incomplete RAW file: it has rows without data", AGAIN)
 
 
 def _multipliers(raw: rawpy.RawPy, choice: WhiteBalance, warnings: list[str]) -> NDArray[np.float64]:
@@ -161,19 +167,25 @@ def _multipliers(raw: rawpy.RawPy, choice: WhiteBalance, warnings: list[str]) ->
 
 
 def _matrix(raw: rawpy.RawPy, warnings: list[str]) -> NDArray[np.float64]:
-    matrix = srgb_from_camera(raw.rgb_xyz_matrix[:3])
-    if matrix is None:
-        warnings.append("has no usable colour matrix; camera colours are taken as sRGB")
-        return np.eye(3)
-    return matrix
+    """Camera RGB to linear sRGB: from LibRaw's table of cameras, else as the file states it."""
+    tabulated = srgb_from_camera(raw.rgb_xyz_matrix[:3])
+    if tabulated is not None:
+        return tabulated
+    stated = np.asarray(raw.color_matrix[:, :3], float)
+    if invertible(stated):
+        return stated
+    warnings.append("has no usable colour matrix; camera colours are taken as sRGB")
+    return np.eye(3)
 
 
-def _exposure(raw: rawpy.RawPy, exif: Exif) -> dict[str, Any]:
-    """What EXIF says, else what LibRaw found elsewhere in the file."""
+def _exposure(raw: rawpy.RawPy, exif: Exif, warnings: list[str]) -> dict[str, Any]:
+    """What EXIF says, else what LibRaw found elsewhere in the file (it takes n/0 for n, so EXIF has the last word)."""
     other = raw.other
+    if exif.exposure_garbled:
+        warnings.append(EXPOSURE_GARBLED)
     return {
         "camera": exif.camera,
-        "exposure_s": exif.exposure_s or rational(other.shutter_speed, 1),
+        "exposure_s": exif.exposure_s if exif.exposure_garbled else exif.exposure_s or rational(other.shutter_speed, 1),
         "iso": exif.iso or rational(other.iso_speed, 1),
         "aperture": exif.aperture or rational(other.aperture, 1),
     }

@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import json
+import math
 import os
 import signal
 import struct
@@ -47,7 +48,9 @@ def main() -> None:
         request = json.loads(line)
         content = requests.read(request["content_bytes"])
         _limit_memory(request["memory_bytes"])
+        _limit_time(request["timeout_s"])
         _send(replies, _answer(request, content))
+        _limit_time(0)
         del content
 
 
@@ -68,6 +71,12 @@ def _limit_memory(memory_bytes: int) -> None:
     with contextlib.suppress(ValueError, OSError):  # macOS refuses limits below what is mapped already
         resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
     resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+
+
+def _limit_time(seconds: float) -> None:
+    """A second past the parent's own limit, for a parent that is gone; 0 lifts it."""
+    if hasattr(signal, "alarm"):
+        signal.alarm(math.ceil(seconds) + 1 if seconds else 0)
 
 
 def _answer(request: dict[str, Any], content: bytes) -> dict[str, Any]:
@@ -91,7 +100,7 @@ def _one_line(error: BaseException) -> str:
 def _unforeseen(
     replies: IO[bytes], kind: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
-    _send(replies, {"problem": f"cannot be decoded ({_one_line(error)})", "remedy": AGAIN})
+    _send(replies, {"problem": f"cannot be decoded ({_one_line(error)})", "remedy": AGAIN, "ends": True})
     sys.__excepthook__(kind, error, trace)
 
 

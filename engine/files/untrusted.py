@@ -134,6 +134,7 @@ def decode_content(
         "name": os.fspath(path),
         "options": options,
         "memory_bytes": memory_bytes,
+        "timeout_s": timeout_s,
         "content_bytes": len(content),
     }
     with _child() as child:
@@ -156,6 +157,7 @@ class _Child:
             stderr=subprocess.DEVNULL,
             env={**os.environ, "PYTHONPATH": root + (os.pathsep + known if known else "")},
         )
+        _running.add(self)
 
     @property
     def alive(self) -> bool:
@@ -165,22 +167,30 @@ class _Child:
         requests, replies = self.process.stdin, self.process.stdout
         assert requests is not None
         assert replies is not None
-        watchdog = threading.Timer(timeout_s, self.process.kill)
+        expired = threading.Event()
+        watchdog = threading.Timer(timeout_s, self._expire, (expired,))
         watchdog.daemon = True
         watchdog.start()
         try:
             requests.write(json.dumps(request).encode() + b"\n")
             requests.write(content)
             requests.flush()
-            return _receive(replies, request["memory_bytes"])
+            reply = _receive(replies, request["memory_bytes"])
         except (BrokenPipeError, EOFError):
             self.kill()
-            return self._last_words(timed_out=watchdog.finished.is_set(), timeout_s=timeout_s)
+            return self._last_words(timeout_s if expired.is_set() else None)
         finally:
             watchdog.cancel()
+        if reply.pop("ends", False):
+            self.kill()
+        return reply
 
-    def _last_words(self, timed_out: bool, timeout_s: float) -> dict[str, Any]:
-        if timed_out:
+    def _expire(self, expired: threading.Event) -> None:
+        expired.set()
+        self.process.kill()
+
+    def _last_words(self, timeout_s: float | None) -> dict[str, Any]:
+        if timeout_s is not None:
             return {"problem": f"could not be decoded within {timeout_s:g} s", "remedy": AGAIN}
         code = self.process.returncode
         return {"problem": f"is damaged: its decoder crashed (exit code {code})", "remedy": AGAIN}
@@ -192,6 +202,7 @@ class _Child:
                 if pipe is not None:
                     pipe.close()
         self.process.wait()
+        _running.discard(self)
 
 
 def _receive(replies: IO[bytes], limit_bytes: int) -> dict[str, Any]:
@@ -217,6 +228,7 @@ def _receive(replies: IO[bytes], limit_bytes: int) -> dict[str, Any]:
 
 _slots = threading.BoundedSemaphore(CHILDREN)
 _idle: list[_Child] = []
+_running: set[_Child] = set()
 
 
 @contextlib.contextmanager
@@ -238,6 +250,7 @@ def _child() -> Iterator[_Child]:
 
 @atexit.register
 def stop_children() -> None:
-    """End all idle decoder processes; the next file starts a new one."""
-    while _idle:
-        _idle.pop().kill()
+    """End all decoder processes, also busy ones; the next file starts a new one."""
+    _idle.clear()
+    for child in tuple(_running):
+        child.kill()

@@ -114,6 +114,8 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
     warnings = list(raster.warnings)
     if broken:
         warnings.append(f"has {broken} pixels that are not finite; they are masked")
+    if photographed.exposure_garbled:
+        warnings.append(exif.EXPOSURE_GARBLED)
     if half_size:
         pixels, saturated = halved(pixels, saturated)
     return {
@@ -131,11 +133,11 @@ def _linear(raster: Raster) -> tuple[NDArray[np.float32], NDArray[np.bool_], int
     """Linear pixels (H, W, 3), saturation mask and the number of pixels that were not finite."""
     samples = raster.samples if raster.samples.ndim == 3 else np.repeat(raster.samples[..., None], 3, axis=2)
     if raster.white is not None:
-        at_white: NDArray[np.bool_] = (samples >= raster.white).any(axis=2)
+        at_white = np.logical_or.reduce(samples >= raster.white, axis=2)
         return _from_codes(samples, raster.white, raster.transfer), at_white, 0
     with np.errstate(over="ignore"):
         pixels = samples.astype(np.float32)
-    broken: NDArray[np.bool_] = ~np.isfinite(pixels).all(axis=2)
+    broken = ~np.logical_and.reduce(np.isfinite(pixels), axis=2)
     pixels[broken] = 0
     return pixels, broken, int(broken.sum())
 
@@ -156,5 +158,4 @@ def halved(pixels: NDArray[np.float32], saturated: NDArray[np.bool_]) -> tuple[N
         return pixels, saturated
     blocks = saturated[: 2 * height, : 2 * width].reshape(height, 2, width, 2)
     small = cv2.resize(pixels[: 2 * height, : 2 * width], (width, height), interpolation=cv2.INTER_AREA)
-    any_saturated: NDArray[np.bool_] = blocks.any(axis=(1, 3))
-    return small, any_saturated
+    return small, np.logical_or.reduce(blocks, axis=(1, 3))

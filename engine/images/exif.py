@@ -15,15 +15,22 @@ from numpy.typing import NDArray
 logging.getLogger("exifread").setLevel(logging.CRITICAL)
 
 
+EXPOSURE_GARBLED = "states an impossible exposure time, which is taken as unknown"
+
+
 @dataclass(frozen=True)
 class Exif:
-    """None where the camera said nothing or nonsense (0/0, 1/0): an unknown exposure is asked for, never assumed."""
+    """None where the camera said nothing or nonsense (0/0, 1/0): an unknown exposure is asked for, never assumed.
+
+    `exposure_garbled`: an exposure time was written, but an impossible one.
+    """
 
     camera: str | None = None
     exposure_s: float | None = None
     iso: float | None = None
     aperture: float | None = None
     orientation: int = 1
+    exposure_garbled: bool = False
 
     def as_json(self) -> dict[str, Any]:
         return asdict(self)
@@ -45,12 +52,14 @@ def read_exif(content: bytes) -> Exif:
     ):
         return Exif()
     orientation = _number(tags, "Image Orientation")
+    exposure_s = _number(tags, "EXIF ExposureTime") or _number(tags, "Image ExposureTime")
     return Exif(
         camera=_camera(tags),
-        exposure_s=_number(tags, "EXIF ExposureTime") or _number(tags, "Image ExposureTime"),
+        exposure_s=exposure_s,
         iso=_number(tags, "EXIF ISOSpeedRatings") or _number(tags, "Image ISOSpeedRatings"),
         aperture=_number(tags, "EXIF FNumber") or _number(tags, "Image FNumber"),
         orientation=int(orientation) if orientation is not None and orientation in range(1, 9) else 1,
+        exposure_garbled=exposure_s is None and bool({"EXIF ExposureTime", "Image ExposureTime"} & tags.keys()),
     )
 
 

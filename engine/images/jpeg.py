@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -33,7 +33,7 @@ class _Frame:
     height: int
     width: int
     components: int
-    profile: bytes
+    profile: bytes = b""
 
 
 def read_jpeg(content: bytes, name: str) -> Raster:
@@ -70,7 +70,7 @@ def check_jpeg(content: bytes, name: str) -> _Frame:
         if length < 2 or len(body) != length - 2:
             raise _incomplete(name)
         if marker in _FRAMES and len(body) >= 6 and frame is None:
-            frame = _Frame(marker, body[0], *struct.unpack(">HHB", body[1:6]), b"")
+            frame = _frame(marker, body)
         elif marker == _APP2 and body.startswith(b"ICC_PROFILE\0"):
             profile += body[14:]
         at += 2 + length
@@ -81,7 +81,12 @@ def check_jpeg(content: bytes, name: str) -> _Frame:
             at = found.start()
     if frame is None:
         raise InputError(name, "is a JPEG without a picture", AGAIN)
-    return _Frame(frame.kind, frame.bits, frame.height, frame.width, frame.components, profile)
+    return replace(frame, profile=profile)
+
+
+def _frame(marker: int, body: bytes) -> _Frame:
+    bits, height, width, components = struct.unpack(">BHHB", body[:6])
+    return _Frame(marker, bits, height, width, components)
 
 
 def _marker_at(content: bytes, at: int, name: str) -> int:

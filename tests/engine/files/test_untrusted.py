@@ -1,0 +1,262 @@
+"""Faults 12 and 13 (odd files and names), and decoders that crash, hang, eat memory or talk too much."""
+
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+import unicodedata
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+
+from engine.errors import InputError
+from engine.files import untrusted
+from engine.files.untrusted import decode_in_child, read_bytes
+
+DECODERS = """
+import ctypes, json, os, sys, time
+import numpy as np
+from engine.errors import InputError
+
+def echo(content, name, **options):
+    return {"content": np.frombuffer(content, np.uint8), "name": name, "options": options, "pid": os.getpid()}
+
+def hang(content, name):
+    time.sleep(1000)
+
+def crash(content, name):
+    ctypes.string_at(0)
+
+def quit(content, name):
+    os._exit(7)
+
+def eat(content, name):
+    return {"array": np.ones((1 << 32,))}
+
+def chatter(content, name):
+    print("not json")
+    os.write(1, b"nor this\\n" * 10000)
+    os.write(2, b"noise\\n" * 100000)
+    return {"array": np.arange(6, dtype=">u2").reshape(2, 3), "empty": np.zeros((0, 3), np.float32)}
+
+def refuse(content, name):
+    raise InputError(name, "is not liked", "Give another")
+
+def surprise(content, name):
+    class Odd(Exception): pass
+    raise Odd("never seen")
+
+def damaged(content, name):
+    raise KeyError("width")
+"""
+
+
+@pytest.fixture
+def decoders(tmp_path, monkeypatch):
+    """A module of decoders that children can import; children are fresh before and gone afterwards."""
+    (tmp_path / "decoders_for_tests.py").write_text(DECODERS)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    untrusted.stop_children()
+    yield "decoders_for_tests"
+    untrusted.stop_children()
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "file.bin"
+    path.write_bytes(bytes(range(256)) * 100)
+    return path
+
+
+def refused(path, read=read_bytes):
+    with pytest.raises(InputError) as caught:
+        read(path)
+    assert str(caught.value).count("\n") == 0
+    return caught.value
+
+
+def test_fault12_only_regular_files_are_read(tmp_path):
+    folder, fifo, empty = tmp_path / "folder.jpg", tmp_path / "fifo.jpg", tmp_path / "empty.jpg"
+    folder.mkdir()
+    os.mkfifo(fifo)
+    empty.touch()
+    assert "folder" in refused(folder).problem
+    assert "pipe" in refused(fifo).problem
+    assert "device" in refused("/dev/zero").problem
+    assert "empty" in refused(empty).problem
+    assert "does not exist" in refused(tmp_path / "absent.jpg").problem
+
+
+def test_fault12_sockets_and_links(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind("socket.jpg")
+        assert "socket" in refused("socket.jpg").problem
+    Path("dangling.jpg").symlink_to("nowhere")
+    Path("loop.jpg").symlink_to("loop.jpg")
+    Path("zero.jpg").symlink_to("/dev/zero")
+    assert "does not exist" in refused("dangling.jpg").problem
+    assert "link" in refused("loop.jpg").problem.lower()
+    assert "device" in refused("zero.jpg").problem
+
+
+def test_fault12_a_file_that_changes_while_it_is_read_is_refused(file, monkeypatch):
+    check_kind = untrusted._check_kind
+
+    def append(path, status, limit_bytes):
+        check_kind(path, status, limit_bytes)
+        with Path(path).open("ab") as writer:
+            writer.write(b"more")
+
+    monkeypatch.setattr(untrusted, "_check_kind", append)
+    assert "changed" in refused(file).problem
+
+
+def test_fault12_a_file_that_shrinks_while_it_is_read_is_refused(file, monkeypatch):
+    check_kind = untrusted._check_kind
+
+    def cut(path, status, limit_bytes):
+        check_kind(path, status, limit_bytes)
+        os.truncate(path, 10)
+
+    monkeypatch.setattr(untrusted, "_check_kind", cut)
+    assert "changed" in refused(file).problem
+
+
+def test_fault12_a_file_that_vanishes_is_refused(file, monkeypatch):
+    monkeypatch.setattr(untrusted, "_check_kind", lambda path, *_: Path(path).unlink())
+    assert "does not exist" in refused(file).problem
+
+
+def test_files_over_the_limit_are_not_read(file):
+    with pytest.raises(InputError, match="limit"):
+        read_bytes(file, limit_bytes=1000)
+    assert len(read_bytes(file)) == 25600
+
+
+NAMES = [
+    "with space.bin",
+    "quote'\"%s%n.bin",
+    "new\nline.bin",
+    "emoji 🧵.bin",
+    "שלום.bin",
+    unicodedata.normalize("NFC", "é.bin"),
+    unicodedata.normalize("NFD", "é.bin"),
+    "trailing.",
+    "-o",
+    "n" * 255,
+    os.fsdecode(b"latin1-\xe9\xff.bin"),
+]
+
+
+@pytest.mark.parametrize("name", NAMES, ids=lambda name: ascii(name)[:20])
+def test_fault13_names_of_any_spelling_work(tmp_path, decoders, name):
+    path = tmp_path / name
+    path.write_bytes(b"content")
+    reply = decode_in_child(f"{decoders}:echo", path)
+    assert bytes(reply["content"]) == b"content"
+    assert reply["name"] == os.fspath(path)
+    path.unlink()
+    str(refused(path)).encode("utf-8")
+
+
+def test_fault13_impossible_names_are_one_clear_error(tmp_path):
+    for path in (str(tmp_path / ("n" * 256)), "/".join(["d" * 200] * 30), "nul\0.jpg"):
+        assert refused(path).problem
+
+
+def test_arrays_and_values_survive_the_way_through_the_child(file, decoders):
+    reply = decode_in_child(f"{decoders}:echo", file, number=1.5, text="ü", list=[1, None])
+    assert bytes(reply["content"]) == file.read_bytes()
+    assert reply["options"] == {"number": 1.5, "text": "ü", "list": [1, None]}
+    reply = decode_in_child(f"{decoders}:chatter", file)
+    assert reply["array"].tolist() == [[0, 1, 2], [3, 4, 5]]
+    assert reply["empty"].shape == (0, 3)
+
+
+def test_a_child_serves_many_files(file, decoders):
+    pids = {decode_in_child(f"{decoders}:echo", file)["pid"] for _ in range(5)}
+    assert len(pids) == 1
+    assert pids != {os.getpid()}
+
+
+@pytest.mark.parametrize(
+    ("decoder", "words"),
+    [
+        ("crash", "crashed"),
+        ("quit", "exit code 7"),
+        ("refuse", "is not liked"),
+        ("surprise", "Odd: never seen"),
+        ("damaged", "KeyError"),
+    ],
+)
+def test_what_goes_wrong_in_a_decoder_costs_one_file(file, decoders, decoder, words):
+    for _ in range(2):
+        with pytest.raises(InputError, match=words) as caught:
+            decode_in_child(f"{decoders}:{decoder}", file)
+        assert caught.value.path == str(file)
+        assert decode_in_child(f"{decoders}:echo", file)["name"] == str(file)
+
+
+@pytest.mark.skipif(sys.platform == "darwin", reason="macOS does not limit address space")
+def test_memory_is_bounded(file, decoders):
+    with pytest.raises(InputError, match="GiB"):
+        decode_in_child(f"{decoders}:eat", file, memory_bytes=2 << 30)
+    assert decode_in_child(f"{decoders}:echo", file)
+
+
+def test_a_decoder_that_hangs_is_stopped(file, decoders):
+    with pytest.raises(InputError, match=r"within 0\.5 s"):
+        decode_in_child(f"{decoders}:hang", file, timeout_s=0.5)
+    assert decode_in_child(f"{decoders}:echo", file)
+
+
+def test_two_files_are_decoded_at_once_and_no_process_stays(file, decoders):
+    pids = []
+    threads = [
+        threading.Thread(target=lambda: pids.append(decode_in_child(f"{decoders}:echo", file)["pid"])) for _ in range(8)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(pids) == 8
+    assert len(set(pids)) <= untrusted.CHILDREN
+    untrusted.stop_children()
+    assert not [pid for pid in pids if psutil.pid_exists(pid)]
+
+
+def test_a_killed_idle_child_is_replaced(file, decoders):
+    pid = decode_in_child(f"{decoders}:echo", file)["pid"]
+    idle = psutil.Process(pid)
+    idle.kill()
+    idle.wait(10)
+    assert decode_in_child(f"{decoders}:echo", file)["pid"] != pid
+
+
+def test_a_child_ends_when_its_parent_is_gone(file, decoders):
+    code = (
+        "from engine.files.untrusted import decode_in_child; import os, sys\n"
+        f"print(decode_in_child('{decoders}:echo', {str(file)!r})['pid'], flush=True)\n"
+        "os.kill(os.getpid(), 9)\n"
+    )
+    root = os.fspath(Path(untrusted.__file__).parents[2])
+    environment = {**os.environ, "PYTHONPATH": root + os.pathsep + os.environ["PYTHONPATH"]}
+    printed = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    pid = int(printed.stdout)
+    for _ in range(100):
+        if not psutil.pid_exists(pid) or psutil.Process(pid).status() == psutil.STATUS_ZOMBIE:
+            return
+        time.sleep(0.05)
+    pytest.fail("the decoder outlived its parent by 5 s")
+
+
+def test_large_contents_do_not_block_each_other(tmp_path, decoders):
+    path = tmp_path / "large.bin"
+    path.write_bytes(np.random.default_rng(0).bytes(20_000_000))
+    reply = decode_in_child(f"{decoders}:echo", path)
+    assert reply["content"].tobytes() == path.read_bytes()
