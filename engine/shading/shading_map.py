@@ -1,13 +1,34 @@
-"""Shading maps: photographs resampled so that their mean radiance grows linearly (Kautz et al. 2004, section 3.2)."""
+"""Shading maps: photographs resampled so that their mean radiance grows linearly (Kautz et al. 2004, section 3.2).
+
+Slice i has mean luminance r_i = i a_max / (S - 1) (Eq. 1) and interpolates the two photographs whose means BRACKET
+r_i. The paper takes the two whose means are closest, which need not bracket and then extrapolates
+(`test_X8_neighbours_bracket_the_target`). Below the darkest photograph the bracket's lower end is black, r_0 = 0.
+
+Linearising reads each photograph about twice and writes each slice once, in tiles of rows; slices larger than half a
+gigabyte lie in a scratch file, so memory stays small for any number of pixels.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from engine.health import Health
+from engine.capture.stack import ImageStack
+from engine.colour import LUMINANCE
+from engine.errors import InputError
+from engine.files.scratch import release, scratch_array
+from engine.health import Finding, Health, Verdict
+from engine.shading.lookup import Above, neighbours, share_and_gain
+from engine.steps import Step, Steps
+
+#: Texels of one tile over all slices, about 50 ms of work.
+TILE_TEXELS = 2**22
+
+#: Largest relative distance between a slice's mean and its target before the stack's own figures are distrusted.
+MEAN_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,19 +37,187 @@ class ShadingMap:
 
     Attributes
     ----------
-    slices : (S, H, W, 3) float32, linear sRGB, read as BRDF times cosine.
-    r_max : the largest mean luminance of the photographs, a_max in the paper.
+    slices : (S, H, W, 3) float32, S >= 2, linear sRGB, read as BRDF times cosine.
+    r_max : the largest mean luminance of the photographs, a_max in the paper; positive.
     mean_radiance : (S,) float64, measured mean luminance of each slice.
     health : findings of the linearisation.
+    clipped : (S, H, W) bool, True where a photograph that the slice sums was at its white level; None where nowhere.
+    order : the photographs' places in the stack by rising mean radiance; empty where not known.
     """
 
     slices: NDArray[np.float32]
     r_max: float
     mean_radiance: NDArray[np.float64]
     health: Health = field(default_factory=Health)
+    clipped: NDArray[np.bool_] | None = None
+    order: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        shape = self.slices.shape
+        if self.slices.dtype != np.float32 or len(shape) != 4 or shape[0] < 2 or shape[3] != 3 or 0 in shape:
+            raise ValueError(f"slices must be (S >= 2, H, W, 3) float32, not {shape} {self.slices.dtype}")
+        if not 0 < self.r_max < np.inf:
+            raise ValueError(f"r_max = {self.r_max} is not a positive number")
+        if self.mean_radiance.shape != shape[:1]:
+            raise ValueError(f"{shape[0]} slices need as many means, not {self.mean_radiance.shape}")
+        if self.clipped is not None and self.clipped.shape != shape[:3]:
+            raise ValueError(f"clipped must be {shape[:3]}, not {self.clipped.shape}")
+        for name in ("slices", "mean_radiance", "clipped"):
+            array = getattr(self, name)
+            if array is not None:
+                view = array.view()
+                view.flags.writeable = False
+                object.__setattr__(self, name, view)
 
     @property
     def target_radiance(self) -> NDArray[np.float64]:
         """(S,) the mean luminance that each slice should have, Eq. 1."""
-        count = len(self.slices)
-        return np.arange(count, dtype=np.float64) * np.float64(self.r_max / (count - 1))
+        return target_radiance(self.r_max, len(self.slices))
+
+    def lookup(self, row: ArrayLike, column: ArrayLike, r: ArrayLike, above: Above = "clamp") -> NDArray[np.float32]:
+        """S(r) at texel coordinates, trilinear (section 4): (..., 3) float32, linear radiance under unit light.
+
+        `row`, `column` (texel centres at half-integers, repeating) and `r` (BRDF times cosine) are broadcast
+        together. Above r_max the brightest slice is taken as it is ('clamp') or times r / r_max ('scale').
+        What is not a positive finite r is black.
+        """
+        row, column, r = np.broadcast_arrays(row, column, r)
+        lower, share, gain = self._layer(r, above)
+        result = np.zeros((*r.shape, 3))
+        for rows, columns, weight in neighbours(row, column, *self.slices.shape[1:3]):
+            result += (weight * (1.0 - share))[..., None] * self.slices[lower, rows, columns]
+            result += (weight * share)[..., None] * self.slices[lower + 1, rows, columns]
+        return (result * gain[..., None]).astype(np.float32)
+
+    def slice_image(self, r: float, above: Above = "clamp") -> NDArray[np.float32]:
+        """The whole image S(r), (H, W, 3) float32; equals `lookup` at every texel centre."""
+        lower, share, gain = self._layer(np.float64(r), above)
+        below, beyond = self.slices[int(lower)], self.slices[int(lower) + 1]
+        return (gain * ((1.0 - share) * below + share * beyond)).astype(np.float32)
+
+    def _layer(self, r: ArrayLike, above: Above) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        """The slice below r, the share of the next one, and the gain."""
+        share, gain = share_and_gain(r, self.r_max, above)
+        layer = share * (len(self.slices) - 1)
+        lower = np.minimum(np.floor(layer).astype(np.int64), len(self.slices) - 2)
+        return lower, layer - lower, gain
+
+
+def target_radiance(r_max: float, slices: int) -> NDArray[np.float64]:
+    """(S,) r_i = i r_max / (S - 1), Eq. 1; both ends exact."""
+    return np.linspace(0.0, r_max, slices)
+
+
+def interpolation_weights(mean_radiance: ArrayLike, slices: int) -> NDArray[np.float64]:
+    """How much of each photograph every slice holds: (S, N), entries in [0, 1], at most two groups per row.
+
+    `mean_radiance` (N,) in any order. Photographs of equal mean share their weight equally; black is the implied
+    photograph of mean 0, so those with a mean of 0 or below are not used, and rows may sum to less than 1.
+    Raises ValueError unless slices >= 2, the means are finite and one of them is positive.
+    """
+    means = np.asarray(mean_radiance, dtype=np.float64)
+    if slices < 2:
+        raise ValueError(f"a shading map needs at least 2 slices, not {slices}")
+    if means.ndim != 1 or not np.isfinite(means).all() or not (means > 0).any():
+        raise ValueError("mean radiances must be finite and one of them positive")
+    lit = np.flatnonzero(means > 0)
+    levels, level_of, members = np.unique(means[lit], return_inverse=True, return_counts=True)
+    knots = np.concatenate(([0.0], levels))
+    targets = target_radiance(knots[-1], slices)
+    upper = np.clip(np.searchsorted(knots, targets), 1, len(knots) - 1)
+    share = (targets - knots[upper - 1]) / (knots[upper] - knots[upper - 1])
+
+    of_knots = np.zeros((slices, len(knots)))
+    row = np.arange(slices)
+    of_knots[row, upper] = share
+    of_knots[row, upper - 1] = 1.0 - share
+    weights = np.zeros((slices, len(means)))
+    weights[:, lit] = of_knots[:, 1 + level_of] / members[level_of]
+    return weights
+
+
+def build(stack: ImageStack, slices: int = 8, *, tile_rows: int | None = None) -> Steps[ShadingMap]:
+    """Linearise a stack into `slices` slices whose mean luminance grows linearly from 0.
+
+    The means of the slices equal their targets to 4 ulp of float32. The result is bit-equal for every `tile_rows`.
+    Raises InputError for a stack without light or with figures that do not belong to its pixels, ValueError for
+    fewer than two slices.
+    """
+    if slices < 2:
+        raise ValueError(f"a shading map needs at least 2 slices, not {slices}")
+    where = stack.folder or "the stack"
+    if not np.isfinite(stack.mean_radiance).all():
+        raise InputError(where, "its mean radiance is not finite", "Import the photographs again")
+    if not (stack.mean_radiance > 0).any():
+        raise InputError(where, "no light: every photograph is black", "Check the exposure and the dark frame")
+    yield Step(0.0, "preparing to linearise")
+    weights = interpolation_weights(stack.mean_radiance, slices)
+    linear, clipped, means = yield from _linearise(stack, weights, tile_rows)
+    r_max = float(stack.mean_radiance.max())
+    if not np.abs(means - target_radiance(r_max, slices)).max() <= MEAN_TOLERANCE * r_max:
+        raise InputError(where, "its mean radiances do not belong to its pixels", "Import the photographs again")
+    health = _health(stack, weights, clipped)
+    order = tuple(int(photograph) for photograph in np.argsort(stack.mean_radiance, kind="stable"))
+    return ShadingMap(linear, r_max, means, health, clipped if clipped.any() else None, order)
+
+
+def _linearise(
+    stack: ImageStack, weights: NDArray[np.float64], tile_rows: int | None
+) -> Steps[tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]]:
+    """The weighted sums of the photographs, tile by tile, where they are clipped, and their mean luminances."""
+    from engine.shading.linearise import linearise_rows  # compiled code: loaded when first needed
+
+    _, height, width = stack.radiance.shape[:3]
+    photographs, packed = _pack(weights)
+    linear = scratch_array((len(weights), height, width, 3), np.float32, stack.folder)
+    clipped = np.zeros((len(weights), height, width), np.bool_)
+    sums = np.empty((len(weights), height))
+    radiance, saturated = _read_only(stack.radiance), _read_only(stack.saturated)
+    rows = tile_rows or max(1, TILE_TEXELS // (width * len(weights)))
+    for start in range(0, height, rows):
+        stop = min(start + rows, height)
+        tile = (start, stop, np.asarray(linear), clipped, sums)
+        linearise_rows(radiance, saturated, photographs, packed, LUMINANCE, *tile)
+        for array in (stack.radiance, stack.saturated, linear):
+            release(array)
+        yield Step(stop / height, "linearising")
+    return linear, clipped, sums.sum(axis=1) / (height * width)
+
+
+def _pack(weights: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """The non-zero entries of each row moved to its front: photographs and weights, (S, M)."""
+    most = max(1, int((weights > 0).sum(axis=1).max()))
+    order = np.argsort(weights <= 0, axis=1, kind="stable")[:, :most]
+    return order, np.take_along_axis(weights, order, axis=1)
+
+
+def _read_only(array: NDArray[np.generic]) -> NDArray[np.generic]:
+    view = np.asarray(array).view()
+    view.flags.writeable = False
+    return view
+
+
+def _health(stack: ImageStack, weights: NDArray[np.float64], clipped: NDArray[np.bool_]) -> Health:
+    means = stack.mean_radiance
+    findings = []
+    for photograph in np.flatnonzero(np.diff(means) < 0) + 1:
+        text = (
+            f"darker on average ({means[photograph]:.4g}) than the photograph at the light's elevation before it "
+            f"({means[photograph - 1]:.4g}); sorted by mean radiance"
+        )
+        findings.append(Finding(Verdict.WARNING, text, stack.sources[photograph]))
+    for photograph in np.flatnonzero(means <= 0):
+        findings.append(Finding(Verdict.WARNING, "black on average; not used", stack.sources[photograph]))
+    if len(means) == 1:
+        findings.append(Finding(Verdict.WARNING, "one photograph: every slice is a darker copy of it"))
+    elif len(np.unique(means)) < len(means):
+        findings.append(Finding(Verdict.NOTE, "photographs of equal mean radiance were averaged"))
+    from_black = int((weights.sum(axis=1) > 0).sum() - np.isclose(weights.sum(axis=1), 1.0).sum())
+    if means.min() > 0:
+        text = f"slice 0 is black by definition; the darkest photograph has a mean radiance of {means.min():.4g}"
+        findings.append(Finding(Verdict.NOTE, f"{text}, {from_black} slices between them are darkened copies of it"))
+    figures = {
+        "slices_below_darkest_photograph": float(from_black),
+        "clipped_fraction": float(clipped.mean()),
+    }
+    return Health(MappingProxyType(figures), tuple(findings))
