@@ -144,6 +144,8 @@ def test_an_interrupted_set_up_starts_from_a_fresh_environment(
     assert installed == ["run"]
     assert not (dev.ENVIRONMENT / "half").exists()
     assert dev.is_ready("run")
+    dev.UNFINISHED.touch()
+    assert not dev.is_ready("run")
 
 
 def test_a_half_made_environment_is_repaired(dev: ModuleType, capsys: pytest.CaptureFixture[str]) -> None:
