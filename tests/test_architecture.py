@@ -34,7 +34,7 @@ LAYERS = (
     {"scene"},
     {"render", "gl"},
     {"files"},
-    {"contact_sheet", "demo", "bench"},
+    {"contact_sheet", "demo_sheet", "demo", "bench"},
 )
 
 #: Calls that write, make or remove something on the disk, by their dotted name.

@@ -11,6 +11,7 @@ Cost: 2 s for ten photographs of 512 x 512 on two cores, and 45 bytes of memory 
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.colour import LUMINANCE, srgb_encode
-from engine.files.atomic import atomic_folder, write_bytes, write_json
+from engine.files.atomic import atomic_folder, make_folder, write_bytes, write_json
 from engine.images.encode import rgb_channels, write_exr, write_tiff16
 from engine.params import check, param
 from engine.render import dng, height_fields, light_arc
@@ -114,7 +115,7 @@ def simulate(arc: LightArc, folder: Path) -> Steps[Capture]:
     """
     taken = shots(arc)
     with atomic_folder(folder, MARKER) as partial:
-        (partial / "truth").mkdir()
+        make_folder(partial / "truth")
         table = yield from part(_prepared(arc), 0.0, 0.3)
         brightest = _seen(table, Shot("", max(arc.elevation), arc.azimuth[0], 0.0, 0.0))
         gain = np.float32(0.9 / np.percentile(brightest, 99.9))
@@ -125,7 +126,7 @@ def simulate(arc: LightArc, folder: Path) -> Steps[Capture]:
             yield Step(0.3 + 0.7 * (index + 0.5) / len(taken), f"Developing {shot.file}", radiance)
             _write_photograph(arc, partial / shot.file, radiance, index)
             write_exr(partial / "truth" / _radiance_file(shot), rgb_channels(radiance), half=False)
-            records.append(_record(shot, radiance))
+            records.append(_record(shot, radiance, (partial / shot.file).read_bytes()))
         write_exr(partial / "truth" / "height.exr", {"Y": _height_px(table)}, half=False)
         write_json(partial / MARKER, _truth(arc, records))
         write_bytes(partial / "capture.toml", capture_toml(arc, taken).encode())
@@ -242,9 +243,10 @@ def _truth(arc: LightArc, records: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _record(shot: Shot, radiance: NDArray[np.float32]) -> dict[str, Any]:
+def _record(shot: Shot, radiance: NDArray[np.float32], content: bytes) -> dict[str, Any]:
     return {
         "file": shot.file,
+        "sha256": hashlib.sha256(content).hexdigest(),
         "radiance": _radiance_file(shot),
         "elevation_deg": _degrees(shot.elevation),
         "azimuth_deg": _degrees(shot.azimuth),
