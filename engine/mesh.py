@@ -29,8 +29,14 @@ from engine.health import Finding, Health, Verdict
 #: Kinds of file, by the ending of the name.
 SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 
-#: Where a face turns further than this away from the smooth normal of its corner, the corner is sharp.
-SHARP = np.cos(np.radians(40.0))
+#: Where a face turns further than this away from the smooth normal of its corner, its neighbours are looked at …
+BENT = np.cos(np.radians(10.0))
+
+#: … and those that meet it at more than this angle do not share their normal with it.
+SHARP = np.cos(np.radians(50.0))
+
+#: Where more faces than this meet at a bent point (the tip of a cone), each keeps its own normal.
+MOST_AROUND = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +168,7 @@ def complete(
     smooth = normalize(incidence @ directed, fallback=(0.0, 0.0, 0.0))
 
     if normals is None:
-        corner_normals = _corner_normals(smooth, normalize(directed), merged)
+        corner_normals = _corner_normals(smooth, directed, merged, incidence)
     else:
         given = normalize(normals, fallback=(0.0, 0.0, 0.0))[faces]
         corner_normals = np.where(given.any(axis=-1, keepdims=True), given, normalize(directed)[:, None])
@@ -206,12 +212,25 @@ def _incidence(faces: NDArray[np.int64], points: int) -> Any:
 
 
 def _corner_normals(
-    smooth: NDArray[np.float64], flat: NDArray[np.float64], faces: NDArray[np.int64]
+    smooth: NDArray[np.float64], directed: NDArray[np.float64], faces: NDArray[np.int64], incidence: Any
 ) -> NDArray[np.float64]:
-    """(F, 3, 3) the smooth normal of the point, or the face's own where it bends sharply there."""
-    corners = smooth[faces]
-    sharp = np.einsum("fci,fi->fc", corners, flat) < SHARP
-    return np.where(sharp[..., None], flat[:, None], corners)
+    """(F, 3, 3) the smooth normal of the point; where it bends sharply, from the faces on this side of the bend."""
+    flat = normalize(directed)
+    normals = smooth[faces]
+    face, corner = np.nonzero(np.einsum("fci,fi->fc", normals, flat) < BENT)
+    point = faces[face, corner]
+    around = np.diff(incidence.indptr)[point]
+    few = around <= MOST_AROUND
+    normals[face[~few], corner[~few]] = flat[face[~few]]
+    face, corner, point, around = face[few], corner[few], point[few], around[few]
+    first = np.cumsum(around) - around
+    which = np.repeat(np.arange(len(face)), around)
+    other = incidence.indices[incidence.indptr[point][which] + np.arange(len(which)) - first[which]]
+    near = np.einsum("pi,pi->p", flat[face[which]], flat[other]) > SHARP
+    for axis in range(3):
+        normals[face, corner, axis] = np.bincount(which, near * directed[other, axis], minlength=len(face))
+    normals[face, corner] = normalize(normals[face, corner])
+    return normals
 
 
 def _box_projection(
@@ -222,7 +241,10 @@ def _box_projection(
     smooth: NDArray[np.float64],
     incidence: Any,
 ) -> NDArray[np.float64]:
-    """(F, 3, 2) coordinates along the axis nearest to the face normal, smoothed so that the patches are large."""
+    """(F, 3, 2) coordinates along the axis nearest to the smoothed normal, so that the patches are large.
+
+    A face that this would foreshorten to less than half is projected along the axis nearest to its own normal.
+    """
     area = np.linalg.norm(directed, axis=1, keepdims=True)
     for _ in range(8):
         facing = normalize(incidence.T @ smooth)
@@ -230,7 +252,10 @@ def _box_projection(
     used = points[np.unique(point_of_vertex[faces])]
     low, high = used.min(axis=0), used.max(axis=0)
     corners = (points[point_of_vertex[faces]] - (low + high) / 2.0) / np.max(high - low)
+    own = normalize(directed)
     axis = np.argmax(np.abs(facing), axis=1)
+    steep = np.abs(own[np.arange(len(axis)), axis]) < 0.5
+    axis, facing = np.where(steep, np.argmax(np.abs(own), axis=1), axis), np.where(steep[:, None], own, facing)
     sign = np.sign(np.take_along_axis(facing, axis[:, None], axis=1))
     x, y, z = np.moveaxis(corners, -1, 0)
     by_axis = np.stack([np.stack([-sign * z, y], -1), np.stack([x, -sign * z], -1), np.stack([sign * x, y], -1)])
