@@ -236,7 +236,8 @@ QSlider {{ min-height: {ROW - 4}px; }}
 QSlider::groove:horizontal {{ height: 2px; background: {theme.line}; border-radius: 1px; }}
 QSlider::sub-page:horizontal {{ background: {theme.accent}; border-radius: 1px; }}
 QSlider::sub-page:horizontal:disabled {{ background: {theme.line}; }}
-QSlider::handle:horizontal {{ background: {theme.text}; width: 12px; height: 12px; margin: -5px 0; border-radius: 6px; }}
+QSlider::handle:horizontal {{ background: {theme.text}; width: 12px; height: 12px; margin: -5px 0;
+  border-radius: 6px; }}
 QSlider::handle:horizontal:hover {{ background: {theme.accent}; }}
 QSlider:focus::handle:horizontal {{ background: {theme.accent}; }}
 QSlider::handle:horizontal:disabled {{ background: {theme.disabled}; }}

@@ -1,0 +1,442 @@
+"""The Capture workspace: photographs by angle, the big picture, what was measured, and what deserves a look."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+
+from app import icons
+from app.document import Project
+from app.image_view import ImageView
+from app.jobs import Job
+from app.panels import EmptyState, Panel, button, enable, text, tool
+from app.photograph_list import PhotographList, Row
+from app.pictures import Picture, photograph, rgb_image
+from app.plots import ElevationPlot
+from app.report import Report
+from app.theme import PADDING, STEP, role
+from app.workbench import Workbench
+from engine.capture.import_stack import ImportSettings, ThumbnailReady, printable
+from engine.health import Finding, Health, Verdict
+
+LIST_WIDTH = 232
+PICTURES_KEPT = 6
+
+ANGLES = {
+    "capture.toml": "capture.toml",
+    "lp": "light positions",
+    "file names": "file names",
+    "assumed": "assumed",
+    "user": "entered",
+}
+
+
+IMPORT_CHOICES = {
+    "motion": (
+        "Alignment",
+        (
+            ("none", "Off"),
+            ("translation", "Shift"),
+            ("euclidean", "Shift and turn"),
+            ("affine", "Affine"),
+            ("homography", "Perspective"),
+        ),
+        "How photographs may have moved against each other",
+    ),
+    "white_balance": (
+        "White bal.",
+        (("camera", "As the camera set it"), ("none", "None")),
+        "Of RAW files",
+    ),
+    "transfer": (
+        "Coding",
+        (("auto", "Automatic"), ("srgb", "sRGB"), ("linear", "Linear")),
+        "How 8- and 16-bit files are coded; automatic takes them as sRGB unless capture.toml says linear",
+    ),
+}
+
+
+class CaptureTab(QWidget):
+    """Shows the capture of the project and asks the workbench to change it."""
+
+    sample_wanted = Signal()
+    files_wanted = Signal()
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self.bench = bench
+        self.current: str | None = None
+        self._pictures: dict[tuple[int, str], Picture] = {}
+        self._loading: Job | None = None
+        self._make_actions()
+        self.list = PhotographList()
+        self.list.chosen.connect(self._choose)
+        self.list.photographs.angle_edited.connect(self._angle_edited)
+        self.image = ImageView()
+        self.plot = ElevationPlot()
+        self.plot.selected.connect(self.list.choose)
+        self.report = Report()
+        self.report.show_source.connect(self._show_source)
+        self.empty = self._make_empty()
+        self.pages = QStackedWidget()
+        self.pages.addWidget(self.empty)
+        self.pages.addWidget(self._make_work())
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.pages)
+        bench.document.changed.connect(self._changed)
+        bench.partial.connect(self._show_thumbnail)
+        bench.jobs.changed.connect(lambda _job: self._update_buttons())
+        self._changed(Project(), bench.document.project)
+
+    def _make_actions(self) -> None:
+        self.previous = self._action("Previous photograph", "previous", "Left", lambda: self._step(-1))
+        self.next = self._action("Next photograph", "next", "Right", lambda: self._step(1))
+        self.fit_action = self._action("Fit picture", "fit", "F", lambda: self.fit())
+        self.actual = self._action("100 %", "actual-size", "1", lambda: self.image.actual_size())
+        self.marks = self._action("Mark clipped texels", "clipped", "M", lambda: self._toggle_marks())
+        self.marks.setCheckable(True)
+        self.marks.setChecked(True)
+        self.exclude = self._action("Exclude photograph", "exclude", "X", lambda: self._toggle_excluded())
+        self.exclude.setCheckable(True)
+
+    def _action(self, words: str, icon: str, keys: str, run: Any) -> QAction:
+        action = QAction(icons.icon(icon), words, self)
+        action.setShortcut(QKeySequence(keys))
+        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        action.setData(icon)
+        action.triggered.connect(run)
+        self.addAction(action)
+        return action
+
+    def _make_empty(self) -> EmptyState:
+        choose = button("Choose photographs…", "primary")
+        choose.clicked.connect(self.files_wanted)
+        sample = button("Try the sample capture", icon="sample")
+        sample.clicked.connect(self.sample_wanted)
+        return EmptyState(
+            "drop",
+            "Drop photographs here, or try the sample capture",
+            "About ten photographs of a flat sample under a lamp that moves along an arc: RAW, TIFF, PNG, JPEG, EXR "
+            "or HDR. Angles are read from capture.toml, an .lp file or the file names.",
+            (choose, sample),
+        )
+
+    def _make_work(self) -> QWidget:
+        work = QSplitter(Qt.Orientation.Horizontal)
+        work.setHandleWidth(1)
+        work.addWidget(self._make_left())
+        work.addWidget(self._make_centre())
+        work.addWidget(self._make_right())
+        work.setStretchFactor(1, 1)
+        work.setChildrenCollapsible(False)
+        return work
+
+    def _make_left(self) -> QWidget:
+        left = role(QWidget(), "panel")
+        left.setFixedWidth(LIST_WIDTH)
+        column = QVBoxLayout(left)
+        column.setContentsMargins(0, PADDING, 0, PADDING)
+        column.setSpacing(2 * STEP)
+        head = QHBoxLayout()
+        head.setContentsMargins(PADDING, 0, PADDING, 0)
+        head.addWidget(text("Photographs", "title"))
+        head.addStretch(1)
+        self.count = text("", "secondary")
+        head.addWidget(self.count)
+        column.addLayout(head)
+        column.addWidget(self.list, 1)
+        more = button("Open other photographs…", "link")
+        more.clicked.connect(self.files_wanted)
+        foot = QHBoxLayout()
+        foot.setContentsMargins(PADDING, 0, PADDING, 0)
+        foot.addWidget(more)
+        column.addLayout(foot)
+        return left
+
+    def _make_centre(self) -> QWidget:
+        bar = role(QWidget(), "bar")
+        bar.setFixedHeight(36)
+        row = QHBoxLayout(bar)
+        row.setContentsMargins(PADDING - 4, 0, PADDING, 0)
+        row.setSpacing(STEP)
+        for action in (self.previous, self.next, self.fit_action, self.actual, self.marks, self.exclude):
+            row.addWidget(tool(action))
+        row.addStretch(1)
+        self.readout = text("", "secondary")
+        self.zoom = text("", "secondary")
+        self.zoom.setMinimumWidth(48)
+        self.zoom.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        row.addWidget(self.readout)
+        row.addSpacing(2 * STEP)
+        row.addWidget(self.zoom)
+        self.image.pointed.connect(self._show_readout)
+        self.image.zoomed.connect(lambda zoom: self.zoom.setText(f"{100 * zoom:.0f} %"))
+        top = QWidget()
+        column = QVBoxLayout(top)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(bar)
+        column.addWidget(self.image, 1)
+        centre = QSplitter(Qt.Orientation.Vertical)
+        centre.setHandleWidth(1)
+        centre.addWidget(top)
+        centre.addWidget(self.plot)
+        centre.setStretchFactor(0, 1)
+        centre.setSizes([560, 190])
+        centre.setChildrenCollapsible(False)
+        return centre
+
+    def _make_right(self) -> QWidget:
+        panel = Panel()
+        capture = panel.section("Capture")
+        self.size = capture.figure("Size")
+        self.camera = capture.figure("Camera")
+        self.angles = capture.figure("Angles", "Where the elevations of the light come from")
+        self.angle_words = text("", "warning", wrap=True)
+        capture.wide(self.angle_words)
+        settings = panel.section("Import")
+        self.options: dict[str, QComboBox] = {}
+        for name, (label, choices, hint) in IMPORT_CHOICES.items():
+            box = QComboBox()
+            for value, words in choices:
+                box.addItem(words, value)
+            box.currentIndexChanged.connect(lambda _index: self._update_buttons())
+            settings.row(label, box, hint)
+            self.options[name] = box
+        self.again = button("Import again")
+        self.again.clicked.connect(self._import_again)
+        settings.wide(self.again)
+        report = panel.section("Report")
+        report.wide(self.report)
+        panel.column.addStretch(1)
+        self.build = button("Build material", "primary")
+        self.build.clicked.connect(self.bench.build_material)
+        panel.column.addSpacing(2 * STEP)
+        panel.column.addWidget(self.build)
+        return panel
+
+    def fit(self) -> None:
+        """Show the whole picture."""
+        self.image.fit()
+
+    def _changed(self, old: Project, new: Project) -> None:
+        self.pages.setCurrentIndex(0 if new.sources is None and new.stack is None else 1)
+        if new.sources is not old.sources or new.stack is not old.stack:
+            self._show_figures(new)
+        if (new.stack, new.sources, new.excluded) != (old.stack, old.sources, old.excluded):
+            self._show_rows(new)
+            self._show_plot()
+        if new.stack is not old.stack:
+            self._pictures.clear()
+            self.image.show_picture(None)
+            self._choose(self.list.currentIndex().row())
+        self._update_buttons()
+
+    def _show_rows(self, project: Project) -> None:
+        names, angles = _photographs(project)
+        health = project.stack.health if project.stack is not None else Health()
+        rows = [
+            Row(
+                name,
+                angle,
+                *_worst(health, name),
+                excluded=name in project.excluded,
+                done=project.stack is not None,
+            )
+            for name, angle in zip(names, angles, strict=True)
+        ]
+        self.list.photographs.angles_editable = project.sources is not None and project.sources.angle_source in (
+            "assumed",
+            "user",
+            "file names",
+        )
+        self.list.photographs.show_rows(rows)
+        used = len(rows) - len(project.excluded)
+        self.count.setText(f"{len(rows)}" if used == len(rows) else f"{used} of {len(rows)}")
+        if rows and not self.list.currentIndex().isValid():
+            self.list.choose(names.index(self.current) if self.current in names else len(rows) // 2)
+
+    def _show_figures(self, project: Project) -> None:
+        stack = project.stack
+        self.size.setText(f"{stack.radiance.shape[2]} × {stack.radiance.shape[1]} px" if stack is not None else "–")
+        cameras = stack.provenance.get("cameras") or stack.provenance.get("camera") if stack is not None else None
+        camera = ", ".join(map(str, cameras)) if isinstance(cameras, (list, tuple)) else str(cameras or "not recorded")
+        self.camera.setText(self.camera.fontMetrics().elidedText(camera, Qt.TextElideMode.ElideRight, 150))
+        self.camera.setToolTip(camera)
+        source = stack.angle_source if stack is not None else project.sources.angle_source if project.sources else ""
+        self.angles.setText(ANGLES.get(source, "–"))
+        self.angle_words.setVisible(source == "assumed")
+        self.angle_words.setText(
+            "No angles were found, so even steps are assumed. Double-click an angle to correct it."
+        )
+        self.report.show_health(stack.health if stack is not None else None)
+        for name, box in self.options.items():
+            box.setCurrentIndex(max(0, box.findData(getattr(project.import_settings, name))))
+
+    def _show_plot(self) -> None:
+        project = self.bench.document.project
+        if project.stack is None:
+            self.plot.show_means([], [], [], None)
+            return
+        stack = project.stack
+        excluded = [name in project.excluded for name in stack.sources]
+        current = stack.sources.index(self.current) if self.current in stack.sources else None
+        self.plot.show_means(stack.elevation_deg, stack.mean_radiance, excluded, current)
+
+    def _choose(self, place: int) -> None:
+        rows = self.list.photographs.rows
+        if not 0 <= place < len(rows):
+            self.current = None
+            return
+        self.current = rows[place].name
+        self._show_plot()
+        self._update_buttons()
+        self._load_picture()
+
+    def _load_picture(self) -> None:
+        stack = self.bench.document.project.stack
+        if self._loading is not None:
+            self.bench.jobs.cancel(self._loading)
+            self._loading = None
+        if stack is None or self.current not in stack.sources:
+            self._show_small()
+            return
+        place, key = stack.sources.index(self.current), (id(stack), self.current)
+        if key in self._pictures:
+            self.image.show_picture(self._pictures[key])
+            return
+        work = lambda: photograph(stack.radiance[place], stack.saturated[place])  # noqa: E731
+        self._loading = self.bench.jobs.submit("Preparing the picture", work, heavy=False)
+        self._loading.succeeded.connect(lambda picture: self._show_picture(key, picture))
+
+    def _show_picture(self, key: tuple[int, str], picture: Picture) -> None:
+        while len(self._pictures) >= PICTURES_KEPT:
+            self._pictures.pop(next(iter(self._pictures)))
+        self._pictures[key] = picture
+        if key[1] == self.current:
+            self.image.show_picture(picture)
+
+    def _show_small(self) -> None:
+        """Until the import is done, the thumbnail stands for the picture."""
+        image = self.list.photographs.thumbnails.get(self.current or "")
+        self.image.show_picture(Picture((image,)) if image is not None else None)
+
+    def _show_thumbnail(self, ready: ThumbnailReady) -> None:
+        name = printable(ready.path)
+        self.list.photographs.show_thumbnail(name, rgb_image(ready.thumbnail))
+        if self.bench.document.project.stack is None:
+            names = [row.name for row in self.list.photographs.rows]
+            if name in names:
+                self.list.choose(names.index(name))
+                self._show_small()
+
+    def _show_source(self, name: str) -> None:
+        names = [row.name for row in self.list.photographs.rows]
+        if name in names:
+            self.list.choose(names.index(name))
+
+    def _show_readout(self, column: int, row: int) -> None:
+        stack = self.bench.document.project.stack
+        if stack is None or column < 0 or self.current not in stack.sources:
+            self.readout.setText("")
+            return
+        place = stack.sources.index(self.current)
+        if column >= stack.radiance.shape[2] or row >= stack.radiance.shape[1]:
+            return
+        red, green, blue = (float(value) for value in stack.radiance[place, row, column])
+        clipped = "  clipped" if stack.saturated[place, row, column] else ""
+        self.readout.setText(f"{column}, {row}   {red:.3f}  {green:.3f}  {blue:.3f}{clipped}")
+
+    def _step(self, by: int) -> None:
+        place = self.list.currentIndex().row() + by
+        if 0 <= place < len(self.list.photographs.rows):
+            self.list.choose(place)
+
+    def _toggle_marks(self) -> None:
+        self.image.show_marks(self.marks.isChecked())
+
+    def _toggle_excluded(self) -> None:
+        if self.current is not None:
+            self.bench.set_excluded(self.current, self.current not in self.bench.document.project.excluded)
+
+    def _angle_edited(self, place: int, angle_deg: float) -> None:
+        sources = self.bench.document.project.sources
+        if sources is None:
+            return
+        elevation = sources.elevation.copy()
+        elevation[place] = np.radians(angle_deg)
+        order = np.argsort(elevation, kind="stable")
+        changed = dataclasses.replace(
+            sources,
+            photographs=tuple(sources.photographs[index] for index in order),
+            elevation=elevation[order],
+            azimuth=None if sources.azimuth is None else sources.azimuth[order],
+            exposure_s=tuple(sources.exposure_s[index] for index in order),
+            angle_source="user",
+        )
+        self.bench.import_photographs(changed)
+
+    def _chosen_settings(self) -> ImportSettings:
+        settings = self.bench.document.project.import_settings
+        return dataclasses.replace(settings, **{name: box.currentData() for name, box in self.options.items()})
+
+    def _import_again(self) -> None:
+        sources = self.bench.document.project.sources
+        if sources is not None:
+            self.bench.import_photographs(sources, self._chosen_settings())
+
+    def _update_buttons(self) -> None:
+        project = self.bench.document.project
+        enable(self.again, self._why_not_again(project), "Read the photographs with these settings")
+        enable(self.build, self._why_not_build(project), "Linearise the photographs into slices and compress them")
+        self.build.setText("Rebuild material" if project.has_map else "Build material")
+        self.exclude.setEnabled(self.current is not None and project.stack is not None)
+        self.exclude.setChecked(self.current in project.excluded)
+
+    def _why_not_again(self, project: Project) -> str:
+        if project.sources is None:
+            return "There are no photographs to read again"
+        if _running(self.bench.importing):
+            return "The photographs are being imported"
+        return "" if self._chosen_settings() != project.import_settings else "Nothing was changed"
+
+    def _why_not_build(self, project: Project) -> str:
+        if project.stack is None:
+            return "Waiting for the photographs"
+        if _running(self.bench.building):
+            return "The material is being built"
+        return "" if project.built_from != project.recipe else "The material is up to date"
+
+    def apply_theme(self) -> None:
+        """Redraw what does not follow the palette by itself."""
+        for action in self.actions():
+            action.setIcon(icons.icon(str(action.data())))
+        self.empty.apply_theme()
+        self.plot.apply_theme()
+        self._show_plot()
+
+
+def _running(job: Job | None) -> bool:
+    return job is not None and not job.over
+
+
+def _photographs(project: Project) -> tuple[list[str], list[float]]:
+    """Names and elevations in degrees, from the stack or else from the sources."""
+    if project.stack is not None:
+        return list(project.stack.sources), [float(angle) for angle in project.stack.elevation_deg]
+    if project.sources is not None:
+        angles = [float(angle) for angle in np.degrees(project.sources.elevation)]
+        return [printable(path) for path in project.sources.photographs], angles
+    return [], []
+
+
+def _worst(health: Health, name: str) -> tuple[Verdict, str]:
+    findings: list[Finding] = [finding for finding in health.findings if finding.source == name]
+    worst = max(findings, key=lambda finding: finding.verdict, default=None)
+    return (worst.verdict, worst.text) if worst is not None else (Verdict.GOOD, "")

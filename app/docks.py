@@ -1,0 +1,136 @@
+"""Docks that float and remember: the jobs of this run, and the log."""
+
+from __future__ import annotations
+
+import logging
+
+from PySide6.QtCore import QObject, QSize, Qt, Signal
+from PySide6.QtGui import QFontDatabase
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDockWidget,
+    QHeaderView,
+    QPlainTextEdit,
+    QTableWidget,
+    QTableWidgetItem,
+    QToolButton,
+    QWidget,
+)
+
+from app import icons
+from app.jobs import Job, Jobs
+from app.status_bar import describe
+from app.theme import ROW
+
+JOBS_KEPT = 200
+LINES_KEPT = 5000
+
+STATES = {
+    "queued": "waiting",
+    "running": "running",
+    "succeeded": "done",
+    "failed": "failed",
+    "cancelled": "cancelled",
+}
+
+
+class JobsDock(QDockWidget):
+    """Every heavy job of this run, newest first, with its state and time."""
+
+    def __init__(self, jobs: Jobs, parent: QWidget) -> None:
+        super().__init__("Jobs", parent)
+        self.setObjectName("jobs")
+        self.jobs = jobs
+        self.rows: list[Job] = []
+        self.table = QTableWidget(0, 4)
+        self.table.setHorizontalHeaderLabels(["Job", "Now", "Time", ""])
+        self.table.verticalHeader().hide()
+        self.table.verticalHeader().setDefaultSectionSize(ROW)
+        self.table.setShowGrid(False)
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        self.table.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        header = self.table.horizontalHeader()
+        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Interactive)
+        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
+        header.resizeSection(0, 220)
+        header.resizeSection(2, 80)
+        header.resizeSection(3, 36)
+        self.setWidget(self.table)
+        jobs.changed.connect(self._show)
+
+    def sizeHint(self) -> QSize:
+        return QSize(480, 180)
+
+    def _show(self, job: Job) -> None:
+        if not job.heavy:
+            return
+        if job not in self.rows:
+            self._insert(job)
+        place = self.rows.index(job)
+        now = describe(job) if not job.over else STATES[job.state]
+        self.table.item(place, 1).setText(now)
+        self.table.item(place, 2).setText(f"{job.time_s:.1f} s" if job.over else "")
+        cancel = self.table.cellWidget(place, 3)
+        if cancel is not None:
+            cancel.setVisible(not job.over)
+            cancel.setEnabled(not job.stopping)
+
+    def _insert(self, job: Job) -> None:
+        self.rows.insert(0, job)
+        self.table.insertRow(0)
+        for column, words in enumerate((job.title, "", "")):
+            item = QTableWidgetItem(words)
+            if column == 2:
+                item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            self.table.setItem(0, column, item)
+        cancel = QToolButton()
+        cancel.setIcon(icons.icon("cancel"))
+        cancel.setToolTip(f"Cancel: {job.title}")
+        cancel.clicked.connect(lambda: self.jobs.cancel(job))
+        self.table.setCellWidget(0, 3, cancel)
+        if len(self.rows) > JOBS_KEPT:
+            self.rows.pop()
+            self.table.removeRow(JOBS_KEPT)
+
+
+class LogDock(QDockWidget):
+    """What the program has to say, line by line."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__("Log", parent)
+        self.setObjectName("log")
+        self.words = QPlainTextEdit()
+        self.words.setReadOnly(True)
+        self.words.setMaximumBlockCount(LINES_KEPT)
+        fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+        fixed.setPixelSize(12)
+        self.words.setFont(fixed)
+        self.setWidget(self.words)
+        self.handler = _Handler()
+        self.handler.lines.arrived.connect(self.words.appendPlainText)
+        logging.getLogger().addHandler(self.handler)
+
+    def sizeHint(self) -> QSize:
+        return QSize(480, 180)
+
+    def disconnect_log(self) -> None:
+        """Stop listening; comes before the window goes."""
+        logging.getLogger().removeHandler(self.handler)
+
+
+class _Lines(QObject):
+    arrived = Signal(str)
+
+
+class _Handler(logging.Handler):
+    """Hands records of any thread to the window's."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.INFO)
+        self.lines = _Lines()
+        self.setFormatter(logging.Formatter("%(asctime)s  %(levelname)s  %(message)s", "%H:%M:%S"))
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.lines.arrived.emit(self.format(record))

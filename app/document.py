@@ -1,0 +1,129 @@
+"""What the person is working on: one frozen value, one undo command, one signal.
+
+A change swaps the whole `Project`; arrays are shared between old and new, so undo costs a pointer. A view compares
+its part of old and new by identity and redraws when it is another object.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from math import radians
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QUndoCommand, QUndoStack
+
+from engine.capture.import_stack import ImportSettings
+from engine.capture.sources import Sources
+from engine.capture.stack import ImageStack
+from engine.colour import Operator
+from engine.directions import Vectors, world_direction
+from engine.material import Material
+from engine.mesh import Mesh
+from engine.params import check, param
+from engine.scene import Lookup, Source
+from engine.shading.lookup import Above
+from engine.shading.power_law import Scale
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the View workspace shows the material. None of it changes the material itself."""
+
+    light_theta_deg: float = param(50.0, 0.0, 180.0, unit="°", doc="Angle of the light from straight up.")
+    light_phi_deg: float = param(35.0, -180.0, 180.0, unit="°", doc="Angle of the light around the vertical.")
+    irradiance: float = param(1.0, 0.0, 100.0, slider=(0.1, 10.0), log=True, doc="Strength of the light.")
+    repeats: float = param(4.0, 0.1, 100.0, slider=(0.5, 16.0), log=True, doc="Repeats of the material on the model.")
+    exposure_ev: float = param(0.0, -20.0, 20.0, slider=(-6.0, 6.0), unit="EV", doc="Brightness of the picture.")
+    tone_map: Operator = "neutral"
+    source: Source = "slices"
+    lookup: Lookup = "radiance"
+    above: Above = "clamp"
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def light(self) -> Vectors:
+        """World direction (3,) towards the light."""
+        return world_direction(radians(self.light_theta_deg), radians(self.light_phi_deg))
+
+
+@dataclass(frozen=True, eq=False)
+class Project:
+    """The photographs, what was made of them, and how it is shown."""
+
+    sources: Sources | None = None
+    import_settings: ImportSettings = field(default_factory=ImportSettings)
+    stack: ImageStack | None = None
+    excluded: frozenset[str] = field(default_factory=frozenset)
+    slices: int = 8
+    scale: Scale = "last-slice"
+    material: Material = field(default_factory=lambda: Material(None, None, name="Untitled"))
+    built_from: tuple[Any, ...] = ()
+    mesh: Mesh | None = None
+    look: Look = field(default_factory=Look)
+    name: str = "Untitled"
+
+    @property
+    def recipe(self) -> tuple[Any, ...]:
+        """What the material depends on; it is out of date where this differs from `built_from`."""
+        return (self.stack, self.excluded, self.slices, self.scale)
+
+    @property
+    def has_map(self) -> bool:
+        return self.material.shading_map is not None or self.material.power_law is not None
+
+
+class Document(QObject):
+    """Holds the project and its history. `changed(old, new)` follows every change, undo and redo."""
+
+    changed = Signal(object, object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.project = Project()
+        self.undo_stack = QUndoStack(self)
+        self._gestures = 0
+
+    def change(self, text: str, *, gesture: str = "", **parts: Any) -> None:
+        """Replace `parts` of the project as one undo step; successive steps of the same `gesture` become one."""
+        new = dataclasses.replace(self.project, **parts)
+        self.undo_stack.push(_Change(self, text, new, f"{gesture} {self._gestures}" if gesture else ""))
+
+    def end_gesture(self) -> None:
+        """The mouse was released: the next change of the same kind is a step of its own."""
+        self._gestures += 1
+
+    def clear(self) -> None:
+        """Begin anew, without history."""
+        self.undo_stack.clear()
+        self._show(Project())
+
+    def _show(self, project: Project) -> None:
+        old, self.project = self.project, project
+        self.changed.emit(old, project)
+
+
+class _Change(QUndoCommand):
+    def __init__(self, document: Document, text: str, new: Project, gesture: str) -> None:
+        super().__init__(text)
+        self.document = document
+        self.old, self.new = document.project, new
+        self.gesture = gesture
+
+    def redo(self) -> None:
+        self.document._show(self.new)
+
+    def undo(self) -> None:
+        self.document._show(self.old)
+
+    def id(self) -> int:
+        return 1 if self.gesture else -1
+
+    def mergeWith(self, other: QUndoCommand) -> bool:
+        if not isinstance(other, _Change) or not self.gesture or other.gesture != self.gesture:
+            return False
+        self.new = other.new
+        return True

@@ -1,0 +1,45 @@
+"""Light jobs of which only the newest matters, as when a slider is dragged: at most one runs and one waits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from app.jobs import Job, Jobs, Work
+
+
+class Latest:
+    """Runs the newest work that was asked for and drops what it overtakes."""
+
+    def __init__(self, jobs: Jobs, title: str) -> None:
+        self.jobs, self.title = jobs, title
+        self._running: Job | None = None
+        self._next: tuple[Work, Callable[[Any], None]] | None = None
+
+    def ask(self, work: Work, done: Callable[[Any], None]) -> None:
+        """Run `work` and hand its result to `done`, unless something newer comes first."""
+        self._next = (work, done)
+        if self._running is None:
+            self._start()
+
+    def drop(self) -> None:
+        """Forget what was asked for; a result that is under way is not shown."""
+        self._next = None
+        if self._running is not None:
+            self.jobs.cancel(self._running)
+
+    def _start(self) -> None:
+        if self._next is None:
+            return
+        (work, done), self._next = self._next, None
+        job = self.jobs.submit(self.title, work, heavy=False)
+        self._running = job
+        job.succeeded.connect(lambda result: self._ended(lambda: done(result)))
+        job.failed.connect(lambda _error: self._ended(None))
+        job.cancelled.connect(lambda: self._ended(None))
+
+    def _ended(self, show: Callable[[], None] | None) -> None:
+        self._running = None
+        if show is not None:
+            show()
+        self._start()

@@ -1,0 +1,372 @@
+"""The window: workspaces as tabs, menus, docks, the status bar, and what is dropped on it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QByteArray, QSize, Qt, QTimer
+from PySide6.QtGui import (
+    QAction,
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QImage,
+    QKeySequence,
+)
+from PySide6.QtWidgets import (
+    QApplication,
+    QButtonGroup,
+    QFileDialog,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QMainWindow,
+    QMenu,
+    QMenuBar,
+    QMessageBox,
+    QStackedWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+import engine
+from app import icons, session, settings, theme
+from app.capture_tab import CaptureTab
+from app.docks import JobsDock, LogDock
+from app.document import Project
+from app.export_tab import ExportTab
+from app.failures import Failures
+from app.image_view import ImageView
+from app.jobs import Job
+from app.material_tab import MaterialTab
+from app.panels import text
+from app.plots import Plot
+from app.status_bar import StatusBar
+from app.surfaces import GlSurface
+from app.theme import PADDING, STEP, role
+from app.view_tab import ViewTab
+from app.workbench import Workbench
+
+WORKSPACES = ("capture", "material", "view", "export")
+SMALLEST = QSize(1120, 700)
+
+HELP = """Mouse in the viewport
+Left-drag\tturn the model
+Middle-drag\tmove
+Wheel\tzoom
+Ctrl+left-drag\tmove the light (or drag the sun)
+F\tframe the model, fit the picture
+
+Pictures
+Wheel\tzoom under the pointer
+1\t100 %
+Left, Right\tprevious, next photograph
+X\texclude the photograph
+M\tmark clipped texels
+
+Numbers
+Drag a field\tchange it
+Type\ta number, a unit, or 2*3.5
+Ctrl+click\treset"""
+
+
+class MainWindow(QMainWindow):
+    """Owns the workbench and everything on screen."""
+
+    def __init__(self, config: Path | None) -> None:
+        super().__init__()
+        self.config = config
+        self.settings = settings.load(config)
+        self.setWindowTitle("Lightarc")
+        self.setWindowIcon(icons.icon("lightarc", theme.current().accent))
+        self.setMinimumSize(SMALLEST)
+        self.resize(1280, 800)
+        self.setAcceptDrops(True)
+        self.failures = Failures(self)
+        self.bench = Workbench(session.open_session(), self)
+        self._make_workspaces()
+        self._make_docks()
+        self._make_actions()
+        self._make_top_bar()
+        self._make_centre()
+        self._connect()
+        self._restore_layout()
+        self.show_workspace("capture")
+
+    def _make_workspaces(self) -> None:
+        self.capture = CaptureTab(self.bench)
+        self.material = MaterialTab(self.bench)
+        self.view = ViewTab(self.bench)
+        self.export = ExportTab(self.bench, self.grab_picture)
+        self.tabs = dict(zip(WORKSPACES, (self.capture, self.material, self.view, self.export), strict=True))
+        self.stack = QStackedWidget()
+        for tab in self.tabs.values():
+            self.stack.addWidget(tab)
+
+    def _make_docks(self) -> None:
+        self.jobs_dock = JobsDock(self.bench.jobs, self)
+        self.log_dock = LogDock(self)
+        for dock in (self.jobs_dock, self.log_dock):
+            self.addDockWidget(Qt.DockWidgetArea.BottomDockWidgetArea, dock)
+            dock.hide()
+        self.tabifyDockWidget(self.jobs_dock, self.log_dock)
+
+    def _make_actions(self) -> None:
+        undo_stack = self.bench.document.undo_stack
+        self.undo = undo_stack.createUndoAction(self, "Undo")
+        self.undo.setShortcuts([QKeySequence("Ctrl+Z")])
+        self.redo = undo_stack.createRedoAction(self, "Redo")
+        self.redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
+
+    def _make_top_bar(self) -> None:
+        bar = role(QWidget(), "bar")
+        bar.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        grid = QGridLayout(bar)
+        grid.setContentsMargins(PADDING, 0, PADDING, 0)
+        grid.setHorizontalSpacing(0)
+        self.mark = QLabel()
+        self.menu = QMenuBar()
+        self._fill_menus()
+        left = QHBoxLayout()
+        left.setSpacing(2 * STEP)
+        left.addWidget(self.mark)
+        left.addWidget(text("Lightarc", "title"))
+        left.addWidget(self.menu)
+        left.addStretch(1)
+        self.buttons = QButtonGroup(self)
+        middle = QHBoxLayout()
+        middle.setSpacing(0)
+        for place, name in enumerate(WORKSPACES):
+            button = QToolButton()
+            button.setText(name.capitalize())
+            button.setCheckable(True)
+            button.setIconSize(QSize(icons.SMALL, icons.SMALL))
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            button.setToolTip(f"{name.capitalize()} (Ctrl+{place + 1})")
+            button.clicked.connect(lambda _checked, name=name: self.show_workspace(name))
+            role(button, "workspace")
+            self.buttons.addButton(button, place)
+            middle.addWidget(button)
+        self.title = text("", "secondary")
+        self.title.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        grid.addLayout(left, 0, 0)
+        grid.addLayout(middle, 0, 1)
+        grid.addWidget(self.title, 0, 2)
+        grid.setColumnStretch(0, 1)
+        grid.setColumnStretch(2, 1)
+        bar.setFixedHeight(40)
+        self.setMenuWidget(bar)
+
+    def _fill_menus(self) -> None:
+        file = self.menu.addMenu("&File")
+        self._add(file, "New", "Ctrl+N", self.new)
+        self._add(file, "Open files…", "Ctrl+O", self.choose_files)
+        self._add(file, "Open folder…", "Ctrl+Shift+O", self.choose_folder)
+        self.recent = file.addMenu("Open recent")
+        self.recent.aboutToShow.connect(self._fill_recent)
+        self._add(file, "Sample capture", "", self.bench.open_sample)
+        file.addSeparator()
+        self._add(file, "Export bundle…", "Ctrl+E", lambda: self.show_workspace("export"))
+        file.addSeparator()
+        self._add(file, "Quit", "Ctrl+Q", self.close)
+        edit = self.menu.addMenu("&Edit")
+        edit.addAction(self.undo)
+        edit.addAction(self.redo)
+        view = self.menu.addMenu("&View")
+        for place, name in enumerate(WORKSPACES):
+            self._add(view, name.capitalize(), f"Ctrl+{place + 1}", lambda name=name: self.show_workspace(name))
+        view.addSeparator()
+        self._add(view, "Dark theme", "", lambda: self.set_theme("dark"))
+        self._add(view, "Light theme", "", lambda: self.set_theme("light"))
+        view.addSeparator()
+        view.addAction(self.jobs_dock.toggleViewAction())
+        view.addAction(self.log_dock.toggleViewAction())
+        aid = self.menu.addMenu("&Help")
+        self._add(aid, "Mouse and keyboard", "F1", self.show_help)
+        self._add(aid, "About Lightarc", "", self.show_about)
+
+    def _add(self, menu: QMenu, words: str, keys: str, run: Callable[[], object]) -> QAction:
+        action = menu.addAction(words)
+        action.setShortcut(QKeySequence(keys))
+        action.triggered.connect(lambda _checked=False: run())
+        return action
+
+    def _make_centre(self) -> None:
+        self.status = StatusBar(self.bench.jobs)
+        centre = QWidget()
+        column = QVBoxLayout(centre)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(1)
+        column.addWidget(self.stack, 1)
+        self.setCentralWidget(centre)
+        bottom = self.statusBar()
+        bottom.setSizeGripEnabled(False)
+        bottom.setContentsMargins(0, 0, 0, 0)
+        bottom.addWidget(self.status, 1)
+        self._tint()
+
+    def _connect(self) -> None:
+        bench = self.bench
+        bench.document.changed.connect(self._changed)
+        bench.jobs.failed.connect(self._job_failed)
+        bench.said.connect(self.status.say)
+        bench.wanted.connect(self.show_workspace)
+        self.status.health_clicked.connect(lambda: self.show_workspace("capture"))
+        self.view.drawn.connect(self.status.show_frame_time)
+        for tab in (self.capture, self.material, self.export):
+            tab.sample_wanted.connect(bench.open_sample)
+        self.capture.files_wanted.connect(self.choose_folder)
+        for tab in (self.material, self.export):
+            tab.capture_wanted.connect(lambda: self.show_workspace("capture"))
+        self._changed(Project(), bench.document.project)
+
+    def show_workspace(self, name: str) -> None:
+        """Bring the workspace `name` to the front."""
+        self.stack.setCurrentWidget(self.tabs[name])
+        self.buttons.button(WORKSPACES.index(name)).setChecked(True)
+        self.status.show_frame_time(None)
+
+    def open(self, paths: Sequence[Path]) -> None:
+        """Open what `paths` are, and remember them."""
+        if not paths:
+            return
+        self.bench.open(paths)
+        first = str(paths[0] if len(paths) == 1 else paths[0].parent)
+        self.settings = dataclasses.replace(
+            self.settings, recent=settings.with_recent(self.settings.recent, first), last_folder=str(paths[0].parent)
+        )
+
+    def new(self) -> None:
+        """Begin with nothing."""
+        for job in self.bench.jobs.active:
+            self.bench.jobs.cancel(job)
+        self.bench.document.clear()
+        self.show_workspace("capture")
+
+    def choose_files(self) -> None:
+        """Ask for photographs, a mesh or a bundle."""
+        chosen, _ = QFileDialog.getOpenFileNames(self, "Open", self.settings.last_folder)
+        self.open([Path(path) for path in chosen])
+
+    def choose_folder(self) -> None:
+        """Ask for a folder of photographs."""
+        chosen = QFileDialog.getExistingDirectory(self, "Folder of photographs", self.settings.last_folder)
+        self.open([Path(chosen)] if chosen else [])
+
+    def set_theme(self, name: str) -> None:
+        """Dress everything in 'dark' or 'light'."""
+        application = QApplication.instance()
+        assert isinstance(application, QApplication)
+        theme.apply(application, name)
+        self.settings = dataclasses.replace(self.settings, theme=name)
+        self._tint()
+
+    def show_help(self) -> None:
+        """Keys and gestures."""
+        box = QMessageBox(QMessageBox.Icon.NoIcon, "Mouse and keyboard", "Mouse and keyboard", parent=self)
+        rows = "".join(_help_row(line) for line in HELP.splitlines()[0:])
+        box.setInformativeText(f"<table cellspacing='0' cellpadding='3'>{rows}</table>")
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.open()
+
+    def show_about(self) -> None:
+        """Name and version."""
+        box = QMessageBox(QMessageBox.Icon.NoIcon, "About Lightarc", f"Lightarc {engine.__version__}", parent=self)
+        box.setInformativeText("Ten photographs of a material under a moving lamp become a material.\nMIT licence.")
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.open()
+
+    def grab_picture(self) -> QImage:
+        """The viewport's picture as it is on screen."""
+        surface = self.view.viewport.surface
+        return surface.grabFramebuffer() if isinstance(surface, GlSurface) else surface.grab().toImage()
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        if event.mimeData().hasUrls():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
+        event.acceptProposedAction()
+        self.open(paths)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        self.bench.jobs.close()
+        self._keep_settings()
+        self.log_dock.disconnect_log()
+        session.close_session(self.bench.folder)
+        event.accept()
+
+    def _changed(self, _old: Project, new: Project) -> None:
+        shown = new.has_map or new.stack is not None
+        health = new.material.health if new.has_map else new.stack.health if new.stack is not None else None
+        self.status.show_health(health if shown else None)
+        power_law = new.material.power_law
+        self.status.show_error(*((power_law.rms, power_law.r_max) if power_law is not None else (None,)))
+        self.title.setText(new.name if shown or new.sources is not None else "")
+        self.setWindowTitle(f"{new.name} – Lightarc" if shown else "Lightarc")
+
+    def _job_failed(self, job: Job, error: BaseException) -> None:
+        self.failures.report(f"{job.title} did not work", error)
+
+    def _fill_recent(self) -> None:
+        self.recent.clear()
+        for path in self.settings.recent:
+            self._add(self.recent, path, "", lambda path=path: self.open([Path(path)]))
+        if not self.settings.recent:
+            self.recent.addAction("Nothing yet").setEnabled(False)
+
+    def _tint(self) -> None:
+        colours = theme.current()
+        self.mark.setPixmap(icons.pixmap("lightarc", 20, colours.accent, self.devicePixelRatioF()))
+        for place, name in enumerate(WORKSPACES):
+            self.buttons.button(place).setIcon(icons.icon(name))
+        for tab in self.tabs.values():
+            tab.apply_theme()
+        self.status.apply_theme()
+        self._changed(Project(), self.bench.document.project)
+        for view in (*self.findChildren(ImageView), *self.findChildren(Plot)):
+            view.update()
+
+    def _restore_layout(self) -> None:
+        if self.settings.geometry:
+            self.restoreGeometry(QByteArray(bytes.fromhex(self.settings.geometry)))
+        if self.settings.layout:
+            self.restoreState(QByteArray(bytes.fromhex(self.settings.layout)))
+
+    def _keep_settings(self) -> None:
+        kept = dataclasses.replace(
+            self.settings,
+            geometry=bytes(self.saveGeometry().data()).hex(),
+            layout=bytes(self.saveState().data()).hex(),
+        )
+        settings.save(kept, self.config)
+
+
+def _help_row(line: str) -> str:
+    keys, tab, words = line.partition("\t")
+    if not tab:
+        return f"<tr><td colspan='2'><b>{keys}</b></td></tr>"
+    return f"<tr><td>{keys}&nbsp;&nbsp;</td><td>{words}</td></tr>"
+
+
+def run(paths: Sequence[Path], *, sample: bool = False) -> int:
+    """Open the window and return the exit code when it is closed."""
+    from app.surfaces import request_format
+
+    request_format()
+    application = QApplication.instance() or QApplication(["lightarc"])
+    assert isinstance(application, QApplication)
+    config = settings.config_folder()
+    theme.apply(application, settings.load(config).theme)
+    window = MainWindow(config)
+    window.failures.install()
+    window.show()
+    if sample:
+        QTimer.singleShot(0, window.bench.open_sample)
+    elif paths:
+        QTimer.singleShot(0, lambda: window.open(paths))
+    return application.exec()

@@ -1,0 +1,224 @@
+"""Side panels: a title in sentence case, rows of label and value on one grid, and thin lines between sections."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app import icons, theme
+from app.theme import PADDING, ROW, STEP, role
+
+WIDTH = 284
+LABEL_WIDTH = 92
+
+
+class Panel(QScrollArea):
+    """A column of sections beside the picture; scrolls where the window is low."""
+
+    def __init__(self, width: int = WIDTH) -> None:
+        super().__init__()
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFixedWidth(width)
+        inside = role(QWidget(), "panel")
+        self.column = QVBoxLayout(inside)
+        self.column.setContentsMargins(PADDING, PADDING, PADDING, PADDING)
+        self.column.setSpacing(STEP)
+        self.setWidget(inside)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+
+    def section(self, title: str) -> Rows:
+        """A titled group of rows below what is there; a line parts it from the section above."""
+        if self.column.count():
+            self.column.addSpacing(2 * STEP)
+            self.column.addWidget(line())
+            self.column.addSpacing(2 * STEP)
+        rows = Rows(title)
+        self.column.addWidget(rows)
+        return rows
+
+    def finish(self) -> None:
+        """Push everything to the top."""
+        self.column.addStretch(1)
+
+
+class Rows(QWidget):
+    """Rows of a section: label on the left, widget or figure on the right."""
+
+    def __init__(self, title: str = "") -> None:
+        super().__init__()
+        self.grid = QGridLayout(self)
+        self.grid.setContentsMargins(0, 0, 0, 0)
+        self.grid.setHorizontalSpacing(2 * STEP)
+        self.grid.setVerticalSpacing(STEP)
+        self.grid.setColumnMinimumWidth(0, LABEL_WIDTH)
+        self.grid.setColumnStretch(1, 1)
+        if title:
+            self.wide(text(title, "title"))
+
+    def row(self, label: str, widget: QWidget, hint: str = "") -> QWidget:
+        """`label` beside `widget`; `hint` explains both where the mouse rests."""
+        place = self.grid.rowCount()
+        caption = text(label, "secondary")
+        caption.setBuddy(widget)
+        caption.setToolTip(hint)
+        if hint:
+            widget.setToolTip(hint)
+        widget.setAccessibleName(label)
+        self.grid.setRowMinimumHeight(place, ROW)
+        self.grid.addWidget(caption, place, 0)
+        self.grid.addWidget(widget, place, 1)
+        return widget
+
+    def figure(self, label: str, hint: str = "") -> QLabel:
+        """A read-out, right-aligned; set its text with the unit."""
+        value = text("–", "")
+        value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.row(label, value, hint)
+        return value
+
+    def wide(self, widget: QWidget) -> QWidget:
+        """A widget over the whole width."""
+        self.grid.addWidget(widget, self.grid.rowCount(), 0, 1, 2)
+        return widget
+
+
+class Segments(QWidget):
+    """A few choices side by side, exactly one of them active. `chosen` is emitted for clicks and keys only."""
+
+    chosen = Signal(str)
+
+    def __init__(self, choices: Sequence[tuple[str, str, str]]) -> None:
+        """`choices` are (value, label, hint)."""
+        super().__init__()
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        self.group = QButtonGroup(self)
+        self.buttons: dict[str, QToolButton] = {}
+        for value, label, hint in choices:
+            button = QToolButton()
+            button.setText(label)
+            button.setToolTip(hint)
+            button.setCheckable(True)
+            button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            button.clicked.connect(lambda _checked, value=value: self.chosen.emit(value))
+            role(button, "segment")
+            self.group.addButton(button)
+            self.buttons[value] = button
+            layout.addWidget(button)
+
+    @property
+    def value(self) -> str:
+        return next((value for value, button in self.buttons.items() if button.isChecked()), "")
+
+    def choose(self, value: str) -> None:
+        """Show `value` as active without emitting."""
+        self.buttons[value].setChecked(True)
+
+    def disable(self, value: str, why: str) -> None:
+        """Make one choice unavailable and let it say why; an empty `why` makes it available."""
+        button = self.buttons[value]
+        button.setEnabled(not why)
+        if why:
+            button.setToolTip(why)
+
+
+def text(words: str, look: str = "", *, wrap: bool = False) -> QLabel:
+    """A label; `look` is a role of the theme."""
+    label = QLabel(words)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setWordWrap(wrap)
+    if look:
+        role(label, look)
+    return label
+
+
+def line() -> QFrame:
+    """A thin horizontal line."""
+    rule = QFrame()
+    role(rule, "line")
+    return rule
+
+
+def button(label: str, look: str = "", icon: str = "", hint: str = "") -> QPushButton:
+    """A push button; `look` is 'primary', 'link' or empty."""
+    made = QPushButton(label)
+    if icon:
+        made.setIcon(icons.icon(icon))
+        made.setIconSize(QSize(icons.SMALL, icons.SMALL))
+    made.setToolTip(hint)
+    if look:
+        role(made, look)
+    return made
+
+
+def tool(action: QAction) -> QToolButton:
+    """A small button that shows only the icon of `action`."""
+    made = QToolButton()
+    made.setDefaultAction(action)
+    made.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+    made.setIconSize(QSize(icons.SMALL, icons.SMALL))
+    made.setAccessibleName(action.text())
+    keys = action.shortcut().toString()
+    made.setToolTip(f"{action.text()} ({keys})" if keys else action.text())
+    return made
+
+
+def enable(widget: QWidget, why_not: str, hint: str = "") -> None:
+    """Disable `widget` and let it say why, or enable it when there is no reason against it."""
+    widget.setEnabled(not why_not)
+    widget.setToolTip(why_not or hint)
+
+
+class EmptyState(QWidget):
+    """What to do where there is nothing yet, and the buttons that do it."""
+
+    def __init__(self, icon_name: str, heading: str, words: str, buttons: Sequence[QPushButton] = ()) -> None:
+        super().__init__()
+        role(self, "canvas")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.icon_name = icon_name
+        self.picture = QLabel()
+        self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.words = text(words, "secondary", wrap=True)
+        self.words.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        self.words.setFixedWidth(400)
+        title = text(heading, "heading")
+        title.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        actions = QHBoxLayout()
+        actions.setSpacing(2 * STEP)
+        actions.addStretch(1)
+        for made in buttons:
+            actions.addWidget(made)
+        actions.addStretch(1)
+        column = QVBoxLayout(self)
+        column.setSpacing(3 * STEP)
+        column.addStretch(2)
+        column.addWidget(self.picture)
+        column.addWidget(title)
+        column.addWidget(self.words, 0, Qt.AlignmentFlag.AlignHCenter)
+        column.addSpacing(STEP)
+        column.addLayout(actions)
+        column.addStretch(3)
+        self.apply_theme()
+
+    def apply_theme(self) -> None:
+        """Draw the icon in the colour of the current theme."""
+        self.picture.setPixmap(icons.pixmap(self.icon_name, 48, theme.current().disabled, self.devicePixelRatioF()))

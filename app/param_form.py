@@ -1,0 +1,205 @@
+"""Sliders and number fields made from declared parameters (`engine.params`), one row each.
+
+A slider runs over the parameter's everyday range, logarithmically where it is declared so; the field beside it takes
+every allowed value. Ctrl+click on either goes back to the default.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QColor, QIcon, QMouseEvent, QPixmap
+from PySide6.QtWidgets import QColorDialog, QHBoxLayout, QPushButton, QSlider, QWidget
+
+from app.number_field import NumberField
+from app.panels import Rows
+from app.theme import STEP
+from engine.colour import srgb_decode, srgb_encode
+from engine.params import Colour, Parameter, parameters
+
+TICKS = 1000
+FIELD_WIDTH = 68
+
+
+class ParamForm(Rows):
+    """Edits one frozen dataclass of parameters. `edited(instance, final)`: `final` is False while dragging."""
+
+    edited = Signal(object, bool)
+
+    def __init__(self, instance: Any, only: tuple[str, ...] = ()) -> None:
+        super().__init__()
+        self.instance = instance
+        self.editors: dict[str, NumberEditor | ColourEditor] = {}
+        for parameter in parameters(instance):
+            if only and parameter.name not in only:
+                continue
+            editor = ColourEditor(parameter) if parameter.is_colour else NumberEditor(parameter)
+            editor.edited.connect(lambda value, final, name=parameter.name: self._edited(name, value, final))
+            self.editors[parameter.name] = editor
+            self.row(parameter.label, editor, parameter.doc)
+        self.show_instance(instance)
+
+    def show_instance(self, instance: Any) -> None:
+        """Show the values of `instance` without emitting."""
+        self.instance = instance
+        for name, editor in self.editors.items():
+            editor.show_value(getattr(instance, name))
+
+    def _edited(self, name: str, value: float | Colour, final: bool) -> None:
+        values = {parameter.name: getattr(self.instance, parameter.name) for parameter in parameters(self.instance)}
+        others = {
+            field: getattr(self.instance, field)
+            for field in type(self.instance).__dataclass_fields__
+            if field not in values
+        }
+        self.instance = type(self.instance)(**{**values, **others, name: value})
+        self.edited.emit(self.instance, final)
+
+
+class Slider(QSlider):
+    """A horizontal slider that jumps to the click and asks for a reset on Ctrl+click."""
+
+    reset = Signal()
+
+    def __init__(self) -> None:
+        super().__init__(Qt.Orientation.Horizontal)
+        self.setRange(0, TICKS)
+        self.setSingleStep(TICKS // 100)
+        self.setPageStep(TICKS // 10)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            self.reset.emit()
+            return
+        span = max(1, self.width() - 12)
+        self.setSliderPosition(round(TICKS * (event.position().x() - 6) / span))
+        super().mousePressEvent(event)
+
+
+class NumberEditor(QWidget):
+    """Slider and field of one number."""
+
+    edited = Signal(float, bool)
+
+    def __init__(self, parameter: Parameter) -> None:
+        super().__init__()
+        self.parameter = parameter
+        assert isinstance(parameter.default, float)
+        self.slider = Slider()
+        self.slider.setAccessibleName(parameter.label)
+        self.field = NumberField(
+            parameter.default, parameter.low, parameter.high, unit=parameter.unit, log=parameter.log
+        )
+        self.field.setAccessibleName(parameter.label)
+        self.field.setFixedWidth(FIELD_WIDTH)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(2 * STEP)
+        layout.addWidget(self.slider, 1)
+        layout.addWidget(self.field)
+        self.slider.valueChanged.connect(self._slid)
+        self.slider.sliderReleased.connect(lambda: self.edited.emit(self.field.value, True))
+        self.slider.reset.connect(lambda: self._set(self.field.default, True))
+        self.field.edited.connect(self._set)
+
+    def show_value(self, value: float) -> None:
+        """Show `value` without emitting."""
+        self.field.show_value(value)
+        self.slider.blockSignals(True)
+        self.slider.setValue(round(TICKS * self._place(value)))
+        self.slider.blockSignals(False)
+
+    def _slid(self, ticks: int) -> None:
+        value = self._value(ticks / TICKS)
+        self.field.show_value(value)
+        self.edited.emit(value, not self.slider.isSliderDown())
+
+    def _set(self, value: float, final: bool) -> None:
+        self.show_value(value)
+        self.edited.emit(value, final)
+
+    def _place(self, value: float) -> float:
+        low, high = self.parameter.slider
+        value = min(max(value, low), high)
+        if self.parameter.log and low > 0:
+            return math.log(value / low) / math.log(high / low)
+        return (value - low) / (high - low)
+
+    def _value(self, place: float) -> float:
+        low, high = self.parameter.slider
+        value = low * (high / low) ** place if self.parameter.log and low > 0 else low + (high - low) * place
+        return float(f"{value:.3g}")
+
+
+class ColourEditor(QWidget):
+    """Strength of a colour as slider and field (its largest channel), and a swatch that opens the colour dialog."""
+
+    edited = Signal(object, bool)
+
+    def __init__(self, parameter: Parameter) -> None:
+        super().__init__()
+        assert isinstance(parameter.default, tuple)
+        self.colour: Colour = parameter.default
+        strength = Parameter(
+            parameter.name,
+            max(parameter.default),
+            parameter.low,
+            parameter.high,
+            parameter.slider,
+            parameter.unit,
+            parameter.doc,
+            parameter.log,
+        )
+        self.strength = NumberEditor(strength)
+        self.swatch = QPushButton()
+        self.swatch.setFixedWidth(28)
+        self.swatch.setAccessibleName(f"{parameter.label}: colour")
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(2 * STEP)
+        layout.addWidget(self.swatch)
+        layout.addWidget(self.strength, 1)
+        self.strength.edited.connect(self._scaled)
+        self.swatch.clicked.connect(self._ask)
+
+    def show_value(self, value: Colour) -> None:
+        """Show `value` without emitting."""
+        self.colour = value
+        self.strength.show_value(max(value))
+        self._paint()
+
+    def _scaled(self, strength: float, final: bool) -> None:
+        largest = max(self.colour)
+        red, green, blue = (channel / largest if largest > 0 else 1.0 for channel in self.colour)
+        self.colour = (red * strength, green * strength, blue * strength)
+        self._paint()
+        self.edited.emit(self.colour, final)
+
+    def _ask(self) -> None:
+        dialog = QColorDialog(display_colour(self.colour), self)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.colorSelected.connect(self._picked)
+        dialog.open()
+
+    def _picked(self, colour: QColor) -> None:
+        red, green, blue = (float(channel) for channel in srgb_decode(list(colour.getRgbF()[:3])))
+        self.show_value((red, green, blue))
+        self.edited.emit(self.colour, True)
+
+    def _paint(self) -> None:
+        self.swatch.setIcon(swatch(display_colour(self.colour)))
+
+
+def display_colour(linear: Colour) -> QColor:
+    """The screen's colour of linear sRGB, clipped."""
+    red, green, blue = (min(1.0, max(0.0, float(channel))) for channel in srgb_encode(list(linear)))
+    return QColor.fromRgbF(red, green, blue)
+
+
+def swatch(colour: QColor) -> QIcon:
+    """A filled square as an icon."""
+    square = QPixmap(16, 16)
+    square.fill(colour)
+    return QIcon(square)

@@ -1,0 +1,80 @@
+"""What was dropped on the window: told by content, and by the ending of a name only where the content says nothing."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from engine.capture.sources import PHOTOGRAPH_SUFFIXES
+from engine.errors import InputError
+from engine.mesh import SUFFIXES as MESH_SUFFIXES
+
+Kind = Literal["photographs", "stack", "bundle", "mesh"]
+
+_PICTURE_STARTS = (
+    b"\xff\xd8\xff",
+    b"\x89PNG",
+    b"II*\0",
+    b"MM\0*",
+    b"II+\0",
+    b"MM\0+",
+    b"\x76\x2f\x31\x01",
+    b"#?RADIANCE",
+    b"#?RGBE",
+    b"FUJIFILM",
+)
+_MESH_STARTS = (b"ply", b"glTF", b"solid", b"OFF")
+
+
+@dataclass(frozen=True)
+class Recognised:
+    """One thing to open: its kind and the paths that belong to it."""
+
+    kind: Kind
+    paths: tuple[Path, ...]
+
+
+def recognise(paths: Sequence[Path]) -> Recognised:
+    """The kind of what `paths` are. Several files together are photographs; InputError where nothing fits."""
+    if not paths:
+        raise InputError("(nothing)", "nothing was dropped that is a file", "Drop files or a folder from this computer")
+    kinds = {path: _kind(path) for path in paths}
+    for kind in ("bundle", "stack", "mesh"):
+        chosen = tuple(path for path, found in kinds.items() if found == kind)
+        if chosen:
+            return Recognised(kind, chosen[:1])
+    if any(found == "photographs" for found in kinds.values()):
+        return Recognised("photographs", tuple(paths))
+    raise InputError(
+        paths[0],
+        "is nothing that Lightarc can open",
+        "Drop a folder of photographs, a mesh (OBJ, PLY, STL, glTF), or a .lightarc bundle",
+    )
+
+
+def _kind(path: Path) -> Kind | None:
+    if path.is_dir():
+        return _kind_of_folder(path)
+    if not path.is_file():
+        return None
+    try:
+        with path.open("rb") as file:
+            start = file.read(4096)
+    except OSError as error:
+        raise InputError(path, f"cannot be read ({error.strerror})", "Check the permissions of the file") from None
+    if start.startswith(b"PK"):
+        return "bundle" if zipfile.is_zipfile(path) else None
+    if start.startswith(_PICTURE_STARTS):
+        return "photographs"
+    if start.startswith(_MESH_STARTS) or path.suffix.lower() in MESH_SUFFIXES:
+        return "mesh"
+    return "photographs" if path.suffix.lower() in PHOTOGRAPH_SUFFIXES else None
+
+
+def _kind_of_folder(path: Path) -> Kind:
+    if (path / "stack.json").is_file():
+        return "stack"
+    return "bundle" if (path / "manifest.json").is_file() else "photographs"

@@ -1,0 +1,93 @@
+"""What the program remembers between two starts: one small JSON file in the person's configuration folder.
+
+A file that cannot be understood is put aside under another name and defaults are used; without a folder that can be
+written, the program works and forgets.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+from engine.errors import FileError, InputError
+from engine.files.atomic import write_json
+from engine.files.untrusted import read_bytes
+
+log = logging.getLogger(__name__)
+
+FILE_LIMIT_BYTES = 2**20
+RECENT = 8
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Remembered choices; `geometry` and `layout` are Qt's own description in hexadecimal."""
+
+    theme: str = "dark"
+    geometry: str = ""
+    layout: str = ""
+    last_folder: str = ""
+    recent: tuple[str, ...] = ()
+
+
+def config_folder() -> Path | None:
+    """Where settings live, None where the system names no usable place (no home, say)."""
+    folder = Path(os.path.expandvars(platformdirs.user_config_dir("lightarc", appauthor=False)))
+    return folder if folder.is_absolute() else None
+
+
+def load(folder: Path | None) -> Settings:
+    """Settings of `folder`; defaults where there are none, and a corrupt file is set aside."""
+    path = folder and folder / "settings.json"
+    if path is None or not path.exists():
+        return Settings()
+    try:
+        return _from_json(json.loads(read_bytes(path, FILE_LIMIT_BYTES)))
+    except (InputError, ValueError, TypeError, RecursionError) as error:
+        aside = path.with_suffix(".corrupt.json")
+        log.warning(
+            "%s cannot be understood (%s); defaults are used and the old file is kept as %s", path, error, aside
+        )
+        try:
+            path.replace(aside)
+        except OSError as reason:
+            log.warning("%s cannot be renamed: %s", path, reason)
+        return Settings()
+
+
+def save(settings: Settings, folder: Path | None) -> None:
+    """Write `settings`; where that is impossible the log says so and nothing else happens."""
+    if folder is None:
+        return
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_json(folder / "settings.json", asdict(settings))
+    except (FileError, OSError) as error:
+        log.warning("settings are not kept: %s", error)
+
+
+def with_recent(recent: tuple[str, ...], path: str) -> tuple[str, ...]:
+    """`path` first, each once, at most `RECENT` of them."""
+    return (path, *(other for other in recent if other != path))[:RECENT]
+
+
+def _from_json(values: Any) -> Settings:
+    """Known keys of the right type; ValueError for anything that is not an object."""
+    if not isinstance(values, dict):
+        raise ValueError("not an object")
+    texts = {key: values[key] for key in ("theme", "geometry", "layout", "last_folder") if key in values}
+    for key, value in texts.items():
+        if not isinstance(value, str):
+            raise ValueError(f"{key} is not a text")
+    for key in ("geometry", "layout"):
+        bytes.fromhex(texts.get(key, ""))
+    recent = values.get("recent", [])
+    if not isinstance(recent, list) or not all(isinstance(path, str) for path in recent):
+        raise ValueError("recent is not a list of paths")
+    return Settings(**texts, recent=tuple(recent[:RECENT]))

@@ -1,0 +1,151 @@
+"""The line at the bottom: the running job with progress and cancel, health, error, frame time and memory."""
+
+from __future__ import annotations
+
+import psutil
+from PySide6.QtCore import QSize, Qt, QTimer, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QToolButton, QWidget
+
+from app import icons, theme
+from app.jobs import Job, Jobs
+from app.panels import text
+from app.theme import PADDING, STEP, role
+from engine.health import Health, Verdict
+
+HEIGHT = 30
+
+#: Icon, colour of the theme and word of each verdict.
+VERDICTS = {
+    Verdict.GOOD: ("check", "good", "Health"),
+    Verdict.NOTE: ("note", "secondary", "Health: note"),
+    Verdict.WARNING: ("warning", "warning", "Health: check"),
+    Verdict.BAD: ("bad", "bad", "Health: problem"),
+}
+
+
+class StatusBar(QWidget):
+    """Shows figures that others hand over; asks `jobs` to cancel. `health_clicked` asks for the report."""
+
+    health_clicked = Signal()
+
+    def __init__(self, jobs: Jobs) -> None:
+        super().__init__()
+        self.jobs = jobs
+        self._said = ""
+        role(self, "bar")
+        self.setFixedHeight(HEIGHT)
+        self.words = text("")
+        self.bar = QProgressBar()
+        self.bar.setRange(0, 1000)
+        self.bar.setTextVisible(False)
+        self.bar.setFixedWidth(140)
+        self.bar.setAccessibleName("Progress of the running job")
+        self.cancel = QToolButton()
+        self.cancel.setIconSize(QSize(icons.SMALL, icons.SMALL))
+        self.cancel.setToolTip("Cancel the running job")
+        self.cancel.setAccessibleName("Cancel the running job")
+        self.cancel.clicked.connect(self._cancel)
+        self.health = QToolButton()
+        self.health.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.health.setIconSize(QSize(icons.SMALL, icons.SMALL))
+        self.health.clicked.connect(self.health_clicked)
+        self.error = figure("Error of the compressed material against its slices")
+        self.frame = figure("Time of the last frame in the viewport")
+        self.memory = figure("Memory that this program holds")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(PADDING, 0, PADDING, 0)
+        row.setSpacing(2 * STEP)
+        for widget in (self.words, self.bar, self.cancel):
+            row.addWidget(widget)
+        row.addStretch(1)
+        for widget in (self.health, self.error, self.frame, self.memory):
+            row.addSpacing(STEP)
+            row.addWidget(widget)
+        jobs.changed.connect(lambda _job: self._show_job())
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._show_memory)
+        self._timer.start(1000)
+        self.show_health(None)
+        self._show_job()
+        self._show_memory()
+        self.apply_theme()
+
+    def apply_theme(self) -> None:
+        """Take the colours of the current theme."""
+        self.cancel.setIcon(icons.icon("cancel"))
+
+    def say(self, words: str) -> None:
+        """A sentence about what just happened, until the next job begins."""
+        self._said = words
+        self._show_job()
+
+    def show_health(self, health: Health | None) -> None:
+        """The worst finding of the project."""
+        self.health.setVisible(health is not None)
+        if health is None:
+            return
+        name, look, word = VERDICTS[health.verdict]
+        self.health.setIcon(icons.icon(name, getattr(theme.current(), look)))
+        self.health.setText(word)
+        worst = [finding.text for finding in health.findings if finding.verdict == health.verdict]
+        self.health.setToolTip("\n".join(worst[:3]) if worst else "Nothing to report")
+
+    def show_error(self, rms: float | None, r_max: float = 1.0) -> None:
+        """Error of the compression as a share of the brightest slice's mean."""
+        self.error.setVisible(rms is not None)
+        if rms is not None:
+            self.error.setText(f"error {100 * rms / r_max:.1f} %")
+
+    def show_frame_time(self, seconds: float | None) -> None:
+        """Time of the last frame; None where no viewport is on screen."""
+        self.frame.setVisible(seconds is not None)
+        if seconds is not None:
+            self.frame.setText(f"{1000 * seconds:.1f} ms")
+
+    def _current(self) -> Job | None:
+        return next((job for job in self.jobs.active if job.heavy), None)
+
+    def _cancel(self) -> None:
+        job = self._current()
+        if job is not None:
+            self.jobs.cancel(job)
+
+    def _show_job(self) -> None:
+        job = self._current()
+        self.bar.setVisible(job is not None)
+        self.cancel.setVisible(job is not None)
+        if job is None:
+            self.words.setText(self._said)
+            return
+        self._said = ""
+        self.bar.setValue(round(1000 * job.step.done))
+        self.cancel.setEnabled(not job.stopping)
+        self.words.setText(describe(job))
+
+    def _show_memory(self) -> None:
+        self.memory.setText(size_text(psutil.Process().memory_info().rss))
+
+
+def describe(job: Job) -> str:
+    """A job in one line: what it does now and how long it will take."""
+    if job.stopping:
+        return f"{job.title}: stopping…"
+    note = job.step.note
+    words = f"{note[:1].upper()}{note[1:]}" if note and job.state == "running" else f"{job.title}: waiting"
+    left = job.left_s
+    return f"{words} · {left:.0f} s left" if left is not None and left >= 1 else words
+
+
+def size_text(size_bytes: float) -> str:
+    """Bytes for people, in decimal units."""
+    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size_bytes >= scale:
+            return f"{size_bytes / scale:.{0 if size_bytes >= 100 * scale else 1}f} {unit}"
+    return f"{size_bytes:.0f} B"
+
+
+def figure(hint: str) -> QLabel:
+    """A read-out of the status bar."""
+    label = text("", "secondary")
+    label.setToolTip(hint)
+    return label

@@ -1,0 +1,206 @@
+"""What the viewport draws on: OpenGL inside the window, or a picture computed on the processor where there is none."""
+
+from __future__ import annotations
+
+import logging
+import time
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QRectF, Signal
+from PySide6.QtGui import QColor, QImage, QOffscreenSurface, QOpenGLContext, QPainter, QPaintEvent, QSurfaceFormat
+from PySide6.QtOpenGLWidgets import QOpenGLWidget
+from PySide6.QtWidgets import QWidget
+
+from app import theme
+from app.jobs import Jobs
+from app.latest import Latest
+from app.pictures import rgb_image
+from engine.colour import srgb_decode, to_display8, tone_map
+from engine.errors import MissingCapability
+from engine.gl.tonemap import Display
+from engine.scene import Scene
+from engine.steps import Step, Steps
+
+log = logging.getLogger(__name__)
+
+#: How long a frame may take while something moves, and when it is still.
+MOVING_S, STILL_S = 0.025, 0.045
+
+#: Sub-pixels along a side of a pixel, and the fraction of pixels that is drawn, from best to quickest.
+QUALITIES = ((2, 1), (1, 1), (1, 2), (1, 3), (1, 4), (1, 6))
+
+
+def request_format() -> None:
+    """Ask for OpenGL 3.3 core; must come before the application is made. Edges are smoothed by the renderer itself."""
+    wanted = QSurfaceFormat()
+    wanted.setVersion(3, 3)
+    wanted.setProfile(QSurfaceFormat.OpenGLContextProfile.CoreProfile)
+    QSurfaceFormat.setDefaultFormat(wanted)
+
+
+def why_no_gl() -> str:
+    """Why OpenGL 3.3 cannot be used in this window; empty where it can."""
+    context = QOpenGLContext()
+    if not context.create():
+        return "OpenGL is not available"
+    found = context.format()
+    if (found.majorVersion(), found.minorVersion()) < (3, 3):
+        return f"OpenGL is {found.majorVersion()}.{found.minorVersion()}, and 3.3 is needed"
+    surface = QOffscreenSurface()
+    surface.create()
+    usable = context.makeCurrent(surface)
+    context.doneCurrent()
+    return "" if usable else "OpenGL cannot be started"
+
+
+def quality(cost_s: float, pixels: int, budget_s: float) -> tuple[int, int]:
+    """The best (samples, reduction) of `QUALITIES` within `budget_s` at `cost_s` a sub-pixel."""
+    for samples, reduction in QUALITIES:
+        if cost_s * pixels * samples**2 / reduction**2 <= budget_s:
+            return samples, reduction
+    return QUALITIES[-1]
+
+
+def display_of(exposure_ev: float, operator: Any) -> Display:
+    """Exposure and tone mapping over the window's canvas colour."""
+    red, green, blue = (float(v) for v in srgb_decode(list(QColor(theme.current().canvas).getRgbF()[:3])))
+    return Display(exposure_ev, operator, (red, green, blue))
+
+
+class GlSurface(QOpenGLWidget):
+    """Draws through `engine.gl`. `drawn(seconds)` follows each frame; `failed` says that OpenGL cannot be used."""
+
+    drawn = Signal(float)
+    failed = Signal(object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.scene: Scene | None = None
+        self.display = display_of(0.0, "neutral")
+        self.moving = False
+        self.messages: tuple[str, ...] = ()
+        self._context: Any = None
+        self._renderer: Any = None
+        self._small: tuple[tuple[int, int], Any] | None = None
+        self._enlarge: Any = None
+        self._cost_s = 20e-9
+
+    def show_scene(self, scene: Scene | None, display: Display, moving: bool) -> None:
+        """Draw `scene` with the next frame; coarser where `moving` and the machine is slow."""
+        self.scene, self.display, self.moving = scene, display, moving
+        self.update()
+
+    def initializeGL(self) -> None:
+        from engine.gl.context import attach_context
+        from engine.gl.direct import DirectRenderer
+
+        self._small = self._enlarge = None
+        try:
+            self._context = attach_context()
+        except MissingCapability as error:
+            self._context = self._renderer = None
+            self.failed.emit(error)
+            return
+        self._renderer = DirectRenderer(self._context)
+        self.context().aboutToBeDestroyed.connect(self._forget)
+
+    def paintGL(self) -> None:
+        if self._context is None:
+            return
+        framebuffer = self._context.detect_framebuffer(self.defaultFramebufferObject())
+        width, height = framebuffer.size
+        if self.scene is None or min(width, height) < 1:
+            red, green, blue, _ = QColor(theme.current().canvas).getRgbF()
+            framebuffer.clear(red, green, blue, 1.0)
+            return
+        started = time.perf_counter()
+        samples, reduction = quality(self._cost_s, width * height, MOVING_S if self.moving else STILL_S)
+        if reduction == 1:
+            self._renderer.draw(self.scene, framebuffer, (width, height), samples=samples, display=self.display)
+        else:
+            self._draw_small(framebuffer, (max(1, width // reduction), max(1, height // reduction)))
+        self._context.finish()
+        seconds = time.perf_counter() - started
+        self._cost_s = max(1e-10, seconds * reduction**2 / (width * height * samples**2))
+        self.messages = tuple(self._renderer.messages)
+        self.drawn.emit(seconds)
+
+    def _draw_small(self, framebuffer: Any, size: tuple[int, int]) -> None:
+        from engine.gl.program import load_program
+
+        context = self._context
+        if self._small is None or self._small[0] != size:
+            if self._small is not None:
+                self._small[1].color_attachments[0].release()
+                self._small[1].release()
+            texture = context.texture(size, 4)
+            texture.filter = (context.LINEAR, context.LINEAR)
+            texture.repeat_x = texture.repeat_y = False
+            self._small = (size, context.framebuffer([texture]))
+        small = self._small[1]
+        self._renderer.draw(self.scene, small, size, samples=1, display=self.display)
+        if self._enlarge is None:
+            program = load_program(context, "screen.vert", "enlarge.frag")
+            self._enlarge = (program, context.vertex_array(program, []))
+        framebuffer.use()
+        framebuffer.viewport = (0, 0, *framebuffer.size)
+        context.disable(context.DEPTH_TEST | context.BLEND | context.CULL_FACE)
+        small.color_attachments[0].use(0)
+        self._enlarge[0]["picture"] = 0
+        self._enlarge[0]["size"] = framebuffer.size
+        self._enlarge[1].render(vertices=3)
+
+    def _forget(self) -> None:
+        """The context goes away (the window moved to another screen, say); everything is made anew in the next one."""
+        self.makeCurrent()
+        if self._renderer is not None:
+            self._renderer.release()
+        self._renderer = self._context = self._small = self._enlarge = None
+        self.doneCurrent()
+
+
+class ProcessorSurface(QWidget):
+    """Draws on the processor, in a job: coarse while something moves, then in full, band after band."""
+
+    drawn = Signal(float)
+
+    def __init__(self, jobs: Jobs) -> None:
+        super().__init__()
+        self.messages: tuple[str, ...] = ()
+        self._latest = Latest(jobs, "Rendering")
+        self._image: QImage | None = None
+
+    def show_scene(self, scene: Scene | None, display: Display, moving: bool) -> None:
+        """Ask for a picture of `scene`; it is shown when it is done."""
+        if scene is None or self.width() < 1 or self.height() < 1:
+            return
+        share = 0.3 if moving else 1.0
+        scale = self.devicePixelRatioF() * share
+        size = (max(1, round(self.width() * scale)), max(1, round(self.height() * scale)))
+        self._latest.ask(lambda: _computed(scene, size, display), self._show)
+
+    def _show(self, result: tuple[QImage, float]) -> None:
+        self._image, seconds = result
+        self.drawn.emit(seconds)
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor(theme.current().canvas))
+        if self._image is not None:
+            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+            painter.drawImage(QRectF(self.rect()), self._image)
+
+
+def _computed(scene: Scene, size: tuple[int, int], display: Display) -> Steps[tuple[QImage, float]]:
+    yield Step(0.0, "rendering on the processor")
+    from engine.render.direct import radiance
+
+    started = time.perf_counter()
+    picture = yield from radiance(scene, size, samples=1)
+    coverage = np.minimum(picture[..., 3:], 1.0)
+    colour = np.divide(picture[..., :3], coverage, out=np.zeros_like(picture[..., :3]), where=coverage > 0)
+    shown = np.clip(tone_map(colour, display.exposure_ev, display.operator), 0.0, 1.0)
+    blended = shown * coverage + np.asarray(display.background, np.float32) * (1.0 - coverage)
+    return rgb_image(to_display8(blended)), time.perf_counter() - started

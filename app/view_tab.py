@@ -1,0 +1,302 @@
+"""The View workspace: the material on a model under a light, with every choice that the renderer offers."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+
+from app import icons
+from app.document import Look, Project
+from app.number_field import plain
+from app.panels import Panel, Segments, text, tool
+from app.param_form import ParamForm
+from app.theme import PADDING, STEP, role
+from app.viewport import Viewport
+from app.workbench import Workbench, load_shape
+from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, brdf_to_text, model_name
+from engine.camera import frame
+from engine.mesh import SUFFIXES, Mesh
+from engine.scene import Scene
+from engine.shapes import SHAPES
+
+DEFAULT_MODEL = "cloth"
+SIDE_WIDTH = 272
+
+MODEL_NAMES = {"sphere": "Sphere", "plane": "Plane", "torus-knot": "Torus knot", "cloth": "Draped cloth"}
+BRDF_NAMES = {"lambert": "Lambert", "phong": "Phong", "blinn-phong": "Blinn–Phong", "ggx": "GGX"}
+LOOKUPS = (
+    ("radiance", "Inside the integral", "The slice is looked up with r = BRDF × cosine: the method itself"),
+    ("texture", "Lit texture", "The brightest slice, lit like a texture"),
+    ("outgoing", "By outgoing radiance", "The slice is looked up with the light that leaves the surface"),
+    ("angle", "By angle", "The slice is chosen by the angle of the light alone"),
+)
+TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"))
+
+
+class ViewTab(QWidget):
+    """Shows the project's material and changes how it looks."""
+
+    drawn = Signal(float)
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self.bench = bench
+        self.default_mesh: Mesh | None = None
+        self.brdf: Brdf | None = None
+        self.viewport = Viewport(bench.jobs)
+        self.viewport.light_moved.connect(self._light_moved)
+        self.viewport.drawn.connect(self.drawn)
+        self.frame_action = QAction(icons.icon("fit"), "Frame the model", self)
+        self.frame_action.setShortcut(QKeySequence("F"))
+        self.frame_action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        self.frame_action.triggered.connect(self.viewport.frame)
+        self.addAction(self.frame_action)
+        work = QSplitter(Qt.Orientation.Horizontal)
+        work.setHandleWidth(1)
+        for part in (self._make_left(), self._make_centre(), self._make_right()):
+            work.addWidget(part)
+        work.setStretchFactor(1, 1)
+        work.setChildrenCollapsible(False)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(work)
+        bench.document.changed.connect(lambda _old, new: self._show(new))
+        self._show(bench.document.project)
+
+    def _make_left(self) -> QWidget:
+        panel = Panel(SIDE_WIDTH)
+        scene = panel.section("Scene")
+        self.model = QComboBox()
+        self.model.activated.connect(self._model_chosen)
+        scene.row("Model", self.model, "A built-in model, or a mesh of your own")
+        look = Look()
+        self.repeats = ParamForm(look, only=("repeats",))
+        self.light = ParamForm(look, only=("light_theta_deg", "light_phi_deg", "irradiance"))
+        self.exposure = ParamForm(look, only=("exposure_ev",))
+        scene.wide(self.repeats)
+        light = panel.section("Light")
+        light.wide(self.light)
+        picture = panel.section("Picture")
+        picture.wide(self.exposure)
+        self.tone_map = QComboBox()
+        for value, words in TONE_MAPS:
+            self.tone_map.addItem(words, value)
+        self.tone_map.activated.connect(lambda _index: self._set_look("Tone map", tone_map=self.tone_map.currentData()))
+        picture.row("Tone map", self.tone_map, "How radiance above white is brought onto the screen")
+        for form in (self.repeats, self.light, self.exposure):
+            form.edited.connect(self._look_edited)
+        panel.finish()
+        return panel
+
+    def _make_centre(self) -> QWidget:
+        self.source = Segments(
+            (
+                ("slices", "Slices", "Look up the slices of the shading map"),
+                ("power-law", "Power law", "Look up the compressed pair, six numbers per texel"),
+            )
+        )
+        self.source.chosen.connect(lambda value: self._set_look("Show from", source=value))
+        bar = role(QWidget(), "bar")
+        bar.setFixedHeight(36)
+        row = QHBoxLayout(bar)
+        row.setContentsMargins(PADDING, 0, PADDING, 0)
+        row.setSpacing(2 * STEP)
+        row.addWidget(self.source)
+        row.addWidget(tool(self.frame_action))
+        row.addStretch(1)
+        self.caption = text("", "secondary")
+        row.addWidget(self.caption)
+        centre = QWidget()
+        column = QVBoxLayout(centre)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(bar)
+        column.addWidget(self.viewport, 1)
+        return centre
+
+    def _make_right(self) -> QWidget:
+        panel = Panel(SIDE_WIDTH)
+        reflectance = panel.section("Reflectance")
+        self.brdf_choice = QComboBox()
+        for name in MODELS:
+            self.brdf_choice.addItem(BRDF_NAMES.get(name, name), name)
+        self.brdf_choice.activated.connect(self._brdf_chosen)
+        reflectance.row("Model", self.brdf_choice, "The reflectance that looks the material up")
+        self.brdf_rows = QVBoxLayout()
+        self.brdf_rows.setContentsMargins(0, 0, 0, 0)
+        holder = QWidget()
+        holder.setLayout(self.brdf_rows)
+        reflectance.wide(holder)
+        self.brdf_form: ParamForm | None = None
+        lookup = panel.section("Look-up")
+        self.lookup = QComboBox()
+        for value, words, hint in LOOKUPS:
+            self.lookup.addItem(words, value)
+            self.lookup.setItemData(self.lookup.count() - 1, hint, Qt.ItemDataRole.ToolTipRole)
+        self.lookup.activated.connect(lambda _index: self._set_look("Look-up", lookup=self.lookup.currentData()))
+        lookup.row("Method", self.lookup, "The four look-ups of Kautz et al. 2004, figure 6")
+        self.above = Segments(
+            (
+                ("clamp", "Clamp", "Brighter than the brightest photograph: that photograph"),
+                ("scale", "Scale", "Brighter than the brightest photograph: scaled up"),
+            )
+        )
+        self.above.chosen.connect(lambda value: self._set_look("Above the largest r", above=value))
+        lookup.row("Above", self.above, "What happens above the largest r of the capture")
+        self.sigma = lookup.figure("Scale σ", "Automatic: model and photographs agree on the capture's own lights")
+        self.r_max = lookup.figure("Largest r")
+        self.hint = text("", "secondary", wrap=True)
+        panel.column.addSpacing(2 * STEP)
+        panel.column.addWidget(self.hint)
+        panel.finish()
+        return panel
+
+    def showEvent(self, event: object) -> None:
+        super().showEvent(event)  # type: ignore[arg-type]
+        if self.default_mesh is None:
+            job = self.bench.jobs.submit("Loading the model", lambda: load_shape(DEFAULT_MODEL), heavy=False)
+            job.succeeded.connect(self._default_ready)
+
+    def _default_ready(self, mesh: Mesh) -> None:
+        self.default_mesh = mesh
+        self._show(self.bench.document.project)
+
+    def fit(self) -> None:
+        """Frame the model."""
+        self.viewport.frame()
+
+    def _show(self, project: Project) -> None:
+        look, material = project.look, project.material
+        for form in (self.repeats, self.light, self.exposure):
+            form.show_instance(look)
+        for box, value in ((self.tone_map, look.tone_map), (self.lookup, look.lookup)):
+            box.setCurrentIndex(max(0, box.findData(value)))
+        self.above.choose(look.above)
+        self._show_source(project)
+        self._show_models(project)
+        self._show_brdf(brdf_from_text(material.brdf))
+        scene = self.scene(project)
+        if scene is None:
+            return
+        shading = scene.shading
+        self.sigma.setText(f"{plain(scene.sigma)} auto" if material.sigma is None else plain(scene.sigma))
+        self.r_max.setText(plain(shading.r_max) if shading is not None else "–")
+        faces = f"{len(scene.mesh.faces):,}".replace(",", " ")
+        self.caption.setText(f"{faces} triangles")
+        self.hint.setText("" if project.has_map else "No material yet: the model shows the reflectance alone.")
+        self.viewport.show_scene(scene, look.exposure_ev, look.tone_map, (look.light_theta_deg, look.light_phi_deg))
+
+    def scene(self, project: Project) -> Scene | None:
+        """What the project shows; None until a model is loaded. The viewport puts in its own camera."""
+        mesh = project.mesh or self.default_mesh
+        if mesh is None or self.brdf is None:
+            return None
+        look = project.look
+        return Scene(
+            mesh=mesh,
+            camera=self.viewport.camera or frame(mesh.positions),
+            brdf=self.brdf,
+            material=project.material if project.has_map else None,
+            light=tuple(look.light),
+            irradiance=look.irradiance,
+            source=look.source,
+            lookup=look.lookup,
+            above=look.above,
+            repeats=look.repeats,
+        )
+
+    def _show_source(self, project: Project) -> None:
+        material = project.material
+        self.source.choose(project.look.source)
+        nothing = "Build or open a material first"
+        self.source.disable("slices", "" if material.shading_map is not None else nothing)
+        self.source.disable("power-law", "" if material.power_law is not None else nothing)
+
+    def _show_models(self, project: Project) -> None:
+        self.model.clear()
+        for name in SHAPES:
+            self.model.addItem(MODEL_NAMES.get(name, name), name)
+        mesh = project.mesh
+        current = mesh.name if mesh is not None else DEFAULT_MODEL
+        if mesh is not None and mesh.name not in SHAPES:
+            self.model.addItem(mesh.name, "")
+            self.model.setCurrentIndex(self.model.count() - 1)
+        else:
+            self.model.setCurrentIndex(max(0, self.model.findData(current)))
+        self.model.addItem("Open a mesh…", "open")
+
+    def _show_brdf(self, brdf: Brdf) -> None:
+        if self.brdf_form is None or type(self.brdf) is not type(brdf):
+            if self.brdf_form is not None:
+                self.brdf_form.hide()
+                self.brdf_form.deleteLater()
+            self.brdf_form = ParamForm(brdf)
+            self.brdf_form.edited.connect(self._brdf_edited)
+            self.brdf_rows.addWidget(self.brdf_form)
+        self.brdf = brdf
+        self.brdf_form.show_instance(brdf)
+        self.brdf_choice.setCurrentIndex(self.brdf_choice.findData(model_name(brdf)))
+
+    def _model_chosen(self, _index: int) -> None:
+        chosen = self.model.currentData()
+        if chosen == "open":
+            self._show_models(self.bench.document.project)
+            endings = " ".join(f"*{suffix}" for suffix in SUFFIXES)
+            path, _ = QFileDialog.getOpenFileName(self, "Open a mesh", "", f"Meshes ({endings})")
+            if path:
+                self.bench.open([Path(path)])
+        elif chosen:
+            self.bench.load_model(chosen)
+
+    def _brdf_chosen(self, _index: int) -> None:
+        name = str(self.brdf_choice.currentData())
+        if self.brdf is None or name != model_name(self.brdf):
+            self._set_brdf(MODELS[name](), f"Reflectance {BRDF_NAMES.get(name, name)}", "")
+
+    def _brdf_edited(self, brdf: Brdf, final: bool) -> None:
+        self._set_brdf(brdf, "Change reflectance", "brdf")
+        if final:
+            self.bench.document.end_gesture()
+
+    def _set_brdf(self, brdf: Brdf, words: str, gesture: str) -> None:
+        words_of_brdf = brdf_to_text(brdf)
+        document = self.bench.document
+        if words_of_brdf != document.project.material.brdf:
+            material = dataclasses.replace(document.project.material, brdf=words_of_brdf)
+            document.change(words, gesture=gesture, material=material)
+
+    def _look_edited(self, look: Look, final: bool) -> None:
+        document = self.bench.document
+        if look != document.project.look:
+            changed = next(
+                field.name
+                for field in dataclasses.fields(Look)
+                if getattr(look, field.name) != getattr(document.project.look, field.name)
+            )
+            document.change(
+                "Change the light" if "light" in changed else "Change the picture", gesture=changed, look=look
+            )
+        if final:
+            document.end_gesture()
+
+    def _set_look(self, words: str, **parts: object) -> None:
+        document = self.bench.document
+        look = dataclasses.replace(document.project.look, **parts)  # type: ignore[arg-type]
+        if look != document.project.look:
+            document.change(words, look=look)
+
+    def _light_moved(self, theta_deg: float, phi_deg: float, final: bool) -> None:
+        look = dataclasses.replace(self.bench.document.project.look, light_theta_deg=theta_deg, light_phi_deg=phi_deg)
+        if look != self.bench.document.project.look:
+            self.bench.document.change("Move the light", gesture="light", look=look)
+        if final:
+            self.bench.document.end_gesture()
+
+    def apply_theme(self) -> None:
+        """Redraw what does not follow the palette by itself."""
+        self.frame_action.setIcon(icons.icon("fit"))
+        self.viewport.redraw()

@@ -1,0 +1,256 @@
+"""What the window can do, without its widgets: each verb starts a job and changes the document when it succeeds.
+
+The modules that compile kernels are imported inside the jobs, on their threads, so that the window opens at once.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from app.document import Document, Project
+from app.jobs import Job, Jobs
+from app.recognise import Recognised, recognise
+from engine.capture.import_stack import ImportSettings, import_stack
+from engine.capture.sources import Sources, find
+from engine.capture.stack import ImageStack, open_stack
+from engine.errors import InputError
+from engine.files.scratch import release, scratch_array
+from engine.material import Material
+from engine.mesh import Mesh
+from engine.shapes import SHAPES, open_mesh
+from engine.steps import Step, Steps, part
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A bundle that was written: what its verification found, and the bytes of its members."""
+
+    path: Path
+    problems: tuple[str, ...]
+    members: dict[str, int]
+
+
+class Workbench(QObject):
+    """Document, jobs and the working folder together.
+
+    Signals
+    -------
+    said : a sentence for the status bar.
+    wanted : the name of the workspace that shows what was just opened.
+    partial : a partial result of the running import.
+    """
+
+    said = Signal(str)
+    wanted = Signal(str)
+    partial = Signal(object)
+
+    def __init__(self, folder: Path, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.folder = folder
+        self.document = Document(self)
+        self.jobs = Jobs(self)
+        self.importing: Job | None = None
+        self.building: Job | None = None
+        self._imports = 0
+
+    def open(self, paths: Sequence[Path]) -> None:
+        """Open whatever `paths` are: photographs, a stack, a mesh or a bundle."""
+        job = self.jobs.submit("Opening", lambda: _recognised(tuple(paths)), heavy=False)
+        job.succeeded.connect(self._open_recognised)
+
+    def open_sample(self) -> None:
+        """The capture that the program brings along."""
+        self.wanted.emit("capture")
+        job = self.jobs.submit("Preparing the sample capture", lambda: _sample(self.folder.parent / "lightarc-sample"))
+        job.succeeded.connect(self._found)
+
+    def _open_recognised(self, found: Recognised) -> None:
+        if found.kind == "mesh":
+            self.load_model(str(found.paths[0]))
+            self.wanted.emit("view")
+        elif found.kind == "bundle":
+            job = self.jobs.submit("Opening the bundle", lambda: _bundle(found.paths[0]))
+            job.succeeded.connect(self._bundle_opened)
+        elif found.kind == "stack":
+            job = self.jobs.submit("Opening the stack", lambda: _stack(found.paths[0]))
+            job.succeeded.connect(lambda stack: self._imported(stack, found.paths[0].stem))
+        else:
+            self.wanted.emit("capture")
+            job = self.jobs.submit("Looking for photographs", lambda: _found(found.paths))
+            job.succeeded.connect(self._found)
+
+    def _found(self, sources: Sources) -> None:
+        self.import_photographs(sources)
+
+    def import_photographs(self, sources: Sources, settings: ImportSettings | None = None) -> None:
+        """Import `sources` into the working folder, then build the material."""
+        settings = settings or self.document.project.import_settings
+        self._imports += 1
+        target = self.folder / f"stack-{self._imports}"
+        self.document.change(f"Open {len(sources.photographs)} photographs", sources=sources, import_settings=settings)
+        if self.importing is not None:
+            self.jobs.cancel(self.importing)
+        job = self.jobs.submit("Importing photographs", lambda: _import(sources, settings, target))
+        job.progressed.connect(self._show_partial)
+        name = sources.photographs[0].parent.name or "Untitled"
+        job.succeeded.connect(lambda stack: self._imported(stack, name))
+        self.importing = job
+
+    def _show_partial(self, step: Step) -> None:
+        if step.partial is not None:
+            self.partial.emit(step.partial)
+
+    def _imported(self, stack: ImageStack, name: str) -> None:
+        self.document.change("Import photographs", stack=stack, excluded=frozenset(), name=name)
+        self.said.emit(f"{len(stack.sources)} photographs imported")
+        self.build_material()
+
+    def set_excluded(self, source: str, excluded: bool) -> None:
+        """Leave the photograph `source` out of the material, or take it in again."""
+        now = self.document.project.excluded
+        words = f"{'Exclude' if excluded else 'Include'} {source}"
+        self.document.change(words, excluded=now | {source} if excluded else now - {source})
+
+    def build_material(self) -> None:
+        """Linearise the stack into slices and compress them, as the project says."""
+        project = self.document.project
+        if project.stack is None:
+            return
+        if self.building is not None:
+            self.jobs.cancel(self.building)
+        self.building = self.jobs.submit("Building the material", lambda: _material(project))
+        self.building.succeeded.connect(lambda material: self._built(project, material))
+
+    def _built(self, project: Project, material: Material) -> None:
+        now = self.document.project.material
+        material = dataclasses.replace(material, brdf=now.brdf, sigma=now.sigma)
+        self.document.change("Build material", material=material, built_from=project.recipe)
+        self.said.emit("Material built")
+
+    def load_model(self, name_or_path: str) -> None:
+        """Show the material on a built-in model or on a mesh from a file."""
+        job = self.jobs.submit("Loading the model", lambda: load_shape(name_or_path), heavy=name_or_path not in SHAPES)
+        job.succeeded.connect(lambda mesh: self.document.change(f"Model {mesh.name}", mesh=mesh))
+
+    def export(self, path: Path, include: frozenset[str], preview: bytes) -> Job:
+        """Write the bundle `path` with the parts in `include` ('slices', 'power-law'), then verify it: `Exported`."""
+        project = self.document.project
+        return self.jobs.submit("Writing the bundle", lambda: _export(project, path, include, preview))
+
+    def _bundle_opened(self, material: Material) -> None:
+        self.document.change(
+            f"Open {material.name}", material=material, stack=None, sources=None, built_from=(), name=material.name
+        )
+        self.wanted.emit("view" if self.document.project.mesh is not None else "material")
+        self.said.emit(f"Bundle {material.name} opened")
+
+
+def _recognised(paths: tuple[Path, ...]) -> Steps[Recognised]:
+    yield Step(0.0, "looking at what was dropped")
+    return recognise(paths)
+
+
+def _found(paths: tuple[Path, ...]) -> Steps[Sources]:
+    yield Step(0.0, "looking for photographs")
+    return find(paths)
+
+
+def _sample(folder: Path) -> Steps[Sources]:
+    from engine.demo import built_in_sample
+
+    place = yield from built_in_sample(folder)
+    return find([place])
+
+
+def _import(sources: Sources, settings: ImportSettings, target: Path) -> Steps[ImageStack]:
+    yield Step(0.0, "preparing the import")
+    return (yield from import_stack(sources, settings, target))
+
+
+def _stack(folder: Path) -> Steps[ImageStack]:
+    yield Step(0.0, "opening the stack")
+    return open_stack(folder)
+
+
+def _bundle(path: Path) -> Steps[Material]:
+    yield Step(0.0, "opening the bundle")
+    from engine.files.bundle import open_bundle
+
+    return open_bundle(path)
+
+
+def load_shape(name_or_path: str) -> Steps[Mesh]:
+    """A built-in model or the mesh in a file."""
+    yield Step(0.0, f"loading {Path(name_or_path).name}")
+    return open_mesh(name_or_path)
+
+
+def _material(project: Project) -> Steps[Material]:
+    yield Step(0.0, "preparing kernels")
+    from engine.shading.power_law import fit
+    from engine.shading.shading_map import build
+
+    assert project.stack is not None
+    stack = yield from part(without(project.stack, project.excluded), 0.0, 0.2)
+    shading_map = yield from part(build(stack, project.slices), 0.2, 0.5)
+    power_law = yield from part(fit(shading_map, project.scale), 0.5, 1.0)
+    return Material(
+        shading_map=shading_map,
+        power_law=power_law,
+        elevation_deg=tuple(float(angle) for angle in stack.elevation_deg),
+        name=project.name,
+        health=stack.health.merged(shading_map.health).merged(power_law.health),
+    )
+
+
+def _export(project: Project, path: Path, include: frozenset[str], preview: bytes) -> Steps[Exported]:
+    from engine.files.bundle import describe_bundle, save_bundle, verify_bundle
+
+    whole = project.material
+    material = dataclasses.replace(
+        whole,
+        shading_map=whole.shading_map if "slices" in include else None,
+        power_law=whole.power_law if "power-law" in include else None,
+        name=path.name.removesuffix(".lightarc"),
+    )
+    provenance = dict(project.stack.provenance) if project.stack is not None else {}
+    figures = {"rms_radiance": float(material.power_law.rms)} if material.power_law is not None else {}
+    saving = save_bundle(path, material, provenance=provenance, figures=figures, preview=preview or None)
+    yield from part(saving, 0.0, 0.85)
+    yield Step(0.85, "verifying the bundle")
+    problems = verify_bundle(path).problems
+    members = describe_bundle(path)["members"] if not problems else {}
+    return Exported(path, problems, {name: member["size_bytes"] for name, member in members.items()})
+
+
+def without(stack: ImageStack, excluded: frozenset[str]) -> Steps[ImageStack]:
+    """The stack without the photographs named in `excluded`; the others are copied, large ones to a scratch file."""
+    keep = np.array([source not in excluded for source in stack.sources])
+    if keep.all():
+        return stack
+    if keep.sum() < 2:
+        raise InputError(stack.folder or "the stack", "fewer than two photographs are left", "Include some of them")
+    chosen = np.flatnonzero(keep)
+    radiance = scratch_array((len(chosen), *stack.radiance.shape[1:]), np.float32, stack.folder)
+    for place, index in enumerate(chosen):
+        radiance[place] = stack.radiance[index]
+        release(radiance)
+        yield Step((place + 1) / len(chosen), "leaving out excluded photographs")
+    return dataclasses.replace(
+        stack,
+        radiance=radiance,
+        saturated=np.asarray(stack.saturated)[chosen],
+        elevation=stack.elevation[chosen],
+        azimuth=None if stack.azimuth is None else stack.azimuth[chosen],
+        mean_radiance=stack.mean_radiance[chosen],
+        sources=tuple(stack.sources[index] for index in chosen),
+    )
