@@ -1,16 +1,35 @@
-"""The stack of linear photographs that everything after the import works on."""
+"""The stack of linear photographs that everything after the import works on, and the folder that holds it.
+
+A stack folder holds `stack.json` (checked against `StackRecord`), `radiance.npy` and `saturated.npy`. It is treated
+as hostile when it is opened: sizes, shapes and kinds are compared with the record before anything is mapped.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+import os
+import stat
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from engine.capture.report import Quality
+from engine.errors import InputError
+from engine.files.manifest import HealthRecord
+from engine.files.untrusted import read_bytes
 from engine.health import Health
+
+RECORD, RADIANCE, SATURATED = "stack.json", "radiance.npy", "saturated.npy"
+
+_RECORD_LIMIT_BYTES = 64 << 20
+_AGAIN = "Import the photographs again"
+_HEADER_BYTES = 128
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +46,8 @@ class ImageStack:
     sources : (N,) file names of the photographs.
     angle_source : 'capture.toml', 'lp', 'file names', 'user' or 'assumed'.
     provenance : what was assumed and done: camera, levels, white balance, alignment, software.
-    health : counts and findings; the report of spec 02 step 6.
+    health : counts and findings; the report of the import.
+    quality : (N,) figures of each photograph, empty for a stack made in memory.
     folder : where the stack lies on disk, None for one in memory.
     """
 
@@ -40,8 +60,107 @@ class ImageStack:
     angle_source: str
     provenance: Mapping[str, Any] = field(default_factory=dict)
     health: Health = field(default_factory=Health)
+    quality: tuple[Quality, ...] = ()
     folder: Path | None = None
 
     @property
     def elevation_deg(self) -> NDArray[np.float64]:
         return np.degrees(self.elevation)
+
+
+class StackRecord(BaseModel):
+    """`stack.json`: everything but the pixels."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True, strict=True)
+
+    lightarc_stack: Literal[1]
+    height_px: int = Field(ge=1, le=1 << 20)
+    width_px: int = Field(ge=1, le=1 << 20)
+    sources: list[str] = Field(min_length=2, max_length=100_000)
+    elevations_deg: list[float]
+    azimuths_deg: list[float] | None
+    angle_source: Literal["capture.toml", "lp", "file names", "user", "assumed"]
+    mean_radiance: list[float]
+    quality: list[Quality]
+    provenance: dict[str, Any]
+    health: HealthRecord
+
+    @model_validator(mode="after")
+    def _consistent(self) -> StackRecord:
+        lists = (self.elevations_deg, self.mean_radiance, self.quality, self.azimuths_deg or self.sources)
+        if any(len(values) != len(self.sources) for values in lists):
+            raise ValueError("lists differ in length")
+        if self.elevations_deg != sorted(self.elevations_deg) or not self._in_range():
+            raise ValueError("elevations_deg do not rise from 0 to 90")
+        return self
+
+    def _in_range(self) -> bool:
+        return self.elevations_deg[0] >= 0.0 and self.elevations_deg[-1] <= 90.0
+
+
+def npy_header(shape: Sequence[int], dtype: DTypeLike) -> bytes:
+    """The header of an .npy file (version 1.0) of a C-ordered array."""
+    kind = np.dtype(dtype)
+    text = f"{{'descr': '{kind.str}', 'fortran_order': False, 'shape': {tuple(int(n) for n in shape)}, }}"
+    padded = text.ljust(_HEADER_BYTES - 11) + "\n"
+    return b"\x93NUMPY\x01\x00" + len(padded).to_bytes(2, "little") + padded.encode("ascii")
+
+
+def open_stack(folder: str | os.PathLike[str]) -> ImageStack:
+    """Open a stack folder; the pixels stay on disk, mapped read-only.
+
+    Raises InputError where the folder is no stack, incomplete, damaged, or made by a newer version.
+    """
+    place = Path(folder)
+    record = _read_record(place)
+    shape = (len(record.sources), record.height_px, record.width_px)
+    return ImageStack(
+        radiance=_mapped(place / RADIANCE, (*shape, 3), np.float32),
+        saturated=_mapped(place / SATURATED, shape, np.bool_),
+        elevation=_read_only(np.radians(record.elevations_deg)),
+        azimuth=None if record.azimuths_deg is None else _read_only(np.radians(record.azimuths_deg)),
+        mean_radiance=_read_only(np.array(record.mean_radiance, np.float64)),
+        sources=tuple(record.sources),
+        angle_source=record.angle_source,
+        provenance=MappingProxyType(record.provenance),
+        health=record.health.restored(),
+        quality=tuple(record.quality),
+        folder=place,
+    )
+
+
+def _read_record(folder: Path) -> StackRecord:
+    path = folder / RECORD
+    if folder.is_dir() and not path.exists():
+        raise InputError(folder, f"is no stack: it holds no {RECORD}", "Import the photographs into a stack first")
+    try:
+        return StackRecord.model_validate_json(read_bytes(path, _RECORD_LIMIT_BYTES))
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(str(part) for part in first["loc"])
+        if where == "lightarc_stack":
+            raise InputError(path, "was made by another version", f"Update Lightarc, or {_AGAIN.lower()}") from None
+        problem = f"{where}: {first['msg']}" if where else first["msg"]
+        raise InputError(path, f"is damaged ({problem})", _AGAIN) from None
+
+
+def _mapped(path: Path, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
+    header = npy_header(shape, dtype)
+    expected = len(header) + math.prod(shape) * np.dtype(dtype).itemsize
+    try:
+        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+        with open(os.open(path, flags), "rb") as file:  # noqa: PTH123 - opened by descriptor
+            status = os.fstat(file.fileno())
+            if not stat.S_ISREG(status.st_mode) or status.st_size != expected:
+                problem = f"has {status.st_size:,} bytes instead of {expected:,}"
+                raise InputError(path, problem, _AGAIN)
+            if file.read(len(header)) != header:
+                raise InputError(path, f"does not hold {np.dtype(dtype)} of shape {shape}", _AGAIN)
+            return np.memmap(file, dtype=dtype, mode="r", offset=len(header), shape=shape)
+    except OSError as error:
+        raise InputError(path, f"cannot be read ({os.strerror(error.errno or 0)})", _AGAIN) from None
+
+
+def _read_only(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,171 @@
+"""`lightarc import`: photographs become a stack that everything after it works on."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from engine.errors import InputError
+from engine.steps import Step, drain
+
+HELP = "Import photographs of a material under a moving lamp: decode, align, crop and report."
+EXAMPLE = "lightarc import photographs -o stack --angles 10,20,30,40,50,60,70,80,90"
+
+_MOTIONS = ("translation", "euclidean", "affine", "homography")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("photographs", nargs="+", type=Path, metavar="FOLDER", help="a folder, or the photographs")
+    parser.add_argument("-o", "--output", required=True, type=Path, metavar="STACK", help="folder of the stack")
+    parser.add_argument(
+        "--angles",
+        type=_numbers,
+        metavar="A,B,…",
+        help="elevations of the light in degrees, one per photograph in the order of the file names; "
+        "without it capture.toml, an .lp file or the file names are asked",
+    )
+    parser.add_argument("--no-align", action="store_true", help="the camera stood still: leave pixels where they are")
+    parser.add_argument("--motion", default="euclidean", choices=_MOTIONS, help="what alignment may undo (euclidean)")
+    parser.add_argument(
+        "--white-balance",
+        default="camera",
+        type=_white_balance,
+        metavar="camera|none|R,G,B",
+        help="of RAW files (camera)",
+    )
+    parser.add_argument(
+        "--transfer", default="auto", choices=("auto", "srgb", "linear"), help="of 8- and 16-bit files (auto)"
+    )
+    parser.add_argument("--crop", type=_crop, metavar="LEFT,TOP,WIDTH,HEIGHT", help="in pixels of the photographs")
+    parser.epilog = f"{parser.epilog}\n\n{JSON_HELP}"
+
+
+JSON_HELP = """\
+JSON: images, height_px, width_px, angle_source, warnings, time_s and peak_memory_bytes are about the stack;
+elevations_deg, mean_radiance, clipped_fraction, black_fraction and alignment_residual_px are lists with one entry per
+photograph, by rising elevation. A residual is null where it was not measured. peak_memory_bytes is the largest
+resident memory of this process plus that of its decoder processes."""
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.capture.import_stack import ImportSettings, import_stack
+    from engine.capture.sources import find
+
+    start = time.perf_counter()
+    memory = _Memory(show)
+    sources = find(arguments.photographs, arguments.angles)
+    _refuse_inside(arguments.output, arguments.photographs)
+    settings = ImportSettings(
+        motion="none" if arguments.no_align else arguments.motion,
+        white_balance=arguments.white_balance,
+        transfer=arguments.transfer,
+        crop=arguments.crop,
+    )
+    stack = drain(import_stack(sources, settings, arguments.output), memory)
+    return {
+        "images": len(stack.sources),
+        "height_px": stack.radiance.shape[1],
+        "width_px": stack.radiance.shape[2],
+        "elevations_deg": [float(angle) for angle in stack.elevation_deg],
+        "angle_source": stack.angle_source,
+        "alignment_residual_px": [quality.alignment_residual_px for quality in stack.quality],
+        "clipped_fraction": [quality.clipped_fraction for quality in stack.quality],
+        "black_fraction": [quality.black_fraction for quality in stack.quality],
+        "mean_radiance": [float(mean) for mean in stack.mean_radiance],
+        "warnings": stack.health.warnings,
+        "time_s": time.perf_counter() - start,
+        "peak_memory_bytes": memory.peak_bytes(),
+    }
+
+
+def report(result: dict[str, Any]) -> str:
+    """A table for people."""
+    rows = zip(
+        result["elevations_deg"],
+        result["mean_radiance"],
+        result["clipped_fraction"],
+        result["black_fraction"],
+        result["alignment_residual_px"],
+        strict=True,
+    )
+    lines = [
+        f"{result['images']} photographs of {result['width_px']} × {result['height_px']} px, "
+        f"angles from {result['angle_source']}, {result['time_s']:.1f} s",
+        "elevation   mean radiance   clipped     black   residual",
+        *(
+            f"{angle:8.1f}°   {mean:13.5f}   {clipped:7.2%}   {black:7.2%}   "
+            + ("       –" if residual is None else f"{residual:5.2f} px")
+            for angle, mean, clipped, black, residual in rows
+        ),
+        *(f"! {warning}" for warning in result["warnings"]),
+    ]
+    return "\n".join(lines)
+
+
+class _Memory:
+    """Passes steps on, and notes at each how much memory the decoder processes take."""
+
+    def __init__(self, show: Callable[[Step], None]) -> None:
+        self.show = show
+        self.children_bytes = 0
+        self.own_bytes = 0
+
+    def __call__(self, step: Step) -> None:
+        import psutil
+
+        process = psutil.Process()
+        self.own_bytes = max(self.own_bytes, process.memory_info().rss)
+        self.children_bytes = max(self.children_bytes, sum(map(_peak_bytes, process.children())))
+        self.show(step)
+
+    def peak_bytes(self) -> int:
+        """An upper bound: the peaks of this process and of its children need not be at one time."""
+        import psutil
+
+        return max(self.own_bytes, _peak_bytes(psutil.Process())) + self.children_bytes
+
+
+def _peak_bytes(process: Any) -> int:
+    """The largest resident memory of a process so far where the system tells (Linux, Windows), else the present."""
+    import psutil
+
+    try:
+        status = Path(f"/proc/{process.pid}/status")
+        if status.exists():
+            peak = [line for line in status.read_text().splitlines() if line.startswith("VmHWM")]
+            return int(peak[0].split()[1]) * 1024 if peak else 0
+        memory = process.memory_info()
+        return int(getattr(memory, "peak_wset", memory.rss))
+    except (psutil.Error, OSError):
+        return 0
+
+
+def _refuse_inside(output: Path, photographs: list[Path]) -> None:
+    """The stack must not be one of the folders of photographs, nor lie over them."""
+    for path in photographs:
+        folder = path if path.is_dir() else path.parent
+        if output.resolve() == folder.resolve():
+            raise InputError(output, "is the folder of the photographs", "Name another folder for the stack")
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(number) for number in text.split(",")]
+
+
+def _crop(text: str) -> tuple[int, ...]:
+    numbers = tuple(int(number) for number in text.split(","))
+    if len(numbers) != 4 or min(numbers[:2]) < 0 or min(numbers[2:]) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not LEFT,TOP,WIDTH,HEIGHT with a size of at least 1 × 1")
+    return numbers
+
+
+def _white_balance(text: str) -> str | tuple[float, ...]:
+    if text in ("camera", "none"):
+        return text
+    multipliers = tuple(_numbers(text))
+    if len(multipliers) != 3 or not all(0.0 < value < float("inf") for value in multipliers):
+        raise argparse.ArgumentTypeError(f"{text!r} is neither camera, none nor three positive multipliers")
+    return multipliers

@@ -1,0 +1,196 @@
+"""How good the photographs of a stack are: figures for each, and plain verdicts that name the photograph.
+
+Noise, sharpness and the error of leaving one photograph out are estimated on samples so that large stacks cost no
+more than small ones: noise and sharpness in the middle square megapixel at full resolution, the error on a regular
+grid of at most 65,536 pixels. Counts and means are taken over all pixels of the crop, where they are computed.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.health import Finding, Health, Verdict
+
+#: Luminance below this part of the white level counts as black: less than one step of an 8-bit sRGB code.
+BLACK = 1.0 / 4096.0
+
+_WINDOW = 1024
+_GRID_PIXELS = 65_536
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Figures of one photograph.
+
+    Attributes
+    ----------
+    clipped_fraction, black_fraction : parts of the crop at the white level, and below `BLACK`.
+    noise : standard deviation of what looks like white noise, in units of the white level.
+    sharpness : slope at one pixel over slope at four, which falls when a picture is out of focus.
+    alignment_residual_px : what the alignment left, None where it was not or could not be measured.
+    leave_one_out_error : relative error of predicting the photograph from the others, None where it is black.
+    """
+
+    clipped_fraction: float
+    black_fraction: float
+    noise: float
+    sharpness: float
+    alignment_residual_px: float | None = None
+    leave_one_out_error: float | None = None
+
+
+def noise_and_sharpness(luminance: NDArray[np.float32]) -> tuple[float, float]:
+    """Noise (Immerkær 1996, with a median so that texture weighs little) and sharpness of (H, W) luminance."""
+    height, width = luminance.shape
+    top, left = max(0, (height - _WINDOW) // 2), max(0, (width - _WINDOW) // 2)
+    window = np.ascontiguousarray(luminance[top : top + _WINDOW, left : left + _WINDOW])
+    kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
+    noise = float(np.median(np.abs(cv2.filter2D(window, cv2.CV_32F, kernel)))) / (6.0 * 0.6745)
+    fine, coarse = (_mean_slope(window, deviation) for deviation in (1.0, 4.0))
+    return noise, fine / coarse if coarse > 0.0 else 0.0
+
+
+def grid_step(height: int, width: int) -> int:
+    """Every how many pixels of rows and columns are taken for the leave-one-out error."""
+    return max(1, math.ceil(math.sqrt(height * width / _GRID_PIXELS)))
+
+
+def leave_one_out(samples: NDArray[np.float32], mean_radiance: NDArray[np.float64]) -> list[float | None]:
+    """Relative error of each photograph as the shading map of the others would show it.
+
+    Parameters
+    ----------
+    samples : (N, h, w, 3) radiance on a grid. mean_radiance : (N,) of the whole photographs.
+
+    The others are interpolated at the photograph's mean radiance between the two that bracket it, black below the
+    darkest; the brightest is scaled (Kautz et al. 2004, sections 3.2 and 4). The error is the root mean square over
+    grid and channels, divided by the mean radiance; None for a photograph without light.
+    """
+    errors: list[float | None] = []
+    for index, mean in enumerate(mean_radiance):
+        others = [other for other in np.argsort(mean_radiance, kind="stable") if other != index]
+        if not mean > 0.0 or not (mean_radiance[others] > 0.0).any():
+            errors.append(None)
+            continue
+        predicted = _bracketed(samples, mean_radiance, others, float(mean))
+        difference = predicted - samples[index]
+        errors.append(float(np.sqrt(np.mean(difference * difference, dtype=np.float64)) / mean))
+    return errors
+
+
+def _bracketed(
+    samples: NDArray[np.float32], means: NDArray[np.float64], others: list[np.intp], mean: float
+) -> NDArray[np.float32]:
+    place = int(np.searchsorted(means[others], mean))
+    if place == len(others):
+        return samples[others[-1]] * np.float32(mean / means[others[-1]])
+    above = others[place]
+    below_mean = float(means[others[place - 1]]) if place else 0.0
+    below = samples[others[place - 1]] if place else np.zeros_like(samples[above])
+    weight = np.float32((mean - below_mean) / (float(means[above]) - below_mean)) if means[above] > below_mean else 0.0
+    return below + np.float32(weight) * (samples[above] - below)
+
+
+def report(names: Sequence[str], mean_radiance: NDArray[np.float64], qualities: Sequence[Quality]) -> Health:
+    """Verdicts on the photographs `names`, which are in the order of rising elevation."""
+    findings = [
+        *_about_light(names, qualities),
+        *_about_noise(names, mean_radiance, qualities),
+        *_about_focus(names, qualities),
+        *_about_alignment(names, qualities),
+        _about_order(names, mean_radiance),
+        *_about_prediction(names, qualities),
+    ]
+    errors = [quality.leave_one_out_error for quality in qualities if quality.leave_one_out_error is not None]
+    residuals = [quality.alignment_residual_px for quality in qualities if quality.alignment_residual_px is not None]
+    figures = {
+        "clipped_fraction": max(quality.clipped_fraction for quality in qualities),
+        "black_fraction": max(quality.black_fraction for quality in qualities),
+        "noise": max(quality.noise for quality in qualities),
+    }
+    if errors:
+        figures["leave_one_out_error"] = max(errors)
+    if residuals:
+        figures["alignment_residual_px"] = max(residuals)
+    return Health(figures, tuple(findings))
+
+
+def _about_light(names: Sequence[str], qualities: Sequence[Quality]) -> list[Finding]:
+    findings = []
+    for name, quality in zip(names, qualities, strict=True):
+        if quality.clipped_fraction > 0.005:
+            verdict = Verdict.WARNING if quality.clipped_fraction > 0.02 else Verdict.NOTE
+            text = f"{_percent(quality.clipped_fraction)} of the pixels are clipped; a shorter exposure would keep them"
+            findings.append(Finding(verdict, text, name))
+        if quality.black_fraction > 0.05:
+            verdict = Verdict.WARNING if quality.black_fraction > 0.5 else Verdict.NOTE
+            findings.append(Finding(verdict, f"{_percent(quality.black_fraction)} of the pixels are black", name))
+    return findings or [Finding(Verdict.GOOD, "Hardly a pixel is clipped or black")]
+
+
+def _about_noise(names: Sequence[str], means: NDArray[np.float64], qualities: Sequence[Quality]) -> list[Finding]:
+    findings = []
+    for name, mean, quality in zip(names, means, qualities, strict=True):
+        if quality.noise > 0.0 and mean < 20.0 * quality.noise:
+            verdict = Verdict.WARNING if mean < 5.0 * quality.noise else Verdict.NOTE
+            text = f"is noisy: its mean is {max(0.0, mean) / quality.noise:.1f} times the noise"
+            findings.append(Finding(verdict, text, name))
+    return findings
+
+
+def _about_focus(names: Sequence[str], qualities: Sequence[Quality]) -> list[Finding]:
+    usual = float(np.median([quality.sharpness for quality in qualities]))
+    text = "looks blurred: {:.0f} % of the usual sharpness of this stack"
+    return [
+        Finding(Verdict.WARNING, text.format(100 * quality.sharpness / usual), name)
+        for name, quality in zip(names, qualities, strict=True)
+        if quality.sharpness < 0.6 * usual
+    ]
+
+
+def _about_alignment(names: Sequence[str], qualities: Sequence[Quality]) -> list[Finding]:
+    findings = []
+    for name, quality in zip(names, qualities, strict=True):
+        residual = quality.alignment_residual_px
+        if residual is not None and residual > 0.5:
+            verdict = Verdict.WARNING if residual > 1.0 else Verdict.NOTE
+            findings.append(Finding(verdict, f"alignment left {residual:.1f} px", name))
+    return findings
+
+
+def _about_order(names: Sequence[str], means: NDArray[np.float64]) -> Finding:
+    falls = [after for (before, after) in itertools.pairwise(range(len(means))) if means[after] < 0.99 * means[before]]
+    if not falls:
+        return Finding(Verdict.GOOD, "Mean radiance grows with the elevation of the light")
+    more = f" and {len(falls) - 3} more" if len(falls) > 3 else ""
+    text = f"Mean radiance does not grow with the elevation of the light: it falls at {_named(names, falls[:3])}{more}"
+    return Finding(Verdict.WARNING, text)
+
+
+def _about_prediction(names: Sequence[str], qualities: Sequence[Quality]) -> list[Finding]:
+    errors = [(quality.leave_one_out_error or 0.0, name) for name, quality in zip(names, qualities, strict=True)]
+    worst, name = max(errors)
+    text = f"is predicted from the others with an error of {_percent(worst)} of its mean radiance, the worst of all"
+    verdict = Verdict.WARNING if worst > 0.5 else Verdict.NOTE if worst > 0.2 else Verdict.GOOD
+    return [Finding(verdict, text, name)]
+
+
+def _named(names: Sequence[str], places: Sequence[int]) -> str:
+    return ", ".join(names[place] for place in places)
+
+
+def _percent(fraction: float) -> str:
+    return f"{100 * fraction:.2g} %" if fraction < 0.995 else "100 %"
+
+
+def _mean_slope(image: NDArray[np.float32], deviation: float) -> float:
+    smooth = cv2.GaussianBlur(image, (0, 0), deviation)
+    slope = cv2.magnitude(cv2.Sobel(smooth, cv2.CV_32F, 1, 0), cv2.Sobel(smooth, cv2.CV_32F, 0, 1))
+    return float(slope.mean(dtype=np.float64))
