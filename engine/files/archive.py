@@ -80,8 +80,6 @@ def _open_folder(path: Path, known: Collection[str]) -> Archive:
     sizes: dict[str, int] = {}
     folders = {os.fspath(PurePosixPath(name).parent) for name in known}
     for folder in sorted(folders):
-        if (path / folder).is_symlink():
-            raise InputError(path, f"{folder} is a link", _REMEDY)
         for name, status in _listing(path / folder):
             member = name if folder == "." else f"{folder}/{name}"
             if name in IGNORED or (stat.S_ISDIR(status.st_mode) and member in folders):
