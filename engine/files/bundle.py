@@ -96,7 +96,7 @@ def save_bundle(
     preview : a PNG.
 
     Returns `path`. Raises OutputError where it cannot be written, and ValueError for a material without maps or with
-    values that are negative or not finite.
+    values that are not finite, or negative outside the slices.
     """
     target = Path(path)
     check_replaceable(target)
@@ -381,7 +381,7 @@ def _check_brdf(archive: Archive, manifest: Manifest) -> None:
 
 
 def _check_values(material: Material) -> None:
-    """Raise ValueError unless there are maps and all their values are finite and not negative."""
+    """Raise ValueError unless there are maps with finite values; only slices may be negative (noise around black)."""
     maps: dict[str, Maps] = {}
     if material.shading_map is not None:
         maps["the shading map"] = material.shading_map.slices
@@ -392,7 +392,8 @@ def _check_values(material: Material) -> None:
     if not maps:
         raise ValueError("the material has neither a shading map nor a power law")
     for name, values in maps.items():
-        if not (np.isfinite(values.min()) and np.isfinite(values.max()) and values.min() >= 0):
+        low, high = values.min(), values.max()
+        if not (np.isfinite(low) and np.isfinite(high) and (low >= 0 or name == "the shading map")):
             raise ValueError(f"{name} has values that are negative or not finite")
 
 

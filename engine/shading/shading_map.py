@@ -12,17 +12,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.capture.stack import ImageStack
 from engine.colour import LUMINANCE
 from engine.errors import InputError
 from engine.files.scratch import release, scratch_array
 from engine.health import Finding, Health, Verdict
 from engine.shading.lookup import Above, neighbours, share_and_gain
 from engine.steps import Step, Steps
+
+if TYPE_CHECKING:
+    from engine.capture.stack import ImageStack
 
 #: Texels of one tile over all slices, about 50 ms of work.
 TILE_TEXELS = 2**22
@@ -192,7 +195,7 @@ def _pack(weights: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.f
 
 
 def _read_only(array: NDArray[np.generic]) -> NDArray[np.generic]:
-    view = np.asarray(array).view()
+    view = np.ascontiguousarray(array).view()
     view.flags.writeable = False
     return view
 

@@ -1,0 +1,275 @@
+"""Linearisation and look-up of shading maps against closed forms and brute-force oracles."""
+
+from __future__ import annotations
+
+import itertools
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from engine.capture.stack import ImageStack
+from engine.colour import LUMINANCE
+from engine.errors import InputError
+from engine.files import scratch
+from engine.health import Verdict
+from engine.shading.shading_map import ShadingMap, build, interpolation_weights
+from engine.steps import drain
+
+U32 = 2.0**-24
+
+
+def stack_of(radiance, *, saturated=None, mean_radiance=None):
+    """A stack in memory with true mean radiances."""
+    radiance = np.asarray(radiance, np.float32)
+    count = len(radiance)
+    if mean_radiance is None:
+        mean_radiance = radiance.astype(np.float64).mean(axis=(1, 2)) @ LUMINANCE
+    return ImageStack(
+        radiance=radiance,
+        saturated=np.zeros(radiance.shape[:3], np.bool_) if saturated is None else saturated,
+        elevation=np.radians(np.linspace(5, 85, count)),
+        azimuth=None,
+        mean_radiance=np.asarray(mean_radiance, np.float64),
+        sources=tuple(f"photograph_{index}.tif" for index in range(count)),
+        angle_source="user",
+    )
+
+
+def noisy_stack(levels, height=7, width=9, seed=0):
+    rng = np.random.default_rng(seed)
+    return stack_of(rng.uniform(0.5, 1.5, (len(levels), height, width, 3)) * np.reshape(levels, (-1, 1, 1, 1)))
+
+
+X8_MEANS = (0.0, 0.02, 0.05, 0.06, 0.065, 0.3, 0.7, 0.72, 0.9, 1.0)
+
+
+def test_X8_neighbours_bracket_the_target():
+    weights = interpolation_weights(X8_MEANS, 8)
+    assert (weights >= 0).all()
+    assert (weights <= 1).all()
+    np.testing.assert_allclose(weights @ X8_MEANS, np.arange(8) / 7, atol=1e-15)
+
+
+@given(
+    st.lists(st.floats(0.0, 1e6), min_size=1, max_size=12).filter(lambda means: max(means) > 1e-300),
+    st.integers(2, 20),
+)
+def test_S1_every_slice_interpolates_the_neighbours_of_its_target(means, slices):
+    weights = interpolation_weights(means, slices)
+    assert np.all((weights >= 0) & (weights <= 1))
+    levels = sorted({0.0, *means})
+    for index, row in enumerate(weights):
+        target = Fraction(max(means)) * index / (slices - 1)
+        mean = sum(Fraction(weight) * Fraction(level) for weight, level in zip(row, means, strict=True))
+        assert abs(mean - target) <= Fraction(4e-15) * target
+        used = {levels.index(level) for level, weight in zip(means, row, strict=True) if weight > 0} or {0}
+        assert max(used) - min(used) <= 1
+        assert levels[min(used) - (len(used) == 1 and min(used) > 0)] <= target * (1 + Fraction(1, 10**15))
+
+
+def test_S2_equal_means_are_averaged_without_division_by_zero():
+    weights = interpolation_weights([0.5, 1.0, 0.5, 1.0, 1.0], 3)
+    np.testing.assert_allclose(weights, [[0] * 5, [0.5, 0, 0.5, 0, 0], [0, 1 / 3, 0, 1 / 3, 1 / 3]], atol=1e-16)
+    levels = np.float32([0.5, 1.0, 1.0])
+    shading_map = drain(build(stack_of(np.broadcast_to(levels[:, None, None, None], (3, 2, 2, 3))), 5))
+    np.testing.assert_allclose(shading_map.mean_radiance, shading_map.target_radiance, rtol=4 * U32)
+
+
+def test_S3_photographs_out_of_order_are_sorted_and_named():
+    stack = noisy_stack([0.1, 0.5, 0.3, 0.9])
+    shading_map = drain(build(stack, 6))
+    assert shading_map.order == (0, 2, 1, 3)
+    (warning,) = [finding for finding in shading_map.health.findings if finding.verdict == Verdict.WARNING]
+    assert warning.source == "photograph_2.tif"
+    ordered = drain(build(stack_of(stack.radiance[[0, 2, 1, 3]]), 6))
+    assert np.array_equal(ordered.slices, shading_map.slices)
+
+
+@pytest.mark.parametrize("level", [0.0, -0.01])
+def test_S4_a_stack_without_light_is_refused(level):
+    with pytest.raises(InputError, match="no light"):
+        drain(build(stack_of(np.full((3, 2, 2, 3), level))))
+
+
+def test_S5_one_photograph_gives_darker_copies_and_a_warning():
+    stack = noisy_stack([0.7])
+    shading_map = drain(build(stack, 5))
+    for index, image in enumerate(shading_map.slices):
+        np.testing.assert_allclose(image, stack.radiance[0] * (index / 4), rtol=4 * U32)
+    assert shading_map.health.verdict == Verdict.WARNING
+
+
+def test_S5_more_slices_than_photographs_are_valid_and_fewer_than_two_are_refused():
+    shading_map = drain(build(noisy_stack([0.2, 0.8]), 40))
+    np.testing.assert_allclose(shading_map.mean_radiance, shading_map.target_radiance, rtol=4 * U32)
+    for slices in (1, 0, -3):
+        with pytest.raises(ValueError, match="at least 2"):
+            drain(build(noisy_stack([0.2, 0.8]), slices))
+
+
+def test_S6_slice_0_is_a_synthesised_black_and_flagged():
+    shading_map = drain(build(noisy_stack([0.4, 0.6, 1.0]), 9))
+    assert not shading_map.slices[0].any()
+    assert any("black by definition" in finding.text for finding in shading_map.health.findings)
+    below = (shading_map.target_radiance[1:] < 0.95 * np.min([0.4, 0.6, 1.0])).sum()
+    assert abs(shading_map.health.figures["slices_below_darkest_photograph"] - below) <= 1
+
+
+def test_S6_photographs_black_on_average_are_not_used_and_named():
+    stack = noisy_stack([1e-9, 0.5, 1.0])
+    radiance = stack.radiance.copy()
+    radiance[0] = -0.001
+    shading_map = drain(build(stack_of(radiance), 4))
+    assert not shading_map.slices[0].any()
+    assert any(finding.source == "photograph_0.tif" for finding in shading_map.health.findings)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_S7_mean_of_slice_i_is_i_times_the_largest_mean(seed):
+    rng = np.random.default_rng(seed)
+    levels = rng.uniform(0.01, 2.0, rng.integers(2, 12))
+    slices = int(rng.integers(2, 17))
+    shading_map = drain(build(noisy_stack(levels, 61, 47, seed), slices))
+    target = shading_map.r_max * np.arange(slices) / (slices - 1)
+    measured = shading_map.slices.astype(np.float64).mean(axis=(1, 2)) @ LUMINANCE
+    assert np.all(np.abs(measured - target) <= 4 * U32 * target)
+    np.testing.assert_allclose(shading_map.mean_radiance, measured, rtol=1e-14)
+
+
+@pytest.mark.parametrize("above", ["clamp", "scale"])
+def test_S8_lookup_is_continuous_at_the_brightest_slice(above):
+    shading_map = drain(build(noisy_stack([0.2, 0.9]), 5))
+    below, beyond = (np.nextafter(shading_map.r_max, end) for end in (0.0, np.inf))
+    left, right = (shading_map.slice_image(r, above).astype(np.float64) for r in (below, beyond))
+    assert np.all(np.abs(right - left) <= 2 * U32 * left)
+    twice = shading_map.slice_image(2 * shading_map.r_max, above)
+    assert np.array_equal(twice, shading_map.slices[-1] * (2 if above == "scale" else 1))
+
+
+def test_S9_lookup_at_slice_and_texel_centres_hits_the_slices():
+    shading_map = drain(build(noisy_stack([0.2, 0.5, 0.9], 4, 5), 6))
+    rows, columns = np.mgrid[:4, :5] + 0.5
+    for index, r in enumerate(shading_map.target_radiance):
+        found = shading_map.lookup(rows, columns, r)
+        np.testing.assert_allclose(found, shading_map.slices[index], rtol=1e-6)
+        assert np.array_equal(found, shading_map.slice_image(r))
+    assert np.array_equal(shading_map.slice_image(0.0), shading_map.slices[0])
+    assert np.array_equal(shading_map.slice_image(shading_map.r_max), shading_map.slices[-1])
+
+
+def trilinear(slices, row, column, layer):
+    """Oracle: eight weighted texels, with repeat, by plain loops."""
+    _, height, width, _ = slices.shape
+    top, left, lower = int(np.floor(row - 0.5)), int(np.floor(column - 0.5)), min(int(layer), len(slices) - 2)
+    total = np.zeros(3)
+    for down, right, further in itertools.product((0, 1), repeat=3):
+        weight = np.prod([abs(1 - step - (at - base)) for step, at, base in (
+            (down, row - 0.5, top), (right, column - 0.5, left), (further, layer, lower),
+        )])  # fmt: skip
+        total += weight * slices[lower + further, (top + down) % height, (left + right) % width].astype(np.float64)
+    return total
+
+
+@given(st.floats(-20, 20), st.floats(-20, 20), st.floats(0, 1))
+def test_S9_lookup_is_trilinear_and_repeats(row, column, share):
+    shading_map = ShadingMap(np.random.default_rng(1).random((5, 3, 4, 3), np.float32), 2.0, np.linspace(0, 2, 5))
+    found = shading_map.lookup(row, column, share * 2.0)
+    np.testing.assert_allclose(found, trilinear(shading_map.slices, row, column, share * 4), atol=3e-7)
+
+
+@pytest.mark.parametrize("r", [0.0, -0.0, -1.0, np.nan, np.inf, -np.inf, 1e-320])
+@pytest.mark.parametrize("above", ["clamp", "scale"])
+def test_S9_what_is_no_radiance_is_black(r, above):
+    shading_map = drain(build(noisy_stack([0.5, 1.0])))
+    assert not shading_map.lookup(0.0, 0.0, r, above).any()
+    assert not shading_map.slice_image(r, above).any()
+
+
+def test_lookup_refuses_coordinates_that_are_not_finite_and_unknown_rules():
+    shading_map = drain(build(noisy_stack([0.5, 1.0])))
+    with pytest.raises(ValueError, match="finite"):
+        shading_map.lookup([0.0, np.nan], 0.0, 0.1)
+    with pytest.raises(ValueError, match="clamp"):
+        shading_map.lookup(0.0, 0.0, 0.1, above="extrapolate")
+
+
+@pytest.mark.parametrize("tile_rows", [1, 2, 5, 13, 64])
+def test_S10_tiles_do_not_change_a_bit(tile_rows):
+    stack = noisy_stack([0.1, 0.3, 0.3, 1.1], 13, 6)
+    whole, tiled = (drain(build(stack, 7, tile_rows=rows)) for rows in (None, tile_rows))
+    assert np.array_equal(whole.slices, tiled.slices)
+    assert np.array_equal(whole.mean_radiance, tiled.mean_radiance)
+
+
+def test_S11_large_slices_lie_in_a_scratch_file_and_are_the_same(monkeypatch, tmp_path):
+    stack = noisy_stack([0.1, 0.3, 1.1], 13, 6)
+    in_memory = drain(build(stack, 7))
+    monkeypatch.setattr(scratch, "IN_MEMORY_BYTES", 0)
+    monkeypatch.setattr(scratch.tempfile, "gettempdir", lambda: str(tmp_path))
+    streamed = drain(build(stack, 7, tile_rows=3))
+    assert isinstance(streamed.slices, np.memmap)
+    assert np.array_equal(streamed.slices, in_memory.slices)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_S11_work_is_handed_back_between_tiles_and_can_be_cancelled():
+    steps = build(noisy_stack([0.1, 1.1], 16, 6), 7, tile_rows=4)
+    done = [next(steps).done for _ in range(3)]
+    assert done == sorted(done)
+    assert 0 <= done[0] < done[-1] < 1
+    steps.close()
+
+
+def test_slices_know_where_a_photograph_they_sum_was_clipped():
+    saturated = np.zeros((2, 3, 4), np.bool_)
+    saturated[1, 2, 1] = True
+    radiance = noisy_stack([0.5, 1.0], 3, 4).radiance
+    shading_map = drain(build(stack_of(radiance, saturated=saturated), 5))
+    means = radiance.astype(np.float64).mean(axis=(1, 2)) @ LUMINANCE
+    beyond_first = shading_map.target_radiance > means[0]
+    assert np.array_equal(shading_map.clipped[:, 2, 1], beyond_first)
+    assert shading_map.clipped.sum() == beyond_first.sum()
+    assert drain(build(stack_of(radiance), 5)).clipped is None
+
+
+def test_negative_noise_around_black_survives():
+    radiance = noisy_stack([0.5, 1.0]).radiance.copy()
+    radiance[0, 0, 0] = -0.25
+    shading_map = drain(build(stack_of(radiance), 5))
+    assert shading_map.slices.min() < 0
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_pixels_that_are_not_finite_are_refused(value):
+    stack = noisy_stack([0.5, 1.0])
+    radiance = stack.radiance.copy()
+    radiance[1, 3, 3, 0] = value
+    with pytest.raises(InputError, match="do not belong to its pixels"):
+        drain(build(stack_of(radiance, mean_radiance=stack.mean_radiance)))
+    with pytest.raises(InputError, match="not finite"):
+        drain(build(stack_of(radiance)))
+
+
+def test_figures_that_do_not_belong_to_the_pixels_are_refused():
+    with pytest.raises(InputError, match="do not belong to its pixels"):
+        drain(build(stack_of(noisy_stack([0.5, 1.0]).radiance, mean_radiance=[0.5, 1.5])))
+
+
+def test_a_shading_map_is_checked_and_read_only():
+    slices = np.zeros((2, 3, 4, 3), np.float32)
+    shading_map = ShadingMap(slices, 1.0, np.zeros(2))
+    with pytest.raises(ValueError, match="read-only"):
+        shading_map.slices[0] = 1
+    slices[0] = 1
+    for broken in (
+        (slices.astype(np.float64), 1.0, np.zeros(2)),
+        (slices[:1], 1.0, np.zeros(1)),
+        (slices, 0.0, np.zeros(2)),
+        (slices, np.nan, np.zeros(2)),
+        (slices, 1.0, np.zeros(3)),
+    ):
+        with pytest.raises(ValueError, match=r"slices|r_max"):
+            ShadingMap(*broken)
