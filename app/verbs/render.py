@@ -43,15 +43,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--lookup", default="radiance", choices=("radiance", "texture", "outgoing", "angle"))
     parser.add_argument("--above", default="clamp", choices=("clamp", "scale"), help="beyond the brightest photograph")
     parser.add_argument("--tile", type=float, default=4.0, metavar="N", help="repeats of the material over one uv (4)")
-    parser.add_argument("--width", type=int, default=1024, metavar="PX")
-    parser.add_argument("--height", type=int, default=768, metavar="PX")
+    parser.add_argument("--width", type=int, default=1024, metavar="PX", help="of the picture (1024)")
+    parser.add_argument("--height", type=int, default=768, metavar="PX", help="of the picture (768)")
     parser.add_argument(
         "--camera",
         metavar="TEXT",
         help="'eye=0,0,4 target=0,0,0 up=0,1,0 fov_deg=35' in the mesh's own coordinates, vertical field of view; "
         "what is left out frames the model",
     )
-    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV")
+    parser.add_argument(
+        "--exposure", type=float, default=0.0, metavar="EV", help="brighter or darker by this many stops (0)"
+    )
     parser.add_argument("--tone-map", default="neutral", choices=("neutral", "none", "aces"))
     parser.add_argument("--samples", type=int, default=2, metavar="N", help="N × N sub-pixels, 1 = pixel centres (2)")
     parser.add_argument("--renderer", default="auto", choices=("auto", "gl", "cpu"), help="auto: OpenGL where there is")
