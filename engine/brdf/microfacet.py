@@ -18,7 +18,8 @@ class Ggx:
     """f = kd/π + F D G₂/(4 n·l n·v): Walter et al. 2007 with Schlick's Fresnel term and Smith's height-correlated G₂.
 
     `alpha` is the width itself, not its root. D is written α²/(π (sin²θ_h + α² cos²θ_h)²) and G₂ over the four
-    cosines (Heitz 2014) so that neither cancels at small alpha or at the horizon.
+    cosines (Heitz 2014) so that neither cancels at small alpha or at the horizon; h·wi is |wi + wo| / 2, which does not
+    change when the two are exchanged.
     """
 
     kd: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Diffuse reflectance.")
@@ -43,11 +44,12 @@ class Ggx:
         wo = np.where(visible[..., None], wo, (0.0, 0.0, 1.0))
         alpha2 = self.alpha**2
         half = wi + wo
-        half = half / np.sqrt(dot(half, half))[..., None]
+        length = np.sqrt(dot(half, half))
+        half = half / length[..., None]
         width = half[..., 0] ** 2 + half[..., 1] ** 2 + alpha2 * half[..., 2] ** 2
         distribution = alpha2 / (np.pi * width**2)
         visibility = 0.5 / (wi[..., 2] * _slope_length(wo, alpha2) + wo[..., 2] * _slope_length(wi, alpha2))
-        grazing = 1.0 - np.minimum(dot(half, wi), 1.0)
+        grazing = np.maximum(1.0 - 0.5 * length, 0.0)
         fresnel = np.asarray(self.f0) + (1.0 - np.asarray(self.f0)) * (grazing**5)[..., None]
         value = np.asarray(self.kd) / np.pi + fresnel * (distribution * visibility)[..., None]
         return np.where(visible[..., None], value, 0.0)

@@ -54,15 +54,21 @@ def _expand(name: str, definitions: Mapping[str, str], folder: Path, files: list
 
 
 def load_program(
-    context: Any, vertex: str, fragment: str | None, definitions: Mapping[str, str] | None = None, **options: Any
+    context: Any,
+    vertex: str,
+    fragment: str | None,
+    definitions: Mapping[str, str] | None = None,
+    *,
+    folder: Path = SHADERS,
+    **options: Any,
 ) -> Any:
     """Compile and link the shader files `vertex` and `fragment` with `#define`s; ShaderError with the driver's log.
 
     `options` go to moderngl (`varyings` for transform feedback).
     """
     definitions = definitions or {}
-    vertex_text, vertex_files = expand(vertex, definitions)
-    fragment_text, fragment_files = expand(fragment, definitions) if fragment else (None, [])
+    vertex_text, vertex_files = expand(vertex, definitions, folder)
+    fragment_text, fragment_files = expand(fragment, definitions, folder) if fragment else (None, [])
     try:
         return context.program(vertex_shader=vertex_text, fragment_shader=fragment_text, **options)
     except moderngl.Error as error:

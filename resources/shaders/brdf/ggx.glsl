@@ -16,11 +16,12 @@ vec3 brdf(vec3 wi, vec3 wo)
         return vec3(0.0);
     float alpha2 = brdf_alpha * brdf_alpha;
     vec3 h = wi + wo;
-    h /= length(h);
+    float size = length(h);
+    h /= size;
     float width = dot(h.xy, h.xy) + alpha2 * h.z * h.z;
     float distribution = alpha2 * 0.31830988618379067 / (width * width);
     float visibility = 0.5 / (wi.z * ggx_slope_length(wo, alpha2) + wo.z * ggx_slope_length(wi, alpha2));
-    float grazing = 1.0 - min(dot(h, wi), 1.0);
+    float grazing = max(1.0 - 0.5 * size, 0.0);
     float grazing2 = grazing * grazing;
     vec3 fresnel = brdf_f0 + (1.0 - brdf_f0) * (grazing2 * grazing2 * grazing);
     return brdf_kd * 0.31830988618379067 + fresnel * (distribution * visibility);
