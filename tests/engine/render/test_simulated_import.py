@@ -1,0 +1,63 @@
+"""What the import recovers from a simulated capture, against what was simulated."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import OpenEXR
+import pytest
+
+from engine.capture.import_stack import ImportSettings, import_stack
+from engine.capture.sources import find
+from engine.render.simulate import LightArc, simulate
+from engine.steps import drain
+
+
+def captured(folder, degrees, **settings):
+    arc = LightArc(**{"elevation": tuple(math.radians(angle) for angle in degrees), **settings})
+    drain(simulate(arc, folder))
+    return json.loads((folder / "truth" / "truth.json").read_text())["photographs"]
+
+
+def imported(folder, motion):
+    return drain(import_stack(find([folder]), ImportSettings(motion=motion), folder.parent / "stack"))
+
+
+def clean(folder, record):
+    with OpenEXR.File(str(folder / "truth" / record["radiance"]), separate_channels=True) as file:
+        return np.stack([file.channels()[name].pixels for name in "RGB"], axis=-1)
+
+
+@pytest.mark.parametrize("format_", ["tiff", "exr", "dng"])
+def test_angles_and_mean_radiance_are_recovered(tmp_path, format_):
+    folder = tmp_path / "c"
+    records = captured(folder, (7.5, 30, 62, 90), size=96, format=format_, misalignment_px=0.0)
+    stack = imported(folder, "none")
+    assert stack.angle_source == "capture.toml"
+    np.testing.assert_allclose(stack.elevation_deg, [7.5, 30, 62, 90], atol=1e-9)
+    means = [record["mean_radiance"] for record in records]
+    np.testing.assert_allclose(stack.mean_radiance, means, rtol=0.01)
+
+
+def test_radiance_is_the_truth_within_the_noise(tmp_path):
+    folder = tmp_path / "c"
+    records = captured(folder, (30, 60, 90), size=96, noise=0.01, misalignment_px=0.0)
+    stack = imported(folder, "none")
+    for radiance, record in zip(stack.radiance, records, strict=True):
+        truth = clean(folder, record).astype(float)
+        normal = ((radiance - truth) / (0.01 * np.sqrt(0.99 * truth + 0.01)))[(truth > 0.05) & (truth < 0.9)]
+        assert abs(normal.mean()) < 5 / math.sqrt(normal.size)
+        assert abs(normal.std() - 1) < 5 / math.sqrt(2 * normal.size)
+
+
+def test_shifts_are_recovered_where_the_shading_hardly_changes(tmp_path):
+    """A sinking lamp makes relief seem to move, so that photographs under nearly the same lamp are compared."""
+    folder = tmp_path / "c"
+    records = captured(folder, (88, 89, 90), size=256, misalignment_px=1.5)
+    stack = imported(folder, "translation")
+    shift = np.array([[record["shift_right_px"], record["shift_down_px"]] for record in records])
+    matrices = [photograph["alignment_matrix"] for photograph in stack.provenance["photographs"]]
+    found = np.array([np.reshape(matrix, -1)[[2, 5]] for matrix in matrices])
+    assert np.abs((found - found[2]) - (shift - shift[2])).max() <= 0.05
