@@ -10,12 +10,15 @@ import OpenEXR
 from numpy.typing import NDArray
 
 from engine.errors import InputError
+from engine.files.untrusted import AGAIN
 from engine.images.raster import Raster, check_size
 
 SIGNATURE = b"\x76\x2f\x31\x01"
 
 _FLAT = (OpenEXR.scanlineimage, OpenEXR.tiledimage)
 _COLOUR = ("R", "G", "B")
+_MULTIPART = 0x10
+_LARGEST_CHUNK_ROWS = 256
 _REMEDY = "Save it as an EXR image with channels R, G, B"
 
 
@@ -53,6 +56,8 @@ def _read(content: bytes, name: str) -> tuple[dict[str, NDArray[Any]], dict[str,
     headers = OpenEXR.File(io.BytesIO(content), header_only=True).parts
     for part in headers:
         _check_part(part, name, len(content))
+    if len(headers) == 1 and not content[5] & _MULTIPART:
+        _check_chunks(content, headers[0].header, name)
     with OpenEXR.File(io.BytesIO(content), separate_channels=True) as file:
         channels = {key: np.array(channel.pixels) for key, channel in file.parts[0].channels.items()}
         header = dict(file.parts[0].header)
@@ -75,6 +80,41 @@ def _check_part(part: Any, name: str, file_bytes: int) -> None:
     if count == 0:
         raise InputError(name, "is an EXR image without channels", _REMEDY)
     check_size(name, right - left + 1, bottom - top + 1, 4 * count, file_bytes)
+
+
+def _check_chunks(content: bytes, header: dict[str, Any], name: str) -> None:
+    """The chunks of scan lines or tiles must cover the picture that the header describes, and no more.
+
+    OpenEXR believes the header and leaves out, or fills with zeros, what does not agree with it. A chunk starts with
+    its row, or with the column and row of its tile and its level (OpenEXR file layout, "Chunk layout").
+    """
+    start = _end_of_header(content)
+    first = int.from_bytes(content[start : start + 8], "little")
+    if not start < first <= len(content) - 20:
+        raise InputError(name, "is an incomplete EXR image: its table of chunks is empty", AGAIN)
+    offsets = np.frombuffer(content, "<u8", (first - start) // 8, start)
+    if offsets.max() > len(content) - 20 or offsets.min() < first:
+        raise InputError(name, "is an incomplete EXR image: some of its chunks are missing", AGAIN)
+    leads = np.frombuffer(content, np.uint8)[offsets.astype(np.int64)[:, None] + np.arange(16)].view("<i4")
+    (left, top), (right, bottom) = (tuple(int(v) for v in corner) for corner in header["dataWindow"])
+    if header.get("type") == OpenEXR.tiledimage:
+        tiles = leads[(leads[:, 2] == 0) & (leads[:, 3] == 0)]
+        size = header["tiles"]
+        covered = len(tiles) > 0 and tiles[:, 0].max() == (right - left) // size.xSize
+        covered = covered and tiles[:, 1].max() == (bottom - top) // size.ySize
+    else:
+        covered = leads[:, 0].min() == top and bottom - _LARGEST_CHUNK_ROWS < leads[:, 0].max() <= bottom
+    if not covered:
+        raise InputError(name, "is a damaged EXR image: its chunks are not those of the size it states", AGAIN)
+
+
+def _end_of_header(content: bytes) -> int:
+    """Position after the header: attributes are name, type (each ended by 0), length and value; an empty name ends."""
+    at = 8
+    while content[at]:
+        at = content.index(b"\0", content.index(b"\0", at) + 1) + 1
+        at += 4 + int.from_bytes(content[at : at + 4], "little")
+    return at + 1
 
 
 def _colour_channels(channels: dict[str, NDArray[Any]], name: str) -> tuple[str, tuple[str, ...]]:

@@ -9,9 +9,11 @@ from __future__ import annotations
 import io
 import logging
 import math
+from collections.abc import Callable
 from typing import Any
 
 import cv2
+import imagecodecs
 import numpy as np
 import tifffile
 from numpy.typing import NDArray
@@ -28,6 +30,13 @@ SIGNATURES = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 LINEAR_MARK = '"transfer": "linear"'
 
 _NONE, _JPEG, _LOGLUV = 1, 7, (34676, 34677)
+#: Decoded length of a segment, for codings that do not state it.
+_LENGTHS: dict[int, Callable[[bytes], int]] = {
+    _NONE: len,
+    5: lambda segment: len(imagecodecs.lzw_decode(segment)),
+    32773: lambda segment: len(imagecodecs.packbits_decode(segment)),
+}
+
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _YCBCR = 0, 1, 2, 3, 6
 _PHOTOMETRIC_NAMES = {4: "a mask", 5: "CMYK", 8: "CIE L*a*b*", 9: "ICC L*a*b*", 10: "ITU L*a*b*", 32844: "LogL"}
 _UNSIGNED, _SIGNED, _FLOAT = 1, 2, 3
@@ -114,11 +123,29 @@ def _check_segments(page: Any, content: bytes, name: str) -> None:
     for offset, count in zip(offsets, counts, strict=True):
         if count <= 0 or offset <= 0 or offset + count > len(content):
             raise InputError(name, "is an incomplete TIFF: it ends before its picture does", AGAIN)
+    _check_lengths(page, content, name)
+
+
+def _check_lengths(page: Any, content: bytes, name: str) -> None:
+    """What the strips or tiles hold must be what the picture's size needs: tifffile cuts or pads what does not fit."""
+    tiled = page.is_tiled
+    width, rows = page.imagewidth, min(page.rowsperstrip, page.imagelength)
+    if tiled:
+        width, rows = page.tilewidth, page.tilelength
+    samples = page.samplesperpixel if page.planarconfig == 1 else 1
+    row_bytes = math.ceil(width * samples * page.bitspersample / 8)
+    for index, (offset, count) in enumerate(zip(page.dataoffsets, page.databytecounts, strict=True)):
+        segment = content[offset : offset + count]
         if page.compression == _JPEG:
-            check_jpeg(content[offset : offset + count], name)
-    needed = height * math.ceil(width * page.samplesperpixel * page.bitspersample / 8)
-    if page.compression == _NONE and sum(counts) < needed:
-        raise InputError(name, f"is an incomplete TIFF: {sum(counts)} of {needed} bytes of its picture", AGAIN)
+            fits = check_jpeg(segment, name).width == width
+        elif page.compression in _LENGTHS and page.fillorder == 1 and (page.compression == _NONE or index == 0):
+            first_row = index % math.ceil(page.imagelength / rows) * rows
+            needed = row_bytes * (rows if tiled else min(rows, page.imagelength - first_row))
+            fits = needed <= _LENGTHS[page.compression](segment) <= row_bytes * rows + 3
+        else:
+            fits = True
+        if not fits:
+            raise InputError(name, "is a damaged TIFF (its strips or tiles do not fit its size)", AGAIN)
 
 
 def _colours(page: Any, samples: NDArray[Any], name: str) -> tuple[NDArray[Any], tuple[str, ...]]:

@@ -1,0 +1,112 @@
+"""Fault 5 for every picture reader: truncation at every 1/64 and at header boundaries, and flipped bits.
+
+A cut file is an error, or decodes to exactly what the whole file holds (only padding was lost). A flipped bit may
+change pixels where the format has no checksum, but the picture keeps its shape, nothing crashes and nothing hangs.
+"""
+
+import io
+
+import cv2
+import numpy as np
+import OpenEXR
+import pytest
+import tifffile
+
+from engine.errors import InputError
+from engine.images import encode
+
+RNG = np.random.default_rng(11)
+SMOOTH = cv2.resize(RNG.integers(30, 220, (6, 8, 3)).astype(np.uint8), (96, 80), interpolation=cv2.INTER_CUBIC)
+NOISE = RNG.integers(0, 256, (80, 96, 3)).astype(np.uint8)
+FLOATS = RNG.random((80, 96, 3)).astype(np.float32)
+
+
+def tiff(samples, **options):
+    stream = io.BytesIO()
+    tifffile.imwrite(stream, samples, photometric="rgb", metadata=None, **options)
+    return stream.getvalue()
+
+
+def exr(**header):
+    stream = io.BytesIO()
+    channels = {name: np.ascontiguousarray(FLOATS[..., index]) for index, name in enumerate("RGB")}
+    OpenEXR.File({"type": OpenEXR.scanlineimage, **header}, channels).write(stream)
+    return stream.getvalue()
+
+
+def tiles():
+    description = OpenEXR.TileDescription()
+    description.xSize = description.ySize = 16
+    return description
+
+
+def jpeg(*options):
+    return cv2.imencode(".jpg", SMOOTH, list(options))[1].tobytes()
+
+
+#: Kind → content. True where the format has checksums that cover the pixels, so that no flipped bit gets through.
+FILES = {
+    "jpeg": (lambda: jpeg(), False),
+    "jpeg-progressive": (lambda: jpeg(cv2.IMWRITE_JPEG_PROGRESSIVE, 1), False),
+    "jpeg-restart": (lambda: jpeg(cv2.IMWRITE_JPEG_RST_INTERVAL, 4), False),
+    "png-8": (lambda: encode.encode_png(NOISE), True),
+    "png-16": (lambda: encode.encode_png(NOISE.astype(np.uint16) * 257), True),
+    "tiff": (lambda: tiff(NOISE, rowsperstrip=16), False),
+    "tiff-big-tiles": (lambda: tiff(NOISE, tile=(32, 32), bigtiff=True), False),
+    "tiff-lzw": (lambda: tiff(NOISE, compression="lzw", rowsperstrip=16), False),
+    "tiff-zlib": (lambda: tiff(NOISE, compression="zlib", rowsperstrip=16), False),
+    "tiff-jpeg": (lambda: tiff(SMOOTH, compression="jpeg", rowsperstrip=16), False),
+    "tiff-packbits": (lambda: tiff(SMOOTH, compression="packbits"), False),
+    "tiff-zstd": (lambda: tiff(SMOOTH, compression="zstd"), False),
+    "tiff-float": (lambda: tiff(FLOATS, rowsperstrip=8), False),
+    "exr-zip": (lambda: exr(compression=OpenEXR.ZIP_COMPRESSION), False),
+    "exr-none": (lambda: exr(compression=OpenEXR.NO_COMPRESSION), False),
+    "exr-piz": (lambda: exr(compression=OpenEXR.PIZ_COMPRESSION), False),
+    "exr-tiles": (lambda: exr(type=OpenEXR.tiledimage, tiles=tiles()), False),
+    "hdr": (lambda: cv2.imencode(".hdr", FLOATS)[1].tobytes(), False),
+}
+
+
+@pytest.fixture(params=FILES)
+def kind(request):
+    return request.param
+
+
+def test_fault5_truncation_is_never_silent(read, kind):
+    content = FILES[kind][0]()
+    whole = read(content).pixels
+    cuts = {len(content) * part // 64 for part in range(1, 64)} | {1, 2, 4, 8, 9, 16, 33, 64, len(content) - 1}
+    survived = []
+    for cut in sorted(cuts):
+        try:
+            pixels = read(content[:cut]).pixels
+        except InputError:
+            continue
+        survived.append(cut)
+        assert np.array_equal(pixels, whole), f"{kind} cut at {cut} of {len(content)} changes pixels silently"
+    assert len(survived) <= 2, "a format whose cut files decode has not been cut where it matters"
+
+
+def test_fault5_zeroed_tails_are_never_silent_where_the_data_is_coded(read, kind):
+    if kind in ("tiff", "tiff-big-tiles", "tiff-float", "exr-none", "tiff-zstd", "hdr"):
+        pytest.skip("stored as plain numbers without checksum: zeros are a valid picture")
+    content = FILES[kind][0]()
+    with pytest.raises(InputError):
+        read(content[: len(content) // 2] + bytes(len(content) - len(content) // 2))
+
+
+def test_fault5_flipped_bits_neither_crash_nor_change_the_shape(read, kind):
+    content = FILES[kind][0]()
+    checksummed = FILES[kind][1]
+    whole = read(content).pixels
+    places = np.concatenate([np.arange(0, min(400, len(content)), 9), RNG.integers(0, len(content), 25)])
+    for place in places:
+        flipped = bytearray(content)
+        flipped[place] ^= 1 << int(RNG.integers(8))
+        try:
+            pixels = read(bytes(flipped)).pixels
+        except InputError:
+            continue
+        assert pixels.shape == whole.shape, f"{kind}: byte {place} silently changes the size"
+        if checksummed:
+            assert np.array_equal(pixels, whole), f"{kind}: byte {place} changes pixels past the checksum"
