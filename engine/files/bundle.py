@@ -112,7 +112,6 @@ def save_bundle(
         put(MANIFEST, write_manifest(_manifest(material, provenance or {}, figures or {}, members)))
         if sum(member.size_bytes for member in members.values()) > TOTAL_LIMIT_BYTES - _JSON_LIMIT_BYTES:
             raise OutputError(target, "the material is larger than the 4 GiB of a bundle", "Reduce the resolution")
-    yield Step(1.0, "bundle written")
     return target
 
 
@@ -204,9 +203,9 @@ def _in_thread(produce: Callable[[], Value], done: float, note: str) -> Steps[Va
     """Run `produce`, which releases the interpreter lock, while yielding steps."""
     with ThreadPoolExecutor(1) as pool:
         future = pool.submit(produce)
-        while not future.done():
+        yield Step(done, note)
+        while wait([future], timeout=0.05).not_done:
             yield Step(done, note)
-            wait([future], timeout=0.05)
         return future.result()
 
 

@@ -160,7 +160,7 @@ def _reduced(values: NDArray[np.float32]) -> NDArray[np.float64]:
 def _glsl(value: Any) -> str:
     if isinstance(value, tuple):
         return f"vec3({', '.join(_glsl(number) for number in value)})"
-    digits = repr(float(np.float32(value)))
+    digits = f"{min(float(value), float(np.finfo(np.float32).max)):.9g}"
     return digits if "." in digits or "e" in digits else f"{digits}.0"
 
 

@@ -1,6 +1,7 @@
 """The manifest of a bundle: what it holds, where it came from, how well it fits; and how JSON of strangers is read.
 
-Floats are written so that they come back bit for bit (shortest decimal that does), NaN in a health figure as null.
+Floats are written so that they come back bit for bit (shortest decimal that does); a health figure that is not finite
+is written as the text "nan", "inf" or "-inf".
 A bundle of a newer schema is refused, never half understood; there is no older one than 1.
 """
 
@@ -12,7 +13,6 @@ import math
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, NoReturn
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 from engine.errors import InputError
@@ -57,19 +57,21 @@ class Observation(_Strict):
 
 
 class HealthRecord(_Strict):
-    """Counts and findings; null stands for a figure that was not a number."""
+    """Counts and findings."""
 
-    figures: dict[str, Finite | None] = {}
+    figures: dict[str, Finite | Literal["nan", "inf", "-inf"]] = {}
     findings: list[Observation] = []
 
     @staticmethod
     def of(health: Health) -> HealthRecord:
-        figures = {name: float(value) if math.isfinite(value) else None for name, value in health.figures.items()}
+        figures: Any = {
+            name: float(value) if math.isfinite(value) else repr(float(value)) for name, value in health.figures.items()
+        }
         findings = [Observation(verdict=f.verdict.name, text=f.text, source=f.source) for f in health.findings]  # type: ignore[arg-type]
         return HealthRecord(figures=figures, findings=findings)
 
     def restored(self) -> Health:
-        figures = {name: math.nan if value is None else value for name, value in self.figures.items()}
+        figures = {name: float(value) for name, value in self.figures.items()}
         findings = tuple(Finding(Verdict[f.verdict], f.text, f.source) for f in self.findings)
         return Health(MappingProxyType(figures), findings)
 
@@ -166,7 +168,7 @@ def _refuse(constant: str) -> NoReturn:
 
 def _finite(digits: str) -> float:
     number = float(digits)
-    if not np.isfinite(number):
+    if not math.isfinite(number):
         raise ValueError(f"{digits[:40]} is too large")
     return number
 
