@@ -140,7 +140,9 @@ def _attempt(
 
 
 def _imported(folder: Path, capture: Capture) -> Steps[ImageStack]:
-    return import_stack(find([capture.folder]), ImportSettings(), folder)
+    """Import as from a tripod: the virtual camera wanders by half a pixel, and relief under a grazing lamp seems to
+    move by more, so that aligning would blur what is sharp."""
+    return import_stack(find([capture.folder]), ImportSettings(motion="none"), folder)
 
 
 def _material(name: str, stack: ImageStack, shading_map: ShadingMap, power_law: PowerLawMap | None) -> Material:

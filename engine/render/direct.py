@@ -7,6 +7,7 @@ in float64, the same mip-maps chosen from differences over the same 2 × 2 block
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,11 +16,15 @@ from numpy.typing import NDArray
 from engine.colour import luminance
 from engine.directions import dot, normalize, world_from_tangent
 from engine.scene import Scene
+from engine.shading.lookup import neighbours, share_and_gain
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
 from engine.steps import Step, Steps
 
 Array = NDArray[np.float64]
+
+#: A shading map, or scale and exponent side by side (H, W, 6), at falling sizes.
+Levels = list[ShadingMap | NDArray[np.float32]]
 
 #: Sub-pixels of one band, about 50 ms of work.
 BAND = 40_000
@@ -64,7 +69,7 @@ def _vertices(scene: Scene) -> Array:
 def _shade_band(
     scene: Scene,
     tracer: Any,
-    levels: list[ShadingMap | PowerLawMap],
+    levels: Levels,
     size: tuple[int, int],
     rows: slice,
     samples: int,
@@ -139,11 +144,10 @@ def _texture_coordinates(scene: Scene, faces: NDArray[np.int32]) -> Array:
     return np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1) * scene.repeats
 
 
-def _looked_up(
-    scene: Scene, levels: list[ShadingMap | PowerLawMap], uv: Array, along: list[Array], f: Array, cosine: Array
-) -> Array:
+def _looked_up(scene: Scene, levels: Levels, uv: Array, along: list[Array], f: Array, cosine: Array) -> Array:
     """Radiance (N, 3) by the scene's kind of look-up; `f` is the luminance of the BRDF, `along` d(uv)/d(pixel)."""
-    r_max = levels[0].r_max
+    assert scene.shading is not None
+    r_max = scene.shading.r_max
     reflectance = scene.sigma * f
     r = reflectance * cosine
     layer, gain = {
@@ -152,37 +156,69 @@ def _looked_up(
         "texture": (np.full_like(r, r_max), r / r_max * scene.irradiance),
         "angle": (r_max * cosine, reflectance / r_max * scene.irradiance),
     }[scene.lookup]
+    detail = _level_of_detail(levels, along)
+    if isinstance(scene.shading, ShadingMap):
+
+        def at(level: Any, row: Array, column: Array, used: NDArray[np.bool_]) -> Array:
+            return np.asarray(level.lookup(row, column, layer[used], scene.above), np.float64)
+
+        value = _filtered(levels, uv, detail, 3, at)
+    else:
+        pair = _filtered(levels, uv, detail, 6, _bilinear)
+        share, above = share_and_gain(layer, r_max, scene.above)
+        share = share[:, None]
+        power = np.where(share > 0.0, np.where(share > 0.0, share, 1.0) ** np.maximum(pair[:, 3:], 0.0), 0.0)
+        value = pair[:, :3] * power * above[:, None]
+    return value * gain[:, None]
+
+
+def _level_of_detail(levels: Levels, along: list[Array]) -> Array:
     height, width = _image_size(levels[0])
     texels = [step * (width, height) for step in along]
     squared = np.maximum(np.maximum(dot(texels[0], texels[0]), dot(texels[1], texels[1])), 1e-30)
-    detail = np.clip(0.5 * np.log2(squared), 0.0, len(levels) - 1)
-    value = np.zeros((len(r), 3))
+    return np.clip(0.5 * np.log2(squared), 0.0, len(levels) - 1)
+
+
+def _filtered(levels: Levels, uv: Array, detail: Array, channels: int, at: Callable[..., Array]) -> Array:
+    """Mix of the two mip levels nearest to `detail`, (N, channels); `at(level, row, column, used)` looks one up."""
+    value = np.zeros((len(uv), channels))
     for number, level in enumerate(levels):
         weight = np.maximum(1.0 - np.abs(detail - number), 0.0)
         used = weight > 0.0
         rows, columns = _image_size(level)
-        found = level.lookup(uv[used, 1] * rows, uv[used, 0] * columns, layer[used], scene.above)
-        value[used] += weight[used, None] * found
-    return value * gain[:, None]
+        value[used] += weight[used, None] * at(level, uv[used, 1] * rows, uv[used, 0] * columns, used)
+    return value
 
 
-def _image_size(shading: ShadingMap | PowerLawMap) -> tuple[int, int]:
-    image = shading.slices[0] if isinstance(shading, ShadingMap) else shading.scale
-    return image.shape[0], image.shape[1]
+def _bilinear(image: Any, row: Array, column: Array, _used: NDArray[np.bool_]) -> Array:
+    value = np.zeros((len(row), image.shape[2]))
+    for rows, columns, weight in neighbours(row, column, *image.shape[:2]):
+        value += weight[:, None] * image[rows, columns]
+    return value
 
 
-def _mip_levels(shading: ShadingMap | PowerLawMap | None) -> list[ShadingMap | PowerLawMap]:
-    """The map at full size, at half, at a quarter … down to one texel, as OpenGL makes mip-maps."""
-    levels = [] if shading is None else [shading]
+def _image_size(level: ShadingMap | NDArray[np.float32]) -> tuple[int, int]:
+    shape = level.slices.shape[1:3] if isinstance(level, ShadingMap) else level.shape[:2]
+    return shape[0], shape[1]
+
+
+def _mip_levels(shading: ShadingMap | PowerLawMap | None) -> Levels:
+    """The map at full size, at half, at a quarter … down to one texel, as OpenGL makes mip-maps.
+
+    The power law's pair is one image of six channels: as on the GPU, the pair is filtered and then evaluated.
+    """
+    levels: Levels = []
+    if isinstance(shading, ShadingMap):
+        levels.append(shading)
+    elif shading is not None:
+        levels.append(np.concatenate([shading.scale, shading.exponent], axis=-1))
     while levels and max(_image_size(levels[-1])) > 1:
         last = levels[-1]
         if isinstance(last, ShadingMap):
             slices = np.stack([_half(image) for image in last.slices])
             levels.append(dataclasses.replace(last, slices=slices, clipped=None))
         else:
-            scale, exponent = _half(last.scale), _half(last.exponent)
-            error_map = np.zeros(scale.shape[:2], np.float32)
-            levels.append(dataclasses.replace(last, scale=scale, exponent=exponent, error_map=error_map))
+            levels.append(np.concatenate([_half(last[..., :3]), _half(last[..., 3:])], axis=-1))
     return levels
 
 

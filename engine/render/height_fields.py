@@ -189,8 +189,8 @@ def _threads(across: Grid, along: Grid, over: NDArray[np.bool_], seed: int) -> t
     offset = across - np.floor(across) - 0.5
     half_width = 0.485 * (1 + 0.03 * width[index])
     bulge = np.sqrt(np.clip(1 - (offset / half_width) ** 2, 0, None))
-    crown = np.where(np.abs(offset) < half_width, 0.25 * bulge, -0.25)
-    height = crown + 0.10 * _centre_line(index, along, over) + 0.012 * lift[index]
+    crown = np.where(np.abs(offset) < half_width, 0.17 * bulge, -0.17)
+    height = crown + 0.07 * _centre_line(index, along, over) + 0.012 * lift[index]
     phase = 2 * np.pi * (2.0 * along + twist[index])
     strand = np.cos(3 * np.arcsin(np.clip(offset / half_width, -1, 1)) * 1.6 + phase)
     mottling = np.cos(2 * np.pi * (along * 3 / threads + twist[index])) * tone[index]

@@ -147,6 +147,14 @@ def test_openness_of_a_flat_field_is_one_and_nothing_bounces():
     assert (light_arc.bounce(direct, field.albedo, open_part, 2.0) == 0).all()
 
 
+def test_hidden_part_of_the_sky_shines_like_its_surroundings():
+    """An evenly lit neighbourhood of radiance L fills the hidden part of the hemisphere: rho (1 - open) L."""
+    direct = np.full((24, 24, 3), 0.3, np.float32)
+    albedo = np.full((24, 24, 3), 0.8, np.float32)
+    open_part = np.full((24, 24), 0.6, np.float32)
+    np.testing.assert_allclose(light_arc.bounce(direct, albedo, open_part, 3.0), 0.8 * 0.4 * 0.3, rtol=1e-5)
+
+
 def test_openness_of_a_trench_is_that_of_its_walls():
     """Bottom centre of a long trench: the configuration factor of the sky is sin of the wall's complement angle.
 
