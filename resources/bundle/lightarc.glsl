@@ -10,6 +10,7 @@
 //     vec3 radiance = lightarc_radiance(wi, wo, scale, exponent);
 // uv has v downwards (row 0 of the files on top) and repeats. wi (to the light) and wo (to the viewer) are unit vectors
 // in the local frame of the surface: tangent +x, bitangent +y, normal +z. The result is linear sRGB.
+// In GLSL ES, begin with: precision highp float; precision highp sampler2D; precision highp sampler2DArray;
 // With the slices of shading_map.exr as the layers of an array texture: lightarc_slices(r, slices, layers, uv).
 
 const float LIGHTARC_SIGMA = @SIGMA@;
@@ -30,7 +31,7 @@ vec3 lightarc_power_law(float r, vec3 scale, vec3 exponent)
     return share > 0.0 ? scale * exp2(max(exponent, 0.0) * log2(share)) : vec3(0.0);
 }
 
-vec3 lightarc_slices(float r, highp sampler2DArray slices, float layers, vec2 uv)
+vec3 lightarc_slices(float r, sampler2DArray slices, float layers, vec2 uv)
 {
     float layer = (r > 0.0 ? min(r / LIGHTARC_R_MAX, 1.0) : 0.0) * (layers - 1.0);
     float lower = min(floor(layer), layers - 2.0);
