@@ -14,7 +14,7 @@ from app import icons
 from app.document import Project
 from app.image_view import ImageView
 from app.jobs import Job
-from app.panels import EmptyState, Panel, button, enable, text, tool
+from app.panels import EmptyState, Panel, button, enable, side_by_side, text, tool
 from app.photograph_list import PhotographList, Row
 from app.pictures import Picture, photograph, rgb_image
 from app.plots import ElevationPlot
@@ -128,14 +128,7 @@ class CaptureTab(QWidget):
         )
 
     def _make_work(self) -> QWidget:
-        work = QSplitter(Qt.Orientation.Horizontal)
-        work.setHandleWidth(1)
-        work.addWidget(self._make_left())
-        work.addWidget(self._make_centre())
-        work.addWidget(self._make_right())
-        work.setStretchFactor(1, 1)
-        work.setChildrenCollapsible(False)
-        return work
+        return side_by_side(self._make_left(), self._make_centre(), self._make_right(), stretch=1)
 
     def _make_left(self) -> QWidget:
         left = role(QWidget(), "panel")
@@ -236,6 +229,7 @@ class CaptureTab(QWidget):
             self._pictures.clear()
             self.image.show_picture(None)
             self._choose(self.list.currentIndex().row())
+        self.plot.setVisible(new.stack is not None)
         self._update_buttons()
 
     def _show_rows(self, project: Project) -> None:

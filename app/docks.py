@@ -73,8 +73,9 @@ class JobsDock(QDockWidget):
         self.table.item(place, 1).setText(now)
         self.table.item(place, 2).setText(f"{job.time_s:.1f} s" if job.over else "")
         cancel = self.table.cellWidget(place, 3)
-        if cancel is not None:
-            cancel.setVisible(not job.over)
+        if cancel is not None and job.over:
+            self.table.removeCellWidget(place, 3)
+        elif cancel is not None:
             cancel.setEnabled(not job.stopping)
 
     def _insert(self, job: Job) -> None:

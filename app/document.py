@@ -26,15 +26,18 @@ from engine.scene import Lookup, Source
 from engine.shading.lookup import Above
 from engine.shading.power_law import Scale
 
+#: Reflectance of a new project: a soft sheen, as most cloth, leather and metal that was worked by hand has.
+BRDF = "ggx:alpha=0.5"
+
 
 @dataclass(frozen=True)
 class Look:
     """How the View workspace shows the material. None of it changes the material itself."""
 
-    light_theta_deg: float = param(50.0, 0.0, 180.0, unit="°", doc="Angle of the light from straight up.")
-    light_phi_deg: float = param(35.0, -180.0, 180.0, unit="°", doc="Angle of the light around the vertical.")
-    irradiance: float = param(1.0, 0.0, 100.0, slider=(0.1, 10.0), log=True, doc="Strength of the light.")
-    repeats: float = param(4.0, 0.1, 100.0, slider=(0.5, 16.0), log=True, doc="Repeats of the material on the model.")
+    light_theta_deg: float = param(55.0, 0.0, 180.0, unit="°", doc="Angle of the light from straight up.")
+    light_phi_deg: float = param(-30.0, -180.0, 180.0, unit="°", doc="Angle of the light around the vertical.")
+    irradiance: float = param(2.2, 0.0, 100.0, slider=(0.1, 10.0), log=True, doc="Strength of the light.")
+    repeats: float = param(3.0, 0.1, 100.0, slider=(0.5, 16.0), log=True, doc="Repeats of the material on the model.")
     exposure_ev: float = param(0.0, -20.0, 20.0, slider=(-6.0, 6.0), unit="EV", doc="Brightness of the picture.")
     tone_map: Operator = "neutral"
     source: Source = "slices"
@@ -60,7 +63,7 @@ class Project:
     excluded: frozenset[str] = field(default_factory=frozenset)
     slices: int = 8
     scale: Scale = "last-slice"
-    material: Material = field(default_factory=lambda: Material(None, None, name="Untitled"))
+    material: Material = field(default_factory=lambda: Material(None, None, brdf=BRDF, name="Untitled"))
     built_from: tuple[Any, ...] = ()
     mesh: Mesh | None = None
     look: Look = field(default_factory=Look)

@@ -120,10 +120,10 @@ class ExportTab(QWidget):
         for words, file in ALWAYS:
             line = text(words)
             line.setToolTip(file)
-            line.setContentsMargins(22, 0, 0, 0)
+            line.setContentsMargins(24, 0, 0, 0)
             _add(contents, line, _figure())
         self.total = _figure()
-        _add(contents, text("At most", "title"), self.total)
+        _add(contents, text("Together, at most", "title"), self.total)
         panel.column.addSpacing(3 * STEP)
         self.export = button("Export bundle", "primary")
         self.export.clicked.connect(self.start)

@@ -46,7 +46,7 @@ class Job(QObject):
         self.title = title
         self.heavy = heavy
         self.state: State = "queued"
-        self.step = Step(0.0, "waiting")
+        self.step = Step(0.0, "")
         self.error: BaseException | None = None
         self.started_s = 0.0
         self.time_s = 0.0

@@ -134,7 +134,7 @@ class MainWindow(QMainWindow):
         left.setSpacing(2 * STEP)
         left.addWidget(self.mark)
         left.addWidget(text("Lightarc", "title"))
-        left.addWidget(self.menu)
+        left.addWidget(self.menu, 0, Qt.AlignmentFlag.AlignVCenter)
         left.addStretch(1)
         self.buttons = QButtonGroup(self)
         middle = QHBoxLayout()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QStackedWidget, QVBoxLayout, QWidget
@@ -9,7 +11,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QStackedWidget,
 from app.document import Project
 from app.image_view import ImageView
 from app.latest import Latest
-from app.panels import EmptyState, Panel, Segments, button, enable, text
+from app.panels import EmptyState, Panel, Segments, button, enable, side_by_side, text
 from app.param_form import Slider
 from app.pictures import Picture, photograph, scalar_map
 from app.plots import ColourBar, RadiancePlot, TexelPlot, colour_table
@@ -17,6 +19,7 @@ from app.report import Report
 from app.status_bar import size_text
 from app.theme import PADDING, STEP, role
 from app.workbench import Workbench
+from engine.health import Health
 from engine.steps import Step, Steps
 
 SLICE_CHOICES = (4, 6, 8, 12, 16, 24, 32)
@@ -71,13 +74,7 @@ class MaterialTab(QWidget):
         )
 
     def _make_work(self) -> QWidget:
-        work = QSplitter(Qt.Orientation.Horizontal)
-        work.setHandleWidth(1)
-        work.addWidget(self._make_centre())
-        work.addWidget(self._make_right())
-        work.setStretchFactor(0, 1)
-        work.setChildrenCollapsible(False)
-        return work
+        return side_by_side(self._make_centre(), self._make_right(), stretch=0)
 
     def _make_centre(self) -> QWidget:
         self.show_what = Segments(SHOWS)
@@ -179,7 +176,8 @@ class MaterialTab(QWidget):
     def _show_figures(self, project: Project) -> None:
         shading_map, power_law = project.material.shading_map, project.material.power_law
         either = shading_map or power_law
-        self.report.show_health(project.material.health if either is not None else None)
+        parts = [part.health for part in (shading_map, power_law) if part is not None]
+        self.report.show_health(reduce(Health.merged, parts) if parts else None)
         if either is None:
             return
         height, width = (power_law.scale if power_law is not None else shading_map.slices[0]).shape[:2]  # type: ignore[union-attr]

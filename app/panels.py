@@ -8,6 +8,7 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QButtonGroup,
+    QComboBox,
     QFrame,
     QGridLayout,
     QHBoxLayout,
@@ -57,6 +58,18 @@ class Panel(QScrollArea):
         self.column.addStretch(1)
 
 
+def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
+    """Panels and picture beside each other with a thin line between them; part number `stretch` takes the room."""
+    holder = role(QWidget(), "gap")
+    holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    row = QHBoxLayout(holder)
+    row.setContentsMargins(0, 0, 0, 0)
+    row.setSpacing(1)
+    for place, part in enumerate(parts):
+        row.addWidget(part, 1 if place == stretch else 0)
+    return holder
+
+
 class Rows(QWidget):
     """Rows of a section: label on the left, widget or figure on the right."""
 
@@ -80,6 +93,9 @@ class Rows(QWidget):
         if hint:
             widget.setToolTip(hint)
         widget.setAccessibleName(label)
+        if isinstance(widget, QComboBox):
+            widget.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+            widget.setMinimumContentsLength(8)
         self.grid.setRowMinimumHeight(place, ROW)
         self.grid.addWidget(caption, place, 0)
         self.grid.addWidget(widget, place, 1)
@@ -200,6 +216,7 @@ class EmptyState(QWidget):
         self.words = text(words, "secondary", wrap=True)
         self.words.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.words.setFixedWidth(400)
+        self.words.setFixedHeight(self.words.heightForWidth(400) + STEP)
         title = text(heading, "heading")
         title.setAlignment(Qt.AlignmentFlag.AlignCenter)
         actions = QHBoxLayout()

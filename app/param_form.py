@@ -7,20 +7,23 @@ every allowed value. Ctrl+click on either goes back to the default.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QColor, QIcon, QMouseEvent, QPixmap
+from PySide6.QtCore import QPointF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QIcon, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
 from PySide6.QtWidgets import QColorDialog, QHBoxLayout, QPushButton, QSlider, QWidget
 
+from app import theme
 from app.number_field import NumberField
 from app.panels import Rows
-from app.theme import STEP
+from app.theme import ROW, STEP
 from engine.colour import srgb_decode, srgb_encode
 from engine.params import Colour, Parameter, parameters
 
 TICKS = 1000
 FIELD_WIDTH = 68
+KNOB = 6
 
 
 class ParamForm(Rows):
@@ -28,17 +31,18 @@ class ParamForm(Rows):
 
     edited = Signal(object, bool)
 
-    def __init__(self, instance: Any, only: tuple[str, ...] = ()) -> None:
+    def __init__(self, instance: Any, labels: Mapping[str, str] | None = None) -> None:
+        """`labels` names the parameters to show and their words; without it all are shown under their own names."""
         super().__init__()
         self.instance = instance
         self.editors: dict[str, NumberEditor | ColourEditor] = {}
         for parameter in parameters(instance):
-            if only and parameter.name not in only:
+            if labels is not None and parameter.name not in labels:
                 continue
             editor = ColourEditor(parameter) if parameter.is_colour else NumberEditor(parameter)
             editor.edited.connect(lambda value, final, name=parameter.name: self._edited(name, value, final))
             self.editors[parameter.name] = editor
-            self.row(parameter.label, editor, parameter.doc)
+            self.row(labels[parameter.name] if labels else parameter.label, editor, parameter.doc)
         self.show_instance(instance)
 
     def show_instance(self, instance: Any) -> None:
@@ -73,9 +77,39 @@ class Slider(QSlider):
         if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
             self.reset.emit()
             return
-        span = max(1, self.width() - 12)
-        self.setSliderPosition(round(TICKS * (event.position().x() - 6) / span))
-        super().mousePressEvent(event)
+        self.setSliderDown(True)
+        self._go_to(event.position().x())
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self.isSliderDown():
+            self._go_to(event.position().x())
+
+    def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
+        self.setSliderDown(False)
+
+    def _go_to(self, x: float) -> None:
+        self.setSliderPosition(round(TICKS * (x - KNOB) / max(1, self.width() - 2 * KNOB)))
+
+    def sizeHint(self) -> QSize:
+        return QSize(80, ROW - 4)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(36, ROW - 4)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        colours, middle = theme.current(), self.height() / 2
+        active = colours.accent if self.isEnabled() else colours.line
+        left, right = float(KNOB), float(self.width() - KNOB)
+        knob = left + (right - left) * self.sliderPosition() / TICKS
+        for start, end, colour in ((left, right, colours.line), (left, knob, active)):
+            painter.setPen(QPen(QColor(colour), 2))
+            painter.drawLine(QPointF(start, middle), QPointF(end, middle))
+        lit = self.hasFocus() or self.underMouse() or self.isSliderDown()
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(colours.disabled if not self.isEnabled() else colours.accent if lit else colours.text))
+        painter.drawEllipse(QPointF(knob, middle), KNOB, KNOB)
 
 
 class NumberEditor(QWidget):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from html import escape
+
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QVBoxLayout, QWidget
 
 from app import icons, theme
-from app.panels import button, text
+from app.panels import text
 from app.status_bar import VERDICTS
 from app.theme import STEP
 from engine.health import Finding, Health, Verdict
@@ -51,17 +53,30 @@ class Report(QWidget):
         grid = QGridLayout(row)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(2 * STEP)
-        grid.setVerticalSpacing(0)
         mark = QLabel()
         mark.setPixmap(icons.pixmap(name, 16, getattr(theme.current(), look), self.devicePixelRatioF()))
         grid.addWidget(mark, 0, 0, Qt.AlignmentFlag.AlignTop)
-        words = text(f"{finding.text[:1].upper()}{finding.text[1:]}", wrap=True)
-        words.setMinimumWidth(10)
-        grid.addWidget(words, 0, 1)
+        grid.addWidget(self._words(finding), 0, 1)
         grid.setColumnStretch(1, 1)
-        if finding.source:
-            source = finding.source
-            link = button(source, "link", hint=f"Show {source}")
-            link.clicked.connect(lambda: self.show_source.emit(source))
-            grid.addWidget(link, 1, 1)
         return row
+
+    def _words(self, finding: Finding) -> QLabel:
+        """The sentence; the photograph it begins with is a link."""
+        words = QLabel()
+        words.setWordWrap(True)
+        words.setMinimumWidth(10)
+        if finding.source is None:
+            words.setTextFormat(Qt.TextFormat.PlainText)
+            words.setText(f"{finding.text[:1].upper()}{finding.text[1:]}")
+            return words
+        source = finding.source
+        words.setTextFormat(Qt.TextFormat.RichText)
+        words.setText(
+            f'<a style="color:{theme.current().accent};text-decoration:none" href="source">{escape(source)}</a> '
+            f"{escape(finding.text)}"
+        )
+        words.setTextInteractionFlags(
+            Qt.TextInteractionFlag.LinksAccessibleByMouse | Qt.TextInteractionFlag.LinksAccessibleByKeyboard
+        )
+        words.linkActivated.connect(lambda _link: self.show_source.emit(source))
+        return words

@@ -130,8 +130,10 @@ def describe(job: Job) -> str:
     """A job in one line: what it does now and how long it will take."""
     if job.stopping:
         return f"{job.title}: stopping…"
-    note = job.step.note
-    words = f"{note[:1].upper()}{note[1:]}" if note and job.state == "running" else f"{job.title}: waiting"
+    if job.state == "queued":
+        return f"{job.title}: waiting"
+    note = job.step.note or job.title
+    words = f"{note[:1].upper()}{note[1:]}"
     left = job.left_s
     return f"{words} · {left:.0f} s left" if left is not None and left >= 1 else words
 

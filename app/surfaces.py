@@ -24,8 +24,8 @@ from engine.steps import Step, Steps
 
 log = logging.getLogger(__name__)
 
-#: How long a frame may take while something moves, and when it is still.
-MOVING_S, STILL_S = 0.025, 0.045
+#: How long a frame may take: while something moves, when it is still, and when it is still and no job runs either.
+MOVING_S, STILL_S, IDLE_S = 0.03, 0.045, 0.4
 
 #: Sub-pixels along a side of a pixel, and the fraction of pixels that is drawn, from best to quickest.
 QUALITIES = ((2, 1), (1, 1), (1, 2), (1, 3), (1, 4), (1, 6))
@@ -54,12 +54,32 @@ def why_no_gl() -> str:
     return "" if usable else "OpenGL cannot be started"
 
 
-def quality(cost_s: float, pixels: int, budget_s: float) -> tuple[int, int]:
-    """The best (samples, reduction) of `QUALITIES` within `budget_s` at `cost_s` a sub-pixel."""
-    for samples, reduction in QUALITIES:
-        if cost_s * pixels * samples**2 / reduction**2 <= budget_s:
-            return samples, reduction
-    return QUALITIES[-1]
+class Cost:
+    """What a frame costs, learnt from the frames so far: a part for the model, and a part for each sub-pixel."""
+
+    def __init__(self) -> None:
+        self.fixed_s, self.each_s = 0.0, 20e-9
+        self._largest: tuple[int, float] = (0, 0.0)
+
+    def learn(self, pixels: int, seconds: float) -> None:
+        """A frame of `pixels` sub-pixels took `seconds`."""
+        if pixels >= self._largest[0]:
+            self._largest = (pixels, seconds)
+            self.each_s = max(1e-10, (seconds - self.fixed_s) / pixels)
+        else:
+            self.each_s = max(1e-10, (self._largest[1] - seconds) / (self._largest[0] - pixels))
+        self.fixed_s = max(0.0, seconds - self.each_s * pixels)
+
+    def quality(self, pixels: int, budget_s: float) -> tuple[int, int]:
+        """The best (samples, reduction) of `QUALITIES` within `budget_s`.
+
+        Where the model alone takes too long, fewer pixels do not help: then they may cost as much as the model.
+        """
+        budget_s = max(budget_s - self.fixed_s, 0.5 * self.fixed_s)
+        for samples, reduction in QUALITIES:
+            if self.each_s * pixels * samples**2 / reduction**2 <= budget_s:
+                return samples, reduction
+        return QUALITIES[-1]
 
 
 def display_of(exposure_ev: float, operator: Any) -> Display:
@@ -78,17 +98,17 @@ class GlSurface(QOpenGLWidget):
         super().__init__()
         self.scene: Scene | None = None
         self.display = display_of(0.0, "neutral")
-        self.moving = False
+        self.budget_s = STILL_S
         self.messages: tuple[str, ...] = ()
         self._context: Any = None
         self._renderer: Any = None
         self._small: tuple[tuple[int, int], Any] | None = None
         self._enlarge: Any = None
-        self._cost_s = 20e-9
+        self._cost = Cost()
 
-    def show_scene(self, scene: Scene | None, display: Display, moving: bool) -> None:
-        """Draw `scene` with the next frame; coarser where `moving` and the machine is slow."""
-        self.scene, self.display, self.moving = scene, display, moving
+    def show_scene(self, scene: Scene | None, display: Display, budget_s: float) -> None:
+        """Draw `scene` with the next frame, as finely as `budget_s` seconds allow."""
+        self.scene, self.display, self.budget_s = scene, display, budget_s
         self.update()
 
     def initializeGL(self) -> None:
@@ -115,14 +135,14 @@ class GlSurface(QOpenGLWidget):
             framebuffer.clear(red, green, blue, 1.0)
             return
         started = time.perf_counter()
-        samples, reduction = quality(self._cost_s, width * height, MOVING_S if self.moving else STILL_S)
+        samples, reduction = self._cost.quality(width * height, self.budget_s)
         if reduction == 1:
             self._renderer.draw(self.scene, framebuffer, (width, height), samples=samples, display=self.display)
         else:
             self._draw_small(framebuffer, (max(1, width // reduction), max(1, height // reduction)))
         self._context.finish()
         seconds = time.perf_counter() - started
-        self._cost_s = max(1e-10, seconds * reduction**2 / (width * height * samples**2))
+        self._cost.learn(max(1, width * height * samples**2 // reduction**2), seconds)
         self.messages = tuple(self._renderer.messages)
         self.drawn.emit(seconds)
 
@@ -171,11 +191,11 @@ class ProcessorSurface(QWidget):
         self._latest = Latest(jobs, "Rendering")
         self._image: QImage | None = None
 
-    def show_scene(self, scene: Scene | None, display: Display, moving: bool) -> None:
+    def show_scene(self, scene: Scene | None, display: Display, budget_s: float) -> None:
         """Ask for a picture of `scene`; it is shown when it is done."""
         if scene is None or self.width() < 1 or self.height() < 1:
             return
-        share = 0.3 if moving else 1.0
+        share = 0.3 if budget_s <= MOVING_S else 1.0
         scale = self.devicePixelRatioF() * share
         size = (max(1, round(self.width() * scale)), max(1, round(self.height() * scale)))
         self._latest.ask(lambda: _computed(scene, size, display), self._show)

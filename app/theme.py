@@ -160,6 +160,7 @@ QToolTip {{ background: {theme.field}; color: {theme.text}; border: 1px solid {t
 
 [role="panel"] {{ background: {theme.panel}; }}
 [role="bar"] {{ background: {theme.window}; }}
+[role="gap"] {{ background: {theme.line}; }}
 [role="canvas"] {{ background: {theme.canvas}; }}
 [role="banner"] {{ background: {theme.field}; border: none; border-left: 3px solid {theme.warning}; }}
 [role="line"] {{ background: {theme.line}; max-height: 1px; min-height: 1px; border: none; }}
@@ -199,7 +200,7 @@ QToolButton {{ background: transparent; border: none; border-radius: 4px; paddin
 QToolButton:hover {{ background: {theme.hover}; }}
 QToolButton:checked {{ background: {theme.line}; }}
 QToolButton:focus {{ background: {theme.hover}; }}
-QToolButton[role="workspace"] {{ padding: 0 14px; min-height: 28px; border-radius: 0; color: {theme.secondary};
+QToolButton[role="workspace"] {{ padding: 2px 14px 0 14px; min-height: 36px; border-radius: 0; color: {theme.secondary};
   border-bottom: 2px solid transparent; }}
 QToolButton[role="workspace"]:hover {{ color: {theme.text}; background: transparent; }}
 QToolButton[role="workspace"]:focus {{ color: {theme.text}; }}
@@ -221,6 +222,18 @@ QLineEdit[role="number"] {{ padding: 0 6px; }}
 QComboBox::drop-down {{ border: none; width: 22px; }}
 QComboBox::down-arrow {{ image: url({icons}/arrow-down.svg); width: 12px; height: 12px; }}
 QComboBox QAbstractItemView {{ background: {theme.panel}; border: 1px solid {theme.line}; outline: none; padding: 4px;
+  selection-background-color: {theme.accent}; selection-color: {theme.on_accent}; }}
+QComboBox QAbstractItemView::item {{ min-height: {ROW}px; padding-left: 4px; }}
+
+QCheckBox {{ spacing: 8px; min-height: {ROW}px; }}
+QCheckBox::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.disabled}; border-radius: 3px;
+  background: {theme.field}; }}
+QCheckBox::indicator:hover, QCheckBox:focus::indicator {{ border-color: {theme.accent}; }}
+QCheckBox::indicator:checked {{ background: {theme.accent}; border-color: {theme.accent};
+  image: url({icons}/tick.svg); }}
+QCheckBox::indicator:disabled {{ border-color: {theme.line}; background: transparent; }}
+
+QAbstractItemView {{ background: {theme.panel}; border: 1px solid {theme.line}; outline: none; padding: 4px;
   selection-background-color: {theme.accent}; selection-color: {theme.on_accent}; }}
 QComboBox QAbstractItemView::item {{ min-height: {ROW}px; padding-left: 4px; }}
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
 from app import icons
 from app.document import Look, Project
 from app.number_field import plain
-from app.panels import Panel, Segments, text, tool
+from app.panels import Panel, Segments, side_by_side, text, tool
 from app.param_form import ParamForm
 from app.theme import PADDING, STEP, role
 from app.viewport import Viewport
@@ -20,6 +20,7 @@ from app.workbench import Workbench, load_shape
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, brdf_to_text, model_name
 from engine.camera import frame
 from engine.mesh import SUFFIXES, Mesh
+from engine.params import parameters
 from engine.scene import Scene
 from engine.shapes import SHAPES
 
@@ -28,6 +29,7 @@ SIDE_WIDTH = 272
 
 MODEL_NAMES = {"sphere": "Sphere", "plane": "Plane", "torus-knot": "Torus knot", "cloth": "Draped cloth"}
 BRDF_NAMES = {"lambert": "Lambert", "phong": "Phong", "blinn-phong": "Blinn–Phong", "ggx": "GGX"}
+BRDF_LABELS = {"kd": "Diffuse", "ks": "Highlight", "f0": "Head-on", "alpha": "Width α"}
 LOOKUPS = (
     ("radiance", "Inside the integral", "The slice is looked up with r = BRDF × cosine: the method itself"),
     ("texture", "Lit texture", "The brightest slice, lit like a texture"),
@@ -55,12 +57,7 @@ class ViewTab(QWidget):
         self.frame_action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         self.frame_action.triggered.connect(self.viewport.frame)
         self.addAction(self.frame_action)
-        work = QSplitter(Qt.Orientation.Horizontal)
-        work.setHandleWidth(1)
-        for part in (self._make_left(), self._make_centre(), self._make_right()):
-            work.addWidget(part)
-        work.setStretchFactor(1, 1)
-        work.setChildrenCollapsible(False)
+        work = side_by_side(self._make_left(), self._make_centre(), self._make_right(), stretch=1)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(work)
@@ -74,9 +71,9 @@ class ViewTab(QWidget):
         self.model.activated.connect(self._model_chosen)
         scene.row("Model", self.model, "A built-in model, or a mesh of your own")
         look = Look()
-        self.repeats = ParamForm(look, only=("repeats",))
-        self.light = ParamForm(look, only=("light_theta_deg", "light_phi_deg", "irradiance"))
-        self.exposure = ParamForm(look, only=("exposure_ev",))
+        self.repeats = ParamForm(look, {"repeats": "Repeats"})
+        self.light = ParamForm(look, {"light_theta_deg": "Theta", "light_phi_deg": "Phi", "irradiance": "Irradiance"})
+        self.exposure = ParamForm(look, {"exposure_ev": "Exposure"})
         scene.wide(self.repeats)
         light = panel.section("Light")
         light.wide(self.light)
@@ -234,7 +231,7 @@ class ViewTab(QWidget):
             if self.brdf_form is not None:
                 self.brdf_form.hide()
                 self.brdf_form.deleteLater()
-            self.brdf_form = ParamForm(brdf)
+            self.brdf_form = ParamForm(brdf, {p.name: BRDF_LABELS.get(p.name, p.label) for p in parameters(brdf)})
             self.brdf_form.edited.connect(self._brdf_edited)
             self.brdf_rows.addWidget(self.brdf_form)
         self.brdf = brdf

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from app.jobs import Jobs
 from app.panels import text
-from app.surfaces import GlSurface, ProcessorSurface, display_of, why_no_gl
+from app.surfaces import IDLE_S, MOVING_S, STILL_S, GlSurface, ProcessorSurface, display_of, why_no_gl
 from app.theme import PADDING, role
 from engine.camera import Camera, frame, orbit, pan, zoom
 from engine.directions import Vectors, world_angles, world_direction
@@ -56,6 +56,7 @@ class Viewport(QWidget):
         self.setMouseTracking(True)
         self.setAccessibleName("Viewport")
         self.banner = _Banner(self)
+        jobs.changed.connect(lambda job: self._still.start() if job.over and job.heavy else None)
         self.surface: GlSurface | ProcessorSurface
         self._choose_surface(why_no_gl())
         self.overlay = _Overlay(self)
@@ -108,7 +109,8 @@ class Viewport(QWidget):
         if self.scene is None or self.camera is None:
             return
         scene = dataclasses.replace(self.scene, camera=self.camera)
-        self.surface.show_scene(scene, display_of(*self._exposure), moving)
+        still_s = STILL_S if any(job.heavy for job in self.jobs.active) else IDLE_S
+        self.surface.show_scene(scene, display_of(*self._exposure), MOVING_S if moving else still_s)
         self.overlay.update()
         if moving:
             self._still.start()

@@ -71,7 +71,7 @@ class Workbench(QObject):
         """The capture that the program brings along."""
         self.wanted.emit("capture")
         job = self.jobs.submit("Preparing the sample capture", lambda: _sample(self.folder.parent / "lightarc-sample"))
-        job.succeeded.connect(self._found)
+        job.succeeded.connect(lambda sources: self.import_photographs(sources, name="Woven sample"))
 
     def _open_recognised(self, found: Recognised) -> None:
         if found.kind == "mesh":
@@ -86,12 +86,9 @@ class Workbench(QObject):
         else:
             self.wanted.emit("capture")
             job = self.jobs.submit("Looking for photographs", lambda: _found(found.paths))
-            job.succeeded.connect(self._found)
+            job.succeeded.connect(self.import_photographs)
 
-    def _found(self, sources: Sources) -> None:
-        self.import_photographs(sources)
-
-    def import_photographs(self, sources: Sources, settings: ImportSettings | None = None) -> None:
+    def import_photographs(self, sources: Sources, settings: ImportSettings | None = None, name: str = "") -> None:
         """Import `sources` into the working folder, then build the material."""
         settings = settings or self.document.project.import_settings
         self._imports += 1
@@ -101,7 +98,7 @@ class Workbench(QObject):
             self.jobs.cancel(self.importing)
         job = self.jobs.submit("Importing photographs", lambda: _import(sources, settings, target))
         job.progressed.connect(self._show_partial)
-        name = sources.photographs[0].parent.name or "Untitled"
+        name = name or sources.photographs[0].parent.name or "Untitled"
         job.succeeded.connect(lambda stack: self._imported(stack, name))
         self.importing = job
 

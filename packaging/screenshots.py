@@ -1,0 +1,108 @@
+"""Drives the real window over the built-in sample and saves a picture of every workspace in every state.
+
+    python packaging/screenshots.py FOLDER [--readme PICTURE]
+
+needs a display with OpenGL (Xvfb does). Pictures come at 1280 × 800 and 1920 × 1080, dark; a few also light.
+`--readme` also writes the picture at the top of the README: the View workspace with the material on a model.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from PySide6.QtWidgets import QApplication
+
+from app import theme
+from app.main_window import WORKSPACES, MainWindow
+from app.surfaces import request_format
+
+SIZES = ((1280, 800), (1920, 1080))
+PATIENCE_S = 120.0
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--readme", type=Path, help="where the picture of the README goes")
+    options = parser.parse_args()
+    options.folder.mkdir(parents=True, exist_ok=True)
+    request_format()
+    application = QApplication([])
+    theme.apply(application, "dark")
+    window = MainWindow(None)
+    window.failures.install()
+    window.show()
+    everywhere(window, options.folder, "1-empty")
+    window.bench.open_sample()
+    wait_until(lambda: window.bench.importing is not None and window.bench.importing.step.done > 0.3)
+    save(window, options.folder / "2-importing-capture.png")
+    wait_until(lambda: window.bench.document.project.has_map and not window.bench.jobs.active)
+    wait_for_model(window)
+    everywhere(window, options.folder, "3-filled")
+    if options.readme is not None:
+        window.resize(1280, 800)
+        window.show_workspace("view")
+        save(window, options.readme)
+    window.show_workspace("material")
+    window.material.show_what.buttons["error"].click()
+    save(window, options.folder / "4-error-map.png")
+    window.jobs_dock.show()
+    window.show_workspace("view")
+    window.view.source.buttons["power-law"].click()
+    save(window, options.folder / "5-view-jobs.png")
+    window.jobs_dock.hide()
+    window.set_theme("light")
+    everywhere(window, options.folder, "6-light")
+    window.close()
+    return 0
+
+
+def everywhere(window: MainWindow, folder: Path, state: str) -> None:
+    """Every workspace at every size."""
+    for width, height in SIZES:
+        window.resize(width, height)
+        for name in WORKSPACES:
+            window.show_workspace(name)
+            save(window, folder / f"{state}-{name}-{width}.png")
+
+
+def save(window: MainWindow, path: Path) -> None:
+    """Let the window come to rest, and keep what it shows."""
+    settle(0.6)
+    wait_until(lambda: not any(not job.heavy for job in window.bench.jobs.active))
+    settle(0.4)
+    if not window.grab().save(str(path)):
+        raise SystemExit(f"{path} cannot be written")
+
+
+def wait_for_model(window: MainWindow) -> None:
+    """The View workspace loads its model when it is first seen."""
+    window.show_workspace("view")
+    wait_until(lambda: window.view.default_mesh is not None)
+
+
+def settle(seconds: float) -> None:
+    """Run the event loop for a while."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        QApplication.processEvents()
+        time.sleep(0.005)
+
+
+def wait_until(done: Callable[[], bool]) -> None:
+    """Run the event loop until `done`."""
+    end = time.monotonic() + PATIENCE_S
+    while not done():
+        if time.monotonic() > end:
+            raise SystemExit("the window did not get there in time")
+        settle(0.02)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
