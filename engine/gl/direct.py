@@ -165,6 +165,8 @@ class DirectRenderer:
     def _release_target(self) -> None:
         if self._target is not None:
             framebuffer = self._target[1]
+            # a new framebuffer restores the one bound before it, which must not be one that is gone
+            self.context.detect_framebuffer(0).use()
             for item in (framebuffer, framebuffer.depth_attachment, *framebuffer.color_attachments):
                 item.release()
             self._target = None

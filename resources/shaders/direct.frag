@@ -66,7 +66,7 @@ void main()
     vec3 wo = safe_normalize(eye - position, vec3(0.0, 0.0, 1.0));
     mat3 frame = world_from_tangent(visible_normal(wo));
     vec3 wi_local = light * frame;
-    vec3 value = shade(brdf(wi_local, wo * frame), max(wi_local.z, 0.0));
+    vec3 value = shade(brdf(wi_local, wo * frame), wi_local.z);
     radiance = vec4(max(value, 0.0), 1.0);
     if (any(isnan(value)) || any(isinf(value)))
 #if defined(DEBUG)

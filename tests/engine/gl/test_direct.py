@@ -1,0 +1,342 @@
+"""What the GPU draws: predicted pixels, agreement with the CPU, limits, leaks, damage."""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import logging
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from engine.brdf.brdf import brdf_from_text
+from engine.camera import Camera
+from engine.colour import OPERATORS
+from engine.gl import program as program_module
+from engine.gl.context import Limits, create_context
+from engine.gl.direct import DirectRenderer
+from engine.gl.draw import draw_off_screen
+from engine.gl.program import ShaderError
+from engine.material import Material, auto_sigma
+from engine.mesh import Mesh
+from engine.render.direct import radiance
+from engine.render.display import Display, displayed
+from engine.scene import LOOKUPS, Scene
+from engine.shapes import shape
+from engine.steps import drain
+from tests.engine.scenes import head_on, scene, weave
+
+SIZE = (120, 90)
+
+
+def draw(gl: Any, what: Scene, size: tuple[int, int] = SIZE, samples: int = 1, **options: Any) -> np.ndarray:
+    renderer = DirectRenderer(gl, **options)
+    picture = renderer.radiance(what, size, samples=samples)
+    renderer.release()
+    return picture
+
+
+def shown(gl: Any, what: Scene, display: Display, size: tuple[int, int] = SIZE, samples: int = 1) -> np.ndarray:
+    """The tone-mapped picture as a window gets it, row 0 on top."""
+    renderer = DirectRenderer(gl)
+    framebuffer = gl.simple_framebuffer(size, 3)
+    renderer.draw(what, framebuffer, size, samples=samples, display=display)
+    pixels = np.frombuffer(framebuffer.read(alignment=1), np.uint8).reshape(size[1], size[0], 3)[::-1]
+    renderer.release()
+    return pixels
+
+
+def test_head_on_plane_has_the_predicted_radiance(gl: Any) -> None:
+    picture = draw(gl, head_on(brdf="lambert:albedo=0.5/0.25/1", irradiance=2.0), samples=2)
+    assert picture[..., :3] == pytest.approx(
+        np.broadcast_to([1 / np.pi, 0.5 / np.pi, 2 / np.pi], (90, 120, 3)), rel=1e-6
+    )
+    assert (picture[..., 3] == 1.0).all()
+
+
+def test_light_at_60_degrees_halves_the_radiance_and_from_behind_is_dark(gl: Any) -> None:
+    tilted = dataclasses.replace(head_on(), light=(np.sqrt(3) / 2, 0.0, 0.5))
+    assert draw(gl, tilted)[..., 0] == pytest.approx(0.25 / np.pi, rel=1e-5)
+    behind = dataclasses.replace(head_on(), light=(0.0, 0.0, -1.0))
+    assert draw(gl, behind)[..., :3].max() == 0.0
+
+
+def test_S9_overhead_light_shows_the_brightest_slice_exactly(gl: Any) -> None:
+    """Lambert with automatic sigma: r = r_max at every pixel; one texel covers one pixel, so the slice itself shows."""
+    material = weave(64)
+    camera = Camera((0.0, 0.0, 4.0), fov_deg=float(np.degrees(2 * np.arctan(1 / 4))))
+    what = dataclasses.replace(head_on(material, repeats=1.0), camera=camera)
+    picture = draw(gl, what, (64, 64))
+    assert material.shading_map is not None
+    assert picture[..., :3] == pytest.approx(material.shading_map.slices[-1], rel=2e-5)
+
+
+@pytest.mark.parametrize("slices", [2, 3, 8, 17])
+def test_S9_every_slice_is_hit_exactly(gl: Any, slices: int) -> None:
+    """A stack of constant slices with values that no mixture reaches: r = i r_max / (S − 1) shows value i."""
+    flat = np.random.default_rng(0).uniform(0.2, 1.0, (slices, 1, 1, 3)) * np.ones((1, 4, 4, 1))
+    material = weave(4, slices)
+    assert material.shading_map is not None
+    shading = dataclasses.replace(material.shading_map, slices=flat.astype("f4"), r_max=1.0)
+    for index in range(slices):
+        share = index / (slices - 1)
+        what = head_on(Material(shading, None, sigma=share * np.pi), brdf="lambert:albedo=1")
+        assert draw(gl, what, (4, 4))[0, 0, :3] == pytest.approx(flat[index, 0, 0], rel=2e-6)
+
+
+@pytest.mark.parametrize("above", ["clamp", "scale"])
+def test_S8_above_the_brightest_photograph(gl: Any, above: str) -> None:
+    material = weave(8)
+    assert material.shading_map is not None
+    brightest = draw(gl, head_on(material))
+    sigma = 3.0 * auto_sigma(brdf_from_text("lambert"), (np.pi / 2,), material.shading_map.r_max)
+    beyond = draw(gl, head_on(dataclasses.replace(material, sigma=sigma), above=above))
+    assert beyond[..., :3] == pytest.approx(brightest[..., :3] * (3.0 if above == "scale" else 1.0), rel=1e-5)
+
+
+def test_lookups_of_figure_6_differ_as_the_formulas_say(gl: Any) -> None:
+    material = weave(8)
+    tilted = dataclasses.replace(head_on(material, irradiance=0.5), light=(0.0, 0.8, 0.6))
+    pictures = {lookup: draw(gl, dataclasses.replace(tilted, lookup=lookup))[..., :3] for lookup in LOOKUPS}
+    assert pictures["angle"] == pytest.approx(pictures["radiance"], rel=1e-5), "equal for Lambert lit from above"
+    brightest = draw(gl, head_on(material))[..., :3]
+    assert pictures["texture"] == pytest.approx(brightest * 0.6 * 0.5, rel=1e-5)
+    dimmer = dataclasses.replace(tilted, irradiance=1.0, light=(0.0, np.sqrt(1 - 0.09), 0.3))
+    assert pictures["outgoing"] == pytest.approx(draw(gl, dimmer)[..., :3], rel=1e-4)
+
+
+def test_X9_GL2_power_law_is_guarded(gl: Any) -> None:
+    """Exponents 0, huge and share 0, tiny: pow(0, 0) and pow(0, K) are black, nothing is NaN, as on the CPU."""
+    material = weave(8)
+    assert material.power_law is not None
+    exponent = np.zeros((8, 8, 3), np.float32)
+    exponent[::2] = 64.0
+    law = dataclasses.replace(material.power_law, exponent=exponent)
+    for share in (0.0, -0.0, 1e-30, 0.01, 0.5, 1.0, 2.0):
+        what = head_on(
+            Material(None, law, sigma=float(share * np.pi * law.r_max)), brdf="lambert:albedo=1", repeats=1.0
+        )
+        gpu = draw(gl, what, (16, 16))
+        cpu = drain(radiance(what, (16, 16), samples=1))
+        assert np.isfinite(gpu).all()
+        assert np.abs(gpu - cpu).max() <= 2 / 255
+        if share <= 0.0:
+            assert gpu[..., :3].max() == 0.0
+
+
+@pytest.mark.parametrize("model", ["sphere", "torus-knot", "cloth"])
+@pytest.mark.parametrize("source", [None, "slices", "power-law"])
+def test_GL8_gpu_and_cpu_show_the_same(gl: Any, model: str, source: str | None) -> None:
+    what = scene(model, weave() if source else None, source=source or "slices", above="scale")
+    gpu, cpu = draw(gl, what, samples=2), drain(radiance(what, SIZE, samples=2))
+    a, b = displayed(gpu, Display()), displayed(cpu, Display())
+    difference = colour_difference(a, b)
+    assert difference.mean() <= 0.5
+    # the GPU places edges on a grid of 1/256 pixel, so now and then one sub-pixel falls on the other side of an edge
+    same_edge = gpu[..., 3] == cpu[..., 3]
+    assert np.mean(~same_edge) <= 1e-3
+    assert difference[same_edge].max() <= 2.0
+    assert np.abs(a[same_edge].astype(int) - b[same_edge]).max() <= 1
+
+
+@pytest.mark.parametrize("lookup", LOOKUPS)
+def test_GL8_every_lookup_agrees_with_the_cpu(gl: Any, lookup: str) -> None:
+    what = scene("sphere", weave(48), lookup=lookup, brdf="ggx:alpha=0.3", irradiance=0.7)
+    gpu, cpu = draw(gl, what), drain(radiance(what, SIZE, samples=1))
+    assert np.abs(displayed(gpu, Display()).astype(int) - displayed(cpu, Display())).max() <= 1
+
+
+def colour_difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """CIE 1976 ΔE of two sRGB pictures."""
+    lab = [cv2.cvtColor(image.astype(np.float32) / 255, cv2.COLOR_RGB2LAB) for image in (a, b)]
+    return np.linalg.norm(lab[0] - lab[1], axis=-1)
+
+
+@pytest.mark.parametrize("operator", OPERATORS)
+@pytest.mark.parametrize("exposure_ev", [-3.0, 0.0, 6.0])
+@pytest.mark.parametrize("samples", [1, 2])
+def test_tone_mapping_in_the_window_is_the_engine_s(gl: Any, operator: Any, exposure_ev: float, samples: int) -> None:
+    what = scene("sphere", brdf="phong:kd=0.5/0.1/0.02,ks=0.9,exponent=50")
+    display = Display(exposure_ev, operator, (0.1, 0.2, 0.05))
+    expected = displayed(draw(gl, what, samples=samples), display)
+    assert np.abs(shown(gl, what, display, samples=samples).astype(int) - expected).max() <= 1
+
+
+@pytest.mark.parametrize("debug", [True, False])
+@pytest.mark.parametrize("broken", ["position", "normal", "light"])
+def test_GL1_what_is_not_finite_is_magenta_and_counted_or_black(gl: Any, debug: bool, broken: str) -> None:
+    what = head_on()
+    if broken == "light":
+        object.__setattr__(what, "light", (float("nan"), 0.0, 1.0))
+    else:
+        plane = what.mesh
+        normals = np.full_like(plane.normals, np.nan) if broken == "normal" else plane.normals
+        positions = (
+            np.where(np.arange(4)[:, None] == 3, np.nan, plane.positions) if broken == "position" else plane.positions
+        )
+        mesh = Mesh(positions, normals, plane.uv, plane.faces, "broken")
+        mesh.__dict__.update(centre=np.zeros(3), radius=1.5)
+        what = dataclasses.replace(what, mesh=mesh)
+    renderer = DirectRenderer(gl, debug=debug)
+    picture = renderer.radiance(what, SIZE, samples=1)
+    count = renderer.invalid_samples
+    renderer.release()
+    assert np.isfinite(picture).all()
+    if broken == "light":
+        assert count == (SIZE[0] * SIZE[1] if debug else 0)
+        assert picture[5, 5, :3].tolist() == ([1.0, 0.0, 1.0] if debug else [0.0, 0.0, 0.0])
+
+
+def test_GL3_missing_normals_are_taken_from_the_triangle(gl: Any) -> None:
+    plane = shape("plane")
+    bare = Mesh(plane.positions, np.zeros_like(plane.normals), plane.uv, plane.faces, "bare")
+    what = head_on()
+    assert draw(gl, dataclasses.replace(what, mesh=bare)) == pytest.approx(draw(gl, what), rel=1e-5)
+
+
+@pytest.mark.parametrize(("limit", "reduced"), [(63, True), (64, False), (65, False)])
+def test_GL4_textures_above_the_limit_are_reduced_with_a_message(gl: Any, limit: int, reduced: bool) -> None:
+    material = weave(64)
+    limits = Limits(limit, 2048)
+    for source in ("slices", "power-law"):
+        renderer = DirectRenderer(gl, texture_limits=limits)
+        picture = renderer.radiance(head_on(material, source=source, repeats=1.0), (32, 24), samples=1)
+        assert picture[..., :3].max() > 0.1
+        assert [("63" in message and "64" in message) for message in renderer.messages] == [True] * reduced
+        renderer.release()
+
+
+@pytest.mark.parametrize(("limit", "reduced"), [(16, True), (17, False), (18, False)])
+def test_GL4_layers_above_the_limit_are_reduced_with_a_message(gl: Any, limit: int, reduced: bool) -> None:
+    material = weave(16, slices=17)
+    renderer = DirectRenderer(gl, texture_limits=Limits(4096, limit))
+    what = head_on(material)
+    picture = renderer.radiance(what, (32, 24), samples=1)
+    assert len(renderer.messages) == int(reduced)
+    renderer.release()
+    assert picture == pytest.approx(draw(gl, what, (32, 24)), rel=1e-5), "r_max is a slice of both"
+
+
+def test_GL6_a_new_context_draws_the_same_bits() -> None:
+    what = scene("torus-knot", weave())
+    pictures = []
+    for _ in range(2):
+        context = create_context()
+        with context:
+            pictures.append(draw(context, what))
+        context.release()
+    assert np.array_equal(pictures[0], pictures[1])
+
+
+def test_GL6_a_released_renderer_uploads_anew(gl: Any) -> None:
+    what, renderer = scene("cloth", weave()), DirectRenderer(gl)
+    before = renderer.radiance(what, SIZE, samples=1)
+    renderer.release()
+    assert np.array_equal(renderer.radiance(what, SIZE, samples=1), before)
+    renderer.release()
+
+
+@pytest.mark.parametrize("size", [(0, 0), (0, 5), (1, 1), (1, 300), (2049, 3), (16384, 2)])
+def test_GL7_pictures_of_any_size(gl: Any, size: tuple[int, int]) -> None:
+    picture = draw(gl, head_on(), size)
+    assert picture.shape == (size[1], size[0], 4)
+    if min(size):
+        assert picture[size[1] // 2, size[0] // 2, :3] == pytest.approx(0.5 / np.pi, rel=1e-5)
+
+
+def test_GL7_a_picture_of_16384_by_16384_is_drawn_in_tiles(gl: Any) -> None:
+    """The tiles at the four corners alone are looked at; a framebuffer of the whole would take five gigabytes."""
+    renderer = DirectRenderer(gl)
+    corners = 0
+    for (left, top, width, height), texture in renderer._tiles(head_on(), (16384, 16384), 1):
+        assert max(texture.size) <= 2048
+        if {left, left + width} & {0, 16384} and {top, top + height} & {0, 16384}:
+            texel = np.frombuffer(texture.read(), np.float32)[:3]
+            assert texel == pytest.approx([0.5 / np.pi] * 3, rel=1e-4)
+            corners += 1
+    renderer.release()
+    assert corners == 4
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3])
+def test_tiles_fit_together(gl: Any, monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
+    what = scene("sphere", brdf="lambert")
+    whole = draw(gl, what, samples=samples)
+    monkeypatch.setattr("engine.gl.direct.TILE", 64)
+    tiled = draw(gl, what, samples=samples)
+    inside = (whole[..., 3] == 1) & (tiled[..., 3] == 1)
+    assert inside.mean() > 0.3
+    assert tiled[inside] == pytest.approx(whole[inside], abs=2e-4)
+    assert np.mean(whole[..., 3] != tiled[..., 3]) < 0.01
+    assert np.array_equal(shown(gl, what, Display(), samples=samples)[45, 60], displayed(tiled, Display())[45, 60])
+
+
+def test_GL9_a_thousand_materials_leave_no_object_behind(gl: Any) -> None:
+    materials = [weave(4), dataclasses.replace(weave(4), shading_map=None), None]
+    renderer = DirectRenderer(gl)
+    scenes = [head_on(material, brdf=brdf) for material in materials for brdf in ("lambert", "phong", "ggx")]
+    for what in scenes:
+        renderer.radiance(what, (4, 4), samples=1)
+    before = living_objects()
+    assert before["Texture"] >= 1
+    for index in range(1000):
+        renderer.radiance(scenes[index % len(scenes)], (4 + index % 3, 4), samples=1)
+    renderer.radiance(scenes[-1], (4, 4), samples=1)
+    assert living_objects() == before
+    renderer.release()
+    left = living_objects()
+    assert left.pop("Program") <= 1, "the one in use goes when another is used"
+    assert left.pop("Shader") <= 2
+    assert set(left.values()) == {0}
+
+
+def living_objects() -> dict[str, int]:
+    """How many names of each kind the driver of the current context knows."""
+    egl = ctypes.CDLL("libEGL.so.1")
+    egl.eglGetProcAddress.restype = ctypes.c_void_p
+    counts = {}
+    for kind in ("Texture", "Buffer", "Framebuffer", "Renderbuffer", "Program", "Shader", "VertexArray"):
+        is_one = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(egl.eglGetProcAddress(f"glIs{kind}".encode()))
+        counts[kind] = sum(is_one(name) for name in range(1, 5000))
+    return counts
+
+
+def test_GL10_a_broken_shader_names_file_and_line(gl: Any, shader: Any) -> None:
+    folder = shader("brdf/lambert.glsl", "\n\nvec3 brdf(vec3 wi, vec3 wo)\n{\n    return wi + nonsense;\n}\n")
+    with pytest.raises(ShaderError, match=r"brdf/lambert\.glsl:5"):
+        program_module.load_program(
+            gl, "direct.vert", "direct.frag", {"BRDF": "brdf/lambert.glsl", "SOURCE_NONE": "1"}, folder=folder
+        )
+
+
+def test_GL10_the_last_good_program_goes_on(gl: Any, monkeypatch: Any, caplog: pytest.LogCaptureFixture) -> None:
+    renderer = DirectRenderer(gl)
+    good = renderer.radiance(head_on(), SIZE, samples=1)
+
+    def broken(*_: Any, **__: Any) -> Any:
+        raise ShaderError("brdf/phong.glsl:7: error: it does not compile")
+
+    monkeypatch.setattr("engine.gl.direct.load_program", broken)
+    with caplog.at_level(logging.ERROR):
+        assert np.array_equal(renderer.radiance(head_on(brdf="phong"), SIZE, samples=1), good)
+    assert "brdf/phong.glsl:7" in caplog.text
+    renderer.release()
+
+
+def test_a_mesh_far_from_its_origin_is_drawn_alike(gl: Any) -> None:
+    sphere = shape("sphere")
+    far = Mesh(sphere.positions + 1e5, sphere.normals, sphere.uv, sphere.faces, "far")
+    near = scene("sphere", brdf="lambert")
+    eye, target = (tuple(np.add(v, 1e5)) for v in (near.camera.eye, near.camera.target))
+    moved = dataclasses.replace(near, mesh=far, camera=dataclasses.replace(near.camera, eye=eye, target=target))
+    assert np.abs(draw(gl, moved) - draw(gl, near)).max() <= 1e-4
+
+
+def test_off_screen_drawing_reports_time_and_device(gl: Any) -> None:
+    picture, frame_s, name, messages = draw_off_screen(gl, head_on(), SIZE, 1)
+    assert picture.shape == (90, 120, 4)
+    assert frame_s > 0.0
+    assert name
+    assert messages == []
