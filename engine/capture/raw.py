@@ -25,6 +25,7 @@ from engine.files.untrusted import AGAIN
 from engine.images.decode import halved
 from engine.images.exif import EXPOSURE_GARBLED, Exif, oriented, rational, read_exif
 from engine.images.raster import check_size
+from engine.images.tiff import RAW_PHOTOMETRICS, check_segments
 
 WhiteBalance = str | Sequence[float]
 
@@ -81,12 +82,14 @@ def _unpacked(content: bytes, name: str) -> rawpy.RawPy:
 
 
 def _check_strips(content: bytes, name: str) -> None:
-    """Where the file is a TIFF outside, all strips and tiles of its pictures must lie inside it."""
+    """Where the file is a TIFF outside, all strips and tiles must lie inside it, and in a DNG fit the stated size."""
     if not content.startswith((b"II*\0", b"MM\0*")):
         return
     with tifffile.TiffFile(io.BytesIO(content)) as file:
         pages = [page for top in file.pages for page in (top, *(top.pages or ()))]
         for page in pages:
+            if page.photometric in RAW_PHOTOMETRICS and "DNGVersion" in file.pages[0].tags:
+                check_segments(page, content, name)
             for offset, count in zip(page.dataoffsets, page.databytecounts, strict=False):
                 if offset + count > len(content):
                     raise InputError(name, "is an incomplete RAW file: it ends before its picture does", AGAIN)

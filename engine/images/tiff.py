@@ -40,7 +40,7 @@ _LENGTHS: dict[int, Callable[[bytes], int]] = {
 _WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE, _YCBCR = 0, 1, 2, 3, 6
 _PHOTOMETRIC_NAMES = {4: "a mask", 5: "CMYK", 8: "CIE L*a*b*", 9: "ICC L*a*b*", 10: "ITU L*a*b*", 32844: "LogL"}
 _UNSIGNED, _SIGNED, _FLOAT = 1, 2, 3
-_RAW_PHOTOMETRICS = (32803, 34892)
+RAW_PHOTOMETRICS = (32803, 34892)
 
 logging.getLogger("tifffile").setLevel(logging.CRITICAL)
 
@@ -53,7 +53,7 @@ def is_raw_tiff(content: bytes) -> bool:
         first = file.pages[0]
         if "DNGVersion" in first.tags:
             return True
-        return any(page.photometric in _RAW_PHOTOMETRICS for page in (first, *(first.pages or ())))
+        return any(page.photometric in RAW_PHOTOMETRICS for page in (first, *(first.pages or ())))
 
 
 def read_tiff(content: bytes, name: str) -> Raster:
@@ -87,7 +87,7 @@ def _check_page(page: Any, content: bytes, name: str) -> None:
     if page.imagedepth != 1:
         raise InputError(name, f"is a TIFF volume of {page.imagedepth} slices", UNWANTED)
     _check_kind(page, name)
-    _check_segments(page, content, name)
+    check_segments(page, content, name)
 
 
 def _check_kind(page: Any, name: str) -> None:
@@ -108,7 +108,7 @@ def _check_kind(page: Any, name: str) -> None:
         raise InputError(name, f"is a TIFF of {page.samplesperpixel} samples per pixel", UNWANTED)
 
 
-def _check_segments(page: Any, content: bytes, name: str) -> None:
+def check_segments(page: Any, content: bytes, name: str) -> None:
     """Every strip or tile is there, inside the file, and long enough where its length is known beforehand."""
     offsets, counts = page.dataoffsets, page.databytecounts
     width, height = page.imagewidth, page.imagelength
@@ -137,7 +137,7 @@ def _check_lengths(page: Any, content: bytes, name: str) -> None:
     for index, (offset, count) in enumerate(zip(page.dataoffsets, page.databytecounts, strict=True)):
         segment = content[offset : offset + count]
         if page.compression == _JPEG:
-            fits = check_jpeg(segment, name).width == width
+            fits = check_jpeg(segment, name).width == width or page.photometric in RAW_PHOTOMETRICS
         elif page.compression in _LENGTHS and page.fillorder == 1 and (page.compression == _NONE or index == 0):
             first_row = index % math.ceil(page.imagelength / rows) * rows
             needed = row_bytes * (rows if tiled else min(rows, page.imagelength - first_row))

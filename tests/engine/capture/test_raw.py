@@ -176,6 +176,17 @@ def test_R12_every_truncation_of_real_raw_is_an_error_or_harmless(tmp_path, shar
         assert np.array_equal(radiance, whole), f"cut at {part}/64 changes the picture silently"
 
 
+def test_fault5_a_dng_that_states_another_size_than_it_holds_is_refused(tmp_path, dng):
+    content = dng(noise((64, 80)))
+    path = tmp_path / "size.dng"
+    for tag, stated, lie in ((256, 80, 64), (257, 64, 48)):
+        entry = np.array([tag, 4], "<u2").tobytes() + np.array([1, stated], "<u4").tobytes()
+        assert content.count(entry) == 1
+        path.write_bytes(content.replace(entry, entry[:8] + np.array([lie], "<u4").tobytes()))
+        with pytest.raises(InputError, match="damaged"):
+            read_photograph(path)
+
+
 BROKEN = [
     "exiftool_CanonRaw.cr2",
     "exiftool_CanonRaw.crw",

@@ -95,6 +95,13 @@ def test_fault5_zeroed_tails_are_never_silent_where_the_data_is_coded(read, kind
         read(content[: len(content) // 2] + bytes(len(content) - len(content) // 2))
 
 
+def test_fault5_fewer_lines_than_the_file_holds_are_refused(read):
+    content = cv2.imencode(".hdr", FLOATS)[1].tobytes()
+    for lines in (b"40", b"79"):
+        with pytest.raises(InputError, match="not all input decoded"):
+            read(content.replace(b"-Y 80", b"-Y " + lines))
+
+
 def test_fault5_flipped_bits_neither_crash_nor_change_the_shape(read, kind):
     content = FILES[kind][0]()
     checksummed = FILES[kind][1]
