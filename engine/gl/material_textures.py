@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.gl.context import Limits
+from engine.gl.program import set_uniforms
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
 
@@ -67,7 +68,7 @@ class MaterialTextures:
     def bind(self, program: Any) -> None:
         for unit, (name, texture) in enumerate(self.textures.items()):
             texture.use(unit)
-            program[name].value = unit
+            set_uniforms(program, {name: unit})
 
     def release(self) -> None:
         for texture in self.textures.values():

@@ -38,6 +38,10 @@ def draw(gl: Any, what: Scene, size: tuple[int, int] = SIZE, samples: int = 1, *
     return picture
 
 
+def close(actual: np.ndarray, expected: Any, relative: float) -> None:
+    np.testing.assert_allclose(actual, np.broadcast_to(expected, actual.shape), rtol=relative, atol=1e-7)
+
+
 def shown(gl: Any, what: Scene, display: Display, size: tuple[int, int] = SIZE, samples: int = 1) -> np.ndarray:
     """The tone-mapped picture as a window gets it, row 0 on top."""
     renderer = DirectRenderer(gl)
@@ -50,15 +54,13 @@ def shown(gl: Any, what: Scene, display: Display, size: tuple[int, int] = SIZE, 
 
 def test_head_on_plane_has_the_predicted_radiance(gl: Any) -> None:
     picture = draw(gl, head_on(brdf="lambert:albedo=0.5/0.25/1", irradiance=2.0), samples=2)
-    assert picture[..., :3] == pytest.approx(
-        np.broadcast_to([1 / np.pi, 0.5 / np.pi, 2 / np.pi], (90, 120, 3)), rel=1e-6
-    )
+    close(picture[..., :3], [1 / np.pi, 0.5 / np.pi, 2 / np.pi], 1e-6)
     assert (picture[..., 3] == 1.0).all()
 
 
 def test_light_at_60_degrees_halves_the_radiance_and_from_behind_is_dark(gl: Any) -> None:
     tilted = dataclasses.replace(head_on(), light=(np.sqrt(3) / 2, 0.0, 0.5))
-    assert draw(gl, tilted)[..., 0] == pytest.approx(0.25 / np.pi, rel=1e-5)
+    close(draw(gl, tilted)[..., 0], 0.25 / np.pi, 1e-5)
     behind = dataclasses.replace(head_on(), light=(0.0, 0.0, -1.0))
     assert draw(gl, behind)[..., :3].max() == 0.0
 
@@ -70,7 +72,7 @@ def test_S9_overhead_light_shows_the_brightest_slice_exactly(gl: Any) -> None:
     what = dataclasses.replace(head_on(material, repeats=1.0), camera=camera)
     picture = draw(gl, what, (64, 64))
     assert material.shading_map is not None
-    assert picture[..., :3] == pytest.approx(material.shading_map.slices[-1], rel=2e-5)
+    close(picture[..., :3], material.shading_map.slices[-1], 2e-5)
 
 
 @pytest.mark.parametrize("slices", [2, 3, 8, 17])
@@ -83,7 +85,7 @@ def test_S9_every_slice_is_hit_exactly(gl: Any, slices: int) -> None:
     for index in range(slices):
         share = index / (slices - 1)
         what = head_on(Material(shading, None, sigma=share * np.pi), brdf="lambert:albedo=1")
-        assert draw(gl, what, (4, 4))[0, 0, :3] == pytest.approx(flat[index, 0, 0], rel=2e-6)
+        close(draw(gl, what, (4, 4))[0, 0, :3], flat[index, 0, 0], 2e-6)
 
 
 @pytest.mark.parametrize("above", ["clamp", "scale"])
@@ -93,18 +95,18 @@ def test_S8_above_the_brightest_photograph(gl: Any, above: str) -> None:
     brightest = draw(gl, head_on(material))
     sigma = 3.0 * auto_sigma(brdf_from_text("lambert"), (np.pi / 2,), material.shading_map.r_max)
     beyond = draw(gl, head_on(dataclasses.replace(material, sigma=sigma), above=above))
-    assert beyond[..., :3] == pytest.approx(brightest[..., :3] * (3.0 if above == "scale" else 1.0), rel=1e-5)
+    close(beyond[..., :3], brightest[..., :3] * (3.0 if above == "scale" else 1.0), 1e-5)
 
 
 def test_lookups_of_figure_6_differ_as_the_formulas_say(gl: Any) -> None:
     material = weave(8)
     tilted = dataclasses.replace(head_on(material, irradiance=0.5), light=(0.0, 0.8, 0.6))
     pictures = {lookup: draw(gl, dataclasses.replace(tilted, lookup=lookup))[..., :3] for lookup in LOOKUPS}
-    assert pictures["angle"] == pytest.approx(pictures["radiance"], rel=1e-5), "equal for Lambert lit from above"
+    close(pictures["angle"], pictures["radiance"], 1e-5)
     brightest = draw(gl, head_on(material))[..., :3]
-    assert pictures["texture"] == pytest.approx(brightest * 0.6 * 0.5, rel=1e-5)
+    close(pictures["texture"], brightest * 0.6 * 0.5, 1e-5)
     dimmer = dataclasses.replace(tilted, irradiance=1.0, light=(0.0, np.sqrt(1 - 0.09), 0.3))
-    assert pictures["outgoing"] == pytest.approx(draw(gl, dimmer)[..., :3], rel=1e-4)
+    close(pictures["outgoing"], draw(gl, dimmer)[..., :3], 1e-4)
 
 
 def test_X9_GL2_power_law_is_guarded(gl: Any) -> None:
@@ -193,7 +195,7 @@ def test_GL3_missing_normals_are_taken_from_the_triangle(gl: Any) -> None:
     plane = shape("plane")
     bare = Mesh(plane.positions, np.zeros_like(plane.normals), plane.uv, plane.faces, "bare")
     what = head_on()
-    assert draw(gl, dataclasses.replace(what, mesh=bare)) == pytest.approx(draw(gl, what), rel=1e-5)
+    close(draw(gl, dataclasses.replace(what, mesh=bare)), draw(gl, what), 1e-5)
 
 
 @pytest.mark.parametrize(("limit", "reduced"), [(63, True), (64, False), (65, False)])
@@ -216,7 +218,7 @@ def test_GL4_layers_above_the_limit_are_reduced_with_a_message(gl: Any, limit: i
     picture = renderer.radiance(what, (32, 24), samples=1)
     assert len(renderer.messages) == int(reduced)
     renderer.release()
-    assert picture == pytest.approx(draw(gl, what, (32, 24)), rel=1e-5), "r_max is a slice of both"
+    close(picture, draw(gl, what, (32, 24)), 1e-5)
 
 
 def test_GL6_a_new_context_draws_the_same_bits() -> None:
@@ -243,18 +245,18 @@ def test_GL7_pictures_of_any_size(gl: Any, size: tuple[int, int]) -> None:
     picture = draw(gl, head_on(), size)
     assert picture.shape == (size[1], size[0], 4)
     if min(size):
-        assert picture[size[1] // 2, size[0] // 2, :3] == pytest.approx(0.5 / np.pi, rel=1e-5)
+        close(picture[size[1] // 2, size[0] // 2, :3], 0.5 / np.pi, 1e-5)
 
 
-def test_GL7_a_picture_of_16384_by_16384_is_drawn_in_tiles(gl: Any) -> None:
-    """The tiles at the four corners alone are looked at; a framebuffer of the whole would take five gigabytes."""
+def test_GL7_a_large_picture_is_drawn_in_tiles_of_bounded_size(gl: Any) -> None:
+    what = dataclasses.replace(head_on(), camera=Camera((0.0, 0.0, 2.0), fov_deg=5.0))
     renderer = DirectRenderer(gl)
     corners = 0
-    for (left, top, width, height), texture in renderer._tiles(head_on(), (16384, 16384), 1):
+    for (left, top, width, height), texture in renderer._tiles(what, (16384, 2100), 1):
         assert max(texture.size) <= 2048
-        if {left, left + width} & {0, 16384} and {top, top + height} & {0, 16384}:
+        if {left, left + width} & {0, 16384} and {top, top + height} & {0, 2100}:
             texel = np.frombuffer(texture.read(), np.float32)[:3]
-            assert texel == pytest.approx([0.5 / np.pi] * 3, rel=1e-4)
+            close(texel, 0.5 / np.pi, 1e-4)
             corners += 1
     renderer.release()
     assert corners == 4
@@ -268,7 +270,7 @@ def test_tiles_fit_together(gl: Any, monkeypatch: pytest.MonkeyPatch, samples: i
     tiled = draw(gl, what, samples=samples)
     inside = (whole[..., 3] == 1) & (tiled[..., 3] == 1)
     assert inside.mean() > 0.3
-    assert tiled[inside] == pytest.approx(whole[inside], abs=2e-4)
+    assert np.abs(tiled[inside] - whole[inside]).max() <= 2e-4
     assert np.mean(whole[..., 3] != tiled[..., 3]) < 0.01
     assert np.array_equal(shown(gl, what, Display(), samples=samples)[45, 60], displayed(tiled, Display())[45, 60])
 

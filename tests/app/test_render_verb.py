@@ -1,0 +1,140 @@
+"""`lightarc render`, run as a person runs it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenEXR
+import pytest
+
+from app import cli
+from engine.errors import MissingCapability
+from engine.files.bundle import save_bundle
+from engine.images.decode import read_image
+from engine.steps import drain
+from tests.engine.scenes import weave
+
+HEAD_ON = ("--camera", "eye=0,0,2 fov_deg=20", "--light-deg", "90,0", "--brdf", "lambert:albedo=0.5")
+SMALL = ("--width", "64", "--height", "48")
+
+
+def render(capsys: pytest.CaptureFixture[str], *words: object, code: int = 0) -> Any:
+    """Run the verb; its JSON object, or what it says on standard error."""
+    assert cli.main(["render", *map(str, words), "--json"]) == code
+    said = capsys.readouterr()
+    if code:
+        assert said.out == ""
+        assert "Traceback" not in said.err
+        return said.err
+    return json.loads(said.out)
+
+
+@pytest.fixture(autouse=True)
+def only_this_verb(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli, "VERBS", (("render", "app.verbs.render"),))
+
+
+@pytest.fixture
+def bundle(tmp_path: Path) -> Path:
+    path = tmp_path / "weave.lightarc"
+    drain(save_bundle(path, weave(32)))
+    return path
+
+
+def exr(path: Path) -> np.ndarray:
+    return np.asarray(OpenEXR.File(str(path)).channels()["RGB"].pixels, np.float64)
+
+
+@pytest.mark.parametrize("renderer", ["gl", "cpu"])
+def test_radiance_in_the_file_is_the_predicted_one(capsys: Any, tmp_path: Path, renderer: str) -> None:
+    path = tmp_path / "plane.exr"
+    result = render(capsys, "plane", "-o", path, *HEAD_ON, *SMALL, "--intensity", 2, "--renderer", renderer)
+    pixels = exr(path)
+    assert pixels.shape == (48, 64, 3)
+    np.testing.assert_allclose(pixels, 1 / np.pi, rtol=1e-3)
+    assert result["mean_radiance"] == pytest.approx(1 / np.pi, rel=1e-6)
+    assert result["frame_s"] > 0
+    assert result["gl_renderer"]
+    assert (result["width_px"], result["height_px"]) == (64, 48)
+
+
+def test_png_is_tone_mapped(capsys: Any, tmp_path: Path) -> None:
+    path = tmp_path / "plane.png"
+    options = (*HEAD_ON, *SMALL, "--tone-map", "none", "--exposure", "1")
+    render(capsys, "plane", "-o", path, *options)
+    np.testing.assert_allclose(read_image(path).pixels, 1 / np.pi, atol=0.005)
+
+
+@pytest.mark.parametrize("source", ["slices", "power-law"])
+@pytest.mark.parametrize("lookup", ["radiance", "texture", "outgoing", "angle"])
+def test_a_material_is_looked_up_in_every_way(
+    capsys: Any, tmp_path: Path, bundle: Path, source: str, lookup: str
+) -> None:
+    path = tmp_path / "out.exr"
+    words = ("sphere", "--material", bundle, "--from", source, "--lookup", lookup, "-o", path, *SMALL)
+    result = render(capsys, *words)
+    assert result["mean_radiance"] > 0.005
+    assert np.isfinite(exr(path)).all()
+
+
+def test_the_same_camera_frames_alike_in_every_mode(capsys: Any, tmp_path: Path, bundle: Path) -> None:
+    camera = ("--camera", "eye=1,2,4 target=0.1,0,0 fov_deg=30")
+    covered = []
+    for mode in ("direct", "shading-map"):
+        path = tmp_path / f"{mode}.exr"
+        words = ("torus-knot", "--material", bundle, "--mode", mode, "-o", path, *SMALL, *camera)
+        covered.append(render(capsys, *words)["covered_fraction"])
+    assert covered[0] == covered[1]
+
+
+def test_GL5_without_opengl_the_processor_draws_and_says_so(
+    capsys: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing() -> None:
+        raise MissingCapability("OpenGL 3.3 is not available (no EGL)", "Install a driver")
+
+    monkeypatch.setattr("engine.gl.context.create_context", missing)
+    result = render(capsys, "plane", "-o", tmp_path / "a.exr", *HEAD_ON, *SMALL)
+    assert "processor" in result["gl_renderer"]
+    assert "Install a driver" in result["warnings"][0]
+    assert "Install" in render(capsys, "plane", "-o", tmp_path / "b.exr", *HEAD_ON, "--renderer", "gl", code=5)
+    assert not (tmp_path / "b.exr").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--brdf", "velvet"),
+        ("--brdf", "phong:exponent=-3"),
+        ("--camera", "eye=1,2"),
+        ("--camera", "eye=0,0,0 target=0,0,0"),
+        ("--width", "0"),
+        ("--width", "100000", "--height", "100000"),
+        ("--samples", "0"),
+        ("--tile", "0"),
+        ("--intensity", "nan"),
+        ("--exposure", "nan"),
+        ("--mode", "shading-map"),
+    ],
+)
+def test_wrong_words_are_usage_errors(capsys: Any, tmp_path: Path, words: tuple[str, ...]) -> None:
+    render(capsys, "plane", "-o", tmp_path / "x.png", *words, code=2)
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_unknown_kind_of_picture_is_a_usage_error(capsys: Any, tmp_path: Path) -> None:
+    assert ".png or .exr" in render(capsys, "plane", "-o", tmp_path / "x.jpg", code=2)
+
+
+@pytest.mark.parametrize("words", [("nothing.obj",), ("teapot",), ("plane", "--material", "nothing.lightarc")])
+def test_missing_files_are_input_errors(capsys: Any, tmp_path: Path, words: tuple[str, ...]) -> None:
+    said = render(capsys, *words, "-o", tmp_path / "x.png", code=3)
+    assert words[-1] in said
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_not_there_is_an_output_error(capsys: Any, tmp_path: Path) -> None:
+    render(capsys, "plane", "-o", tmp_path / "nowhere" / "x.png", *SMALL, code=3)

@@ -1,0 +1,113 @@
+"""The CPU renderer by itself: predicted radiance, steps, sizes. Agreement with the GPU is tested beside the GPU's."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine.brdf.brdf import brdf_from_text
+from engine.directions import world_direction
+from engine.material import Material, auto_sigma
+from engine.render.direct import radiance
+from engine.render.display import Display, displayed
+from engine.scene import LOOKUPS, Scene
+from engine.steps import Step, drain
+from tests.engine.scenes import head_on, scene, weave
+
+
+def drawn(what: Scene, size: tuple[int, int] = (32, 24), samples: int = 1) -> np.ndarray:
+    return drain(radiance(what, size, samples=samples))
+
+
+@pytest.mark.parametrize("samples", [1, 2, 3])
+def test_head_on_plane_has_the_predicted_radiance(samples: int) -> None:
+    picture = drawn(head_on(irradiance=2.0), samples=samples)
+    np.testing.assert_allclose(picture[..., :3], 1 / np.pi, rtol=1e-6)
+    assert (picture[..., 3] == 1.0).all()
+
+
+def test_average_over_a_weave_is_what_was_photographed() -> None:
+    """Lambert, automatic sigma, light from above: the mean luminance of the picture is r_max."""
+    from engine.colour import luminance
+
+    material = weave(64)
+    picture = drawn(head_on(material, repeats=40.0), (64, 64))
+    assert material.shading_map is not None
+    assert luminance(picture[..., :3]).mean() == pytest.approx(material.shading_map.r_max, rel=0.02)
+
+
+def test_the_lit_side_is_where_the_light_is() -> None:
+    right = dataclasses.replace(scene("sphere", brdf="lambert"), light=tuple(world_direction(np.pi / 2, np.pi / 2)))
+    picture = drawn(right, (41, 31))[..., 0]
+    assert picture[:, 21:].sum() > 5 * picture[:, :20].sum()
+    above = dataclasses.replace(right, light=(0.0, 1.0, 0.0))
+    picture = drawn(above, (41, 31))[..., 0]
+    assert picture[:15].sum() > 2 * picture[16:].sum()
+
+
+def test_steps_carry_the_picture_so_far_and_can_be_left() -> None:
+    steps = radiance(scene("sphere"), (200, 200), samples=2)
+    first = next(steps)
+    assert isinstance(first, Step)
+    assert 0 < first.done < 1
+    assert first.partial.shape == (200, 200, 4)
+    steps.close()
+
+
+@pytest.mark.parametrize("size", [(0, 0), (1, 1), (1, 40), (40, 1)])
+def test_GL7_any_size(size: tuple[int, int]) -> None:
+    assert drawn(head_on(), size).shape == (size[1], size[0], 4)
+
+
+def test_GL5_GL1_what_is_not_finite_is_black() -> None:
+    what = head_on(weave(8))
+    assert np.isfinite(
+        drawn(dataclasses.replace(what, material=Material(None, what.material.power_law, sigma=np.inf)))
+    ).all()  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("lookup", LOOKUPS)
+def test_every_lookup_is_dark_without_light(lookup: Any) -> None:
+    assert drawn(head_on(weave(8), lookup=lookup, irradiance=0.0))[..., :3].max() == 0.0
+
+
+@pytest.mark.parametrize(
+    "options", [{"source": "film"}, {"lookup": "x"}, {"above": "x"}, {"irradiance": -1.0}, {"repeats": 0.0}]
+)
+def test_a_scene_that_makes_no_sense_is_refused(options: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=r"unknown|not a positive"):
+        head_on(**options)
+
+
+def test_a_scene_takes_the_form_that_its_material_has() -> None:
+    material = weave(8)
+    assert head_on(material, source="power-law").shading is material.power_law
+    assert head_on(material, source="slices").shading is material.shading_map
+    assert head_on(dataclasses.replace(material, shading_map=None)).shading is material.power_law
+    assert head_on().shading is None
+    assert head_on().sigma == 1.0
+
+
+def test_auto_sigma_makes_the_largest_r_of_the_capture_r_max() -> None:
+    brdf = brdf_from_text("phong:kd=0.3,ks=0.4,exponent=30")
+    elevation = np.radians([20.0, 50.0, 80.0])
+    sigma = auto_sigma(brdf, elevation, 0.7)
+    value = [brdf.f((np.cos(e), 0, np.sin(e)), (0, 0, 1))[0] * np.sin(e) for e in elevation]
+    assert sigma * max(value) == pytest.approx(0.7)
+    assert auto_sigma(brdf_from_text("lambert:albedo=0.5"), (), 0.7) == pytest.approx(0.7 * np.pi / 0.5)
+    assert auto_sigma(brdf_from_text("lambert:albedo=0"), elevation, 0.7) == 1.0
+
+
+def test_display_puts_the_background_behind_and_blends_edges() -> None:
+    picture = np.array([[[0, 0, 0, 0], [0.25, 0.25, 0.25, 0.5], [0.5, 0.5, 0.5, 1]]], np.float32)
+    display = Display(operator="none", background=(0.0, 0.0, 1.0))
+    assert displayed(picture, display)[0].tolist() == [[0, 0, 255], [137, 137, 225], [188, 188, 188]]
+
+
+@pytest.mark.parametrize("options", [{"exposure_ev": np.nan}, {"exposure_ev": 1e400}, {"operator": "film"}])
+def test_a_display_that_makes_no_sense_is_refused(options: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match="not possible"):
+        Display(**options)
