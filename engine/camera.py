@@ -90,6 +90,9 @@ def frame(
 ) -> Camera:
     """The camera that sees all of `positions` (V, 3) from the world direction `direction`, as large as they fit.
 
+    A point at (x, y, z) in the camera's axes is inside a pyramid of slope s with its tip at (x0, y0, D) where
+    |x - x0| <= s (D - z); over all points this gives the smallest D and the x0 and y0 that centre the picture.
+
     Parameters
     ----------
     aspect : width over height of the image.
@@ -101,9 +104,11 @@ def frame(
     size = max(float(np.linalg.norm(np.ptp(positions, axis=0))), 1e-30)
     rotation = Camera(tuple(centre + size * direction), tuple(centre), up, fov_deg).camera_from_world
     seen = (positions - centre) @ rotation.T
-    slope = np.tan(np.radians(fov_deg) / 2.0) / 1.06
-    needed = np.maximum(np.abs(seen[:, 0]) / (slope * aspect), np.abs(seen[:, 1]) / slope) + seen[:, 2]
-    distance = max(float(needed.max()), 1e-6 * size)
+    slope = np.tan(np.radians(fov_deg) / 2.0) / 1.06 * np.array([aspect, 1.0])
+    high = np.max(seen[:, :2] + slope * seen[:, 2:], axis=0)
+    low = np.min(seen[:, :2] - slope * seen[:, 2:], axis=0)
+    distance = max(float(np.max((high - low) / (2.0 * slope))), 1e-6 * size)
+    centre = centre + (high + low) / 2.0 @ rotation[:2]
     return Camera(tuple(centre + distance * direction), tuple(centre), up, fov_deg)
 
 

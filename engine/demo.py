@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 import engine
 from engine.brdf.brdf import brdf_from_text
-from engine.camera import frame, pan, zoom
+from engine.camera import frame
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.sources import find
 from engine.capture.stack import ImageStack
@@ -155,7 +155,7 @@ def _rendered(folder: Path, material: Material) -> Steps[dict[Source, Picture]]:
     """The material on a model, from each form that it has, also as PNG files in `folder`."""
     yield Step(0.0, f"Preparing the {MODEL}")
     mesh = shape(MODEL)
-    camera = pan(zoom(frame(mesh.positions, PICTURE_SIZE[0] / PICTURE_SIZE[1]), 0.8), 0.0, -0.12)
+    camera = frame(mesh.positions, PICTURE_SIZE[0] / PICTURE_SIZE[1])
     sources: list[Source] = ["slices"] if material.power_law is None else list(SOURCES)
     brdf = brdf_from_text(material.brdf)
     scenes = [Scene(mesh, camera, brdf, material, LIGHT, IRRADIANCE, source, repeats=REPEATS) for source in sources]
