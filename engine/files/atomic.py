@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import ctypes
 import errno
+import functools
 import io
 import json
 import os
@@ -152,8 +153,9 @@ def remove_leftovers(folder: AnyPath) -> None:
             if found is None or leftover in _in_use or _belongs_to_another(int(found.group(1))):
                 continue
             if _REPLACED.match(leftover.name):
-                _restore(leftover)
-            _discard(leftover)
+                _settle(leftover)
+            else:
+                _discard(leftover)
 
 
 def require_space(path: AnyPath, size_bytes: int) -> None:
@@ -318,18 +320,20 @@ def _replace_in_two_steps(partial: Path, target: Path) -> None:
         _perform("rename", target, lambda: target.rename(aside / target.name))
         _perform("rename", partial, lambda: partial.rename(target))
     finally:
-        _restore(aside)
-        _discard(aside)
+        _settle(aside)
         del _in_use[aside]
 
 
-def _restore(aside: Path) -> None:
-    """Move folders that were put aside back to where nothing has taken their place."""
+def _settle(aside: Path) -> None:
+    """Bring back the folder that was put aside, or remove it where another has taken its place; never lose it."""
     with suppress(OutputError):
         for entry in _entries(aside):
             home = aside.with_name(entry.name)
-            if not os.path.lexists(home):
-                _perform("rename", home, lambda entry=entry, home=home: entry.rename(home))  # type: ignore[misc]
+            if os.path.lexists(home):
+                _discard(entry)
+            else:
+                _perform("rename", home, functools.partial(entry.rename, home))
+        _perform("rmdir", aside, aside.rmdir)
 
 
 def _discard(path: Path) -> None:

@@ -85,15 +85,23 @@ class FailAt:
 
 
 @KINDS
-@pytest.mark.parametrize("persistent", [False, True], ids=["once", "persistent"])
-@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO, errno.EACCES, errno.EMFILE], ids=errno.errorcode.get)
-def test_fault_1_every_operation_fails_once(
+@pytest.mark.parametrize("exchange", [True, False], ids=["one-step", "two-steps"])
+@pytest.mark.parametrize(
+    ("code", "persistent"),
+    [(errno.ENOSPC, False), (errno.EIO, True), (errno.EACCES, False), (errno.EMFILE, True)],
+    ids=["full disk", "disk error from then on", "no access", "too many open files from then on"],
+)
+def test_fault_1_every_operation_fails(
     tmp_path: Path,
     prepare: Callable[[Path], None],
     write: Callable[[Path], None],
     code: int,
     persistent: bool,
+    exchange: bool,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    if not exchange:
+        monkeypatch.setattr(atomic, "_exchange", lambda _one, _other: False)
     for at in range(1, 200):
         folder = tmp_path / str(at)
         folder.mkdir()
@@ -102,8 +110,9 @@ def test_fault_1_every_operation_fails_once(
         complaint = complaint_of(write, folder)
         assert complaint is None or (str(folder) in complaint and "partial-" not in complaint)
         atomic.fault = None
-        assert content(folder) in (OLD, NEW)
+        assert content(folder) in (OLD, NEW) or not exchange
         atomic.remove_leftovers(folder)
+        assert content(folder) in (OLD, NEW)
         assert names(folder) == ["result.exr"]
         if not fault.fired:
             assert content(folder) == NEW
@@ -221,6 +230,20 @@ def test_fault_17_closed_generator_leaves_nothing(
     next(steps)
     assert len(names(tmp_path)) == 2
     steps.close()  # type: ignore[attr-defined]
+    assert (names(tmp_path), content(tmp_path)) == (["result.exr"], OLD)
+
+
+def test_what_was_put_aside_is_kept_until_it_can_be_brought_back(tmp_path: Path) -> None:
+    aside = tmp_path / ".lightarc-replaced-999999999-0123abcd"
+    (aside / "result.exr").mkdir(parents=True)
+    (aside / "result.exr" / "marker.json").write_bytes(OLD)
+    for at in range(1, 4):
+        atomic.fault = FailAt(at, errno.EIO, persistent=True)
+        atomic.remove_leftovers(tmp_path)
+        assert names(tmp_path) == [aside.name]
+        assert (aside / "result.exr" / "marker.json").read_bytes() == OLD
+    atomic.fault = None
+    atomic.remove_leftovers(tmp_path)
     assert (names(tmp_path), content(tmp_path)) == (["result.exr"], OLD)
 
 

@@ -123,5 +123,12 @@ def test_fault_9_json_of_strangers(content: bytes) -> None:
     assert str(caught.value).isprintable()
 
 
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999", "-1e400"])
+def test_fault_9_numbers_that_are_none_in_an_otherwise_good_manifest(number: str) -> None:
+    content = write_manifest(MANIFEST).replace(b"513.5", number.encode())
+    with pytest.raises(InputError, match=r"manifest.json is not valid JSON"):
+        read_manifest(content, PATH)
+
+
 def test_json_is_read_as_it_is() -> None:
     assert read_json(b'{"a": [1, 2.5, "\\u00e9", null, true]}', PATH, "brdf.json") == {"a": [1, 2.5, "é", None, True]}
