@@ -1,0 +1,58 @@
+"""What the lamp, the lens and the sensor add to a photograph, divided out: dark frame, flat field, near lamp.
+
+    radiance = (sample - dark) * gain,    gain = mean(flat - dark) / (flat - dark)
+
+The mean of the flat field is kept, so that calibrated and plain photographs of a capture have the same scale. A lamp
+at distance d from the middle of the sample, at elevation e, lights the point p of the sample with an irradiance
+proportional to cos(theta) / |v|^2 = d sin(e) / |v|^3, v = lamp - p; a distant one with sin(e) / d^2. Their quotient
+(|v| / d)^3 is the gain. It is exact for the irradiance of the plane; that the direction of the light changes over the
+sample is not undone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Parts of a flat field darker than this fraction of its mean tell more of noise than of light.
+DARKEST_FLAT = 0.05
+
+
+def flat_field_gain(
+    flat: NDArray[np.float32], dark: NDArray[np.float32] | None = None
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Gain (H, W, 3) that makes a photograph of an even white surface even, and where it cannot be known (H, W).
+
+    `flat` and `dark` are linear and of one size. Unknown are texels where a channel of the flat field is below
+    `DARKEST_FLAT` of its mean; their gain is 1. Raises ValueError for different sizes or a flat field without light.
+    """
+    if dark is not None and dark.shape != flat.shape:
+        raise ValueError(f"the dark frame is {dark.shape[1]} x {dark.shape[0]} pixels, the flat field "
+                         f"{flat.shape[1]} x {flat.shape[0]}")  # fmt: skip
+    light = flat.astype(np.float64) - (0.0 if dark is None else dark)
+    mean = light.mean(axis=(0, 1))
+    if not (mean > 0).all():
+        raise ValueError("the flat field is not brighter than the dark frame")
+    unknown = (light < DARKEST_FLAT * mean).any(axis=-1)
+    gain = np.divide(mean, light, out=np.ones_like(light), where=~unknown[..., None])
+    return gain.astype(np.float32), unknown
+
+
+def near_lamp_gain(
+    height: int, width: int, distance: float, elevation: float, azimuth: float = 0.0
+) -> NDArray[np.float32]:
+    """(H, W) gain that makes the light of a near lamp as even as that of a distant one; 1 in the middle.
+
+    Parameters
+    ----------
+    distance : from the middle of the picture to the lamp, in widths of the picture, > 0.5.
+    elevation, azimuth : of the lamp seen from the middle, radians; azimuth 0 = right, pi/2 = up in the picture.
+    """
+    if not distance > 0.5:
+        raise ValueError(f"a lamp at {distance:g} widths of the picture would touch the sample")
+    across = np.cos(elevation)
+    lamp = distance * np.array([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)])
+    x = (np.arange(width) + 0.5) / width - 0.5
+    y = 0.5 * height / width - (np.arange(height) + 0.5) / width
+    squared = (lamp[0] - x[None, :]) ** 2 + (lamp[1] - y[:, None]) ** 2 + lamp[2] ** 2
+    return ((squared / distance**2) ** 1.5).astype(np.float32)

@@ -1,0 +1,116 @@
+"""Directions of lights from a mirror sphere in the picture.
+
+An orthographic camera along +z sees the lamp where the sphere's normal halves the angle between camera and lamp, so
+the highlight at (x, y) on the sphere gives n = (x, y, sqrt(1 - x^2 - y^2)) and the light l = 2 (n . v) n - v with
+v = (0, 0, 1). An error of d pixels of the highlight turns the light by about 2 d / (radius sqrt(1 - x^2 - y^2)).
+
+Conventions: pixel centres at half-integers, row 0 on top; directions x right, y up, z towards the camera.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Circle:
+    """Outline of the sphere in pixels: centre (column, row) and radius."""
+
+    column: float
+    row: float
+    radius: float
+
+
+def sphere_from_mask(mask: NDArray[np.bool_]) -> Circle:
+    """The circle of equal area and centroid as the True pixels of `mask` (H, W); ValueError where it is no disk."""
+    rows, columns = np.nonzero(mask)
+    if rows.size < 50:
+        raise ValueError("the mask of the sphere is empty or smaller than 50 pixels")
+    circle = Circle(float(columns.mean()) + 0.5, float(rows.mean()) + 0.5, float(np.sqrt(rows.size / np.pi)))
+    reach = np.hypot(columns + 0.5 - circle.column, rows + 0.5 - circle.row).max()
+    if reach > 1.15 * circle.radius:
+        raise ValueError("the mask of the sphere is not a disk")
+    return circle
+
+
+def find_sphere(mean_image: NDArray[np.float32]) -> Circle:
+    """The most circular outline in `mean_image` (H, W) luminance (Hough transform); ValueError if there is none."""
+    scale = min(1.0, 640 / max(mean_image.shape))
+    bright = np.sqrt(np.clip(mean_image / max(float(np.percentile(mean_image, 99.5)), 1e-9), 0, 1))
+    small = cv2.resize(np.uint8(255 * bright), None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    side = min(small.shape)
+    found = cv2.HoughCircles(
+        cv2.medianBlur(small, 5),
+        cv2.HOUGH_GRADIENT_ALT,
+        1.5,
+        side / 4,
+        param1=200,
+        param2=0.7,
+        minRadius=side // 40,
+        maxRadius=side // 2,
+    )
+    if found is None:
+        raise ValueError("no sphere was found; mark its outline by hand")
+    x, y, radius = (float(value) / scale for value in found[0][0][:3])
+    return _refined(bright.astype(np.float32), Circle(x + 0.5 / scale, y + 0.5 / scale, radius))
+
+
+def _refined(image: NDArray[np.float32], start: Circle) -> Circle:
+    """The circle through the steepest steps along 360 rays across `start`, the worst quarter left out."""
+    angles = np.radians(np.arange(360.0))[:, None]
+    reach = start.radius * np.linspace(0.8, 1.2, 81)[None, :]
+    columns, rows = start.column + reach * np.cos(angles), start.row + reach * np.sin(angles)
+    rays = cv2.remap(image, np.float32(columns - 0.5), np.float32(rows - 0.5), cv2.INTER_LINEAR)
+    steepest = np.abs(np.gradient(cv2.GaussianBlur(rays, (9, 1), 2.0), axis=1)).argmax(axis=1)
+    x, y = columns[np.arange(360), steepest], rows[np.arange(360), steepest]
+    for _ in range(4):
+        design = np.column_stack([2 * x, 2 * y, np.ones_like(x)])
+        a, b, c = np.linalg.lstsq(design, x * x + y * y, rcond=None)[0]
+        circle = Circle(float(a), float(b), float(np.sqrt(c + a * a + b * b)))
+        miss = np.abs(np.hypot(x - circle.column, y - circle.row) - circle.radius)
+        keep = miss <= np.quantile(miss, 0.75)
+        x, y = x[keep], y[keep]
+    return circle
+
+
+def find_highlight(luminance: NDArray[np.float32], sphere: Circle) -> tuple[float, float]:
+    """(column, row) of the lamp's reflection: centroid of the brightest connected spot inside the outline.
+
+    The spot holds the pixels above nine tenths of the brightest; of several spots the one with the most light wins.
+    Raises ValueError if nothing stands out (the brightest pixel is less than twice the median of the sphere).
+    """
+    rows, columns = np.mgrid[: luminance.shape[0], : luminance.shape[1]]
+    inside = np.hypot(columns + 0.5 - sphere.column, rows + 0.5 - sphere.row) < 0.97 * sphere.radius
+    if not inside.any():
+        raise ValueError("the outline of the sphere lies outside the picture")
+    shown = np.where(inside, luminance, 0)
+    brightest = float(shown.max())
+    if brightest <= 2 * float(np.median(luminance[inside])) or brightest <= 0:
+        raise ValueError("no highlight stands out on the sphere; mark it by hand")
+    count, labels = cv2.connectedComponents(np.uint8(shown > 0.9 * brightest))
+    light = np.bincount(labels.ravel(), weights=shown.ravel(), minlength=count)
+    light[0] = 0
+    spot = labels == int(np.argmax(light))
+    weight = shown[spot].astype(np.float64)
+    return (
+        float(np.average(columns[spot] + 0.5, weights=weight)),
+        float(np.average(rows[spot] + 0.5, weights=weight)),
+    )
+
+
+def light_direction(sphere: Circle, column: float, row: float) -> NDArray[np.float64]:
+    """(3,) unit vector towards the lamp whose reflection is seen at (column, row).
+
+    Raises ValueError for a point outside the outline, or so close to it that the lamp would stand behind the sample.
+    """
+    x = (column - sphere.column) / sphere.radius
+    y = (sphere.row - row) / sphere.radius
+    z = np.sqrt(max(0.0, 1 - x * x - y * y))
+    light = np.array([2 * z * x, 2 * z * y, 2 * z * z - 1])
+    if x * x + y * y > 1 or light[2] <= 0:
+        raise ValueError("the highlight lies too close to the outline: the lamp would stand below the sample")
+    return light
