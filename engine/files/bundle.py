@@ -47,12 +47,8 @@ from engine.steps import Step, Steps
 
 SUFFIX = ".lightarc"
 MANIFEST = "manifest.json"
-SLICES, SCALE, EXPONENT, ERROR = (
-    "shading_map.exr",
-    "power_law_scale.exr",
-    "power_law_exponent.exr",
-    "power_law_error.exr",
-)
+SLICES = "shading_map.exr"
+SCALE, EXPONENT, ERROR = "power_law_scale.exr", "power_law_exponent.exr", "power_law_error.exr"
 BRDF, PREVIEW, SHADER, VIEWER = "brdf.json", "preview.png", "shader/lightarc.glsl", "viewer/index.html"
 MEMBERS = frozenset({MANIFEST, SLICES, SCALE, EXPONENT, ERROR, BRDF, PREVIEW, SHADER, VIEWER})
 
@@ -132,14 +128,14 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
     try:
         manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
     except InputError as error:
-        return Verification(names, (_sentence(error),), archive.size_bytes, None)
+        return Verification(names, (f"{error.problem}.",), archive.size_bytes, None)
     problems = _fingerprint_problems(archive, manifest)
     if not problems:
         try:
             _check_brdf(archive, manifest)
             _check_values(_material(archive, manifest))
         except InputError as error:
-            problems.append(_sentence(error))
+            problems.append(f"{error.problem}.")
         except ValueError as error:
             problems.append(f"{error}.")
     return Verification(names, tuple(problems), archive.size_bytes, manifest.schema_version)
@@ -361,7 +357,7 @@ def _fingerprint_problems(archive: Archive, manifest: Manifest) -> list[str]:
         try:
             _check_fingerprint(archive, manifest, name, archive.read(name, limit_bytes))
         except InputError as error:
-            problems.append(_sentence(error))
+            problems.append(f"{error.problem}.")
     return problems
 
 
@@ -401,7 +397,3 @@ def _size_estimate(material: Material) -> int:
     shading_map, power_law = material.shading_map, material.power_law
     size_bytes = shading_map.slices.nbytes if shading_map is not None else 0
     return size_bytes + (power_law.scale.nbytes * 7 // 3 if power_law is not None else 0)
-
-
-def _sentence(error: InputError) -> str:
-    return f"{error.problem}."
