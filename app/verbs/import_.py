@@ -14,7 +14,7 @@ from engine.steps import Step, drain
 HELP = "Import photographs of a material under a moving lamp: decode, align, crop and report."
 EXAMPLE = "lightarc import photographs -o stack --angles 10,20,30,40,50,60,70,80,90"
 
-_MOTIONS = ("translation", "euclidean", "affine", "homography")
+_MOTIONS = ("auto", "translation", "euclidean", "affine", "homography")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +28,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "without it capture.toml, an .lp file or the file names are asked",
     )
     parser.add_argument("--no-align", action="store_true", help="the camera stood still: leave pixels where they are")
-    parser.add_argument("--motion", default="euclidean", choices=_MOTIONS, help="what alignment may undo (euclidean)")
+    parser.add_argument(
+        "--motion",
+        default="auto",
+        choices=_MOTIONS,
+        help="what alignment may undo; auto is euclidean for lights on one arc and none for lights all around",
+    )
     parser.add_argument(
         "--white-balance",
         default="camera",

@@ -20,7 +20,7 @@ Cost: about 0.3 s per photograph at one megapixel, the size to which larger pict
 from __future__ import annotations
 
 import itertools
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.health import Finding, Verdict
-from engine.steps import Step, Steps
+from engine.steps import Step, Steps, part
 
 Grey = NDArray[np.float32]
 Matrix = NDArray[np.float64]
@@ -49,7 +49,7 @@ _LARGEST_CONDITION = 1e6
 _EQUALLY_GOOD = 0.9
 _COARSE = 320
 _TILES = 4
-_ITERATIONS, _PRECISION = 60, 1e-8
+_ITERATIONS, _PRECISION = 30, 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ def reduced(image: Grey, factor: int) -> Grey:
 
 def texture(image: Grey) -> float:
     """Mean gradient of the picture beyond what its noise makes: the larger, the better to align to."""
-    return max(0.0, float(_slope(image).mean(dtype=np.float64)) - _noise_slope(image))
+    return max(0.0, float(slope(image, 2.0).mean(dtype=np.float64)) - _noise_slope(image))
 
 
 def align(images: Sequence[Grey], names: Sequence[str], motion: str = "euclidean", factor: int = 1) -> Steps[Alignment]:
@@ -118,8 +118,8 @@ def align(images: Sequence[Grey], names: Sequence[str], motion: str = "euclidean
         try:
             levels = _pyramid(images[index])
             start, ambiguous = _start(target[-1], levels, matrix[index + (1 if index < reference else -1)])
-            yield Step((done + 0.5) / count, f"Aligning {done + 1} of {count}")
-            matrix[index], confidence[index] = yield from _refined(target, levels, start, supported)
+            refining = _refined(target, levels, start, supported, f"Aligning {done + 1} of {count}")
+            matrix[index], confidence[index] = yield from part(refining, (done + 0.3) / count, (done + 0.9) / count)
             residual[index] = _tile_residual(target[0], levels[0], matrix[index])
             if ambiguous:
                 findings.append(Finding(Verdict.WARNING, _AMBIGUOUS.format(ambiguous * factor), names[index]))
@@ -144,8 +144,8 @@ _AMBIGUOUS = "repeats: a shift that differs by {:.0f} px fits as well. The small
 
 def supported_motion(image: Grey, motion: str) -> str:
     """`motion`, or 'translation' where too few tiles of the picture have texture, or all of them on one line."""
-    slope, floor = _slope(image), 3.0 * _noise_slope(image)
-    tiles = [(float(slope[tile].mean()), centre) for tile, centre in _tiles(image.shape)]
+    steep, floor = slope(image, 2.0), 3.0 * _noise_slope(image)
+    tiles = [(float(steep[tile].mean()), centre) for tile, centre in _tiles(image.shape)]
     strongest = max(strength for strength, _ in tiles)
     centres = np.array([centre for strength, centre in tiles if strength > max(floor, 0.05 * strongest)]).reshape(-1, 2)
     needed = MOTIONS[motion][1]
@@ -175,25 +175,27 @@ def _outwards(reference: int, count: int) -> list[int]:
     return [*range(reference - 1, -1, -1), *range(reference + 1, count)]
 
 
-def _slope(image: Grey) -> Grey:
-    smooth = cv2.GaussianBlur(image, (0, 0), 2.0)
-    return cv2.magnitude(
-        cv2.Sobel(smooth, cv2.CV_32F, 1, 0, scale=1 / 8), cv2.Sobel(smooth, cv2.CV_32F, 0, 1, scale=1 / 8)
-    )
+def slope(image: Grey, deviation: float) -> Grey:
+    """Gradient magnitude per pixel after a Gaussian blur.
+
+    The root is numpy's, because `cv2.magnitude` gives other last bits for other places in memory.
+    """
+    smooth = cv2.GaussianBlur(image, (0, 0), deviation)
+    across, down = (cv2.Sobel(smooth, cv2.CV_32F, axis, 1 - axis, scale=1 / 8) for axis in (1, 0))
+    return np.sqrt(across * across + down * down)
 
 
 def _noise_slope(image: Grey) -> float:
-    """Mean of `_slope` for white noise as strong as that of the picture (from the median of its Laplacian)."""
+    """Mean of `slope(image, 2.0)` for noise as strong as that of the picture (from the median of its Laplacian)."""
     deviation = float(np.median(np.abs(cv2.Laplacian(image, cv2.CV_32F)))) / 3.0
     return 0.0627 * deviation
 
 
 def _feature(image: Grey) -> Grey:
     """Gradient magnitude over its local mean: what lamps of any direction and strength leave alike."""
-    smooth = cv2.GaussianBlur(image, (0, 0), 1.5)
-    slope = cv2.magnitude(cv2.Sobel(smooth, cv2.CV_32F, 1, 0), cv2.Sobel(smooth, cv2.CV_32F, 0, 1))
-    local = cv2.GaussianBlur(slope, (0, 0), 16.0)
-    return slope / (local + np.float32(1e-3 * float(slope.max()) + 1e-30))
+    steep = slope(image, 1.5)
+    local = cv2.GaussianBlur(steep, (0, 0), 16.0)
+    return steep / (local + np.float32(1e-3 * float(steep.max()) + 1e-30))
 
 
 def _pyramid(image: Grey) -> list[Grey]:
@@ -263,14 +265,14 @@ def _correlation(one: Grey, other: Grey) -> float:
 
 
 def _refined(
-    target: list[Grey], levels: list[Grey], start: Matrix, motion: str
-) -> Generator[Step, None, tuple[Matrix, float]]:
+    target: list[Grey], levels: list[Grey], start: Matrix, motion: str, note: str
+) -> Steps[tuple[Matrix, float]]:
     """ECC from the coarsest level (shifts only) to the finest; refuses what diverges, degenerates or fits badly."""
     matrix = start
     for level in range(len(levels) - 1, -1, -1):
         kind = "translation" if level == len(levels) - 1 and level > 0 else motion
         matrix = _maximised(target[level], levels[level], matrix, kind)
-        yield Step(0.0, "")
+        yield Step(1.0 - level / len(levels), note)
         if level > 0:
             matrix = _enlarged(matrix, 2)
     _refuse_degenerate(matrix, target[0].shape)

@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.align import slope
 from engine.health import Finding, Health, Verdict
 
 #: Luminance below this part of the white level counts as black: less than one step of an 8-bit sRGB code.
@@ -53,7 +54,7 @@ def noise_and_sharpness(luminance: NDArray[np.float32]) -> tuple[float, float]:
     window = np.ascontiguousarray(luminance[top : top + _WINDOW, left : left + _WINDOW])
     kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
     noise = float(np.median(np.abs(cv2.filter2D(window, cv2.CV_32F, kernel)))) / (6.0 * 0.6745)
-    fine, coarse = (_mean_slope(window, deviation) for deviation in (1.0, 4.0))
+    fine, coarse = (float(slope(window, deviation).mean(dtype=np.float64)) for deviation in (1.0, 4.0))
     return noise, fine / coarse if coarse > 0.0 else 0.0
 
 
@@ -130,7 +131,7 @@ def _about_light(names: Sequence[str], qualities: Sequence[Quality]) -> list[Fin
             text = f"{_percent(quality.clipped_fraction)} of the pixels are clipped; a shorter exposure would keep them"
             findings.append(Finding(verdict, text, name))
         if quality.black_fraction > 0.05:
-            verdict = Verdict.WARNING if quality.black_fraction > 0.5 else Verdict.NOTE
+            verdict = Verdict.WARNING if quality.black_fraction > 0.9 else Verdict.NOTE
             findings.append(Finding(verdict, f"{_percent(quality.black_fraction)} of the pixels are black", name))
     return findings or [Finding(Verdict.GOOD, "Hardly a pixel is clipped or black")]
 
@@ -188,9 +189,3 @@ def _named(names: Sequence[str], places: Sequence[int]) -> str:
 
 def _percent(fraction: float) -> str:
     return f"{100 * fraction:.2g} %" if fraction < 0.995 else "100 %"
-
-
-def _mean_slope(image: NDArray[np.float32], deviation: float) -> float:
-    smooth = cv2.GaussianBlur(image, (0, 0), deviation)
-    slope = cv2.magnitude(cv2.Sobel(smooth, cv2.CV_32F, 1, 0), cv2.Sobel(smooth, cv2.CV_32F, 0, 1))
-    return float(slope.mean(dtype=np.float64))

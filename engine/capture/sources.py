@@ -36,6 +36,8 @@ PHOTOGRAPH_SUFFIXES = _suffixes(
     "orf pef raf raw rw2 rwl sr2 srf srw x3f"
 )
 _UNREAD_PICTURES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm tga webp")
+#: Lights whose azimuths lie within this angle count as one arc.
+ONE_ARC = math.radians(5.0)
 _ARCHIVES = _suffixes("zip 7z rar tar gz tgz")
 _SET_ASIDE = re.compile(
     r"(?P<white>(white|flat)[ _-]?(field|frame|ref(erence)?)?)|(?P<dark>(dark|bias)[ _-]?(field|frame)?)|mask", re.I
@@ -88,20 +90,22 @@ def find(paths: Sequence[Path], angles_deg: Sequence[float] | None = None) -> So
         raise InputError(place, f"holds {_count(photographs)}", _needed(findings))
     for path in photographs:
         _refuse_irregular(path)
+    _refuse_equal_names(place, photographs)
     capture = _capture_file(place, files)
     lit, angle_source, told = _lit(place, files, photographs, capture, angles_deg)
     _refuse_equal_directions(lit)
     lit.sort(key=lambda one: (one.elevation_deg, one.azimuth_deg or 0.0, natural(one.path.name)))
     azimuths = [one.azimuth_deg for one in lit if one.azimuth_deg is not None]
+    azimuth = np.radians(azimuths) if len(azimuths) == len(lit) else None
     return Sources(
         photographs=tuple(one.path for one in lit),
         elevation=np.radians([one.elevation_deg for one in lit]),
-        azimuth=np.radians(azimuths) if len(azimuths) == len(lit) else None,
+        azimuth=azimuth,
         angle_source=angle_source,
         exposure_s=tuple(one.exposure_s for one in lit),
         transfer=capture.transfer if capture else None,
         notes=capture.notes if capture else "",
-        findings=(*findings, *told),
+        findings=(*findings, *told, *_about_azimuth(azimuth)),
     )
 
 
@@ -166,6 +170,12 @@ def _refuse_irregular(path: Path) -> None:
         raise InputError(path, "is not a regular file", "Leave it out")
 
 
+def _refuse_equal_names(place: Path, photographs: list[Path]) -> None:
+    twice = [name for name, count in Counter(path.name for path in photographs).items() if count > 1]
+    if twice:
+        raise InputError(place, f"several photographs are called {_listed(twice)}", "Give each a name of its own")
+
+
 def _lit(
     place: Path,
     files: list[Path],
@@ -183,8 +193,7 @@ def _lit(
         names = ", ".join(path.name for path in light_files)
         raise InputError(place, f"holds several light-position files: {names}", "Keep the one that belongs")
     if light_files:
-        lit = _from_light_positions(light_files[0], photographs)
-        return lit, "lp", _azimuth_spread([one.azimuth_deg or 0.0 for one in lit])
+        return _from_light_positions(light_files[0], photographs), "lp", []
     return _from_names(place, photographs) or _assumed(photographs)
 
 
@@ -273,15 +282,21 @@ def _assumed(photographs: list[Path]) -> tuple[list[_Lit], str, list[Finding]]:
     return lit, "assumed", [Finding(Verdict.WARNING, text)]
 
 
-def _azimuth_spread(azimuths_deg: Sequence[float]) -> list[Finding]:
-    """The smallest arc that holds all azimuths, where it is wider than a light on one arc allows."""
-    rising = np.sort(np.mod(azimuths_deg, 360.0))
-    spread = 360.0 - float(np.diff(rising, append=rising[0] + 360.0).max())
-    if spread <= 5.0:
+def azimuth_spread(azimuth: NDArray[np.float64] | None) -> float:
+    """The smallest angle in radians that holds all azimuths; 0 where they are unknown."""
+    if azimuth is None:
+        return 0.0
+    rising = np.sort(np.mod(azimuth, 2 * math.pi))
+    return 2 * math.pi - float(np.diff(rising, append=rising[0] + 2 * math.pi).max())
+
+
+def _about_azimuth(azimuth: NDArray[np.float64] | None) -> list[Finding]:
+    spread = azimuth_spread(azimuth)
+    if spread <= ONE_ARC:
         return []
     text = (
-        f"The lights spread over {spread:.0f}° of azimuth, while the method assumes one arc. Only their elevations are "
-        "used: relief that is lit from several sides is averaged"
+        f"The lights spread over {math.degrees(spread):.0f}° of azimuth, while the method assumes one arc. Only their "
+        "elevations are used: relief that is lit from several sides is averaged"
     )
     return [Finding(Verdict.WARNING, text)]
 

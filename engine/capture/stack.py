@@ -87,7 +87,8 @@ class StackRecord(BaseModel):
 
     @model_validator(mode="after")
     def _consistent(self) -> StackRecord:
-        lists = (self.elevations_deg, self.mean_radiance, self.quality, self.azimuths_deg or self.sources)
+        azimuths = self.sources if self.azimuths_deg is None else self.azimuths_deg
+        lists = (self.elevations_deg, azimuths, self.mean_radiance, self.quality)
         if any(len(values) != len(self.sources) for values in lists):
             raise ValueError("lists differ in length")
         if self.elevations_deg != sorted(self.elevations_deg) or not self._in_range():

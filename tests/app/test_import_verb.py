@@ -1,0 +1,110 @@
+"""`lightarc import` as a person or a script meets it."""
+
+import argparse
+import json
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from app import cli
+from app.verbs import import_
+
+KEYS = [
+    "images", "height_px", "width_px", "elevations_deg", "angle_source", "alignment_residual_px", "clipped_fraction",
+    "black_fraction", "mean_radiance", "warnings", "time_s", "peak_memory_bytes",
+]  # fmt: skip
+
+
+@pytest.fixture
+def lightarc(capsys, monkeypatch):
+    """Runs the command line with this verb alone; gives exit code, standard output and standard error."""
+    monkeypatch.setattr(cli, "VERBS", (("import", "app.verbs.import_"),))
+
+    def run(*words):
+        try:
+            code = cli.main(list(map(str, words)))
+        except SystemExit as stop:
+            code = stop.code
+        return SimpleNamespace(code=code, **dict(zip(("out", "err"), capsys.readouterr(), strict=True)))
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def photographs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("photographs")
+    noise = np.random.default_rng(0).normal(size=(90, 110)).astype(np.float32)
+    surface = 1 + 0.2 * cv2.GaussianBlur(noise, (0, 0), 2.0) / 0.14
+    for number, level in enumerate((20, 60, 255, 110)):
+        codes = np.clip(level * np.repeat(surface[..., None], 3, axis=2), 0, 255).astype(np.uint8)
+        codes[:10] = 0
+        (folder / f"IMG_{number:04}.png").write_bytes(cv2.imencode(".png", codes)[1].tobytes())
+    return folder
+
+
+def test_json_has_the_promised_keys_and_photographs_in_the_order_of_elevation(lightarc, photographs, tmp_path):
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--angles", "10,30,70,50", "--no-align", "--json")
+    assert done.code == 0
+    result = json.loads(done.out)
+    assert list(result) == KEYS
+    assert (result["images"], result["height_px"], result["width_px"]) == (4, 90, 110)
+    assert result["elevations_deg"] == pytest.approx([10, 30, 50, 70])
+    assert result["angle_source"] == "user"
+    assert result["mean_radiance"] == sorted(result["mean_radiance"])
+    assert result["alignment_residual_px"] == [None] * 4
+    assert result["black_fraction"] == pytest.approx([10 / 90] * 4, abs=1e-3)
+    assert result["clipped_fraction"][:2] == [0, 0]
+    assert 0.3 < result["clipped_fraction"][3] < 0.6
+    assert any("IMG_0002.png" in warning and "clipped" in warning for warning in result["warnings"])
+    assert result["peak_memory_bytes"] > 50e6
+
+
+def test_table_for_people(lightarc, photographs, tmp_path):
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--crop", "0,20,100,60")
+    assert done.code == 0
+    assert "4 photographs" in done.out
+    assert "are assumed" in done.out
+    assert " px" in done.out
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--angles", "10,x"), ("--crop", "1,2,3"), ("--crop", "0,0,0,5"), ("--motion", "spline"),
+        ("--white-balance", "1,2"), ("--white-balance", "1,0,nan"), ("--transfer", "gamma"),
+    ],
+)  # fmt: skip
+def test_wrong_usage(lightarc, photographs, tmp_path, words):
+    done = lightarc("import", photographs, "-o", tmp_path / "s", *words)
+    assert done.code == 2
+    assert words[0] in done.err
+    assert not (tmp_path / "s").exists()
+
+
+def test_bad_input_names_file_and_remedy(lightarc, photographs, tmp_path):
+    for words in ((tmp_path / "nowhere",), (photographs, "--angles", "1,2"), (photographs, "-o", photographs)):
+        done = lightarc("import", "-o", tmp_path / "s", *words)
+        assert (done.code, done.out) == (3, "")
+        assert done.err.count("\n") == 1
+    assert not (tmp_path / "s").exists()
+    assert len(list(photographs.iterdir())) == 4
+
+
+def test_interrupted_import_leaves_nothing(lightarc, photographs, tmp_path, monkeypatch):
+    from engine.capture import import_stack
+
+    def interrupted(*_arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(import_stack, "_qualities", interrupted)
+    assert lightarc("import", photographs, "-o", tmp_path / "s").code == 4
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_says_what_the_lists_mean():
+    parser = argparse.ArgumentParser(epilog="example")
+    import_.add_arguments(parser)
+    for key in KEYS:
+        assert key in parser.format_help()

@@ -1,0 +1,86 @@
+"""The report of an import: figures by hand, and verdicts that name the photograph."""
+
+import numpy as np
+import pytest
+
+from engine.capture.report import Quality, leave_one_out, noise_and_sharpness, report
+from engine.health import Verdict
+
+NAMES = ("a.png", "b.png", "c.png", "d.png")
+MEANS = np.array([0.1, 0.2, 0.3, 0.4])
+
+
+def fine(**changes):
+    return Quality(**{"clipped_fraction": 0.0, "black_fraction": 0.0, "noise": 0.001, "sharpness": 1.0, **changes})
+
+
+def findings(changes, means=MEANS):
+    """Findings beyond GOOD where photograph c has `changes`."""
+    qualities = [fine(**(changes if name == "c.png" else {})) for name in NAMES]
+    return [found for found in report(NAMES, means, qualities).findings if found.verdict > Verdict.GOOD]
+
+
+def test_a_good_stack_has_nothing_but_praise():
+    assert findings({}) == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "verdict", "words"),
+    [
+        ({"clipped_fraction": 0.01}, Verdict.NOTE, "1 % of the pixels are clipped"),
+        ({"clipped_fraction": 0.2}, Verdict.WARNING, "20 % of the pixels are clipped"),
+        ({"black_fraction": 0.3}, Verdict.NOTE, "30 % of the pixels are black"),
+        ({"black_fraction": 0.95}, Verdict.WARNING, "95 % of the pixels are black"),
+        ({"noise": 0.02}, Verdict.NOTE, "15.0 times the noise"),
+        ({"noise": 0.1}, Verdict.WARNING, "3.0 times the noise"),
+        ({"sharpness": 0.4}, Verdict.WARNING, "40 % of the usual sharpness"),
+        ({"alignment_residual_px": 0.7}, Verdict.NOTE, "left 0.7 px"),
+        ({"alignment_residual_px": 3.0}, Verdict.WARNING, "left 3.0 px"),
+        ({"leave_one_out_error": 0.6}, Verdict.WARNING, "error of 60 %"),
+    ],
+)
+def test_each_flaw_names_its_photograph(changes, verdict, words):
+    (found,) = findings(changes)
+    assert (found.verdict, found.source) == (verdict, "c.png")
+    assert words in found.text
+
+
+def test_means_that_fall_are_named():
+    (found,) = findings({}, np.array([0.1, 0.3, 0.2, 0.4]))
+    assert found.verdict == Verdict.WARNING
+    assert "falls at c.png" in found.text
+
+
+def test_leave_one_out_of_proportional_photographs_is_exact():
+    base = np.random.default_rng(0).random((8, 9, 3)).astype(np.float32)
+    samples = base * MEANS.astype(np.float32)[:, None, None, None]
+    assert leave_one_out(samples, MEANS) == pytest.approx([0.0] * 4, abs=1e-6)
+
+
+def test_leave_one_out_finds_the_odd_one():
+    base = np.random.default_rng(0).random((8, 9, 3)).astype(np.float32)
+    samples = base * MEANS.astype(np.float32)[:, None, None, None]
+    samples[1] = samples[1, ::-1]
+    errors = leave_one_out(samples, MEANS)
+    assert int(np.argmax(errors)) == 1
+    expected = np.sqrt(np.mean((0.2 * (base - base[::-1]).astype(float)) ** 2)) / 0.2
+    assert errors[1] == pytest.approx(expected, rel=1e-5)
+
+
+def test_leave_one_out_of_black_and_equal_photographs():
+    samples = np.ones((4, 2, 2, 3), np.float32) * np.array([0, 0.5, 0.5, 1], np.float32)[:, None, None, None]
+    errors = leave_one_out(samples, np.array([0, 0.5, 0.5, 1.0]))
+    assert errors[0] is None
+    assert errors[1:] == pytest.approx([0.0] * 3, abs=1e-6)
+    assert leave_one_out(samples[:2], np.array([0.0, 0.5])) == [None, None]
+
+
+def test_noise_is_measured_and_blur_lowers_sharpness():
+    import cv2
+
+    rng = np.random.default_rng(1)
+    sharp = cv2.GaussianBlur(rng.random((300, 400)).astype(np.float32), (0, 0), 1.0)
+    noise, _ = noise_and_sharpness(cv2.GaussianBlur(sharp, (0, 0), 8) + rng.normal(0, 0.02, sharp.shape).astype("f4"))
+    assert noise == pytest.approx(0.02, rel=0.05)
+    assert noise_and_sharpness(cv2.GaussianBlur(sharp, (0, 0), 3))[1] < 0.6 * noise_and_sharpness(sharp)[1]
+    assert noise_and_sharpness(np.zeros((5, 5), np.float32)) == (0.0, 0.0)

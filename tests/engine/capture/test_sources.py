@@ -1,0 +1,230 @@
+"""Which photographs a capture has, and where its light stood: never guessed, always said."""
+
+import os
+
+import numpy as np
+import pytest
+
+from engine.capture.light_positions import read_light_positions
+from engine.capture.name_angles import angles_with_words, bare_angles
+from engine.capture.sources import azimuth_spread, find
+from engine.errors import InputError
+from engine.health import Verdict
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Makes a folder of files that hold one byte each, or the text given."""
+
+    def make(*names, **texts):
+        for name in names:
+            (tmp_path / name).write_bytes(b"x")
+        for name, text in texts.items():
+            (tmp_path / name.replace("__", ".")).write_text(text, encoding="utf-8")
+        return tmp_path
+
+    return make
+
+
+def names(sources):
+    return [path.name for path in sources.photographs]
+
+
+def test_capture_toml_before_light_positions_before_names(folder):
+    place = folder(
+        "a_70deg.png",
+        "b_80deg.png",
+        lights__lp="2\na_70deg.png 0.6 0 0.8\nb_80deg.png 0.8 0 0.6\n",
+        capture__toml='transfer = "linear"\n[[photographs]]\nfile = "a_70deg.png"\nelevation_deg = 30.0\n'
+        'exposure_s = 0.5\n[[photographs]]\nfile = "b_80deg.png"\nelevation_deg = 20\n',
+    )
+    sources = find([place])
+    assert (names(sources), sources.angle_source) == (["b_80deg.png", "a_70deg.png"], "capture.toml")
+    assert np.degrees(sources.elevation) == pytest.approx([20, 30])
+    assert (sources.exposure_s, sources.transfer, sources.azimuth) == ((None, 0.5), "linear", None)
+    (place / "capture.toml").unlink()
+    sources = find([place])
+    assert sources.angle_source == "lp"
+    assert np.degrees(sources.elevation) == pytest.approx([36.8699, 53.1301], abs=1e-4)
+    (place / "lights.lp").unlink()
+    assert find([place]).angle_source == "file names"
+    assert find([place], [5.0, 6.0]).angle_source == "user"
+
+
+@pytest.mark.parametrize(
+    ("stems", "expected"),
+    [
+        (["woven_10deg", "woven_5.5deg"], [10, 5.5]),
+        (["img-elev-35.5", "img-elev-7,25"], [35.5, 7.25]),
+        (["Elevation 30 x2", "007_angle=40"], [30, 40]),
+        (["10°", "20 degrees"], [10, 20]),
+        (["model30", "10degas"], [None, None]),
+        (["el10_elev20", "x"], [None, None]),
+    ],
+)
+def test_fault_11_angles_with_words(stems, expected):
+    assert angles_with_words(stems) == expected
+
+
+@pytest.mark.parametrize(
+    ("stems", "expected"),
+    [
+        (["suede_10", "suede_30", "suede_90"], [10, 30, 90]),
+        (["x_0001_10", "x_0001_40"], [10, 40]),
+        (["im1", "im2", "im3"], None),
+        ([f"{n:04}" for n in range(64)], None),
+        (["img1", "img2", "img3", "img5", "img40"], [1, 2, 3, 5, 40]),
+        (["IMG_4711", "IMG_4721"], None),
+        (["a_10", "b_20"], None),
+        (["10_20", "40_50"], None),
+    ],
+)
+def test_fault_11_bare_numbers_are_angles_only_without_doubt(stems, expected):
+    assert bare_angles(stems) == expected
+
+
+def test_fault_11_no_angles_are_assumed_evenly_and_marked(folder):
+    sources = find([folder(*(f"im{n}.png" for n in range(1, 13)))])
+    assert sources.angle_source == "assumed"
+    assert names(sources)[-3:] == ["im10.png", "im11.png", "im12.png"]
+    assert np.degrees(sources.elevation) == pytest.approx(7.5 * np.arange(1, 13))
+    assert [finding.verdict for finding in sources.findings] == [Verdict.WARNING]
+    assert "assumed" in sources.findings[0].text
+
+
+def test_fault_11_angles_from_names_are_shown_for_confirmation(folder):
+    (finding,) = find([folder("a_10.png", "a_50.png")]).findings
+    assert finding.verdict == Verdict.WARNING
+    assert "10°, 50°" in finding.text
+
+
+@pytest.mark.parametrize(
+    ("files", "angles", "words"),
+    [
+        (["a_10deg.png"], None, "one photograph only (a_10deg.png)"),
+        ([], None, "no photographs"),
+        (["a_10deg.png", "b_20deg.png", "c.png"], None, "c.png has no angle"),
+        (["a_10deg.png", "b_10deg.tif"], None, "a_10deg.png and b_10deg.tif are said to be lit from the same 10°"),
+        (["a_10deg.png", "b_120deg.png"], None, "120° is outside"),
+        (["a.png", "b.png"], [10.0], "2 photographs, but 1 angles"),
+        (["a.png", "b.png"], [10.0, float("nan")], "nan° is outside"),
+        (["a.png", "b.png"], [10.0, -1.0], "-1° is outside"),
+    ],
+)
+def test_fault_10_and_11_what_does_not_fit_is_named(folder, files, angles, words):
+    with pytest.raises(InputError) as refusal:
+        find([folder(*files)], angles)
+    assert words in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("3\na.png 1 0 0\nb.png 0 0 1\n", "line 1 announces 3 lights, but 2 follow"),
+        ("2\na.png 0,6 0 0,8\nb.png 0 0 1\n", "line 2 has a decimal comma"),
+        ("2\na.png 0 0 0\nb.png 0 0 1\n", "line 2 has a direction of length 0"),
+        ("2\na.png 0 0 1\n\nb.png 3 0 4\n", "line 4 has a direction of length 5"),
+        ("2\na.png 0 0 1\nb.png nan 0 1\n", "line 3 has a direction of length nan"),
+        ("2\na.png 0 0 1\nb.png 0.6 0 -0.8\n", "line 3 has a light behind"),
+        ("2\na.png 0 0 1\nb.png 0 1\n", "line 3 should hold a name"),
+        ("2\na.png 0 0 1\nb.png x y z\n", "line 3 has no three numbers"),
+        ("2\na.png 0 0 1\na.png 0.6 0 0.8\n", "line 3 names a.png, as line 2 does"),
+        ("2\na.png 0 0 1\nc.png 0.6 0 0.8\n", "not there: line 3 (c.png)"),
+        ("1\na.png 0 0 1\n", "does not mention b.png"),
+        ("a.png 0 0 1\n", "line 1 should hold the number"),
+        ("\0\0\0", "line 1 should hold the number"),
+    ],
+)
+def test_fault_11_light_positions_are_reported_by_line(folder, text, words):
+    with pytest.raises(InputError) as refusal:
+        find([folder("a.png", "b.png", lights__lp=text)])
+    assert words in str(refusal.value)
+    assert "lights.lp" in str(refusal.value)
+
+
+def test_light_positions_with_spaces_paths_and_bom(folder):
+    place = folder(lights__lp="\ufeff2\nC:\\shots\\my sample 1.jpg 0 0.6 0.8\r\n/home/x/b.jpg -0.8 0 0.6\r\n")
+    one, other = read_light_positions(place / "lights.lp")
+    assert (one.name, other.line) == ("C:\\shots\\my sample 1.jpg", 3)
+    assert np.degrees([one.elevation, one.azimuth]) == pytest.approx([53.1301, 90.0], abs=1e-4)
+    assert np.degrees([other.elevation, other.azimuth]) == pytest.approx([36.8699, 180.0], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("photographs = 3", "photographs"),
+        ('[[photographs]]\nfile = "a.png"\nelevation_degree = 3.0', "elevation_deg"),
+        ('[[photographs]]\nfile = "a.png"\nelevation_deg = nan', "photographs.0.elevation_deg"),
+        ('[[photographs]]\nfile = "a.png"\nelevation_deg = 91', "photographs.0.elevation_deg"),
+        ("a = ", "not valid TOML"),
+        ("x = " + "[" * 5000, "not valid TOML"),
+    ],
+)
+def test_fault_9_wrong_capture_files_name_the_key(folder, text, words):
+    with pytest.raises(InputError) as refusal:
+        find([folder("a.png", "b.png", capture__toml=text)])
+    assert words in str(refusal.value)
+
+
+def test_what_is_no_photograph_is_set_aside_and_said(folder):
+    place = folder(
+        "a_10deg.png", "b_20deg.png", "._a_10deg.png", ".hidden.png", "Thumbs.db", "readme.txt", "flat.tif",
+        "dark-frame_01.tif", "mask.png", "c.heic", "dark_leather_30deg.png",
+    )  # fmt: skip
+    sources = find([place])
+    assert names(sources) == ["a_10deg.png", "b_20deg.png", "dark_leather_30deg.png"]
+    said = {finding.source: finding.text for finding in sources.findings if finding.source}
+    assert set(said) == {"flat.tif", "dark-frame_01.tif", "mask.png", "c.heic"}
+    assert "white reference" in said["flat.tif"]
+
+
+def test_fault_12_only_regular_files(folder, tmp_path):
+    place = folder("a_10deg.png", "b_20deg.png")
+    os.mkfifo(tmp_path / "c_30deg.png")
+    with pytest.raises(InputError, match="is not a regular file"):
+        find([place])
+    (tmp_path / "c_30deg.png").unlink()
+    (tmp_path / "c_30deg.png").symlink_to("c_30deg.png")
+    with pytest.raises(InputError, match="cannot be read"):
+        find([place])
+
+
+def test_fault_12_missing_folder_and_archive(tmp_path):
+    with pytest.raises(InputError):
+        find([tmp_path / "nowhere"])
+    (tmp_path / "x.zip").write_bytes(b"PK")
+    with pytest.raises(InputError, match="is an archive"):
+        find([tmp_path / "x.zip"])
+
+
+def test_fault_13_odd_names(tmp_path):
+    stems = ("e\u0301 10deg", "日本 20deg", "a'\"%\n 30deg", "😀 40deg", "x. 50deg.", "n" * 240 + "60deg")
+    for stem in stems:
+        (tmp_path / f"{stem}.png").write_bytes(b"x")
+    (tmp_path / os.fsdecode(b"\xff\xfe 70deg.png")).write_bytes(b"x")
+    assert np.degrees(find([tmp_path]).elevation) == pytest.approx([10, 20, 30, 40, 50, 60, 70])
+
+
+def test_composed_and_decomposed_names_are_one(folder):
+    place = folder("cafe\u0301.png", "b.png", lights__lp="2\ncaf\u00e9.png 0 0 1\nb.png 0.6 0 0.8\n")
+    assert len(find([place]).photographs) == 2
+
+
+def test_a_file_given_twice_counts_once(folder):
+    place = folder("a_10deg.png", "b_20deg.png")
+    assert len(find([place / "a_10deg.png", place / "b_20deg.png", place]).photographs) == 2
+
+
+def test_azimuth_spread_wraps():
+    assert azimuth_spread(np.radians([350.0, 5.0, 10.0])) == pytest.approx(np.radians(20.0))
+    assert azimuth_spread(None) == 0.0
+
+
+def test_rti_stack_uses_elevations_and_says_how_far_its_lights_spread(shared_data):
+    sources = find([shared_data("stacks/ring_rti64")])
+    assert len(sources.photographs) == 64
+    assert sources.angle_source == "lp"
+    assert np.degrees(sources.elevation[[0, -1]]) == pytest.approx([10.2, 77.5], abs=0.1)
+    assert (np.diff(sources.elevation) >= 0).all()
+    assert any("339° of azimuth" in finding.text for finding in sources.findings)

@@ -1,0 +1,374 @@
+"""Import into a stack folder, and opening of stack folders that may be damaged."""
+
+import itertools
+import json
+import os
+import tomllib
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from engine.capture import import_stack as module
+from engine.capture.import_stack import ImportSettings, ThumbnailReady, import_stack
+from engine.capture.sources import find
+from engine.capture.stack import npy_header, open_stack
+from engine.errors import InputError, OutputError
+from engine.steps import drain
+
+HEIGHT, WIDTH = 120, 160
+LUMINANCE = np.array([0.2126390059, 0.7151686788, 0.0721923154])
+
+
+def texture(seed=0, height=HEIGHT + 40, width=WIDTH + 40):
+    noise = cv2.GaussianBlur(np.random.default_rng(seed).normal(size=(height, width)).astype(np.float32), (0, 0), 2.0)
+    return 1.0 + 0.2 * noise / noise.std()
+
+
+def write(path, radiance, bits=16):
+    """A PNG of linear radiance in [0, 1], coded as sRGB."""
+    coded = np.where(radiance <= 0.0031308, 12.92 * radiance, 1.055 * np.maximum(radiance, 1e-9) ** (1 / 2.4) - 0.055)
+    codes = np.rint(np.clip(coded, 0, 1) * (2**bits - 1)).astype(np.uint16 if bits == 16 else np.uint8)
+    done, content = cv2.imencode(".png", codes[..., ::-1] if codes.ndim == 3 else codes)
+    assert done
+    Path(path).write_bytes(content.tobytes())
+
+
+def coloured(luminance):
+    return (luminance[..., None] * np.array([0.9, 1.0, 0.7])).astype(np.float32)
+
+
+@pytest.fixture(scope="session")
+def capture(tmp_path_factory):
+    """Four photographs of one texture, brighter with the elevation, moved by whole pixels."""
+    folder = tmp_path_factory.mktemp("capture")
+    surface = texture()
+    for angle, (right, down) in zip((20, 40, 60, 80), ((0, 0), (3, -2), (-4, 1), (2, 5)), strict=True):
+        view = surface[20 - down : 20 - down + HEIGHT, 20 - right : 20 - right + WIDTH]
+        write(folder / f"cloth_{angle}deg.png", coloured(0.005 * angle * view))
+    return folder
+
+
+@pytest.fixture(scope="session")
+def stack(capture, tmp_path_factory):
+    return run(capture, tmp_path_factory.mktemp("stacks") / "stack")
+
+
+def run(photographs, target, angles=None, **settings):
+    return drain(import_stack(find([Path(photographs)], angles), ImportSettings(**settings), target))
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir()) if path.is_file()}
+
+
+def test_photographs_become_an_aligned_linear_stack(stack):
+    assert stack.sources == tuple(f"cloth_{angle}deg.png" for angle in (20, 40, 60, 80))
+    assert stack.elevation_deg == pytest.approx([20, 40, 60, 80])
+    assert stack.radiance.dtype == np.float32
+    assert stack.saturated.shape == stack.radiance.shape[:3]
+    assert not stack.radiance.flags.writeable
+    height, width = stack.radiance.shape[1:3]
+    assert (HEIGHT - 8, WIDTH - 8) <= (height, width) <= (HEIGHT - 7, WIDTH - 7)
+    scaled = stack.radiance / np.array([20, 40, 60, 80], np.float32)[:, None, None, None]
+    assert np.abs(scaled[1:] / scaled[0] - 1).max() < 0.01
+    assert max(quality.alignment_residual_px for quality in stack.quality) < 0.15
+
+
+def test_mean_radiance_is_the_luminance_over_the_crop(stack):
+    means = stack.radiance.astype(np.float64).mean(axis=(1, 2)) @ LUMINANCE
+    assert stack.mean_radiance == pytest.approx(means, rel=1e-7)
+
+
+def test_opening_restores_everything(stack):
+    again = open_stack(stack.folder)
+    for name in ("radiance", "saturated", "elevation", "mean_radiance"):
+        assert np.array_equal(getattr(again, name), getattr(stack, name))
+    assert (again.azimuth, again.quality, again.angle_source) == (None, stack.quality, "file names")
+    assert dict(again.provenance) == dict(stack.provenance)
+    assert again.health.findings == stack.health.findings
+    assert again.provenance["photographs"][0]["transfer"] == "srgb"
+
+
+def test_without_alignment_pixels_stay(capture, tmp_path):
+    stack = run(capture, tmp_path / "s", motion="none")
+    assert stack.radiance.shape == (4, HEIGHT, WIDTH, 3)
+    assert [quality.alignment_residual_px for quality in stack.quality] == [None] * 4
+
+
+def test_crop_is_in_pixels_of_the_photographs(capture, tmp_path):
+    whole = run(capture, tmp_path / "whole", motion="none")
+    part = run(capture, tmp_path / "part", motion="none", crop=(10, 20, 50, 30))
+    assert np.array_equal(part.radiance, whole.radiance[:, 20:50, 10:60])
+    with pytest.raises(InputError, match="lies outside"):
+        run(capture, tmp_path / "none", crop=(500, 0, 10, 10))
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize("band_pixels", [1, 1000, 1 << 30])
+def test_S11_streamed_import_is_bit_equal_for_any_band(capture, stack, tmp_path, monkeypatch, band_pixels):
+    monkeypatch.setattr(module, "_BAND_PIXELS", band_pixels)
+    again = run(capture, tmp_path / "stack")
+    assert contents(again.folder) == contents(stack.folder)
+
+
+def test_S11_import_through_a_scratch_file_is_bit_equal(capture, stack, tmp_path, monkeypatch):
+    monkeypatch.setattr("engine.files.scratch.IN_MEMORY_BYTES", 0)
+    again = run(capture, tmp_path / "stack")
+    assert contents(again.folder) == contents(stack.folder)
+
+
+def test_S11_no_photograph_is_held_while_the_next_is_read(capture, tmp_path, monkeypatch):
+    import weakref
+
+    read, alive = module.read_photograph, []
+
+    def watched(*arguments, **options):
+        assert not [one for one in alive if one() is not None]
+        photograph = read(*arguments, **options)
+        alive.append(weakref.ref(photograph))
+        return photograph
+
+    monkeypatch.setattr(module, "read_photograph", watched)
+    run(capture, tmp_path / "stack")
+    assert len(alive) == 4
+
+
+def test_steps_show_thumbnails_and_rise(capture, tmp_path):
+    steps = []
+    drain(import_stack(find([capture]), ImportSettings(), tmp_path / "stack"), steps.append)
+    thumbnails = [step.partial for step in steps if isinstance(step.partial, ThumbnailReady)]
+    assert [one.path.name for one in thumbnails] == [f"cloth_{angle}deg.png" for angle in (20, 40, 60, 80)]
+    assert all(one.thumbnail.dtype == np.uint8 and max(one.thumbnail.shape) <= 256 for one in thumbnails)
+    assert all(0.0 <= before.done <= after.done <= 1.0 for before, after in itertools.pairwise(steps))
+    assert any(step.note == "Aligning 3 of 4" for step in steps)
+
+
+def test_fault_17_closed_at_every_step_leaves_nothing(capture, tmp_path):
+    count = 0
+    for stop in range(10_000):
+        steps = import_stack(find([capture]), ImportSettings(), tmp_path / "stack")
+        try:
+            for _ in range(stop + 1):
+                next(steps)
+        except StopIteration:
+            break
+        steps.close()
+        count += 1
+        assert list(tmp_path.iterdir()) == []
+    assert count > 12
+    assert open_stack(tmp_path / "stack").sources
+
+
+def test_photographs_are_never_written_to(capture, tmp_path):
+    before = {path.name: (path.stat().st_mtime_ns, path.read_bytes()) for path in capture.iterdir()}
+    run(capture, tmp_path / "stack")
+    assert {path.name: (path.stat().st_mtime_ns, path.read_bytes()) for path in capture.iterdir()} == before
+
+
+def test_an_older_stack_is_replaced_and_a_strange_folder_is_not(capture, tmp_path):
+    run(capture, tmp_path / "stack", crop=(30, 30, 20, 20))
+    assert run(capture, tmp_path / "stack").radiance.shape[1] > 20
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("years")
+    with pytest.raises(OutputError):
+        run(capture, tmp_path / "mine")
+    assert (tmp_path / "mine" / "thesis.txt").read_text() == "years"
+
+
+def test_fault_10_sizes_that_differ_are_listed(capture, tmp_path):
+    folder = tmp_path / "mixed"
+    folder.mkdir()
+    for angle in (20, 40, 60):
+        (folder / f"cloth_{angle}deg.png").write_bytes((capture / f"cloth_{angle}deg.png").read_bytes())
+    write(folder / "odd_70deg.png", coloured(0.4 * texture()[:50, :70]))
+    with pytest.raises(InputError) as refusal:
+        run(folder, tmp_path / "stack")
+    assert "3 of 4 photographs have 160 × 120 px, but odd_70deg.png has 70 × 50" in str(refusal.value)
+    assert not (tmp_path / "stack").exists()
+
+
+def test_fault_10_bit_depths_that_differ_are_warned_of(capture, tmp_path):
+    folder = tmp_path / "mixed"
+    folder.mkdir()
+    (folder / "cloth_20deg.png").write_bytes((capture / "cloth_20deg.png").read_bytes())
+    (folder / "cloth_40deg.png").write_bytes((capture / "cloth_40deg.png").read_bytes())
+    write(folder / "cloth_70deg.png", coloured(0.4 * texture()[20 : 20 + HEIGHT, 20 : 20 + WIDTH]), bits=8)
+    warnings = run(folder, tmp_path / "stack").health.warnings
+    assert any("Bit depths differ: 2 × 16 bit; 8 bit: cloth_70deg.png" in warning for warning in warnings)
+
+
+def test_fault_10_the_same_picture_twice(capture, tmp_path):
+    content = (capture / "cloth_20deg.png").read_bytes()
+    for name in ("a_10deg.png", "b_20deg.png"):
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=r"a_10deg.png and b_20deg.png are the same picture"):
+        run(tmp_path, tmp_path / "stack")
+
+
+def test_fault_5_a_truncated_photograph_is_named_and_nothing_is_written(capture, tmp_path):
+    folder = tmp_path / "cut"
+    folder.mkdir()
+    for angle in (20, 40):
+        content = (capture / f"cloth_{angle}deg.png").read_bytes()
+        (folder / f"cloth_{angle}deg.png").write_bytes(content[: len(content) // 2] if angle == 40 else content)
+    with pytest.raises(InputError, match=r"cloth_40deg.png"):
+        run(folder, tmp_path / "stack")
+    assert [path.name for path in tmp_path.iterdir()] == ["cut"]
+
+
+@pytest.fixture
+def damaged(stack, tmp_path):
+    """A copy of the stack folder to damage, and a function that expects it to be refused in words."""
+    folder = tmp_path / "damaged"
+    folder.mkdir()
+    for name, content in contents(stack.folder).items():
+        (folder / name).write_bytes(content)
+
+    def refused(words):
+        with pytest.raises(InputError) as refusal:
+            open_stack(folder)
+        assert words in str(refusal.value)
+
+    return folder, refused
+
+
+@pytest.mark.parametrize("name", ["stack.json", "radiance.npy", "saturated.npy"])
+@pytest.mark.parametrize("damage", ["missing", "empty", "half", "longer", "folder", "pipe"])
+def test_fault_5_half_written_stacks(damaged, name, damage):
+    folder, refused = damaged
+    path, content = folder / name, (folder / name).read_bytes()
+    path.unlink()
+    if damage == "folder":
+        path.mkdir()
+    elif damage == "pipe":
+        os.mkfifo(path)
+    elif damage != "missing":
+        path.write_bytes({"empty": b"", "half": content[: len(content) // 2], "longer": content + b"x"}[damage])
+    refused(name)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("height_px", 10**9), ("height_px", -1), ("width_px", 3.5), ("sources", ["a"]), ("sources", []),
+        ("elevations_deg", [80, 60, 40, 20]), ("elevations_deg", [10.0, 20.0]), ("mean_radiance", "x"),
+        ("lightarc_stack", 2), ("angle_source", "guess"), ("elevations_deg", [10.0, 20.0, 30.0, 91.0]),
+        ("azimuths_deg", []), ("quality", [{}]), ("extra", 1), ("elevations_deg", [float("nan")] * 4),
+        ("mean_radiance", [float("inf")] * 4),
+    ],
+)  # fmt: skip
+def test_fault_9_wrong_records(damaged, key, value):
+    folder, refused = damaged
+    record = json.loads((folder / "stack.json").read_text())
+    (folder / "stack.json").write_text(json.dumps({**record, key: value}))
+    refused("stack.json")
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{", "null", "[" * 100_000, '{"a":' * 100_000, "\xff\x00"])
+def test_fault_9_records_that_are_no_json(damaged, text):
+    folder, refused = damaged
+    (folder / "stack.json").write_text(text, encoding="latin-1")
+    refused("stack.json")
+
+
+@pytest.mark.parametrize("shape", [(4, 1, 1, 3), (3, 3)])
+def test_fault_5_arrays_of_another_kind(damaged, stack, shape):
+    folder, refused = damaged
+    size = (folder / "radiance.npy").stat().st_size
+    for header in (
+        npy_header(shape, np.float32),
+        npy_header(stack.radiance.shape, np.int32),
+        b"\x93NUMPY\x01\x00" * 16,
+    ):
+        (folder / "radiance.npy").write_bytes(header + bytes(size - len(header)))
+        refused("radiance.npy")
+
+
+def test_a_folder_that_is_no_stack(tmp_path):
+    with pytest.raises(InputError, match="is no stack"):
+        open_stack(tmp_path)
+
+
+def test_npy_header_is_read_by_numpy(stack):
+    for name, array in (("radiance", stack.radiance), ("saturated", stack.saturated)):
+        assert np.array_equal(np.load(stack.folder / f"{name}.npy", allow_pickle=False), array)
+
+
+def test_fault_13_odd_names_come_back_readable(capture, tmp_path):
+    folder = tmp_path / "ünï \n'%😀"
+    folder.mkdir()
+    for name, angle in ((os.fsdecode(b"\xff_10deg.png"), 20), ("‏עברית 20deg.png", 40)):
+        (folder / name).write_bytes((capture / f"cloth_{angle}deg.png").read_bytes())
+    stack = run(folder, tmp_path / "stack \n😀")
+    assert stack.sources == ("\ufffd_10deg.png", "‏עברית 20deg.png")
+
+
+def test_capture_toml_says_that_samples_are_linear(capture, tmp_path):
+    folder = tmp_path / "linear"
+    folder.mkdir()
+    lines = ['transfer = "linear"']
+    for angle in (20, 40):
+        (folder / f"cloth_{angle}deg.png").write_bytes((capture / f"cloth_{angle}deg.png").read_bytes())
+        lines += ["[[photographs]]", f'file = "cloth_{angle}deg.png"', f"elevation_deg = {angle}", "exposure_s = 0.5"]
+    (folder / "capture.toml").write_text("\n".join(lines))
+    assert tomllib.loads((folder / "capture.toml").read_text())
+    linear = run(folder, tmp_path / "a", motion="none")
+    coded = run(folder, tmp_path / "b", motion="none", transfer="srgb")
+    assert linear.mean_radiance[1] > 2 * coded.mean_radiance[1]
+    assert linear.provenance["photographs"][0]["exposure_s"] == 0.5
+
+
+def test_wrong_settings():
+    for wrong in ({"motion": "spline"}, {"transfer": "gamma"}, {"crop": (0, 0, 0, 5)}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            ImportSettings(**wrong)
+
+
+def test_rti_photographs_stay_where_they_are(shared_data, tmp_path):
+    folder = tmp_path / "ring"
+    folder.mkdir()
+    lines = shared_data("stacks/ring_rti64/lights.lp").read_text().splitlines()[1:]
+    chosen = lines[::8]
+    (folder / "lights.lp").write_text("\n".join([str(len(chosen)), *chosen]))
+    for line in chosen:
+        name = line.split()[0]
+        (folder / name).write_bytes(shared_data(f"stacks/ring_rti64/{name}").read_bytes())
+    stack = run(folder, tmp_path / "stack")
+    assert stack.radiance.shape == (8, 800, 800, 3)
+    assert stack.azimuth is not None
+    assert stack.provenance["motion"] == "none"
+    assert any("of azimuth" in warning for warning in stack.health.warnings)
+
+
+def test_plain_paper_without_angles_warns(shared_data, tmp_path):
+    stack = run(shared_data("stacks/pinkney_flat3"), tmp_path / "stack")
+    assert stack.angle_source == "assumed"
+    assert any("are assumed" in warning for warning in stack.health.warnings)
+    assert any("does not grow" in warning for warning in stack.health.warnings)
+
+
+def targa(path):
+    """Pixels of an uncompressed 24-bit Targa file."""
+    content = path.read_bytes()
+    width, height = np.frombuffer(content, "<u2", 2, 12)
+    pixels = np.frombuffer(content, np.uint8, int(width) * int(height) * 3, 18 + content[0]).reshape(height, width, 3)
+    return pixels[:: 1 if content[17] & 0x20 else -1]
+
+
+def test_matte_statue_stays_put_under_known_lights(shared_data, tmp_path):
+    lights = shared_data("stacks/uw_psm/lights.txt").read_text().splitlines()[1:]
+    folder = tmp_path / "cat"
+    folder.mkdir()
+    rows = []
+    for number, light in enumerate(lights):
+        direction = np.array(light.split(), float)
+        rows.append(f"cat.{number}.png " + " ".join(f"{v:.6f}" for v in direction / np.linalg.norm(direction)))
+        pixels = np.ascontiguousarray(targa(shared_data(f"stacks/uw_psm/cat/cat.{number}.tga")))
+        (folder / f"cat.{number}.png").write_bytes(cv2.imencode(".png", pixels)[1].tobytes())
+    (folder / "lights.lp").write_text("\n".join([str(len(rows)), *rows]))
+    stack = run(folder, tmp_path / "stack", motion="translation")
+    assert stack.elevation_deg[0] == pytest.approx(51.1, abs=0.2)
+    matrices = np.array([one["alignment_matrix"] for one in stack.provenance["photographs"]]).reshape(-1, 3, 3)
+    assert np.abs(matrices[:, :2, 2]).max() < 2.0
