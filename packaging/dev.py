@@ -319,7 +319,7 @@ def test(words: Sequence[str]) -> int:
     failed = [name for name, code in zip(checks, codes, strict=True) if code]
     say(f"Failed so far: {', '.join(failed)}" if failed else "Format, lint and types are in order")
     with virtual_display() as environment:
-        command = ["pytest", "-n", str(workers()), "--dist", "worksteal", *words]
+        command = ["pytest", "-n", str(workers()), "--dist", "worksteal", "-rs", *words]
         say(f"Tests: {' '.join(command)}")
         codes.append(call([*tool, *command], environment))
     return next((code for code in codes if code), 0)

@@ -196,7 +196,7 @@ def text_files() -> Iterator[Path]:
 
 def test_no_file_names_a_machine_or_a_package_index() -> None:
     places = re.compile(
-        rb"/(?:home|Users|root|work|tmp)/\w|C:\\Users|https?://[\w.]*(?:pypi\.org|pythonhosted|debian\.org)|index-url\s*="
+        rb"/(?:home|Users|root|work|tmp)/\w\w|C:\\Users|https?://[\w.]*(?:pypi\.org|pythonhosted|debian\.org)|index-url\s*="
     )
     assert [name_of(path) for path in text_files() if path != Path(__file__) and places.search(path.read_bytes())] == []
 
