@@ -45,6 +45,8 @@ MOTIONS = {
 WORK_PIXELS = 1_200_000
 
 _LEAST_CONFIDENCE = 0.2
+#: Below this correlation, shading may imitate shifts of up to so many pixels of the compared pictures.
+_SURE, _SHADING_PX = 0.5, 8.0
 _LARGEST_CONDITION = 1e6
 _EQUALLY_GOOD = 0.9
 _COARSE = 320
@@ -279,7 +281,17 @@ def _refined(
     confidence = _correlation(*_overlap(target[0], levels[0], matrix))
     if confidence < _LEAST_CONFIDENCE:
         raise _Refused(f"it stays unlike the reference (correlation {max(0.0, confidence):.2f})")
+    if confidence < _SURE and _largest_move(matrix, target[0].shape) < _SHADING_PX:
+        raise _Refused(f"its light is too unlike (correlation {confidence:.2f}) to tell a small shift from shading")
     return matrix, min(1.0, confidence)
+
+
+def _largest_move(matrix: Matrix, shape: tuple[int, ...]) -> float:
+    """How far the corner that moves most moves, in pixels."""
+    height, width = shape
+    corners = np.array([[0, 0, 1], [width, 0, 1], [width, height, 1], [0, height, 1.0]])
+    moved = corners @ matrix.T
+    return float(np.hypot(*(moved[:, :2] / moved[:, 2:] - corners[:, :2]).T).max())
 
 
 def _maximised(target: Grey, image: Grey, matrix: Matrix, motion: str) -> Matrix:

@@ -169,6 +169,15 @@ def test_one_bad_photograph_does_not_spoil_the_others():
     assert np.abs(moved_centre(result, 2) - (1.5, 0.5)).max() <= 0.05
 
 
+def test_small_shifts_of_pictures_in_too_different_light_are_not_believed():
+    shared, own = scene(), scene(9)
+    unlike = 0.45 * shared + 0.55 * own
+    small, large = (aligned(shared, shifted(unlike, right, 0)) for right in (3.0, 30.0))
+    assert small.aligned.tolist() == [False, False]
+    assert "too unlike" in small.findings[0].text
+    assert np.abs(moved_centre(large, 1) - (30.0, 0.0)).max() < 0.5
+
+
 def test_residual_sees_a_motion_that_the_model_cannot_follow():
     row, column = np.mgrid[:SIZE, :SIZE].astype(np.float32)
     bent = cv2.remap(scene(), column + 0.6 * np.sin(row / 40), row, cv2.INTER_CUBIC, borderMode=cv2.BORDER_WRAP)
