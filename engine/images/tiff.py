@@ -29,7 +29,9 @@ SIGNATURES = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 #: What our own linear TIFFs say in ImageDescription.
 LINEAR_MARK = '"transfer": "linear"'
 
+_STRIP_OFFSETS, _TILE_OFFSETS = 273, 324
 _NONE, _JPEG, _LOGLUV = 1, 7, (34676, 34677)
+
 #: Decoded length of a segment, for codings that do not state it.
 _LENGTHS: dict[int, Callable[[bytes], int]] = {
     _NONE: len,
@@ -117,8 +119,9 @@ def check_segments(page: Any, content: bytes, name: str) -> None:
     else:
         expected = math.ceil(height / min(page.rowsperstrip, height))
     expected *= page.samplesperpixel if page.planarconfig == 2 else 1
-    if len(offsets) != expected or len(counts) != expected:
-        problem = f"is a damaged TIFF ({min(len(offsets), len(counts))} of {expected} strips or tiles are listed)"
+    listed = (page.tags.get(_TILE_OFFSETS) or page.tags[_STRIP_OFFSETS]).count
+    if not listed == len(offsets) == len(counts) == expected:
+        problem = f"is a damaged TIFF (its size needs {expected} strips or tiles, {listed} are listed)"
         raise InputError(name, problem, AGAIN)
     for offset, count in zip(offsets, counts, strict=True):
         if count <= 0 or offset <= 0 or offset + count > len(content):
@@ -134,14 +137,15 @@ def _check_lengths(page: Any, content: bytes, name: str) -> None:
         width, rows = page.tilewidth, page.tilelength
     samples = page.samplesperpixel if page.planarconfig == 1 else 1
     row_bytes = math.ceil(width * samples * page.bitspersample / 8)
+    last = len(page.dataoffsets) - 1
     for index, (offset, count) in enumerate(zip(page.dataoffsets, page.databytecounts, strict=True)):
         segment = content[offset : offset + count]
         if page.compression == _JPEG:
             fits = check_jpeg(segment, name).width == width or page.photometric in RAW_PHOTOMETRICS
-        elif page.compression in _LENGTHS and page.fillorder == 1 and (page.compression == _NONE or index == 0):
+        elif page.compression in _LENGTHS and page.fillorder == 1 and (page.compression == _NONE or index == last):
             first_row = index % math.ceil(page.imagelength / rows) * rows
             needed = row_bytes * (rows if tiled else min(rows, page.imagelength - first_row))
-            fits = needed <= _LENGTHS[page.compression](segment) <= row_bytes * rows + 3
+            fits = needed <= _LENGTHS[page.compression](segment) <= needed + 3
         else:
             fits = True
         if not fits:

@@ -95,6 +95,19 @@ def test_fault5_zeroed_tails_are_never_silent_where_the_data_is_coded(read, kind
         read(content[: len(content) // 2] + bytes(len(content) - len(content) // 2))
 
 
+@pytest.mark.parametrize("lines", [16, 79])
+def test_fault5_a_tiff_that_states_fewer_rows_than_it_holds_is_refused(read, lines):
+    for kind in ("tiff", "tiff-lzw", "tiff-zlib", "tiff-float"):
+        content = FILES[kind][0]()
+        entry = np.array([257, 4], "<u2").tobytes() + np.array([1, 80], "<u4").tobytes()
+        short = np.array([257, 3], "<u2").tobytes() + np.array([1, 80], "<u4").tobytes()
+        stored = entry if entry in content else short
+        assert content.count(stored) == 1
+        shorter = stored[:8] + np.array([lines], "<u4").tobytes()
+        with pytest.raises(InputError):
+            read(content.replace(stored, shorter))
+
+
 def test_fault5_fewer_lines_than_the_file_holds_are_refused(read):
     content = cv2.imencode(".hdr", FLOATS)[1].tobytes()
     for lines in (b"40", b"79"):
