@@ -2,45 +2,46 @@
 
 The SSE depends on the samples only through the correlation c(K) = sum s_i x_i^K, and on the positions through the
 energy E(K) = sum x_i^2K: it is k^2 E - 2 k c and a constant. Kautz et al. 2004, section 5 try K with a large step, and
-again with a small one near the best. Here the large step is a product with tabulated x_i^K. Around each minimum on
-that grid c and E are Taylor series in K, whose coefficients are one more small product with a table, and Newton's
-iteration on them replaces the small step: K is exact to rounding, and no exponential is evaluated per texel. Where
-the grid shows several minima each is followed and the lowest kept (`test_P10_the_lower_of_two_minima_is_found`).
+again with a small one near the best. Here the large step is a product with tabulated x_i^K, and bracketed Newton
+iteration replaces the small one: K is exact to rounding. Where the grid shows two minima both are followed
+(`test_P10_the_lower_of_two_minima_is_found`).
 
-Bounded by arithmetic: some 100 S multiply-adds per texel and channel, in float64. Every texel is computed by itself,
-so tiles and threads do not change the result.
+Bounded by arithmetic: per texel and channel 41 S multiply-adds on the grid and about 5 S exponentials. Everything
+runs on `LANES` texels and channels side by side, in loops that compilers turn into vector instructions: no branches,
+one work array whose parts lie at constant distances, and an exponential in plain arithmetic. No lane looks at
+another, so tiles and threads do not change the result.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from engine.kernels import parallel, prange, scalar
 
-#: What became of a texel and channel: regular, black throughout, K held at 0 or at its cap, or too few samples for K.
-REGULAR, BLACK, FLAT, CAPPED, UNDETERMINED = range(5)
+#: What became of a texel and channel: regular, black throughout, or K held at 0 or at its cap.
+REGULAR, BLACK, FLAT, CAPPED = range(4)
 
-#: The grid starts at K = 0 with a step of START * RATIO; further on its steps are RATIO of K. A series of ORDER terms
-#: about a node is exact to (RATIO / 2)^ORDER, 1e-14, half a step away.
-START, RATIO, ORDER = 0.05, 0.2, 12
+#: The grid starts at K = 0 with steps of START * RATIO; further on its steps are RATIO of K.
+START, RATIO = 0.05, 0.2
 
-#: Newton converges quadratically: after a step this small K is exact to rounding.
-LAST_STEP = 1e-6
+#: Newton converges quadratically: after a step this small K is exact to rounding. Halving ends at the second size.
+LAST_STEP, LAST_HALVING = 1e-7, 1e-14
 MOST_STEPS = 60
 
+#: A second minimum is followed where its SSE is this near to the lowest, in squares of the brightest sample.
+MARGIN = 0.01
 
-class Tables(NamedTuple):
-    """What the fit of every texel shares; n = S - 1 slices above the black one, G trial exponents."""
+LANES = 96
 
-    exponents: NDArray[np.float64]  #: (G,) from 0 to the cap
-    powers: NDArray[np.float64]  #: (n, G) x_i^K
-    series: NDArray[np.float64]  #: (G, ORDER, n) Taylor coefficients of x_i^(K + d) in d
-    squares: NDArray[np.float64]  #: (G, ORDER, n) those of its square
-    unit: int  #: the node nearest K = 1
+#: Parts of the work array of `scan`: the node before, whether the SSE falls towards it, and the two lowest minima.
+BEFORE, FALLS, FIRST, FIRST_NODE, SECOND, SECOND_NODE, SCANNED = (part * LANES for part in range(7))
+
+#: Parts of the work array of `polish`: K, its bracket, k, the SSE less its constant, whether Newton goes on, and c and
+#: E with their first two derivatives.
+AT, LOW, HIGH, SCALE, VALUE, BUSY, C, C1, C2, E, E1, E2, POLISHED = (part * LANES for part in range(13))
 
 
 def largest_exponent(slices: int) -> float:
@@ -48,203 +49,301 @@ def largest_exponent(slices: int) -> float:
     return max(128.0, 7.0 * (slices - 1))
 
 
-def tabulate(slices: int) -> Tables:
-    """The tables for a shading map of `slices` slices; a few hundred kilobytes."""
+def exponent_grid(slices: int) -> NDArray[np.float64]:
+    """(G,) trial exponents from 0 to the cap. Two slices do not determine K: then it is 1."""
+    if slices == 2:
+        return np.ones(1)
     top = math.log1p(largest_exponent(slices) / START)
-    exponents = START * np.expm1(np.linspace(0.0, top, math.ceil(top / RATIO) + 1))
-    log_x = np.log(np.arange(1, slices) / (slices - 1))
-    orders = np.arange(ORDER)[:, None]
-    factorials = np.cumprod(np.maximum(orders, 1), axis=0)
-    powers = np.exp(np.outer(log_x, exponents))
-    series = powers.T[:, None] * (log_x**orders / factorials)
-    squares = powers.T[:, None] ** 2 * ((2.0 * log_x) ** orders / factorials)
-    return Tables(exponents, powers, series, squares, int(np.abs(exponents - 1.0).argmin()))
+    return START * np.expm1(np.linspace(0.0, top, math.ceil(top / RATIO) + 1))
+
+
+def log_positions(slices: int) -> NDArray[np.float64]:
+    """(S - 1,) ln x_i of the slices above the black one."""
+    return np.log(np.arange(1, slices) / (slices - 1))
 
 
 @scalar
-def scan(samples, use, scale, free, tables, objective, energy):  # type: ignore[no-untyped-def]
-    """Write the SSE, less its constant, at every trial exponent into `objective`; `energy` is work space."""
-    for node in range(objective.size):
-        objective[node] = 0.0
-        energy[node] = 0.0
-    for i in range(samples.size):
-        if use[i]:
-            sample = samples[i]
-            for node in range(objective.size):
-                power = tables.powers[i, node]
-                objective[node] += sample * power
-                energy[node] += power * power
-    for node in range(objective.size):
-        cross = objective[node]
-        if free:
-            objective[node] = -cross * cross / energy[node]
-        else:
-            objective[node] = scale * (scale * energy[node] - 2.0 * cross)
+def exponential(x):  # type: ignore[no-untyped-def]
+    """e^x for -700 <= x <= 0, to 2 ulp, in arithmetic alone: 2^n e^r with |r| <= ln 2 / 2 and a Taylor series.
 
-
-@scalar
-def expand(samples, use, node, tables, cross, energy):  # type: ignore[no-untyped-def]
-    """Write the (ORDER,) Taylor coefficients of c and E about a trial exponent."""
-    for order in range(ORDER):
-        c, e = 0.0, 0.0
-        for i in range(samples.size):
-            if use[i]:
-                c += samples[i] * tables.series[node, order, i]
-                e += tables.squares[node, order, i]
-        cross[order] = c
-        energy[order] = e
-
-
-@scalar
-def evaluate(coefficients, offset):  # type: ignore[no-untyped-def]
-    """A polynomial with its first and second derivative."""
-    value, slope, half_curvature = 0.0, 0.0, 0.0
-    for order in range(ORDER - 1, -1, -1):
-        half_curvature = half_curvature * offset + slope
-        slope = slope * offset + value
-        value = value * offset + coefficients[order]
-    return value, slope, 2.0 * half_curvature
-
-
-@scalar
-def polish(cross, energy, low, offset, high, scale, free):  # type: ignore[no-untyped-def]
-    """The minimum about a node by Newton within low <= offset <= high: (offset, k, SSE less its constant).
-
-    F = k E'/2 - c' has the sign of d SSE / dK. A `free` k is c / E, the least-squares scale of that K; how it grows
-    with K drops out of F but not of its derivative.
+    Adding 1.5 * 2^52 rounds to an integer, which then stands in the low bits of the sum.
     """
-    value = 0.0
+    shifted = x * 1.4426950408889634 + 6755399441055744.0
+    whole = shifted - 6755399441055744.0
+    r = (x - whole * 0.6931471803691238) - whole * 1.9082149292705877e-10
+    series = 1.0
+    for order in range(13, 0, -1):
+        series = 1.0 + r * series * (1.0 / order)
+    bits = (np.float64(shifted).view(np.int64) + 1023) << 52
+    return series * np.int64(bits).view(np.float64)
+
+
+@scalar
+def scan(samples, counts, free, grid, powers):  # type: ignore[no-untyped-def]
+    """The two lowest minima of the SSE on the grid: (SCANNED,) float32, in the parts that are named above.
+
+    In single precision, which is enough to see where they are. Samples (n, LANES) have a brightest of 1, counts and
+    `powers` (n, G), x_i^K, are float32 too; `free` (LANES,) is 1 where k is fitted to each K.
+    """
+    last = samples.shape[0] - 1
+    whole = counts.min() > 0.0
+    minima = np.zeros(SCANNED, np.float32)
+    minima[BEFORE : BEFORE + LANES] = np.inf
+    minima[FALLS : FALLS + LANES] = 1.0
+    minima[FIRST : FIRST + LANES] = np.inf
+    minima[SECOND : SECOND + LANES] = np.inf
+    cross = np.empty(LANES, np.float32)
+    value = np.empty(LANES, np.float32)
+    for node in range(grid.size):
+        cross[:] = 0.0
+        value[:] = 0.0
+        for i in range(last + 1):
+            power = powers[i, node]
+            for lane in range(LANES):
+                cross[lane] += samples[i, lane] * power
+            if whole:
+                value[0] += power * power
+            else:
+                for lane in range(LANES):
+                    value[lane] += counts[i, lane] * power * power
+        if whole:
+            value[:] = value[0]
+        for lane in range(LANES):
+            c, e, k = cross[lane], value[lane], samples[last, lane]
+            value[lane] = -c * c / e if free[lane] > 0.0 else k * (k * e - c - c)
+        remember(value, np.float32(node - 1), minima)
+    value[:] = np.inf
+    remember(value, np.float32(grid.size - 1), minima)
+    return minima
+
+
+@scalar
+def remember(value, node, minima):  # type: ignore[no-untyped-def]
+    """Where `value` rises after falling, the node before it was a minimum: keep it if among the two lowest."""
+    for lane in range(LANES):
+        before = minima[BEFORE + lane]
+        first, second = minima[FIRST + lane], minima[SECOND + lane]
+        first_node, second_node = minima[FIRST_NODE + lane], minima[SECOND_NODE + lane]
+        minimum = (minima[FALLS + lane] > 0.0) & (value[lane] >= before)
+        lowest = minimum & (before < first)
+        next_lowest = minimum & (before < second)
+        minima[SECOND + lane] = first if lowest else before if next_lowest else second
+        minima[SECOND_NODE + lane] = first_node if lowest else node if next_lowest else second_node
+        minima[FIRST + lane] = before if lowest else first
+        minima[FIRST_NODE + lane] = node if lowest else first_node
+        minima[FALLS + lane] = np.float32(1.0) if value[lane] < before else np.float32(0.0)
+        minima[BEFORE + lane] = value[lane]
+
+
+@scalar
+def differentiate(samples, counts, log_x, work):  # type: ignore[no-untyped-def]
+    """Write c, E and their first two derivatives at K into `work`."""
+    for lane in range(LANES):
+        work[C + lane] = samples[samples.shape[0] - 1, lane]
+        work[E + lane] = counts[samples.shape[0] - 1, lane]
+        work[C1 + lane] = 0.0
+        work[C2 + lane] = 0.0
+        work[E1 + lane] = 0.0
+        work[E2 + lane] = 0.0
+    for i in range(samples.shape[0] - 1):
+        log_power = log_x[i]
+        for lane in range(LANES):
+            power = exponential(max(-700.0, work[AT + lane] * log_power))
+            c = samples[i, lane] * power
+            e = counts[i, lane] * power * power
+            work[C + lane] += c
+            work[C1 + lane] += c * log_power
+            work[C2 + lane] += c * log_power * log_power
+            work[E + lane] += e
+            work[E1 + lane] += 2.0 * e * log_power
+            work[E2 + lane] += 4.0 * e * log_power * log_power
+
+
+@scalar
+def step(free, work):  # type: ignore[no-untyped-def]
+    """One bracketed Newton step towards the minimum of the SSE.
+
+    F = k E'/2 - c' has the sign of d SSE / dK. Where k is `free` it is c / E, the least-squares scale of that K; how
+    it grows with K drops out of F but not of its derivative. No step is longer than the grid's there, so the basin is
+    not left. At K = 0 and at the cap the bracket may have no inside: then the end itself is the minimum.
+    """
+    for lane in range(LANES):
+        at, low, high = work[AT + lane], work[LOW + lane], work[HIGH + lane]
+        c, c1, e, e1 = work[C + lane], work[C1 + lane], work[E + lane], work[E1 + lane]
+        k = c / e if free[lane] > 0.0 else work[SCALE + lane]
+        growth = (c1 - k * e1) / e if free[lane] > 0.0 else 0.0
+        slope = 0.5 * k * e1 - c1
+        curvature = 0.5 * (k * work[E2 + lane] + growth * e1) - work[C2 + lane]
+        high = at if slope > 0.0 else high
+        low = low if slope > 0.0 else at
+        target = at - slope / (curvature if curvature > 0.0 else 1.0)
+        newton = (curvature > 0.0) & (target >= low) & (target <= high)
+        reach = RATIO * (START + at)
+        move = min(max((target if newton else 0.5 * (low + high)) - at, -reach), reach)
+        work[VALUE + lane] = k * (k * e - 2.0 * c)
+        work[SCALE + lane] = k + growth * move
+        work[AT + lane] = at + move
+        work[LOW + lane] = low
+        work[HIGH + lane] = high
+        work[BUSY + lane] = 1.0 if abs(move) > (LAST_STEP if newton else LAST_HALVING) else 0.0
+
+
+@scalar
+def polish(samples, counts, free, nodes, grid, log_x):  # type: ignore[no-untyped-def]
+    """Follow each lane from its node to the minimum: (POLISHED,) with K, k and the SSE less its constant."""
+    last = samples.shape[0] - 1
+    work = np.empty(POLISHED)
+    for lane in range(LANES):
+        work[AT + lane] = grid[int(nodes[lane])]
+        work[LOW + lane] = grid[0]
+        work[HIGH + lane] = grid[grid.size - 1]
+        work[SCALE + lane] = samples[last, lane]
     for _ in range(MOST_STEPS):
-        c, c1, c2 = evaluate(cross, offset)
-        e, e1, e2 = evaluate(energy, offset)
-        growth = 0.0
-        if free:
-            scale = c / e
-            growth = (c1 - scale * e1) / e
-        value = scale * (scale * e - 2.0 * c)
-        first = 0.5 * scale * e1 - c1
-        second = 0.5 * (scale * e2 + growth * e1) - c2
-        if first > 0.0:
-            high = offset
-        else:
-            low = offset
-        step = -first / second if second > 0.0 else math.inf
-        last_step = LAST_STEP
-        if not low <= offset + step <= high:
-            step = 0.5 * (low + high) - offset
-            last_step = 0.0
-        offset += step
-        scale += growth * step
-        if abs(step) <= last_step:
+        differentiate(samples, counts, log_x, work)
+        step(free, work)
+        if work[BUSY : BUSY + LANES].max() == 0.0:
             break
-    return offset, scale, value
+    return work
 
 
 @scalar
-def at_boundary(cross, energy, node, end, scale, free):  # type: ignore[no-untyped-def]
-    """Whether the SSE rises from K = 0, or falls towards the cap, so that the end of the grid is the minimum."""
-    if 0 < node < end:
-        return False
-    first = 0.5 * (cross[0] / energy[0] if free else scale) * energy[1] - cross[1]
-    return first >= 0.0 if node == 0 else first <= 0.0
+def polish_second(samples, counts, free, minima, grid, log_x, work):  # type: ignore[no-untyped-def]
+    """Follow the second minimum of the grid too, where it is nearly as low, and keep it in `work` where it is lower."""
+    lanes = np.flatnonzero(minima[SECOND : SECOND + LANES] <= minima[FIRST : FIRST + LANES] + np.float32(MARGIN))
+    if lanes.size == 0:
+        return
+    packed, packed_counts = np.zeros(samples.shape), np.ones(samples.shape)
+    packed_free, nodes = np.zeros(LANES), np.zeros(LANES, np.float32)
+    for place in range(lanes.size):
+        lane = lanes[place]
+        packed[:, place] = samples[:, lane]
+        packed_counts[:, place] = counts[:, lane]
+        packed_free[place] = free[lane]
+        nodes[place] = minima[SECOND_NODE + lane]
+    second = polish(packed, packed_counts, packed_free, nodes, grid, log_x)
+    for place in range(lanes.size):
+        if second[VALUE + place] < work[VALUE + lanes[place]]:
+            for part in (AT, SCALE, VALUE):
+                work[part + lanes[place]] = second[part + place]
 
 
 @scalar
-def fit_texel(samples, use, least_squares, tables, work):  # type: ignore[no-untyped-def]
-    """Fit one texel and channel: (k, K, node of the grid near K, outcome).
+def fit_lanes(samples, counts, least_squares, grid, log_x, powers):  # type: ignore[no-untyped-def]
+    """Fit LANES texels and channels: (POLISHED,) with K, k and the SSE of what counts.
 
     Parameters
     ----------
-    samples : (S - 1,) float64 >= 0, the slices above the black one. use : (S - 1,) bool, which of them count.
+    samples : (S - 1, LANES) float64 >= 0, the slices above the black one; 0 where a sample does not count.
+    counts : (S - 1, LANES) float64, 1 where a sample counts and 0 elsewhere, at least one of each column.
     least_squares : k minimises the SSE; else k is the last sample, unless that is 0 or does not count.
-    tables : `tabulate(S)`. work : (4, G) float64, work space.
+    grid, log_x : `exponent_grid`, `log_positions`. powers : (S - 1, G) float32, x_i^K on the grid.
     """
-    end = tables.exponents.size - 1
-    last, brightest, used = samples.size - 1, 0.0, 0
-    for i in range(samples.size):
-        if use[i]:
-            used += 1
-            brightest = max(brightest, samples[i])
-    if brightest == 0.0:
-        return 0.0, 1.0, tables.unit, BLACK
-    if used == 1:
-        for i in range(samples.size):
-            if use[i]:
-                return samples[i] / power(tables, tables.unit, i, 1.0), 1.0, tables.unit, UNDETERMINED
-    free = least_squares or not use[last] or samples[last] == 0.0
-    objective, cross, energy = work[0], work[2], work[3]
-    scan(samples, use, samples[last], free, tables, objective, work[1])
-    margin = objective.min() + 0.01 * brightest * brightest
-    lowest, scale, exponent, nearest = math.inf, 0.0, 0.0, 0
-    for node in range(end + 1):
-        if objective[node] > margin:
-            continue
-        before, here, after = objective[max(node - 1, 0)], objective[node], objective[min(node + 1, end)]
-        if (node == 0 or here < before) and here <= after:
-            at = tables.exponents[node]
-            low, high = tables.exponents[max(node - 1, 0)] - at, tables.exponents[min(node + 1, end)] - at
-            expand(samples, use, node, tables, cross, energy)
-            offset, k, value = 0.0, samples[last], here
-            if at_boundary(cross, energy, node, end, k, free):
-                k = cross[0] / energy[0] if free else k
-            else:
-                bend = before - 2.0 * here + after
-                offset = 0.5 * (before - after) / bend * (high if before > after else -low) if bend > 0.0 else 0.0
-                offset, k, value = polish(cross, energy, low, offset, high, k, free)
-            if value < lowest:
-                lowest, scale, exponent, nearest = value, k, at + offset, node
-    outcome = FLAT if exponent == 0.0 else CAPPED if exponent == tables.exponents[end] else REGULAR
-    return scale, exponent, nearest, outcome
+    free = np.empty(LANES)
+    normalised = np.zeros(samples.shape, np.float32)
+    for lane in range(LANES):
+        free[lane] = 1.0 if least_squares or samples[samples.shape[0] - 1, lane] == 0.0 else 0.0
+        brightest = samples[:, lane].max()
+        if brightest > 0.0:
+            normalised[:, lane] = samples[:, lane] / brightest
+    minima = scan(normalised, counts.astype(np.float32), free, grid, powers)
+    work = polish(samples, counts, free, minima[FIRST_NODE : FIRST_NODE + LANES], grid, log_x)
+    polish_second(samples, counts, free, minima, grid, log_x, work)
+    for lane in range(LANES):
+        constant = 0.0
+        for i in range(samples.shape[0]):
+            constant += samples[i, lane] * samples[i, lane]
+        work[VALUE + lane] = max(0.0, constant + work[VALUE + lane])
+        if constant == 0.0:
+            work[AT + lane], work[SCALE + lane] = 1.0, 0.0
+    return work
 
 
 @scalar
-def power(tables, node, i, exponent):  # type: ignore[no-untyped-def]
-    """x_i^K for K near a node."""
-    offset = exponent - tables.exponents[node]
-    value = 0.0
-    for order in range(ORDER - 1, -1, -1):
-        value = value * offset + tables.series[node, order, i]
-    return value
+def load(slices, excluded, row, left, samples, counts):  # type: ignore[no-untyped-def]
+    """Fill the lanes from a row of slices; True where the SSE of what counts is that of the slices themselves.
+
+    A negative sample counts as 0; one that is excluded or not finite does not count, but where fewer than two would
+    remain all count.
+    """
+    plain = True
+    samples[:] = 0.0
+    counts[:] = 1.0
+    for lane in range(min(LANES, slices.shape[2] - left)):
+        column = left + lane
+        plain &= slices[0, row, column] == 0.0
+        used = 0
+        for i in range(samples.shape[0]):
+            sample = slices[i + 1, row, column]
+            use = math.isfinite(sample) and not (excluded.shape[1] > 0 and excluded[i + 1, row, column // 3])
+            used += use
+            plain &= use and sample >= 0.0
+            counts[i, lane] = use
+            samples[i, lane] = sample if use and sample > 0.0 else 0.0
+        if used < 2:
+            for i in range(samples.shape[0]):
+                sample = slices[i + 1, row, column]
+                counts[i, lane] = 1.0
+                samples[i, lane] = sample if math.isfinite(sample) and sample > 0.0 else 0.0
+    return plain
+
+
+@scalar
+def measure(slices, row, left, log_x, work):  # type: ignore[no-untyped-def]
+    """Replace the SSE of what counts by that of all slices."""
+    for lane in range(min(LANES, slices.shape[2] - left)):
+        total = np.float64(slices[0, row, left + lane]) ** 2
+        for i in range(log_x.size):
+            fitted = work[SCALE + lane] * math.exp(work[AT + lane] * log_x[i])
+            total += (slices[i + 1, row, left + lane] - fitted) ** 2
+        work[VALUE + lane] = total
 
 
 @parallel
-def fit_rows(slices, excluded, least_squares, tables, start, stop, scale, exponent, squares, outcomes):  # type: ignore[no-untyped-def]
+def fit_rows(slices, excluded, least_squares, grid, log_x, start, stop, scale, exponent, squares, outcomes):  # type: ignore[no-untyped-def]
     """Fit rows [start, stop) of a shading map.
 
     Parameters
     ----------
-    slices : (S, H, W, 3) float32; a negative sample counts as 0, one that is not finite does not count.
-    excluded : (S, H, W) bool, samples that do not count, or (S, 0, 0) for none; where fewer than two samples would
-        remain, all count.
-    scale, exponent : (H, W, 3) float32, written.
-    squares : (H, W, 3) float32, written: sum over all slices of (slice - k x^K)^2 with the stored k and K.
-    outcomes : (H, 5) int64, zero at first, written: how often each outcome occurs in a row.
+    slices : (S, H, 3 W) float32. excluded : (S, H, W) bool, samples that do not count, or (S, 0, 0) for none.
+    grid, log_x : `exponent_grid`, `log_positions`.
+    scale, exponent : (H, 3 W) float32, written.
+    squares : (H, 3 W) float32, written: sum over all slices of (slice - k x^K)^2.
+    outcomes : (H, 4) int64, zero at first, written: how often each outcome occurs in a row.
     """
-    count = slices.shape[0] - 1
+    count, width = slices.shape[0] - 1, slices.shape[2]
+    powers = np.empty((count, grid.size), np.float32)
+    for i in range(count):
+        for node in range(grid.size):
+            powers[i, node] = math.exp(grid[node] * log_x[i])
     for row in prange(start, stop):
-        samples = np.empty(count)
-        finite = np.empty(count, np.bool_)
-        use = np.empty(count, np.bool_)
-        work = np.empty((4, max(tables.exponents.size, ORDER)))
-        for column in range(slices.shape[2]):
-            for channel in range(3):
-                kept = 0
-                for i in range(count):
-                    sample = slices[i + 1, row, column, channel]
-                    finite[i] = math.isfinite(sample)
-                    samples[i] = sample if finite[i] and sample > 0.0 else 0.0
-                    use[i] = finite[i] and not (excluded.shape[1] > 0 and excluded[i + 1, row, column])
-                    kept += use[i]
-                if kept < 2:
-                    use[:] = finite
-                k, at, node, outcome = fit_texel(samples, use, least_squares, tables, work)
-                scale[row, column, channel] = k
-                exponent[row, column, channel] = at
+        samples, counts = np.empty((count, LANES)), np.empty((count, LANES))
+        for left in range(0, width, LANES):
+            plain = load(slices, excluded, row, left, samples, counts)
+            work = fit_lanes(samples, counts, least_squares, grid, log_x, powers)
+            if not plain:
+                measure(slices, row, left, log_x, work)
+            for lane in range(min(LANES, width - left)):
+                k, at = work[SCALE + lane], work[AT + lane]
+                outcome = BLACK if k == 0.0 else FLAT if at == 0.0 else CAPPED if at == grid[-1] else REGULAR
                 outcomes[row, outcome] += 1
-                k = np.float64(scale[row, column, channel])
-                at = np.float64(exponent[row, column, channel])
-                total = np.float64(slices[0, row, column, channel]) ** 2
-                for i in range(count):
-                    residual = slices[i + 1, row, column, channel] - k * power(tables, node, i, at)
-                    total += residual * residual
-                squares[row, column, channel] = total
+                scale[row, left + lane] = k
+                exponent[row, left + lane] = at
+                squares[row, left + lane] = work[VALUE + lane]
+
+
+def fit_samples(
+    samples: ArrayLike, least_squares: bool = False
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Fit texels (T, S), slice 0 included, in float64: k, K and SSE, each (T,)."""
+    values = np.maximum(np.asarray(samples, np.float64)[:, 1:].T, 0.0)
+    slices, texels = len(values) + 1, values.shape[1]
+    grid, log_x = exponent_grid(slices), log_positions(slices)
+    powers = np.exp(np.outer(log_x, grid)).astype(np.float32)
+    padded = np.pad(values, ((0, 0), (0, -texels % LANES)))
+    found = []
+    for left in range(0, padded.shape[1], LANES):
+        block = np.ascontiguousarray(padded[:, left : left + LANES])
+        work = fit_lanes(block, np.ones_like(block), least_squares, grid, log_x, powers)
+        found.append([work[part : part + LANES] for part in (SCALE, AT, VALUE)])
+    scale, exponent, squares = np.concatenate(found, axis=1)[:, :texels]
+    return scale, exponent, squares

@@ -112,20 +112,24 @@ def fit(
     if excluded is not None and excluded.shape != (count, height, width):
         raise ValueError(f"excluded must be {(count, height, width)}, not {excluded.shape}")
     yield Step(0.0, "preparing the fit")
-    from engine.shading.fit_kernel import fit_rows, tabulate  # compiled code: loaded when first needed
+    from engine.shading.fit_kernel import (
+        exponent_grid,
+        fit_rows,
+        log_positions,
+    )  # compiled code: loaded when first needed
 
-    tables = tabulate(count)
+    tables = (exponent_grid(count), log_positions(count))
     left_out = _left_out(shading_map, excluded)
-    factor = np.empty((height, width, 3), np.float32)
-    exponent = np.empty((height, width, 3), np.float32)
-    squares = np.empty((height, width, 3), np.float32)
-    outcomes = np.zeros((height, 5), np.int64)
+    flat = np.ascontiguousarray(shading_map.slices).reshape(count, height, 3 * width)
+    factor, exponent, squares = (np.empty((height, 3 * width), np.float32) for _ in range(3))
+    outcomes = np.zeros((height, 4), np.int64)
     rows = max(1, TILE_TEXELS // width)
     for start in range(0, height, rows):
         tile = (start, min(start + rows, height), factor, exponent, squares, outcomes)
-        fit_rows(np.asarray(shading_map.slices), left_out, scale == "least-squares", tables, *tile)
+        fit_rows(flat, left_out, scale == "least-squares", *tables, *tile)
         release(shading_map.slices)
         yield Step(tile[1] / height, "fitting the power law")
+    factor, exponent, squares = (array.reshape(height, width, 3) for array in (factor, exponent, squares))
     mean_squares = squares.mean(axis=(0, 1), dtype=np.float64) / count
     error_map = np.sqrt(squares.mean(axis=2) / np.float32(count))
     rms = math.sqrt(mean_squares.mean())
@@ -167,7 +171,7 @@ def _left_out(shading_map: ShadingMap, excluded: NDArray[np.bool_] | None) -> ND
 def _health(outcomes: NDArray[np.int64], left_out: NDArray[np.bool_]) -> Health:
     """Counts of texels and channels that a power law describes only by convention, with findings where many."""
     total = float(outcomes.sum())
-    names = ("black", "flat_or_darkening", "exponent_capped", "undetermined")
+    names = ("black", "flat_or_darkening", "exponent_capped")
     figures = {f"{name}_fraction": float(count) / total for name, count in zip(names, outcomes[1:], strict=True)}
     figures["excluded_sample_fraction"] = float(left_out.mean()) if left_out.size else 0.0
     findings = []
