@@ -108,6 +108,17 @@ def test_fault5_a_tiff_that_states_fewer_rows_than_it_holds_is_refused(read, lin
             read(content.replace(stored, shorter))
 
 
+@pytest.mark.parametrize(
+    ("kind", "bottom"), [("exr-none", 71), ("exr-tiles", 47), ("exr-tiles", 111), ("exr-none", 99)]
+)
+def test_fault5_an_exr_that_states_another_size_than_it_holds_is_refused(read, kind, bottom):
+    content = FILES[kind][0]()
+    at = content.index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4 + 12
+    assert content[at : at + 4] == bytes([79, 0, 0, 0])
+    with pytest.raises(InputError, match="chunks"):
+        read(content[:at] + bytes([bottom]) + content[at + 1 :])
+
+
 def test_fault5_fewer_lines_than_the_file_holds_are_refused(read):
     content = cv2.imencode(".hdr", FLOATS)[1].tobytes()
     for lines in (b"40", b"79"):
