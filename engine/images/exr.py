@@ -103,7 +103,9 @@ def _check_chunks(content: bytes, header: dict[str, Any], name: str) -> None:
         covered = len(tiles) > 0 and tiles[:, 0].max() == (right - left) // size.xSize
         covered = covered and tiles[:, 1].max() == (bottom - top) // size.ySize
     else:
-        covered = leads[:, 0].min() == top and bottom - _LARGEST_CHUNK_ROWS < leads[:, 0].max() <= bottom
+        rows = np.sort(leads[:, 0])
+        chunk_rows = rows[1] - rows[0] if len(rows) > 1 else _LARGEST_CHUNK_ROWS
+        covered = rows[0] == top and bottom - chunk_rows < rows[-1] <= bottom
     if not covered:
         raise InputError(name, "is a damaged EXR image: its chunks are not those of the size it states", AGAIN)
 
