@@ -25,10 +25,10 @@ from engine.kernels import parallel, prange, scalar
 REGULAR, BLACK, FLAT, CAPPED = range(4)
 
 #: The grid starts at K = 0 with steps of START * RATIO; further on its steps are RATIO of K.
-START, RATIO = 0.05, 0.2
+START, RATIO = 0.05, 0.25
 
 #: Newton converges quadratically: after a step this small K is exact to rounding. Halving ends at the second size.
-LAST_STEP, LAST_HALVING = 1e-7, 1e-14
+LAST_STEP, LAST_HALVING = 3e-6, 1e-14
 MOST_STEPS = 60
 
 #: A second minimum is followed where its SSE is this near to the lowest, in squares of the brightest sample.
@@ -36,8 +36,9 @@ MARGIN = 0.01
 
 LANES = 96
 
-#: Parts of the work array of `scan`: the node before, whether the SSE falls towards it, and the two lowest minima.
-BEFORE, FALLS, FIRST, FIRST_NODE, SECOND, SECOND_NODE, SCANNED = (part * LANES for part in range(7))
+#: Parts of the work array of `scan`: the node before, whether the SSE falls towards it, and the two lowest minima: SSE
+#: and place on the grid.
+BEFORE, FALLS, FIRST, FIRST_PLACE, SECOND, SECOND_PLACE, SCANNED = (part * LANES for part in range(7))
 
 #: Parts of the work array of `polish`: K, its bracket, k, the SSE less its constant, whether Newton goes on, and c and
 #: E with their first two derivatives.
@@ -93,8 +94,9 @@ def scan(samples, counts, free, grid, powers):  # type: ignore[no-untyped-def]
     minima[FIRST : FIRST + LANES] = np.inf
     minima[SECOND : SECOND + LANES] = np.inf
     cross = np.empty(LANES, np.float32)
-    value = np.empty(LANES, np.float32)
+    objective = np.empty((grid.size, LANES), np.float32)
     for node in range(grid.size):
+        value = objective[node]
         cross[:] = 0.0
         value[:] = 0.0
         for i in range(last + 1):
@@ -112,9 +114,22 @@ def scan(samples, counts, free, grid, powers):  # type: ignore[no-untyped-def]
             c, e, k = cross[lane], value[lane], samples[last, lane]
             value[lane] = -c * c / e if free[lane] > 0.0 else k * (k * e - c - c)
         remember(value, np.float32(node - 1), minima)
-    value[:] = np.inf
-    remember(value, np.float32(grid.size - 1), minima)
+    cross[:] = np.inf
+    remember(cross, np.float32(grid.size - 1), minima)
+    for lane in range(LANES):
+        minima[FIRST_PLACE + lane] += vertex(objective, int(minima[FIRST_PLACE + lane]), lane)
+        minima[SECOND_PLACE + lane] += vertex(objective, int(minima[SECOND_PLACE + lane]), lane)
     return minima
+
+
+@scalar
+def vertex(objective, node, lane):  # type: ignore[no-untyped-def]
+    """Where the parabola through a node and its neighbours has its vertex, in nodes from it; 0 at the ends."""
+    if not 0 < node < objective.shape[0] - 1:
+        return np.float32(0.0)
+    before, here, after = objective[node - 1, lane], objective[node, lane], objective[node + 1, lane]
+    bend = (before - here) + (after - here)
+    return np.float32(0.5) * (before - after) / bend if bend > 0.0 else np.float32(0.0)
 
 
 @scalar
@@ -123,14 +138,14 @@ def remember(value, node, minima):  # type: ignore[no-untyped-def]
     for lane in range(LANES):
         before = minima[BEFORE + lane]
         first, second = minima[FIRST + lane], minima[SECOND + lane]
-        first_node, second_node = minima[FIRST_NODE + lane], minima[SECOND_NODE + lane]
+        first_node, second_node = minima[FIRST_PLACE + lane], minima[SECOND_PLACE + lane]
         minimum = (minima[FALLS + lane] > 0.0) & (value[lane] >= before)
         lowest = minimum & (before < first)
         next_lowest = minimum & (before < second)
         minima[SECOND + lane] = first if lowest else before if next_lowest else second
-        minima[SECOND_NODE + lane] = first_node if lowest else node if next_lowest else second_node
+        minima[SECOND_PLACE + lane] = first_node if lowest else node if next_lowest else second_node
         minima[FIRST + lane] = before if lowest else first
-        minima[FIRST_NODE + lane] = node if lowest else first_node
+        minima[FIRST_PLACE + lane] = node if lowest else first_node
         minima[FALLS + lane] = np.float32(1.0) if value[lane] < before else np.float32(0.0)
         minima[BEFORE + lane] = value[lane]
 
@@ -189,12 +204,13 @@ def step(free, work):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def polish(samples, counts, free, nodes, grid, log_x):  # type: ignore[no-untyped-def]
-    """Follow each lane from its node to the minimum: (POLISHED,) with K, k and the SSE less its constant."""
+def polish(samples, counts, free, places, grid, log_x):  # type: ignore[no-untyped-def]
+    """Follow each lane from its place on the grid to the minimum: (POLISHED,) with K, k and SSE less its constant."""
     last = samples.shape[0] - 1
     work = np.empty(POLISHED)
     for lane in range(LANES):
-        work[AT + lane] = grid[int(nodes[lane])]
+        node = int(places[lane])
+        work[AT + lane] = grid[node] + (places[lane] - node) * (grid[min(node + 1, grid.size - 1)] - grid[node])
         work[LOW + lane] = grid[0]
         work[HIGH + lane] = grid[grid.size - 1]
         work[SCALE + lane] = samples[last, lane]
@@ -213,14 +229,14 @@ def polish_second(samples, counts, free, minima, grid, log_x, work):  # type: ig
     if lanes.size == 0:
         return
     packed, packed_counts = np.zeros(samples.shape), np.ones(samples.shape)
-    packed_free, nodes = np.zeros(LANES), np.zeros(LANES, np.float32)
+    packed_free, places = np.zeros(LANES), np.zeros(LANES, np.float32)
     for place in range(lanes.size):
         lane = lanes[place]
         packed[:, place] = samples[:, lane]
         packed_counts[:, place] = counts[:, lane]
         packed_free[place] = free[lane]
-        nodes[place] = minima[SECOND_NODE + lane]
-    second = polish(packed, packed_counts, packed_free, nodes, grid, log_x)
+        places[place] = minima[SECOND_PLACE + lane]
+    second = polish(packed, packed_counts, packed_free, places, grid, log_x)
     for place in range(lanes.size):
         if second[VALUE + place] < work[VALUE + lanes[place]]:
             for part in (AT, SCALE, VALUE):
@@ -238,22 +254,25 @@ def fit_lanes(samples, counts, least_squares, grid, log_x, powers):  # type: ign
     least_squares : k minimises the SSE; else k is the last sample, unless that is 0 or does not count.
     grid, log_x : `exponent_grid`, `log_positions`. powers : (S - 1, G) float32, x_i^K on the grid.
     """
-    free = np.empty(LANES)
-    normalised = np.zeros(samples.shape, np.float32)
+    last = samples.shape[0] - 1
+    free, brightest, constant = np.empty(LANES), np.zeros(LANES), np.zeros(LANES)
+    for i in range(last + 1):
+        for lane in range(LANES):
+            sample = samples[i, lane]
+            brightest[lane] = sample if sample > brightest[lane] else brightest[lane]
+            constant[lane] += sample * sample
+    normalised = np.empty(samples.shape, np.float32)
+    for i in range(last + 1):
+        for lane in range(LANES):
+            normalised[i, lane] = samples[i, lane] / (brightest[lane] if brightest[lane] > 0.0 else 1.0)
     for lane in range(LANES):
-        free[lane] = 1.0 if least_squares or samples[samples.shape[0] - 1, lane] == 0.0 else 0.0
-        brightest = samples[:, lane].max()
-        if brightest > 0.0:
-            normalised[:, lane] = samples[:, lane] / brightest
+        free[lane] = 1.0 if least_squares or samples[last, lane] == 0.0 else 0.0
     minima = scan(normalised, counts.astype(np.float32), free, grid, powers)
-    work = polish(samples, counts, free, minima[FIRST_NODE : FIRST_NODE + LANES], grid, log_x)
+    work = polish(samples, counts, free, minima[FIRST_PLACE : FIRST_PLACE + LANES], grid, log_x)
     polish_second(samples, counts, free, minima, grid, log_x, work)
     for lane in range(LANES):
-        constant = 0.0
-        for i in range(samples.shape[0]):
-            constant += samples[i, lane] * samples[i, lane]
-        work[VALUE + lane] = max(0.0, constant + work[VALUE + lane])
-        if constant == 0.0:
+        work[VALUE + lane] = max(0.0, constant[lane] + work[VALUE + lane])
+        if brightest[lane] == 0.0:
             work[AT + lane], work[SCALE + lane] = 1.0, 0.0
     return work
 
