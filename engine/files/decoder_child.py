@@ -46,6 +46,7 @@ def main() -> None:
     requests, replies = sys.stdin.buffer, _private_stdout()
     sys.excepthook = lambda kind, error, trace: _unforeseen(replies, kind, error, trace)
     while line := requests.readline():
+        gc.freeze()  # what stays between files, above all modules, need not be searched for garbage after each
         request = json.loads(line)
         content = requests.read(request["content_bytes"])
         _limit_memory(request["memory_bytes"])

@@ -144,7 +144,7 @@ def _linear(raster: Raster) -> tuple[NDArray[np.float32], NDArray[np.bool_], int
 
 def _from_codes(samples: NDArray[np.unsignedinteger[Any]], white: int, transfer: Transfer) -> NDArray[np.float32]:
     if white < _TABLE_LIMIT:
-        codes = np.minimum(np.arange(_TABLE_LIMIT) / white, 1.0)
+        codes = np.minimum(np.arange(min(_TABLE_LIMIT, 1 << 8 * samples.dtype.itemsize)) / white, 1.0)
         table = (srgb_decode(codes) if transfer == "srgb" else codes).astype(np.float32)
         return table[samples]
     values = samples / np.float64(white)
