@@ -40,6 +40,7 @@ IMPORT_CHOICES = {
     "motion": (
         "Alignment",
         (
+            ("auto", "Automatic"),
             ("none", "Off"),
             ("translation", "Shift"),
             ("euclidean", "Shift and turn"),
@@ -169,7 +170,7 @@ class CaptureTab(QWidget):
         row.addSpacing(2 * STEP)
         row.addWidget(self.zoom)
         self.image.pointed.connect(self._show_readout)
-        self.image.zoomed.connect(lambda zoom: self.zoom.setText(f"{100 * zoom:.0f} %"))
+        self.image.zoomed.connect(self._show_zoom)
         top = QWidget()
         column = QVBoxLayout(top)
         column.setContentsMargins(0, 0, 0, 0)
@@ -335,6 +336,10 @@ class CaptureTab(QWidget):
         if name in names:
             self.list.choose(names.index(name))
 
+    def _show_zoom(self, zoom: float) -> None:
+        small = self.bench.document.project.stack is None
+        self.zoom.setText("" if small else f"{100 * zoom:.0f} %")
+
     def _show_readout(self, column: int, row: int) -> None:
         stack = self.bench.document.project.stack
         if stack is None or column < 0 or self.current not in stack.sources:
@@ -412,6 +417,7 @@ class CaptureTab(QWidget):
         for action in self.actions():
             action.setIcon(icons.icon(str(action.data())))
         self.empty.apply_theme()
+        self.report.show_health(self.report.health)
         self.plot.apply_theme()
         self._show_plot()
 

@@ -59,6 +59,7 @@ class JobsDock(QDockWidget):
         header.resizeSection(3, 36)
         self.setWidget(self.table)
         jobs.changed.connect(self._show)
+        jobs.progressed.connect(lambda job: self._show(job) if self.isVisible() else None)
 
     def sizeHint(self) -> QSize:
         return QSize(480, 180)

@@ -15,12 +15,7 @@ SMALL, MEDIUM, LARGE = 16, 20, 24
 
 def icon(name: str, colour: str | None = None) -> QIcon:
     """The icon `name` at all three sizes, in `colour` (the theme's text by default) and greyed where disabled."""
-    colours = theme.current()
-    drawn = QIcon()
-    for size in (SMALL, MEDIUM, LARGE, 2 * SMALL, 2 * MEDIUM, 2 * LARGE):
-        drawn.addPixmap(_pixmap(name, size, colour or colours.text), QIcon.Mode.Normal)
-        drawn.addPixmap(_pixmap(name, size, colours.disabled), QIcon.Mode.Disabled)
-    return drawn
+    return _icon(name, colour or theme.current().text, theme.current().disabled)
 
 
 def pixmap(name: str, size: int, colour: str | None = None, scale: float = 1.0) -> QPixmap:
@@ -28,6 +23,15 @@ def pixmap(name: str, size: int, colour: str | None = None, scale: float = 1.0) 
     picture = QPixmap(_pixmap(name, round(size * scale), colour or theme.current().text))
     picture.setDevicePixelRatio(scale)
     return picture
+
+
+@cache
+def _icon(name: str, colour: str, disabled: str) -> QIcon:
+    drawn = QIcon()
+    for size in (SMALL, MEDIUM, LARGE, 2 * SMALL, 2 * MEDIUM, 2 * LARGE):
+        drawn.addPixmap(_pixmap(name, size, colour), QIcon.Mode.Normal)
+        drawn.addPixmap(_pixmap(name, size, disabled), QIcon.Mode.Disabled)
+    return drawn
 
 
 @cache

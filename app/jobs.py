@@ -7,6 +7,8 @@ start at once. Cancelling asks between two steps and closes the generator, whose
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -19,6 +21,9 @@ from engine.steps import Step, Steps
 
 Work = Callable[[], Steps[Any]]
 State = Literal["queued", "running", "succeeded", "failed", "cancelled"]
+
+#: The window's thread goes first where processors are short (Linux; a thread's children inherit it).
+NICENESS = 5
 
 #: Steps without a partial result are shown at most this often.
 SHOW_EVERY_S = 0.04
@@ -71,9 +76,10 @@ class Job(QObject):
 
 
 class Jobs(QObject):
-    """The queue. `changed` says that a job was added, moved on or ended."""
+    """The queue. `changed`: a job was added, began, is to stop, or ended; `progressed`: it moved on."""
 
     changed = Signal(object)
+    progressed = Signal(object)
     failed = Signal(object, object)
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -132,7 +138,7 @@ class Jobs(QObject):
         if not job.over:
             job.step = step
             job.progressed.emit(step)
-            self.changed.emit(job)
+            self.progressed.emit(job)
 
     def _end(self, job: Job, outcome: Outcome) -> None:
         if job.over:
@@ -165,6 +171,8 @@ class _Thread(QThread):
         self._shown_s = 0.0
 
     def run(self) -> None:
+        if sys.platform == "linux":
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
         try:
             self.outcome = self._drive()
         except BaseException as error:  # the border of the thread: whatever was raised is the job's outcome

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -45,13 +46,16 @@ from app.material_tab import MaterialTab
 from app.panels import text
 from app.plots import Plot
 from app.status_bar import StatusBar
-from app.surfaces import GlSurface
+from app.surfaces import GlSurface, request_format
 from app.theme import PADDING, STEP, role
 from app.view_tab import ViewTab
 from app.workbench import Workbench
 
 WORKSPACES = ("capture", "material", "view", "export")
 SMALLEST = QSize(1120, 700)
+
+#: A job's thread gives the interpreter to the window's after this long; Python's own 5 ms add up to stutter.
+SWITCH_S = 0.0005
 
 HELP = """Mouse in the viewport
 Left-drag\tturn the model
@@ -294,8 +298,9 @@ class MainWindow(QMainWindow):
         self.open(paths)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        self.bench.jobs.close()
         self._keep_settings()
+        self.hide()
+        self.bench.jobs.close()
         self.log_dock.disconnect_log()
         session.close_session(self.bench.folder)
         event.accept()
@@ -353,16 +358,21 @@ def _help_row(line: str) -> str:
     return f"<tr><td>{keys}&nbsp;&nbsp;</td><td>{words}</td></tr>"
 
 
-def run(paths: Sequence[Path], *, sample: bool = False) -> int:
-    """Open the window and return the exit code when it is closed."""
-    from app.surfaces import request_format
-
+def start() -> QApplication:
+    """The application, ready for windows: OpenGL asked for, threads handing over quickly, colours and type set."""
     request_format()
+    sys.setswitchinterval(SWITCH_S)
     application = QApplication.instance() or QApplication(["lightarc"])
     assert isinstance(application, QApplication)
-    config = settings.config_folder()
-    theme.apply(application, settings.load(config).theme)
-    window = MainWindow(config)
+    application.setApplicationName("Lightarc")
+    theme.apply(application, settings.load(settings.config_folder()).theme)
+    return application
+
+
+def run(paths: Sequence[Path], *, sample: bool = False) -> int:
+    """Open the window and return the exit code when it is closed."""
+    application = start()
+    window = MainWindow(settings.config_folder())
     window.failures.install()
     window.show()
     if sample:

@@ -140,7 +140,9 @@ class MaterialTab(QWidget):
         self.scale.addItem("Least squares", "least-squares")
         self.scale.currentIndexChanged.connect(self._scale_chosen)
         compression.row(
-            "Scale k_s", self.scale, "Last slice: as in the paper, exact at the largest r. Least squares: never worse."
+            "Scale",
+            self.scale,
+            "Last slice: as in the paper, exact at the largest r. Least squares: never worse",
         )
         self.rms = compression.figure("RMS error", "Over all texels, slices and channels, in units of radiance")
         self.relative = compression.figure("Of largest r")
@@ -190,7 +192,7 @@ class MaterialTab(QWidget):
         self.saved.setText(f"{100 * (1 - pair_bytes / shading_map.slices.nbytes):.0f} %" if both else "–")  # type: ignore[union-attr]
         if shading_map is not None:
             deviation = np.abs(shading_map.mean_radiance - shading_map.target_radiance).max() / shading_map.r_max
-            self.deviation.setText(f"{100 * deviation:.4f} %")
+            self.deviation.setText(f"{100 * deviation:.4f} %" if deviation > 5e-7 else "exact")
         else:
             self.deviation.setText("–")
         self.rms.setText(f"{power_law.rms:.4f}" if power_law is not None else "–")
@@ -278,6 +280,7 @@ class MaterialTab(QWidget):
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
         self.empty.apply_theme()
+        self.report.show_health(self.report.health)
         for plot in (self.radiance, self.texel):
             plot.apply_theme()
 

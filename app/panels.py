@@ -24,8 +24,8 @@ from PySide6.QtWidgets import (
 from app import icons, theme
 from app.theme import PADDING, ROW, STEP, role
 
-WIDTH = 284
-LABEL_WIDTH = 92
+WIDTH = 296
+LABEL_WIDTH = 76
 
 
 class Panel(QScrollArea):

@@ -6,6 +6,7 @@ every allowed value. Ctrl+click on either goes back to the default.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -22,7 +23,7 @@ from engine.colour import srgb_decode, srgb_encode
 from engine.params import Colour, Parameter, parameters
 
 TICKS = 1000
-FIELD_WIDTH = 68
+FIELD_WIDTH = 62
 KNOB = 6
 
 
@@ -52,13 +53,7 @@ class ParamForm(Rows):
             editor.show_value(getattr(instance, name))
 
     def _edited(self, name: str, value: float | Colour, final: bool) -> None:
-        values = {parameter.name: getattr(self.instance, parameter.name) for parameter in parameters(self.instance)}
-        others = {
-            field: getattr(self.instance, field)
-            for field in type(self.instance).__dataclass_fields__
-            if field not in values
-        }
-        self.instance = type(self.instance)(**{**values, **others, name: value})
+        self.instance = dataclasses.replace(self.instance, **{name: value})
         self.edited.emit(self.instance, final)
 
 
@@ -188,7 +183,8 @@ class ColourEditor(QWidget):
         )
         self.strength = NumberEditor(strength)
         self.swatch = QPushButton()
-        self.swatch.setFixedWidth(28)
+        self.swatch.setFixedSize(ROW, ROW)
+        theme.role(self.swatch, "swatch")
         self.swatch.setAccessibleName(f"{parameter.label}: colour")
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)

@@ -45,8 +45,7 @@ class Plot(pg.PlotWidget):
             axis.setTextPen(pg.mkPen(colours.secondary))
             axis.setTickFont(theme.font(11))
             axis.setStyle(tickLength=-4, maxTickLevel=1)
-            axis.setLabel(label, **{"color": colours.secondary, "font-size": "11px"})
-            axis.enableAutoSIPrefix(False)
+            axis.setLabel(label, siPrefixEnableRanges=(), **{"color": colours.secondary, "font-size": "11px"})
         self.showGrid(x=False, y=True, alpha=0.12)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:

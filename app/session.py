@@ -38,7 +38,8 @@ def close_session(folder: Path) -> None:
 
 def remove_abandoned(base: Path) -> None:
     """Remove the working folders in `base` whose process is gone."""
+    running = set(psutil.pids())
     for folder in base.glob(f"{PREFIX}*-*"):
         number = folder.name.removeprefix(PREFIX).partition("-")[0]
-        if number.isdigit() and not psutil.pid_exists(int(number)):
+        if number.isdigit() and int(number) not in running:
             shutil.rmtree(folder, ignore_errors=True)

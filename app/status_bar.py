@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import psutil
-from PySide6.QtCore import QSize, Qt, QTimer, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QToolButton, QWidget
+from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QColor, QPainter, QPaintEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QWidget
 
 from app import icons, theme
 from app.jobs import Job, Jobs
@@ -32,14 +33,11 @@ class StatusBar(QWidget):
         super().__init__()
         self.jobs = jobs
         self._said = ""
+        self._health: Health | None = None
         role(self, "bar")
         self.setFixedHeight(HEIGHT)
         self.words = text("")
-        self.bar = QProgressBar()
-        self.bar.setRange(0, 1000)
-        self.bar.setTextVisible(False)
-        self.bar.setFixedWidth(140)
-        self.bar.setAccessibleName("Progress of the running job")
+        self.bar = ProgressLine()
         self.cancel = QToolButton()
         self.cancel.setIconSize(QSize(icons.SMALL, icons.SMALL))
         self.cancel.setToolTip("Cancel the running job")
@@ -49,9 +47,9 @@ class StatusBar(QWidget):
         self.health.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.health.setIconSize(QSize(icons.SMALL, icons.SMALL))
         self.health.clicked.connect(self.health_clicked)
-        self.error = figure("Error of the compressed material against its slices")
-        self.frame = figure("Time of the last frame in the viewport")
-        self.memory = figure("Memory that this program holds")
+        self.error = figure("Error of the compressed material against its slices", "error 100.0 %")
+        self.frame = figure("Time of the last frame in the viewport", "1000.0 ms")
+        self.memory = figure("Memory that this program holds", "99.9 GB")
         row = QHBoxLayout(self)
         row.setContentsMargins(PADDING, 0, PADDING, 0)
         row.setSpacing(2 * STEP)
@@ -62,6 +60,7 @@ class StatusBar(QWidget):
             row.addSpacing(STEP)
             row.addWidget(widget)
         jobs.changed.connect(lambda _job: self._show_job())
+        jobs.progressed.connect(self._progressed)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._show_memory)
         self._timer.start(1000)
@@ -73,6 +72,7 @@ class StatusBar(QWidget):
     def apply_theme(self) -> None:
         """Take the colours of the current theme."""
         self.cancel.setIcon(icons.icon("cancel"))
+        self._health = None
 
     def say(self, words: str) -> None:
         """A sentence about what just happened, until the next job begins."""
@@ -82,8 +82,9 @@ class StatusBar(QWidget):
     def show_health(self, health: Health | None) -> None:
         """The worst finding of the project."""
         self.health.setVisible(health is not None)
-        if health is None:
+        if health is None or health is self._health:
             return
+        self._health = health
         name, look, word = VERDICTS[health.verdict]
         self.health.setIcon(icons.icon(name, getattr(theme.current(), look)))
         self.health.setText(word)
@@ -118,12 +119,39 @@ class StatusBar(QWidget):
             self.words.setText(self._said)
             return
         self._said = ""
-        self.bar.setValue(round(1000 * job.step.done))
+        self.bar.show_done(job.step.done)
         self.cancel.setEnabled(not job.stopping)
         self.words.setText(describe(job))
 
+    def _progressed(self, job: Job) -> None:
+        if job is self._current():
+            self._show_job()
+
     def _show_memory(self) -> None:
         self.memory.setText(size_text(psutil.Process().memory_info().rss))
+
+
+class ProgressLine(QWidget):
+    """A thin bar. Qt's own repaints the whole window at once with every value; this one waits its turn."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.done = 0.0
+        self.setFixedSize(140, 4)
+        self.setAccessibleName("Progress of the running job")
+
+    def show_done(self, done: float) -> None:
+        """`done` in [0, 1]."""
+        self.done = min(1.0, max(0.0, done))
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        for share, colour in ((1.0, theme.current().line), (self.done, theme.current().accent)):
+            painter.setBrush(QColor(colour))
+            painter.drawRoundedRect(QRectF(0, 0, share * self.width(), self.height()), 2, 2)
 
 
 def describe(job: Job) -> str:
@@ -146,8 +174,10 @@ def size_text(size_bytes: float) -> str:
     return f"{size_bytes:.0f} B"
 
 
-def figure(hint: str) -> QLabel:
-    """A read-out of the status bar."""
+def figure(hint: str, widest: str) -> QLabel:
+    """A read-out of the status bar, right-aligned in room for its `widest` text."""
     label = text("", "secondary")
+    label.setMinimumWidth(label.fontMetrics().horizontalAdvance(widest))
+    label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     label.setToolTip(hint)
     return label

@@ -7,10 +7,11 @@ import time
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QRectF, Signal
+from PySide6.QtCore import QRectF, QTimer, Signal
 from PySide6.QtGui import QColor, QImage, QOffscreenSurface, QOpenGLContext, QPainter, QPaintEvent, QSurfaceFormat
 from PySide6.QtOpenGLWidgets import QOpenGLWidget
 from PySide6.QtWidgets import QWidget
+from shiboken6 import isValid
 
 from app import theme
 from app.jobs import Jobs
@@ -25,7 +26,7 @@ from engine.steps import Step, Steps
 log = logging.getLogger(__name__)
 
 #: How long a frame may take: while something moves, when it is still, and when it is still and no job runs either.
-MOVING_S, STILL_S, IDLE_S = 0.03, 0.045, 0.4
+MOVING_S, STILL_S, IDLE_S = 0.03, 0.045, 0.25
 
 #: Sub-pixels along a side of a pixel, and the fraction of pixels that is drawn, from best to quickest.
 QUALITIES = ((2, 1), (1, 1), (1, 2), (1, 3), (1, 4), (1, 6))
@@ -58,28 +59,33 @@ class Cost:
     """What a frame costs, learnt from the frames so far: a part for the model, and a part for each sub-pixel."""
 
     def __init__(self) -> None:
-        self.fixed_s, self.each_s = 0.0, 20e-9
-        self._largest: tuple[int, float] = (0, 0.0)
+        self.fixed_s, self.each_s = 0.0, 0.0
+        self.level = len(QUALITIES)
+        self._seen: dict[int, float] = {}
 
-    def learn(self, pixels: int, seconds: float) -> None:
-        """A frame of `pixels` sub-pixels took `seconds`."""
-        if pixels >= self._largest[0]:
-            self._largest = (pixels, seconds)
-            self.each_s = max(1e-10, (seconds - self.fixed_s) / pixels)
-        else:
-            self.each_s = max(1e-10, (self._largest[1] - seconds) / (self._largest[0] - pixels))
-        self.fixed_s = max(0.0, seconds - self.each_s * pixels)
+    def learn(self, level: int, pixels: int, seconds: float) -> None:
+        """A frame at `level` of `QUALITIES`, of `pixels` on the screen, took `seconds`."""
+        self.level = level
+        self._seen[sub_pixels(level, pixels)] = seconds
+        few, many = min(self._seen), max(self._seen)
+        if few < many:
+            self.each_s = max(0.0, (self._seen[many] - self._seen[few]) / (many - few))
+        self.fixed_s = max(0.0, seconds - self.each_s * sub_pixels(level, pixels))
 
-    def quality(self, pixels: int, budget_s: float) -> tuple[int, int]:
-        """The best (samples, reduction) of `QUALITIES` within `budget_s`.
+    def best(self, pixels: int, budget_s: float) -> int:
+        """The level to draw next: within `budget_s`, and at most one finer than the last, whose cost is known.
 
         Where the model alone takes too long, fewer pixels do not help: then they may cost as much as the model.
         """
-        budget_s = max(budget_s - self.fixed_s, 0.5 * self.fixed_s)
-        for samples, reduction in QUALITIES:
-            if self.each_s * pixels * samples**2 / reduction**2 <= budget_s:
-                return samples, reduction
-        return QUALITIES[-1]
+        room_s = max(budget_s - self.fixed_s, self.fixed_s)
+        fits = (at for at in range(len(QUALITIES)) if self.each_s * sub_pixels(at, pixels) <= room_s)
+        return max(next(fits, len(QUALITIES) - 1), self.level - 1)
+
+
+def sub_pixels(level: int, pixels: int) -> int:
+    """How many sub-pixels a frame of `pixels` on the screen has at `level` of `QUALITIES`."""
+    samples, reduction = QUALITIES[level]
+    return max(1, pixels * samples**2 // reduction**2)
 
 
 def display_of(exposure_ev: float, operator: Any) -> Display:
@@ -105,6 +111,9 @@ class GlSurface(QOpenGLWidget):
         self._small: tuple[tuple[int, int], Any] | None = None
         self._enlarge: Any = None
         self._cost = Cost()
+        self._finer = QTimer(self)
+        self._finer.setSingleShot(True)
+        self._finer.timeout.connect(self.update)
 
     def show_scene(self, scene: Scene | None, display: Display, budget_s: float) -> None:
         """Draw `scene` with the next frame, as finely as `budget_s` seconds allow."""
@@ -135,14 +144,17 @@ class GlSurface(QOpenGLWidget):
             framebuffer.clear(red, green, blue, 1.0)
             return
         started = time.perf_counter()
-        samples, reduction = self._cost.quality(width * height, self.budget_s)
+        level = self._cost.best(width * height, self.budget_s)
+        samples, reduction = QUALITIES[level]
         if reduction == 1:
             self._renderer.draw(self.scene, framebuffer, (width, height), samples=samples, display=self.display)
         else:
             self._draw_small(framebuffer, (max(1, width // reduction), max(1, height // reduction)))
         self._context.finish()
         seconds = time.perf_counter() - started
-        self._cost.learn(max(1, width * height * samples**2 // reduction**2), seconds)
+        self._cost.learn(level, width * height, seconds)
+        if self.budget_s > MOVING_S and self._cost.best(width * height, self.budget_s) < level:
+            self._finer.start()
         self.messages = tuple(self._renderer.messages)
         self.drawn.emit(seconds)
 
@@ -173,6 +185,8 @@ class GlSurface(QOpenGLWidget):
 
     def _forget(self) -> None:
         """The context goes away (the window moved to another screen, say); everything is made anew in the next one."""
+        if not isValid(self):
+            return
         self.makeCurrent()
         if self._renderer is not None:
             self._renderer.release()

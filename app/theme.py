@@ -8,6 +8,7 @@ they name a role (`widget.setProperty("role", "primary")`) and the sheet below s
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QPalette
@@ -99,6 +100,7 @@ def apply(application: QApplication, name: str) -> Theme:
     return _current
 
 
+@cache
 def font(size_px: int = TEXT, *, strong: bool = False) -> QFont:
     """Inter with tabular digits, so that columns of figures line up."""
     if not QFontDatabase.hasFamily("Inter"):
@@ -191,6 +193,7 @@ QPushButton[role="primary"] {{ background: {theme.accent}; color: {theme.on_acce
 QPushButton[role="primary"]:hover {{ background: {QColor(theme.accent).lighter(108).name()}; }}
 QPushButton[role="primary"]:focus {{ border-color: {theme.text}; }}
 QPushButton[role="primary"]:disabled {{ background: transparent; color: {theme.disabled}; border-color: {theme.line}; }}
+QPushButton[role="swatch"] {{ padding: 0; min-height: 24px; max-height: 24px; }}
 QPushButton[role="link"] {{ background: transparent; border: none; color: {theme.accent}; padding: 0; text-align: left;
   min-height: 20px; }}
 QPushButton[role="link"]:hover {{ text-decoration: underline; }}
@@ -200,7 +203,7 @@ QToolButton {{ background: transparent; border: none; border-radius: 4px; paddin
 QToolButton:hover {{ background: {theme.hover}; }}
 QToolButton:checked {{ background: {theme.line}; }}
 QToolButton:focus {{ background: {theme.hover}; }}
-QToolButton[role="workspace"] {{ padding: 2px 14px 0 14px; min-height: 36px; border-radius: 0; color: {theme.secondary};
+QToolButton[role="workspace"] {{ padding: 2px 14px 0 14px; min-height: 33px; border-radius: 0; color: {theme.secondary};
   border-bottom: 2px solid transparent; }}
 QToolButton[role="workspace"]:hover {{ color: {theme.text}; background: transparent; }}
 QToolButton[role="workspace"]:focus {{ color: {theme.text}; }}
@@ -233,28 +236,6 @@ QCheckBox::indicator:checked {{ background: {theme.accent}; border-color: {theme
   image: url({icons}/tick.svg); }}
 QCheckBox::indicator:disabled {{ border-color: {theme.line}; background: transparent; }}
 
-QAbstractItemView {{ background: {theme.panel}; border: 1px solid {theme.line}; outline: none; padding: 4px;
-  selection-background-color: {theme.accent}; selection-color: {theme.on_accent}; }}
-QComboBox QAbstractItemView::item {{ min-height: {ROW}px; padding-left: 4px; }}
-
-QCheckBox {{ spacing: 8px; min-height: {ROW}px; }}
-QCheckBox::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.disabled}; border-radius: 3px;
-  background: {theme.field}; }}
-QCheckBox::indicator:hover, QCheckBox:focus::indicator {{ border-color: {theme.accent}; }}
-QCheckBox::indicator:checked {{ background: {theme.accent}; border-color: {theme.accent};
-  image: url({icons}/tick.svg); }}
-QCheckBox::indicator:disabled {{ border-color: {theme.line}; background: transparent; }}
-
-QSlider {{ min-height: {ROW - 4}px; }}
-QSlider::groove:horizontal {{ height: 2px; background: {theme.line}; border-radius: 1px; }}
-QSlider::sub-page:horizontal {{ background: {theme.accent}; border-radius: 1px; }}
-QSlider::sub-page:horizontal:disabled {{ background: {theme.line}; }}
-QSlider::handle:horizontal {{ background: {theme.text}; width: 12px; height: 12px; margin: -5px 0;
-  border-radius: 6px; }}
-QSlider::handle:horizontal:hover {{ background: {theme.accent}; }}
-QSlider:focus::handle:horizontal {{ background: {theme.accent}; }}
-QSlider::handle:horizontal:disabled {{ background: {theme.disabled}; }}
-
 QAbstractItemView {{ background: {theme.panel}; border: none; outline: none;
   selection-background-color: {theme.hover}; selection-color: {theme.text}; }}
 QTableView {{ gridline-color: transparent; }}
@@ -265,9 +246,6 @@ QHeaderView {{ background: {theme.panel}; }}
 QHeaderView::section {{ background: {theme.panel}; color: {theme.secondary}; border: none;
   border-bottom: 1px solid {theme.line}; padding: 4px 6px; }}
 QPlainTextEdit {{ background: {theme.canvas}; border: none; padding: 4px; }}
-
-QProgressBar {{ background: {theme.field}; border: none; border-radius: 2px; max-height: 4px; min-height: 4px; }}
-QProgressBar::chunk {{ background: {theme.accent}; border-radius: 2px; }}
 
 QScrollArea {{ background: transparent; border: none; }}
 QScrollBar:vertical {{ background: transparent; width: 10px; margin: 0; }}

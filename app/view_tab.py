@@ -25,7 +25,6 @@ from engine.scene import Scene
 from engine.shapes import SHAPES
 
 DEFAULT_MODEL = "cloth"
-SIDE_WIDTH = 272
 
 MODEL_NAMES = {"sphere": "Sphere", "plane": "Plane", "torus-knot": "Torus knot", "cloth": "Draped cloth"}
 BRDF_NAMES = {"lambert": "Lambert", "phong": "Phong", "blinn-phong": "Blinn–Phong", "ggx": "GGX"}
@@ -65,7 +64,7 @@ class ViewTab(QWidget):
         self._show(bench.document.project)
 
     def _make_left(self) -> QWidget:
-        panel = Panel(SIDE_WIDTH)
+        panel = Panel()
         scene = panel.section("Scene")
         self.model = QComboBox()
         self.model.activated.connect(self._model_chosen)
@@ -116,7 +115,7 @@ class ViewTab(QWidget):
         return centre
 
     def _make_right(self) -> QWidget:
-        panel = Panel(SIDE_WIDTH)
+        panel = Panel()
         reflectance = panel.section("Reflectance")
         self.brdf_choice = QComboBox()
         for name in MODELS:

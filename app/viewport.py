@@ -44,6 +44,7 @@ class Viewport(QWidget):
         self.camera: Camera | None = None
         self.light_deg = (50.0, 35.0)
         self._mesh: Mesh | None = None
+        self._framed = True
         self._grab: tuple[str, QPointF] | None = None
         self._exposure: tuple[float, str] = (0.0, "neutral")
         self._still = QTimer(self)
@@ -88,22 +89,25 @@ class Viewport(QWidget):
         self._exposure = (exposure_ev, tone_map)
         if self._mesh is not scene.mesh or self.camera is None:
             self._mesh = scene.mesh
-            self.camera = frame(scene.mesh.positions, self._aspect())
+            self._frame()
         self.scene = scene
         self._draw(moving=moved)
 
     def frame(self) -> None:
         """Look at the whole model from where it is looked at first."""
         if self._mesh is not None:
-            self.camera = frame(self._mesh.positions, self._aspect())
+            self._frame()
             self._draw(moving=False)
+
+    def _frame(self) -> None:
+        """Until somebody moves it, the camera follows the size of the window as well."""
+        assert self._mesh is not None
+        self.camera = frame(self._mesh.positions, max(1, self.width()) / max(1, self.height()))
+        self._framed = True
 
     def redraw(self) -> None:
         """Draw again, as after a change of theme."""
         self._draw(moving=False)
-
-    def _aspect(self) -> float:
-        return max(1, self.width()) / max(1, self.height())
 
     def _draw(self, *, moving: bool) -> None:
         if self.scene is None or self.camera is None:
@@ -123,6 +127,8 @@ class Viewport(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._place()
+        if self._framed and self._mesh is not None:
+            self._frame()
         self._draw(moving=True)
 
     def _place(self) -> None:
@@ -153,11 +159,9 @@ class Viewport(QWidget):
         self._grab = (kind, event.position())
         height = max(1, self.height())
         if kind == "orbit":
-            self.camera = orbit(self.camera, -moved.x() * pi / height, moved.y() * pi / height)
-            self._draw(moving=True)
+            self._move(orbit(self.camera, -moved.x() * pi / height, moved.y() * pi / height))
         elif kind == "pan":
-            self.camera = pan(self.camera, -moved.x() / height, moved.y() / height)
-            self._draw(moving=True)
+            self._move(pan(self.camera, -moved.x() / height, moved.y() / height))
         elif kind == "turn light":
             theta, phi = self.light_deg
             self._move_light(theta + 180.0 * moved.y() / height, phi + 180.0 * moved.x() / height)
@@ -169,6 +173,10 @@ class Viewport(QWidget):
         if grabbed is not None and "light" in grabbed[0]:
             self.light_moved.emit(*self.light_deg, True)
 
+    def _move(self, camera: Camera) -> None:
+        self.camera, self._framed = camera, False
+        self._draw(moving=True)
+
     def _move_light(self, theta_deg: float, phi_deg: float) -> None:
         theta_deg = min(180.0, max(0.0, theta_deg))
         phi_deg = (phi_deg + 180.0) % 360.0 - 180.0
@@ -176,8 +184,7 @@ class Viewport(QWidget):
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         if self.camera is not None:
-            self.camera = zoom(self.camera, 2.0 ** (-event.angleDelta().y() / 600.0))
-            self._draw(moving=True)
+            self._move(zoom(self.camera, 2.0 ** (-event.angleDelta().y() / 600.0)))
 
 
 class _Banner(QWidget):

@@ -1,0 +1,128 @@
+"""The window on a real display. Without one these tests are skipped; Qt's warnings fail the test that causes them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import (
+    QEvent,
+    QMessageLogContext,
+    QMimeData,
+    QPoint,
+    QPointF,
+    Qt,
+    QtMsgType,
+    QUrl,
+    qInstallMessageHandler,
+)
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QApplication, QWidget
+
+from app import theme
+from app.surfaces import request_format
+from engine.images.encode import encode_png
+
+NO_DISPLAY = sys.platform.startswith("linux") and not os.environ.get("DISPLAY")
+
+#: What Qt says about the machine and not about this program.
+HARMLESS = ("propagateSizeHints", "XDG_RUNTIME_DIR", "QStandardPaths", "Detected locale", "iCCP")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if (
+            NO_DISPLAY
+            and Path(item.path).parent == Path(__file__).parent
+            and "qtbot" in getattr(item, "fixturenames", ())
+        ):
+            item.add_marker(pytest.mark.skip(reason="DISPLAY is not set: window tests need an X display (Xvfb)"))
+
+
+@pytest.fixture(scope="session")
+def qapp() -> Iterator[QApplication]:
+    """The one application, dressed as in a real start."""
+    request_format()
+    application = QApplication.instance() or QApplication(["lightarc"])
+    assert isinstance(application, QApplication)
+    theme.apply(application, "dark")
+    return application  # type: ignore[return-value]
+
+
+@pytest.fixture(autouse=True)
+def _own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Working data and settings of a test stay in its own folder."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+
+
+@pytest.fixture(autouse=True)
+def _no_qt_warnings() -> Iterator[None]:
+    said: list[str] = []
+
+    def listen(kind: QtMsgType, _context: QMessageLogContext, words: str) -> None:
+        if kind in (QtMsgType.QtWarningMsg, QtMsgType.QtCriticalMsg) and not any(word in words for word in HARMLESS):
+            said.append(words)
+
+    before = qInstallMessageHandler(listen)
+    yield
+    qInstallMessageHandler(before)
+    assert not said, "\n".join(said)
+
+
+@pytest.fixture(scope="session")
+def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of five small photographs of stripes that brighten with the light's elevation."""
+    folder = tmp_path_factory.mktemp("capture") / "Felt sample"
+    folder.mkdir()
+    noise = np.random.default_rng(5).normal(0.0, 0.01, (96, 128, 3))
+    rows, columns = np.mgrid[0:96, 0:128]
+    weave = 0.5 + 0.35 * np.sin(rows / 3.0) * np.sin(columns / 4.0)
+    tint = np.array([0.9, 0.7, 0.5])
+    for angle in (10, 30, 50, 70, 90):
+        share = np.sin(np.radians(angle))
+        radiance = share * tint * weave[..., None] ** (2.0 - share) + noise * share
+        (folder / f"felt_{angle}deg.png").write_bytes(
+            encode_png(np.uint16(np.clip(radiance, 0, 1) ** (1 / 2.2) * 65535))
+        )
+    return folder
+
+
+@pytest.fixture
+def window(qapp: QApplication, qtbot: object) -> Iterator[object]:
+    """The main window without remembered settings, closed at the end; an error that nobody expected fails the test."""
+    from app.main_window import MainWindow
+
+    made = MainWindow(None)
+    made.show()
+    qtbot.waitExposed(made)  # type: ignore[attr-defined]
+    yield made
+    for box in tuple(made.failures.open_dialogs.values()):
+        box.close()
+    made.close()
+    made.deleteLater()
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+@pytest.fixture
+def drop() -> Callable[[QWidget, list[Path]], None]:
+    """Drop files on a widget, with the event that a file manager sends."""
+
+    def send(widget: QWidget, paths: list[Path]) -> None:
+        data = QMimeData()
+        data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+        place = QPointF(QPoint(widget.width() // 2, widget.height() // 2))
+        none = Qt.KeyboardModifier.NoModifier
+        copy, left = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton
+        for event in (
+            QDragEnterEvent(place.toPoint(), copy, data, left, none),
+            QDropEvent(place, copy, data, left, none),
+        ):
+            QApplication.sendEvent(widget, event)
+            assert event.isAccepted()
+
+    return send
