@@ -189,7 +189,7 @@ class CaptureTab(QWidget):
     def _make_right(self) -> QWidget:
         panel = Panel()
         capture = panel.section("Capture")
-        self.size = capture.figure("Size")
+        self.resolution = capture.figure("Size")
         self.camera = capture.figure("Camera")
         self.angles = capture.figure("Angles", "Where the elevations of the light come from")
         self.angle_words = text("", "warning", wrap=True)
@@ -259,7 +259,9 @@ class CaptureTab(QWidget):
 
     def _show_figures(self, project: Project) -> None:
         stack = project.stack
-        self.size.setText(f"{stack.radiance.shape[2]} × {stack.radiance.shape[1]} px" if stack is not None else "–")
+        self.resolution.setText(
+            f"{stack.radiance.shape[2]} × {stack.radiance.shape[1]} px" if stack is not None else "–"
+        )
         cameras = stack.provenance.get("cameras") or stack.provenance.get("camera") if stack is not None else None
         camera = ", ".join(map(str, cameras)) if isinstance(cameras, (list, tuple)) else str(cameras or "not recorded")
         self.camera.setText(self.camera.fontMetrics().elidedText(camera, Qt.TextElideMode.ElideRight, 150))
@@ -306,8 +308,9 @@ class CaptureTab(QWidget):
         if key in self._pictures:
             self.image.show_picture(self._pictures[key])
             return
-        work = lambda: photograph(stack.radiance[place], stack.saturated[place])  # noqa: E731
-        self._loading = self.bench.jobs.submit("Preparing the picture", work, heavy=False)
+        self._loading = self.bench.jobs.submit(
+            "Preparing the picture", lambda: photograph(stack.radiance[place], stack.saturated[place]), heavy=False
+        )
         self._loading.succeeded.connect(lambda picture: self._show_picture(key, picture))
 
     def _show_picture(self, key: tuple[int, str], picture: Picture) -> None:

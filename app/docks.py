@@ -71,8 +71,10 @@ class JobsDock(QDockWidget):
             self._insert(job)
         place = self.rows.index(job)
         now = describe(job) if not job.over else STATES[job.state]
-        self.table.item(place, 1).setText(now)
-        self.table.item(place, 2).setText(f"{job.time_s:.1f} s" if job.over else "")
+        for column, words in ((1, now), (2, f"{job.time_s:.1f} s" if job.over else "")):
+            item = self.table.item(place, column)
+            assert item is not None
+            item.setText(words)
         cancel = self.table.cellWidget(place, 3)
         if cancel is not None and job.over:
             self.table.removeCellWidget(place, 3)

@@ -49,10 +49,10 @@ class ExportTab(QWidget):
     capture_wanted = Signal()
     sample_wanted = Signal()
 
-    def __init__(self, bench: Workbench, grab: Callable[[], QImage]) -> None:
+    def __init__(self, bench: Workbench, take_picture: Callable[[], QImage]) -> None:
         super().__init__()
         self.bench = bench
-        self.grab = grab
+        self.take_picture = take_picture
         self.folder = Path.home() if Path.home().is_dir() else Path.cwd()
         self.exporting: Job | None = None
         self.image = ImageView()
@@ -138,7 +138,7 @@ class ExportTab(QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self.image.show_picture(Picture((self.grab(),)))
+        self.image.show_picture(Picture((self.take_picture(),)))
 
     @property
     def target(self) -> Path:
@@ -148,7 +148,7 @@ class ExportTab(QWidget):
     def start(self) -> None:
         """Write the bundle; what exists is replaced only if it is a bundle."""
         include = frozenset(value for value, (box, _) in self.parts.items() if box.isChecked() and box.isEnabled())
-        preview = _png(self.grab())
+        preview = _png(self.take_picture())
         self._say("Writing…", "secondary", "")
         self.exporting = self.bench.export(self.target, include, preview)
         self.exporting.succeeded.connect(self._exported)
@@ -200,7 +200,7 @@ class ExportTab(QWidget):
         if new.material.shading_map is not old.material.shading_map:
             self._say("Nothing written yet.", "secondary", "")
         if self.isVisible():
-            self.image.show_picture(Picture((self.grab(),)))
+            self.image.show_picture(Picture((self.take_picture(),)))
         self._update_buttons()
 
     def _show_sizes(self, project: Project) -> None:

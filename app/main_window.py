@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QSize, Qt, QTimer
@@ -44,7 +45,6 @@ from app.image_view import ImageView
 from app.jobs import Job
 from app.material_tab import MaterialTab
 from app.panels import text
-from app.plots import Plot
 from app.status_bar import StatusBar
 from app.surfaces import GlSurface, request_format
 from app.theme import PADDING, STEP, role
@@ -105,7 +105,9 @@ class MainWindow(QMainWindow):
         self.material = MaterialTab(self.bench)
         self.view = ViewTab(self.bench)
         self.export = ExportTab(self.bench, self.grab_picture)
-        self.tabs = dict(zip(WORKSPACES, (self.capture, self.material, self.view, self.export), strict=True))
+        self.tabs: dict[str, QWidget] = dict(
+            zip(WORKSPACES, (self.capture, self.material, self.view, self.export), strict=True)
+        )
         self.stack = QStackedWidget()
         for tab in self.tabs.values():
             self.stack.addWidget(tab)
@@ -181,7 +183,7 @@ class MainWindow(QMainWindow):
         edit.addAction(self.redo)
         view = self.menu.addMenu("&View")
         for place, name in enumerate(WORKSPACES):
-            self._add(view, name.capitalize(), f"Ctrl+{place + 1}", lambda name=name: self.show_workspace(name))
+            self._add(view, name.capitalize(), f"Ctrl+{place + 1}", partial(self.show_workspace, name))
         view.addSeparator()
         self._add(view, "Dark theme", "", lambda: self.set_theme("dark"))
         self._add(view, "Light theme", "", lambda: self.set_theme("light"))
@@ -320,7 +322,7 @@ class MainWindow(QMainWindow):
     def _fill_recent(self) -> None:
         self.recent.clear()
         for path in self.settings.recent:
-            self._add(self.recent, path, "", lambda path=path: self.open([Path(path)]))
+            self._add(self.recent, path, "", partial(self.open, [Path(path)]))
         if not self.settings.recent:
             self.recent.addAction("Nothing yet").setEnabled(False)
 
@@ -329,12 +331,12 @@ class MainWindow(QMainWindow):
         self.mark.setPixmap(icons.pixmap("lightarc", 20, colours.accent, self.devicePixelRatioF()))
         for place, name in enumerate(WORKSPACES):
             self.buttons.button(place).setIcon(icons.icon(name))
-        for tab in self.tabs.values():
+        for tab in (self.capture, self.material, self.view, self.export):
             tab.apply_theme()
         self.status.apply_theme()
         self._changed(Project(), self.bench.document.project)
-        for view in (*self.findChildren(ImageView), *self.findChildren(Plot)):
-            view.update()
+        for picture in self.findChildren(ImageView):
+            picture.update()
 
     def _restore_layout(self) -> None:
         if self.settings.geometry:

@@ -288,9 +288,9 @@ class MaterialTab(QWidget):
 def _shape(project: Project) -> tuple[int, int]:
     material = project.material
     if material.power_law is not None:
-        return material.power_law.scale.shape[:2]  # type: ignore[return-value]
+        return material.power_law.scale.shape[:2]
     assert material.shading_map is not None
-    return material.shading_map.slices.shape[1:3]  # type: ignore[return-value]
+    return material.shading_map.slices.shape[1:3]
 
 
 def _error_scale(project: Project) -> float:

@@ -214,7 +214,7 @@ class ColourEditor(QWidget):
         dialog.open()
 
     def _picked(self, colour: QColor) -> None:
-        red, green, blue = (float(channel) for channel in srgb_decode(list(colour.getRgbF()[:3])))
+        red, green, blue = (float(channel) for channel in srgb_decode([colour.redF(), colour.greenF(), colour.blueF()]))
         self.show_value((red, green, blue))
         self.edited.emit(self.colour, True)
 

@@ -140,13 +140,13 @@ class TexelPlot(Plot):
         self, r: NDArray[np.float64], slices: NDArray[np.float64] | None, fitted: NDArray[np.float64] | None
     ) -> None:
         """`r` (S,), `slices` (S, 3) and `fitted` (M, 3) over the same range of r; None where there is none."""
-        highest = 1e-6
+        highest = 0.0
         for channel in range(3):
             values = slices[:, channel] if slices is not None else np.empty(0)
             self.points[channel].setData(x=r[: len(values)], y=values)
             curve = fitted[:, channel] if fitted is not None else np.empty(0)
             self.curves[channel].setData(np.linspace(r[0], r[-1], len(curve)) if len(curve) else [], curve)
-            highest = max(highest, *(float(v.max()) for v in (values, curve) if len(v)), 1e-6)
+            highest = max(highest, 1e-6, *(float(v.max()) for v in (values, curve) if len(v)))
         if len(r):
             self.setXRange(float(r[0]), float(r[-1]), padding=0.04)
             self.setYRange(0.0, highest * 1.08, padding=0)
@@ -182,8 +182,8 @@ class ColourBar(QWidget):
         painter.drawText(QPointF(8, 22), self.caption)
         painter.setPen(QColor(colours.text))
         for share in (0.0, 0.25, 0.5, 0.75, 1.0):
-            y = bottom - share * (bottom - top)
-            painter.drawText(QPointF(26, y + 4), plain(float(f"{share * self.high:.2g}")))
+            place = bottom - share * (bottom - top)
+            painter.drawText(QPointF(26, place + 4), plain(float(f"{share * self.high:.2g}")))
 
 
 def colour_table(name: str = "cividis") -> NDArray[np.uint8]:

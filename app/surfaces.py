@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import logging
 import time
 from typing import Any
 
-import numpy as np
 from PySide6.QtCore import QRectF, QTimer, Signal
 from PySide6.QtGui import QColor, QImage, QOffscreenSurface, QOpenGLContext, QPainter, QPaintEvent, QSurfaceFormat
 from PySide6.QtOpenGLWidgets import QOpenGLWidget
@@ -17,13 +15,11 @@ from app import theme
 from app.jobs import Jobs
 from app.latest import Latest
 from app.pictures import rgb_image
-from engine.colour import srgb_decode, to_display8, tone_map
+from engine.colour import srgb_decode
 from engine.errors import MissingCapability
-from engine.gl.tonemap import Display
+from engine.render.display import Display, displayed
 from engine.scene import Scene
 from engine.steps import Step, Steps
-
-log = logging.getLogger(__name__)
 
 #: How long a frame may take: while something moves, when it is still, and when it is still and no job runs either.
 MOVING_S, STILL_S, IDLE_S = 0.03, 0.045, 0.25
@@ -90,7 +86,8 @@ def sub_pixels(level: int, pixels: int) -> int:
 
 def display_of(exposure_ev: float, operator: Any) -> Display:
     """Exposure and tone mapping over the window's canvas colour."""
-    red, green, blue = (float(v) for v in srgb_decode(list(QColor(theme.current().canvas).getRgbF()[:3])))
+    canvas = QColor(theme.current().canvas)
+    red, green, blue = (float(v) for v in srgb_decode([canvas.redF(), canvas.greenF(), canvas.blueF()]))
     return Display(exposure_ev, operator, (red, green, blue))
 
 
@@ -140,8 +137,8 @@ class GlSurface(QOpenGLWidget):
         framebuffer = self._context.detect_framebuffer(self.defaultFramebufferObject())
         width, height = framebuffer.size
         if self.scene is None or min(width, height) < 1:
-            red, green, blue, _ = QColor(theme.current().canvas).getRgbF()
-            framebuffer.clear(red, green, blue, 1.0)
+            canvas = QColor(theme.current().canvas)
+            framebuffer.clear(canvas.redF(), canvas.greenF(), canvas.blueF(), 1.0)
             return
         started = time.perf_counter()
         level = self._cost.best(width * height, self.budget_s)
@@ -233,8 +230,4 @@ def _computed(scene: Scene, size: tuple[int, int], display: Display) -> Steps[tu
 
     started = time.perf_counter()
     picture = yield from radiance(scene, size, samples=1)
-    coverage = np.minimum(picture[..., 3:], 1.0)
-    colour = np.divide(picture[..., :3], coverage, out=np.zeros_like(picture[..., :3]), where=coverage > 0)
-    shown = np.clip(tone_map(colour, display.exposure_ev, display.operator), 0.0, 1.0)
-    blended = shown * coverage + np.asarray(display.background, np.float32) * (1.0 - coverage)
-    return rgb_image(to_display8(blended)), time.perf_counter() - started
+    return rgb_image(displayed(picture, display)), time.perf_counter() - started

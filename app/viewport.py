@@ -21,8 +21,8 @@ from app.theme import PADDING, role
 from engine.camera import Camera, frame, orbit, pan, zoom
 from engine.directions import Vectors, world_angles, world_direction
 from engine.errors import MissingCapability
-from engine.gl.tonemap import Display
 from engine.mesh import Mesh
+from engine.render.display import Display
 from engine.scene import Scene
 
 STILL_AFTER_MS = 180
@@ -138,7 +138,8 @@ class Viewport(QWidget):
         self.banner.raise_()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        near = self.overlay.handle() is not None and _distance(self.overlay.handle(), event.position()) < 2 * HANDLE_PX
+        handle = self.overlay.handle()
+        near = handle is not None and _distance(handle, event.position()) < 2 * HANDLE_PX
         left = event.button() == Qt.MouseButton.LeftButton
         if left and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
             kind = "turn light"
