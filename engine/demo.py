@@ -37,8 +37,10 @@ from engine.files.untrusted import read_bytes
 from engine.images.encode import encode_png
 from engine.material import Material
 from engine.render import direct
-from engine.render.simulate import MARKER as CAPTURE_MARKER
-from engine.render.simulate import Capture, LightArc, capture_toml, shots, simulate
+from engine.render.arc import LightArc
+from engine.render.capture_notes import MARKER as CAPTURE_MARKER
+from engine.render.capture_notes import capture_toml
+from engine.render.simulate import Capture, simulate
 from engine.scene import SOURCES, Scene, Source
 from engine.shading.power_law import PowerLawMap, fit
 from engine.shading.shading_map import ShadingMap, build
@@ -220,7 +222,7 @@ def _is_whole(capture: Path, arc: LightArc) -> bool:
     try:
         truth = json.loads(read_bytes(capture / CAPTURE_MARKER, LIMIT_BYTES))
         table = read_bytes(capture / "capture.toml", LIMIT_BYTES).decode()
-        return table == capture_toml(arc, shots(arc)) and all(
+        return table == capture_toml(arc) and all(
             hashlib.sha256(read_bytes(capture / record["file"], LIMIT_BYTES)).hexdigest() == record["sha256"]
             for record in truth["photographs"]
         )

@@ -2,6 +2,9 @@
 
     notes = "suede, distant lamp"
     transfer = "linear"            # of 8- and 16-bit files: "srgb" or "linear"
+    dark = "dark.tif"              # optional; photograph without light
+    flat = "flat.tif"              # optional; photograph of an even white surface
+    lamp_distance = 1.5            # optional; of a near lamp from the middle of the picture, in its widths
 
     [[photographs]]
     file = "woven_01.tif"
@@ -9,6 +12,12 @@
     azimuth_deg = 0.0              # optional; 0 = right, 90 = up in the picture
     exposure_s = 0.5               # optional; replaces what the camera noted
 
+    [sphere]                       # optional; outline of a mirror sphere in the picture
+    column_px = 80.5
+    row_px = 450.0
+    radius_px = 40.0
+
+Entries with equal angles and different exposures are exposures of one light.
 A table [simulation] is kept for the virtual light arc. Misspelt keys are refused, because a key that is silently
 ignored is an angle that is silently wrong.
 """
@@ -41,6 +50,16 @@ class PhotographEntry(BaseModel):
     exposure_s: float | None = Field(default=None, gt=0.0)
 
 
+class SphereEntry(BaseModel):
+    """Outline of a mirror sphere in pixels, (0, 0) = the upper left corner of the picture."""
+
+    model_config = _STRICT
+
+    column_px: float
+    row_px: float
+    radius_px: float = Field(gt=0.0)
+
+
 class CaptureFile(BaseModel):
     """The whole file."""
 
@@ -48,7 +67,11 @@ class CaptureFile(BaseModel):
 
     notes: str = ""
     transfer: Literal["srgb", "linear"] | None = None
+    dark: str | None = Field(default=None, min_length=1)
+    flat: str | None = Field(default=None, min_length=1)
+    lamp_distance: float | None = Field(default=None, gt=0.5)
     photographs: tuple[PhotographEntry, ...] = ()
+    sphere: SphereEntry | None = None
     simulation: dict[str, Any] = {}
 
 

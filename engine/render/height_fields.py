@@ -16,7 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from engine.steps import Step, Steps, drain
+
 Grid = NDArray[np.float64]
+
+_NOTE = "Making the sample"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,34 +59,45 @@ class Sample:
 
 def sample(name: str, size: int, seed: int = 1) -> Sample:
     """The sample called `name` (one of `SAMPLES`) on a grid of size x size texels."""
+    return drain(making(name, size, seed))
+
+
+def making(name: str, size: int, seed: int = 1) -> Steps[Sample]:
+    """Make the sample called `name` (one of `SAMPLES`) on a grid of size x size texels."""
     if name not in SAMPLES:
         raise ValueError(f"unknown sample {name!r}; known are {', '.join(SAMPLES)}")
     if not MIN_SIZE <= size <= MAX_SIZE:
         raise ValueError(f"size {size} is outside [{MIN_SIZE}, {MAX_SIZE}]")
-    return SAMPLES[name](size, seed)
+    return (yield from SAMPLES[name](size, seed))
 
 
-def plain(size: int, seed: int = 1) -> Sample:
+def plain(size: int, seed: int = 1) -> Steps[Sample]:
     """A flat, grey, perfectly diffuse card: radiance proportional to the sine of the light's elevation."""
     del seed
+    yield Step(0.0, _NOTE)
     return _made(np.zeros((size, size)), np.full(3, 0.5), 0.0, 1.0)
 
 
-def woven(size: int, seed: int = 1) -> Sample:
+def woven(size: int, seed: int = 1) -> Steps[Sample]:
     """Herringbone cloth: ochre weft over indigo warp, two over and two under, the threads twisted of fibres.
 
     A thread is an elliptic cylinder about a centre line that rises where it passes over and sinks where it passes
     under; of the two threads at a texel the higher one is seen.
     """
+    yield Step(0.0, _NOTE)
     threads, pitch = 24, size / 24
     x, y = _texel_centres(size) / pitch
     wander = _noise(size, seed, 1, 9, 1.0)
     sway = _noise(size, seed + 1, 1, 9, 1.0)
+    yield Step(0.2, _NOTE)
     over = _herringbone(threads)
     warp = _threads(x + 0.07 * wander, y, over.T, seed + 2)
+    yield Step(0.4, _NOTE)
     weft = _threads(y + 0.07 * sway, x, ~over, seed + 3)
+    yield Step(0.6, _NOTE)
     front = np.where(weft[0] > warp[0], 1, 0)
     rise, strand, along, shade = (np.choose(front, pair) for pair in zip(warp, weft, strict=True))
+    yield Step(0.8, _NOTE)
     fuzz = _noise(size, seed + 4, size // 12, size // 3, 0.4)
     rise = rise + 0.016 * strand + 0.005 * fuzz
     colour = np.where(front[..., None] == 1, np.array([0.62, 0.42, 0.19]), np.array([0.055, 0.10, 0.22]))
@@ -90,17 +105,21 @@ def woven(size: int, seed: int = 1) -> Sample:
     return _made(rise * pitch, colour * tone[..., None], 0.045, 0.34 + 0.03 * fuzz)
 
 
-def hammered(size: int, seed: int = 1) -> Sample:
+def hammered(size: int, seed: int = 1) -> Steps[Sample]:
     """Hand-hammered brass: each blow leaves a spherical dent, and where dents meet they leave a soft ridge."""
+    yield Step(0.0, _NOTE)
     blows, spread = 72, size / np.sqrt(72)
     random = np.random.default_rng((seed, 11))
     centres = _relaxed(random.random((blows, 2)), 2) * size
     depth = random.uniform(-0.10, 0.10, blows)
+    yield Step(0.2, _NOTE)
     distance, which = _nearest(size, centres, 5)
+    yield Step(0.6, _NOTE)
     dents = (distance / spread) ** 2 * 0.62 + depth[which]
     sharpness = 34.0
     lowest = dents.min(axis=-1, keepdims=True)
     floor = lowest[..., 0] - np.log(np.exp(-sharpness * (dents - lowest)).sum(axis=-1)) / sharpness
+    yield Step(0.8, _NOTE)
     grain = _noise(size, seed + 1, size // 8, size // 3, 0.3)
     tarnish = _noise(size, seed + 2, 1, 14, 1.2)
     worn = np.clip((floor - floor.mean()) / (3 * floor.std()) + 0.5, 0, 1)
@@ -110,16 +129,20 @@ def hammered(size: int, seed: int = 1) -> Sample:
     return _made(height, albedo, specular, 0.36 - 0.08 * worn + 0.02 * grain)
 
 
-def leather(size: int, seed: int = 1) -> Sample:
+def leather(size: int, seed: int = 1) -> Steps[Sample]:
     """Saddle leather: rounded pebbles parted by creases (the difference of the two nearest distances), with pores."""
+    yield Step(0.0, _NOTE)
     pebbles, spread = 520, size / np.sqrt(520)
     random = np.random.default_rng((seed, 21))
     centres = _relaxed(random.random((pebbles, 2)), 1) * size
     bend = 0.22 * spread * np.stack([_noise(size, seed + n, 3, 24, 0.8) for n in (1, 2)], axis=-1)
+    yield Step(0.3, _NOTE)
     distance, which = _nearest(size, centres, 2, bend)
+    yield Step(0.6, _NOTE)
     gap = (distance[..., 1] - distance[..., 0]) / spread
     pebble = 1 - np.exp(-((gap / 0.30) ** 1.5))
     swell = random.uniform(0.75, 1.1, pebbles)[which[..., 0]]
+    yield Step(0.8, _NOTE)
     folds = _noise(size, seed + 3, 1, 6, 1.0)
     grain = _noise(size, seed + 4, size // 16, size // 3, 0.5)
     pore = np.clip(_noise(size, seed + 5, 20, size // 4, 0.3) - 1.7, 0, 1)

@@ -11,7 +11,7 @@ import pytest
 from app import cli
 from engine import demo as demos
 from engine.errors import InputError
-from engine.render.simulate import LightArc
+from engine.render.arc import LightArc
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,7 @@ from engine import demo as demos
 from engine.demo import Demo, built_in_sample, demo
 from engine.errors import InputError, MissingCapability, OutputError
 from engine.files.bundle import open_bundle, verify_bundle
-from engine.render.simulate import LightArc
+from engine.render.arc import LightArc
 from engine.steps import drain
 
 STAGES = ["simulate", "import", "shade", "compress", "render", "bundle", "contact sheet"]

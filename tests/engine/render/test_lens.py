@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
-from engine.render.lens import blurred
+from engine.render.lens import blurred, falloff, turned
 
 
 def waves(right=0.0, down=0.0):
@@ -30,3 +32,40 @@ def test_mean_is_kept_and_nothing_is_negative():
     moved = blurred(image, 1.0, 0.3, -0.6)
     assert moved.min() >= 0
     assert moved.mean(dtype=float) == pytest.approx(image.mean(dtype=float), rel=2e-4)
+
+
+def test_quarter_turn_is_counter_clockwise():
+    image = np.random.default_rng(1).random((32, 32, 3), np.float32)
+    np.testing.assert_allclose(turned(image, math.pi / 2, 0.0, 0.0), np.rot90(image), atol=2e-5)
+
+
+def test_turn_and_shift_of_a_wave_are_where_they_should_be():
+    """Away from the border, where a turned tile no longer fits itself; a point p is seen at R p + shift."""
+    angle, right, down, size = math.radians(3), 0.7, -1.2, 96
+    column, row = np.meshgrid(np.arange(size) + 0.5 - size / 2, np.arange(size) + 0.5 - size / 2)
+
+    def wave(x, y):
+        return 0.5 + 0.4 * np.sin(2 * np.pi * (5 * x + 3 * y) / size)
+
+    image = np.repeat(wave(column, row)[..., None], 3, axis=2).astype(np.float32)
+    x, y = column - right, row - down
+    cosine, sine = math.cos(angle), math.sin(angle)
+    expected = wave(cosine * x - sine * y, sine * x + cosine * y)
+    moved = turned(image, angle, right, down)[..., 0]
+    np.testing.assert_allclose(moved[16:-16, 16:-16], expected[16:-16, 16:-16], atol=1e-4)
+    halves = turned(image, angle, right, down, 2)[..., 0]
+    assert halves.shape == (48, 48)
+    means = expected.reshape(48, 2, 48, 2).mean(axis=(1, 3))
+    np.testing.assert_allclose(halves[8:-8, 8:-8], means[8:-8, 8:-8], atol=0.02)
+
+
+def test_falloff_is_the_fourth_power_of_the_cosine_off_the_axis():
+    loss = 1 - math.cos(math.radians(25)) ** 4
+    share = falloff(101, 151, loss)
+    tangent = np.hypot(*np.meshgrid(np.arange(151) - 75, np.arange(101) - 50)) / math.hypot(75.5, 50.5)
+    angle = np.arctan(tangent * math.tan(math.radians(25)))
+    np.testing.assert_allclose(share, np.cos(angle) ** 4, rtol=1e-6)
+    assert share[50, 75] == 1
+    assert (falloff(8, 8, 0.0) == 1).all()
+    with pytest.raises(ValueError, match="cannot lose"):
+        falloff(8, 8, 1.0)

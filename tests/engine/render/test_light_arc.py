@@ -7,9 +7,8 @@ import math
 import numba
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
-from engine.render import light_arc
+from engine.render import light_arc, shadows
 from engine.render.height_fields import Sample, sample
 
 
@@ -20,16 +19,10 @@ def surface(height, albedo=0.5, specular=0.0, roughness=1.0):
 
 
 def lit(field, elevation, azimuth=0.0, radius=0.0):
-    horizon = light_arc.horizon_slope(field.height, azimuth, 0.5 * elevation)
-    visible = light_arc.visibility(horizon, elevation, radius)
+    horizon = shadows.horizon_slope(field.height, azimuth, 0.5 * elevation)
+    visible = shadows.visibility(horizon, elevation, radius)
     slope = light_arc.surface_slope(field.height)
     return light_arc.radiance(field, slope, visible, light_arc.light_direction(elevation, azimuth))
-
-
-def wall(size=200, height=10.0, column=100):
-    field = np.zeros((size, size), np.float32)
-    field[:, column] = height
-    return field
 
 
 @pytest.mark.parametrize("elevation_deg", [1, 5, 30, 45, 89, 90])
@@ -38,51 +31,6 @@ def test_flat_diffuse_sample_is_proportional_to_the_sine_of_elevation(elevation_
     elevation = math.radians(elevation_deg)
     image = lit(sample("plain", 16), elevation, math.radians(azimuth_deg))
     np.testing.assert_allclose(image, 0.5 * math.sin(elevation) / math.pi, rtol=2e-7)
-
-
-@pytest.mark.parametrize("elevation_deg", [10, 20, 44])
-@pytest.mark.parametrize(("azimuth", "away"), [(0.0, -1), (math.pi, +1)])
-def test_shadow_of_a_wall_is_its_height_over_the_tangent(elevation_deg, azimuth, away):
-    tangent = math.tan(math.radians(elevation_deg))
-    horizon = light_arc.horizon_slope(wall(), azimuth, math.radians(5))
-    dark = light_arc.visibility(horizon, math.radians(elevation_deg), 0.0)[50] == 0
-    columns = 100 + away * np.arange(1, 60)
-    assert np.array_equal(dark[columns], 10.0 / np.arange(1, 60) > tangent)
-    assert not dark[100 - away * np.arange(60)].any()
-
-
-@pytest.mark.parametrize("azimuth_deg", [90, 270])
-def test_rows_and_columns_cast_alike(azimuth_deg):
-    sideways = light_arc.horizon_slope(wall(), math.radians(azimuth_deg - 90), 0.1)
-    upwards = light_arc.horizon_slope(np.ascontiguousarray(np.rot90(wall())), math.radians(azimuth_deg), 0.1)
-    np.testing.assert_allclose(upwards, np.rot90(sideways), atol=1e-6)
-
-
-@pytest.mark.parametrize("azimuth_deg", [0, 20, 45, 77, 130, 290])
-def test_horizon_of_a_sine_is_what_a_brute_force_search_finds(azimuth_deg):
-    """A ridge seen at an angle is further away by 1/cos: the horizon's slope is that of the profile along the ray."""
-    azimuth, period, amplitude = math.radians(azimuth_deg), 64, 6.0
-    column = np.arange(128)
-    height = np.tile(amplitude * np.cos(2 * np.pi * column / period), (128, 1)).astype(np.float32)
-    found = light_arc.horizon_slope(height, azimuth, 0.05)[40]
-    distance = np.linspace(0.5, 400, 8000)
-    ray = amplitude * np.cos(2 * np.pi * (column[:, None] + distance * math.cos(azimuth)) / period)
-    true = np.maximum(((ray - height[40][:, None]) / distance).max(axis=1), 0)
-    np.testing.assert_allclose(found, true, atol=0.015)
-
-
-def test_horizon_reaches_through_the_border_of_the_tile():
-    field = wall(column=2)
-    horizon = light_arc.horizon_slope(field, 0.0, 0.02)
-    assert horizon[0, 150] == pytest.approx(10 / 52)
-
-
-def test_lamp_disc_fades_as_the_area_of_a_circle_above_a_chord():
-    radius, elevation = math.radians(2), math.radians(30)
-    for above in (-1.0, -0.6, 0.0, 0.25, 1.0):
-        horizon = np.full((1, 1), math.tan(elevation - above * radius), np.float32)
-        area = quad(lambda u: 2 * math.sqrt(1 - u * u), -above, 1)[0] / math.pi
-        assert light_arc.visibility(horizon, elevation, radius)[0, 0] == pytest.approx(area, abs=2e-5)
 
 
 @pytest.mark.parametrize("tilt_deg", [-20, 5, 25])
@@ -139,34 +87,47 @@ def test_lobe_peaks_where_the_mirror_sees_the_lamp():
     assert np.degrees(tilts[image[0, :, 0].argmax()]) == pytest.approx(20, abs=2)
 
 
-def test_openness_of_a_flat_field_is_one_and_nothing_bounces():
-    field = sample("plain", 32)
-    open_part = light_arc.openness(field.height)
-    assert (open_part == 1).all()
+def bounced(direct, albedo, open_part):
+    shape = (24, 24)
+    light, colour = (np.full((*shape, 3), value, np.float32) for value in (direct, albedo))
+    return light_arc.interreflected(light, colour, np.full(shape, open_part, np.float32), 3.0)
+
+
+def test_nothing_bounces_off_a_flat_field():
+    assert (bounced(0.3, 0.9, 1.0) == np.float32(0.3)).all()
+
+
+@pytest.mark.parametrize(("albedo", "open_part"), [(0.8, 0.6), (0.3, 0.9), (1.0, 0.5)])
+def test_bounces_in_an_even_light_are_a_geometric_series(albedo, open_part):
+    """The hidden part of the hemisphere shines like its surroundings: g = rho (1 - open) of the light comes back."""
+    returned = albedo * (1 - open_part)
+    series = sum(returned**bounce for bounce in range(light_arc.BOUNCES + 1))
+    light = bounced(0.3, albedo, open_part)
+    np.testing.assert_allclose(light, 0.3 * series, rtol=1e-5)
+    assert light.max() < 0.3 / (1 - returned) * (1 + 1e-6)
+
+
+def test_light_bounces_into_a_dark_texel_from_its_neighbours():
     direct = np.full((32, 32, 3), 0.3, np.float32)
-    assert (light_arc.bounce(direct, field.albedo, open_part, 2.0) == 0).all()
+    direct[16, 16] = 0.0
+    ones = np.ones((32, 32), np.float32)
+    light = light_arc.interreflected(direct, ones[..., None] * np.float32([0.5, 0.5, 0.5]), 0.8 * ones, 8.0)
+    assert light[16, 16, 0] == pytest.approx(0.3 * 0.1 / 0.9, rel=0.02)
 
 
-def test_hidden_part_of_the_sky_shines_like_its_surroundings():
-    """An evenly lit neighbourhood of radiance L fills the hidden part of the hemisphere: rho (1 - open) L."""
-    direct = np.full((24, 24, 3), 0.3, np.float32)
-    albedo = np.full((24, 24, 3), 0.8, np.float32)
-    open_part = np.full((24, 24), 0.6, np.float32)
-    np.testing.assert_allclose(light_arc.bounce(direct, albedo, open_part, 3.0), 0.8 * 0.4 * 0.3, rtol=1e-5)
-
-
-def test_openness_of_a_trench_is_that_of_its_walls():
-    """Bottom centre of a long trench: the configuration factor of the sky is sin of the wall's complement angle.
-
-    Along the azimuth a the walls stand at w / |cos a|, so the mean of cos^2 over azimuths is what is compared.
-    """
-    height = np.zeros((64, 64), np.float32)
-    height[:, 20:44] = -12.0
-    angles = 2 * np.pi * np.arange(16) / 16
-    slope = np.abs(np.cos(angles)) * 12 / 12.0
-    expected = np.mean(1 / (1 + slope**2))
-    found = light_arc.openness(height, azimuths=16, lowest=0.02)[30, 31:33].mean()
-    assert found == pytest.approx(expected, rel=0.06)
+@pytest.mark.parametrize(("elevation_deg", "azimuth_deg"), [(90, 0), (40, 0), (10, 70)])
+def test_near_lamp_lights_a_card_by_its_distance_and_its_angle(elevation_deg, azimuth_deg):
+    """Irradiance of a plane by a point: cos(theta) / |v|^2 = z / |v|^3, one on what faces it in the middle."""
+    elevation, azimuth, distance = math.radians(elevation_deg), math.radians(azimuth_deg), 60.0
+    field = sample("plain", 40)
+    slope, ones = light_arc.surface_slope(field.height), np.ones((40, 40), np.float32)
+    direction = light_arc.light_direction(elevation, azimuth)
+    image = light_arc.radiance(field, slope, ones, direction, 1 / distance)
+    column, row = np.meshgrid(np.arange(40) + 0.5, np.arange(40) + 0.5)
+    x, y, z = (distance * axis for axis in direction)
+    squared = (x - (column - 20)) ** 2 + (y - (20 - row)) ** 2 + z * z
+    expected = 0.5 / math.pi * z / squared**1.5 * distance**2
+    np.testing.assert_allclose(image[..., 1], expected, rtol=1e-6)
 
 
 def test_result_does_not_depend_on_the_number_of_threads():
@@ -180,8 +141,3 @@ def test_result_does_not_depend_on_the_number_of_threads():
     finally:
         numba.set_num_threads(threads)
     assert np.array_equal(images[0], images[-1])
-
-
-def test_lowest_elevation_must_be_above_the_horizon():
-    with pytest.raises(ValueError, match="lowest elevation"):
-        light_arc.horizon_slope(wall(), 0.0, 0.0)

@@ -8,6 +8,7 @@ import math
 import os
 import tomllib
 
+import cv2
 import numba
 import numpy as np
 import OpenEXR
@@ -16,9 +17,12 @@ import rawpy
 import tifffile
 
 from engine.capture.decode import read_photograph
+from engine.capture.mirror_sphere import Circle, find_highlight, light_direction
 from engine.colour import srgb_decode
 from engine.errors import OutputError
-from engine.render.simulate import LEVELS, LightArc, shots, simulate, with_noise
+from engine.render.arc import LightArc, shots
+from engine.render.sensor import LEVELS, with_noise
+from engine.render.simulate import renderings, simulate
 from engine.steps import drain
 
 ANGLES = tuple(math.radians(angle) for angle in (10, 35, 60, 90))
@@ -134,15 +138,19 @@ def test_shift_moves_the_picture_by_what_the_truth_says(tmp_path):
         assert np.abs(b / a - predicted)[strong].max() < 0.02
 
 
-def test_raw_photographs_hold_the_known_levels(tmp_path):
+@pytest.mark.parametrize("bits", [12, 14])
+def test_raw_photographs_hold_the_known_levels(tmp_path, bits):
     folder = tmp_path / "c"
-    drain(simulate(arc(format="dng", noise=0.0), folder))
+    drain(simulate(arc(format="dng", raw_bits=bits, noise=0.0), folder))
     for record in truth(folder)["photographs"]:
         clean = exr(folder / "truth" / record["radiance"]).astype(float)
         with rawpy.imread(str(folder / record["file"])) as raw:
-            assert raw.black_level_per_channel == [512] * 4
-            value = (raw.raw_image_visible.astype(float) - 512) / (raw.white_level - 512)
-        half_a_sample = 0.501 / (LEVELS.white - 512)
+            black = np.array(raw.black_level_per_channel)[raw.raw_pattern]
+            assert np.array_equal(black, LEVELS[bits].black)
+            assert raw.white_level == 2**bits - 1
+            site = np.tile(black, (24, 24))
+            value = (raw.raw_image_visible - site) / (raw.white_level - site)
+        half_a_sample = 0.501 / (2**bits - 1 - black.max())
         assert np.abs(value[0::2, 0::2] - clean[0::2, 0::2, 0] * 0.5).max() <= half_a_sample
         assert np.abs(value[1::2, 1::2] - clean[1::2, 1::2, 2] * 0.625).max() <= half_a_sample
 
@@ -229,6 +237,13 @@ def test_fault_14_read_only_folder_is_named(tmp_path):
         ({"elevation": (0.5, 0.5)}, "same angles"),
         ({"azimuth": (7.0,)}, "azimuths"),
         ({"noise": -0.1}, "noise"),
+        ({"exposure": (0.0,)}, "exposures"),
+        ({"exposure": (1.0, 1.0)}, "two exposures"),
+        ({"lamp_distance": 0.2}, "lamp"),
+        ({"lamp_distance": math.nan}, "lamp"),
+        ({"raw_bits": 10}, "12 or 14 bits"),
+        ({"corner_loss": 1.0}, "corner_loss"),
+        ({"turn": 1.0}, "turn"),
         ({"misalignment_px": math.inf}, "misalignment_px"),
     ],
 )
@@ -245,3 +260,82 @@ def test_names_sort_by_azimuth_then_elevation():
         "woven_azimuth090_07.5.tif",
         "woven_azimuth090_45.tif",
     ]
+
+
+def test_exposures_of_a_light_differ_by_their_time_alone(tmp_path):
+    folder = tmp_path / "c"
+    capture = drain(simulate(arc(format="exr", exposure=(0.25, 1.0, 4.0), noise=0.0, turn=0.02), folder))
+    table = tomllib.loads((folder / "capture.toml").read_text())["photographs"]
+    assert len(capture.shots) == len(table) == 3 * len(ANGLES)
+    times = np.array([entry["exposure_s"] for entry in table[:3]])
+    np.testing.assert_allclose(times / times[1], [0.25, 1, 4])
+    for start in range(0, len(table), 3):
+        short, usual, long = (exr(folder / entry["file"]).astype(float) for entry in table[start : start + 3])
+        np.testing.assert_allclose(4 * short, usual, rtol=1.2e-3, atol=1e-6)
+        np.testing.assert_allclose(long, 4 * usual, rtol=1.2e-3, atol=1e-6)
+    assert len(list((folder / "truth").glob("radiance*"))) == len(ANGLES)
+
+
+@pytest.mark.parametrize("format_", ["tiff", "exr", "dng"])
+def test_dark_frame_and_flat_field_undo_sensor_and_lens(tmp_path, format_):
+    """(photograph - dark) / (flat - dark) is the truth, up to one factor."""
+    folder = tmp_path / "c"
+    settings = {"sample": "plain", "corner_loss": 0.5, "dark": 0.03, "noise": 0.0, "elevation": ANGLES[1:]}
+    drain(simulate(arc(format=format_, calibration=True, **settings), folder))
+    table = tomllib.loads((folder / "capture.toml").read_text())
+    dark, flat = (read_photograph(folder / table[name]).radiance for name in ("dark", "flat"))
+    assert dark.mean() > 0.02
+    assert flat[:2, :2].mean() < 0.62 * flat[24, 24].mean()
+    inside = np.s_[4:-4, 4:-4]
+    for entry, record in zip(table["photographs"], truth(folder)["photographs"], strict=True):
+        even = (read_photograph(folder / entry["file"]).radiance - dark) / (flat - dark) * 0.8
+        clean = exr(folder / "truth" / record["radiance"])
+        np.testing.assert_allclose(even[inside], clean[inside], rtol=3e-3)
+
+
+def test_turned_photographs_lie_where_their_matrix_says(tmp_path):
+    """Blurred a little, because what is finer than two pixels cannot be resampled."""
+    for name, turn in (("still", 0.0), ("turned", 0.05)):
+        drain(simulate(arc(size=128, turn=turn, misalignment_px=2 * turn / 0.05, noise=0.0), tmp_path / name))
+    for before, after in zip(*(truth(tmp_path / name)["photographs"] for name in ("still", "turned")), strict=True):
+        a, b = (exr(tmp_path / n / "truth" / r["radiance"])[..., 1] for n, r in (("still", before), ("turned", after)))
+        undone = cv2.warpAffine(
+            b, np.array(after["alignment_matrix"]), (128, 128), flags=cv2.INTER_LANCZOS4 | cv2.WARP_INVERSE_MAP
+        )
+        inside = np.s_[16:-16, 16:-16]
+        difference = cv2.GaussianBlur(undone - a, (0, 0), 2.0)[inside]
+        assert np.sqrt(np.mean(difference**2)) < 0.01 * cv2.GaussianBlur(a, (0, 0), 2.0).std()
+
+
+def test_sphere_shows_the_lamp_in_every_photograph(tmp_path):
+    folder = tmp_path / "c"
+    drain(simulate(arc(size=240, sphere=True, lamp_distance=1.5, azimuth=(2.0,), noise=0.0), folder))
+    place = tomllib.loads((folder / "capture.toml").read_text())["sphere"]
+    for record in truth(folder)["photographs"]:
+        right, down = record["shift_right_px"], record["shift_down_px"]
+        ball = Circle(place["column_px"] + right, place["row_px"] + down, place["radius_px"])
+        luminance = photograph(folder / record["file"]).mean(axis=2).astype(np.float32)
+        found = light_direction(ball, *find_highlight(luminance, ball))
+        assert math.degrees(math.acos(min(1.0, float(found @ record["sphere_light"])))) < math.degrees(
+            2 * 0.2 / ball.radius
+        )
+
+
+def test_near_lamp_is_noted_and_lights_one_side_more(tmp_path):
+    folder = tmp_path / "c"
+    drain(simulate(arc(sample="plain", lamp_distance=1.0, misalignment_px=0.0, noise=0.0), folder))
+    assert tomllib.loads((folder / "capture.toml").read_text())["lamp_distance"] == 1.0
+    records = truth(folder)["photographs"]
+    low, high = (exr(folder / "truth" / records[place]["radiance"])[..., 1] for place in (0, -1))
+    assert low[24, 44] > 1.5 * low[24, 24] > 2 * low[24, 4]
+    assert high[24, 44] == pytest.approx(high[24, 3], rel=1e-4)
+
+
+def test_renderings_between_the_photographs_are_on_the_scale_of_the_capture(tmp_path):
+    settings = arc(misalignment_px=0.0)
+    drain(simulate(settings, tmp_path / "c"))
+    at_photograph, between = drain(renderings(settings, [ANGLES[1], math.radians(50)]))
+    record = truth(tmp_path / "c")["photographs"][1]
+    assert np.array_equal(at_photograph, exr(tmp_path / "c" / "truth" / record["radiance"]))
+    after = truth(tmp_path / "c")["photographs"][2]["mean_radiance"]
+    assert record["mean_radiance"] < between.mean() < 1.1 * after

@@ -11,7 +11,8 @@ import pytest
 
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.sources import find
-from engine.render.simulate import LightArc, simulate
+from engine.render.arc import LightArc
+from engine.render.simulate import simulate
 from engine.steps import drain
 
 
