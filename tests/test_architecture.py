@@ -63,6 +63,7 @@ EXCEPTIONS = {
     "app/session.py tempfile.mkdtemp": WORKING,
     "app/session.py shutil.rmtree": WORKING,
     "app/bench_window.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
+    "app/bench_program.py tempfile.TemporaryDirectory": "photographs of a measured import, removed with it",
     "app/settings.py folder.mkdir": "an empty folder for the settings",
 }
 

@@ -1,0 +1,97 @@
+"""`lightarc bench`: what it reports. How fast things are is not asserted anywhere."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from app import cli
+from app.verbs import bench
+from engine.bench import shading
+from engine.bench.measure import Measure, best_of
+
+KEYS = ["name", "time_s", "limit_s", "limit", "ratio"]
+
+
+@pytest.fixture
+def lightarc(capsys, monkeypatch):
+    """Runs the command line with this verb alone; gives exit code, standard output and standard error."""
+    monkeypatch.setattr(cli, "VERBS", (("bench", "app.verbs.bench"),))
+
+    def run(*words):
+        try:
+            code = cli.main(list(map(str, words)))
+        except SystemExit as stop:
+            code = stop.code
+        return SimpleNamespace(code=code, **dict(zip(("out", "err"), capsys.readouterr(), strict=True)))
+
+    return run
+
+
+@pytest.fixture
+def small(monkeypatch):
+    monkeypatch.setattr(shading, "SIDE", 16)
+    monkeypatch.setattr(shading, "TEXELS_FOR_SCIPY", 8)
+
+
+@pytest.mark.parametrize("name", ["linearise", "power-law-fit", "power-law-fit-copy"])
+def test_a_measure_stands_beside_its_limit(lightarc, small, name):
+    done = lightarc("bench", "--only", name, "--json")
+    assert done.code == 0, done.err
+    (measure,) = json.loads(done.out)["measures"]
+    assert list(measure) == KEYS
+    assert measure["name"] == name
+    assert measure["ratio"] == measure["time_s"] / measure["limit_s"] > 0
+
+
+def test_every_measure_exists():
+    for name in bench.MEASURES:
+        module, function = bench.MEASURES[name].split(":")
+        assert callable(getattr(__import__(module, fromlist=[function]), function))
+
+
+def test_what_the_machine_lacks_is_left_out_unless_asked_for(lightarc, monkeypatch):
+    if not sys.platform.startswith("linux"):
+        pytest.skip("only Linux can be without a display")
+    for variable in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(variable, raising=False)
+    asked = lightarc("bench", "--only", "window-start", "--json")
+    assert asked.code == 5
+    assert "display" in asked.err
+    monkeypatch.setattr(bench, "MEASURES", {"window-start": bench.MEASURES["window-start"]})
+    all_of_them = lightarc("bench", "--json")
+    assert all_of_them.code == 0
+    assert json.loads(all_of_them.out) == {"measures": []}
+
+
+def test_the_large_import_is_measured_only_on_request(lightarc, monkeypatch):
+    taken = []
+    monkeypatch.setattr(bench, "_measure", lambda name: taken.append(name) or Measure(name, 1.0, 2.0, "half", {"n": 1}))
+    lightarc("bench", "--json")
+    assert bench.LARGE not in taken
+    done = lightarc("bench", "--large", "--json")
+    assert json.loads(done.out)["measures"][-1] == {
+        "name": bench.LARGE, "time_s": 1.0, "limit_s": 2.0, "limit": "half", "ratio": 0.5, "n": 1,
+    }  # fmt: skip
+
+
+def test_unknown_names_are_wrong_usage(lightarc):
+    assert lightarc("bench", "--only", "everything").code == 2
+
+
+def test_a_person_reads_a_table(lightarc, small):
+    done = lightarc("bench", "--only", "linearise")
+    assert "linearise" in done.out
+    assert "limit: copying" in done.out
+
+
+def test_best_of_warms_up_and_takes_the_shortest(monkeypatch):
+    clock = iter([0.0, 5.0, 10.0, 12.0, 20.0, 29.0])
+    monkeypatch.setattr("engine.bench.measure.time.perf_counter", lambda: next(clock))
+    runs = []
+    assert best_of(lambda: runs.append(os.getpid()), repeats=3) == 2.0
+    assert len(runs) == 4
