@@ -10,6 +10,7 @@ gigabyte lie in a scratch file, so memory stays small for any number of pixels.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -139,29 +140,49 @@ def interpolation_weights(mean_radiance: ArrayLike, slices: int) -> NDArray[np.f
     return weights
 
 
-def build(stack: ImageStack, slices: int = 8, *, tile_rows: int | None = None) -> Steps[ShadingMap]:
+def build(
+    stack: ImageStack, slices: int = 8, *, excluded: Collection[str] = (), tile_rows: int | None = None
+) -> Steps[ShadingMap]:
     """Linearise a stack into `slices` slices whose mean luminance grows linearly from 0.
 
-    The means of the slices equal their targets to 4 ulp of float32. The result is bit-equal for every `tile_rows`.
+    Photographs named in `excluded` are not read. The means of the slices equal their targets to 4 ulp of float32. The
+    result is bit-equal for every `tile_rows`.
     Raises InputError for a stack without light or with figures that do not belong to its pixels, ValueError for
-    fewer than two slices.
+    fewer than two slices and for excluded names that the stack does not hold.
     """
     if slices < 2:
         raise ValueError(f"a shading map needs at least 2 slices, not {slices}")
     where = stack.folder or "the stack"
-    if not np.isfinite(stack.mean_radiance).all():
+    used = included(stack, excluded)
+    used_means = stack.mean_radiance[used]
+    if not np.isfinite(used_means).all():
         raise InputError(where, "its mean radiance is not finite", "Import the photographs again")
-    if not (stack.mean_radiance > 0).any():
+    if not (used_means > 0).any():
         raise InputError(where, "no light: every photograph is black", "Check the exposure and the dark frame")
     yield Step(0.0, "preparing to linearise")
-    weights = interpolation_weights(stack.mean_radiance, slices)
+    weights = np.zeros((slices, len(stack.radiance)))
+    weights[:, used] = interpolation_weights(used_means, slices)
     linear, clipped, means = yield from _linearise(stack, weights, tile_rows)
-    r_max = float(stack.mean_radiance.max())
+    r_max = float(used_means.max())
     if not np.abs(means - target_radiance(r_max, slices)).max() <= MEAN_TOLERANCE * r_max:
         raise InputError(where, "its mean radiances do not belong to its pixels", "Import the photographs again")
-    health = _health(stack, weights, clipped)
-    order = tuple(int(photograph) for photograph in np.argsort(stack.mean_radiance, kind="stable"))
+    health = _health(stack, used, weights, clipped)
+    order = tuple(int(photograph) for photograph in used[np.argsort(used_means, kind="stable")])
     return ShadingMap(linear, r_max, means, health, clipped if clipped.any() else None, order)
+
+
+def included(stack: ImageStack, excluded: Collection[str]) -> NDArray[np.int64]:
+    """The places in the stack of the photographs that are not named in `excluded`.
+
+    Raises ValueError for names that the stack does not hold, InputError where no photograph is left.
+    """
+    unknown = sorted(set(excluded) - set(stack.sources))
+    if unknown:
+        raise ValueError(f"the stack holds no photograph called {', '.join(unknown)}")
+    used = np.flatnonzero([source not in excluded for source in stack.sources])
+    if used.size == 0:
+        raise InputError(stack.folder or "the stack", "every photograph is excluded", "Include some of them")
+    return used
 
 
 def _linearise(
@@ -200,17 +221,21 @@ def _read_only(array: NDArray[np.generic]) -> NDArray[np.generic]:
     return view
 
 
-def _health(stack: ImageStack, weights: NDArray[np.float64], clipped: NDArray[np.bool_]) -> Health:
-    means = stack.mean_radiance
+def _health(
+    stack: ImageStack, used: NDArray[np.int64], weights: NDArray[np.float64], clipped: NDArray[np.bool_]
+) -> Health:
+    means, sources = stack.mean_radiance[used], [stack.sources[photograph] for photograph in used]
     findings = []
-    for photograph in np.flatnonzero(np.diff(means) < 0) + 1:
+    for place in np.flatnonzero(np.diff(means) < 0) + 1:
         text = (
-            f"darker on average ({means[photograph]:.4g}) than the photograph at the light's elevation before it "
-            f"({means[photograph - 1]:.4g}); sorted by mean radiance"
+            f"darker on average ({means[place]:.4g}) than the photograph at the light's elevation before it "
+            f"({means[place - 1]:.4g}); sorted by mean radiance"
         )
-        findings.append(Finding(Verdict.WARNING, text, stack.sources[photograph]))
-    for photograph in np.flatnonzero(means <= 0):
-        findings.append(Finding(Verdict.WARNING, "black on average; not used", stack.sources[photograph]))
+        findings.append(Finding(Verdict.WARNING, text, sources[place]))
+    for place in np.flatnonzero(means <= 0):
+        findings.append(Finding(Verdict.WARNING, "black on average; not used", sources[place]))
+    for source in sorted(set(stack.sources) - set(sources)):
+        findings.append(Finding(Verdict.NOTE, "excluded; not used", source))
     if len(means) == 1:
         findings.append(Finding(Verdict.WARNING, "one photograph: every slice is a darker copy of it"))
     elif len(np.unique(means)) < len(means):

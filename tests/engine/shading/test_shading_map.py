@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from fractions import Fraction
 
@@ -15,6 +16,7 @@ from engine.colour import LUMINANCE
 from engine.errors import InputError
 from engine.files import scratch
 from engine.health import Verdict
+from engine.shading.power_law import SCALES, fit
 from engine.shading.shading_map import ShadingMap, build, interpolation_weights
 from engine.steps import drain
 
@@ -273,3 +275,43 @@ def test_a_shading_map_is_checked_and_read_only():
     ):
         with pytest.raises(ValueError, match=r"slices|r_max"):
             ShadingMap(*broken)
+
+
+def test_excluded_photographs_are_as_if_they_had_not_been_taken():
+    stack = noisy_stack([0.2, 0.9, 0.4, 0.6, 1.0])
+    rest = [0, 2, 3]
+    excluded = {stack.sources[1], stack.sources[4]}
+    with_them = drain(build(stack, 6, excluded=excluded))
+    without = drain(build(stack_of(stack.radiance[rest]), 6))
+    assert np.array_equal(with_them.slices, without.slices)
+    assert with_them.r_max == without.r_max
+    assert with_them.order == (0, 2, 3)
+    noted = {finding.source for finding in with_them.health.findings if "excluded" in finding.text}
+    assert noted == excluded
+
+
+def test_excluding_what_is_not_there_or_everything_is_refused():
+    stack = noisy_stack([0.2, 0.9])
+    with pytest.raises(ValueError, match=r"no photograph called felt\.tif"):
+        drain(build(stack, excluded=["felt.tif"]))
+    with pytest.raises(InputError, match="every photograph is excluded"):
+        drain(build(stack, excluded=stack.sources))
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_R3_a_clipped_photograph_of_ten_does_not_bend_the_fit(scale):
+    """From the stack's mask of saturated samples to K: texels clipped in the brightest photograph keep their K."""
+    light = np.arange(1, 11) / 10
+    exponent = np.repeat(np.random.default_rng(4).uniform(0.3, 2.5, (64, 64, 1)), 3, axis=2)
+    law = 0.8 * light[:, None, None, None] ** exponent
+    clipped = np.zeros((10, 64, 128), np.bool_)
+    clipped[9, ::16, :64:16] = True
+    seen = np.where(clipped[:, :, :64, None], 0.5, law)
+    # Beside each texel one that makes their mean grow linearly with the light, so that the slices are photographs.
+    radiance = np.concatenate([seen, 2.0 * light[:, None, None, None] - seen], axis=2)
+    shading_map = drain(build(stack_of(radiance, saturated=clipped), 11))
+    assert np.array_equal(shading_map.clipped[10], clipped[9])
+    power_law = drain(fit(shading_map, scale))
+    assert np.abs(power_law.exponent[:, :64] - exponent).max() <= 1e-3
+    unmasked = drain(fit(dataclasses.replace(shading_map, clipped=None), scale))
+    assert np.abs(unmasked.exponent[::16, :64:16] - exponent[::16, ::16]).min() > 0.05
