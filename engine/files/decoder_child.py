@@ -25,6 +25,7 @@ from typing import IO, Any
 import numpy as np
 
 from engine.errors import InputError
+from engine.files.shared import results_in
 from engine.files.untrusted import AGAIN
 
 _DAMAGE: tuple[type[Exception], ...] = (
@@ -47,14 +48,20 @@ def main() -> None:
     sys.excepthook = lambda kind, error, trace: _unforeseen(replies, kind, error, trace)
     while line := requests.readline():
         gc.freeze()  # what stays between files, above all modules, need not be searched for garbage after each
-        request = json.loads(line)
-        content = requests.read(request["content_bytes"])
-        _limit_memory(request["memory_bytes"])
-        _limit_time(request["timeout_s"])
-        _send(replies, _answer(request, content))
-        _limit_time(0)
-        del content
+        _serve(json.loads(line), requests, replies)
         gc.collect()  # decoders leave reference cycles that hold the whole file
+
+
+def _serve(request: dict[str, Any], requests: IO[bytes], replies: IO[bytes]) -> None:
+    """Answer one request; the empty line before the answer says that it has arrived whole."""
+    content = requests.read(request["content_bytes"])
+    replies.write(b"\n")
+    replies.flush()
+    _limit_memory(request["memory_bytes"])
+    _limit_time(request["timeout_s"])
+    with results_in(request["results"]) as results:
+        _send(replies, _answer(request, content, results))
+    _limit_time(0)
 
 
 def _private_stdout() -> IO[bytes]:
@@ -82,11 +89,15 @@ def _limit_time(seconds: float) -> None:
         signal.alarm(math.ceil(seconds) + 1 if seconds else 0)
 
 
-def _answer(request: dict[str, Any], content: bytes) -> dict[str, Any]:
+def _answer(request: dict[str, Any], content: bytes, results: Any) -> dict[str, Any]:
+    """What the decoder returns, its arrays in the parent's file (`offsets`) where there is one, or what went wrong."""
     try:
         module, function = request["decoder"].split(":")
         decode = getattr(importlib.import_module(module), function)
-        return dict(decode(content, request["name"], **request["options"]))
+        answer = dict(decode(content, request["name"], **request["options"]))
+        arrays = {name: np.ascontiguousarray(value) for name, value in answer.items() if isinstance(value, np.ndarray)}
+        offsets = {name: results.offset(array) for name, array in arrays.items()} if results is not None else None
+        return {**answer, **arrays, "offsets": offsets}
     except InputError as error:
         return {"problem": error.problem, "remedy": error.remedy}
     except MemoryError:
@@ -108,12 +119,13 @@ def _unforeseen(
 
 
 def _send(replies: IO[bytes], answer: dict[str, Any]) -> None:
-    arrays = {name: np.ascontiguousarray(value) for name, value in answer.items() if isinstance(value, np.ndarray)}
+    arrays = {name: value for name, value in answer.items() if isinstance(value, np.ndarray)}
     header = {name: value for name, value in answer.items() if name not in arrays}
     header["arrays"] = [(name, array.dtype.str, array.shape) for name, array in arrays.items()]
     replies.write(json.dumps(header).encode() + b"\n")
-    for array in arrays.values():
-        replies.write(array.reshape(-1).view(np.uint8).data)
+    if header.get("offsets") is None:
+        for array in arrays.values():
+            replies.write(array.reshape(-1).view(np.uint8).data)
     replies.flush()
 
 

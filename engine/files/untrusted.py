@@ -5,8 +5,10 @@
 a hang or a huge allocation in a decoder written in C costs one file and never the program. Decoders get bytes, not
 paths: a file name of any spelling works on every system.
 
-Protocol, in both directions: one line of JSON, then the raw bytes it announces. There is no pickle anywhere.
-Cost: about 0.3 s for the first file of each child (its start), afterwards one copy of the file and one of the result.
+Protocol, in both directions: one line of JSON, then the raw bytes it announces; an empty line before a reply says
+that the request has arrived. Arrays come through memory that both share (`engine.files.shared`) where the system has
+it. There is no pickle anywhere.
+Cost: about 0.3 s for the first file of each child (its start), afterwards one copy of the file.
 """
 
 from __future__ import annotations
@@ -20,12 +22,15 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from concurrent import futures
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.errors import InputError
+from engine.files.shared import SharedFile, shared_file
 
 GIBIBYTE = 1 << 30
 
@@ -94,6 +99,33 @@ def _check_kind(path: str | os.PathLike[str], status: os.stat_result, limit_byte
         )
 
 
+class Cancellation:
+    """Ends a decoding from another thread by killing the child that is at it."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._child: _Child | None = None
+        self._cancelled = False
+
+    def cancel(self) -> None:
+        with self._lock:
+            self._cancelled = True
+            if self._child is not None:
+                self._child.process.kill()
+
+    @contextlib.contextmanager
+    def watching(self, child: _Child) -> Iterator[None]:
+        with self._lock:
+            self._child = child
+            if self._cancelled:
+                child.process.kill()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._child = None
+
+
 def decode_in_child(
     decoder: str,
     path: str | os.PathLike[str],
@@ -101,6 +133,7 @@ def decode_in_child(
     memory_bytes: int = DECODER_MEMORY_BYTES,
     timeout_s: float = 60.0,
     limit_bytes: int = FILE_LIMIT_BYTES,
+    cancellation: Cancellation | None = None,
     **options: Any,
 ) -> dict[str, Any]:
     """Run `decoder` on the content of `path` in a child interpreter and return what it returns.
@@ -114,9 +147,9 @@ def decode_in_child(
 
     Raises InputError for a file that cannot be read or decoded, also when the decoder crashes or takes too long.
     """
-    return decode_content(
-        decoder, path, read_bytes(path, limit_bytes), memory_bytes=memory_bytes, timeout_s=timeout_s, **options
-    )
+    content = read_bytes(path, limit_bytes)
+    limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s, "cancellation": cancellation}
+    return decode_content(decoder, path, content, **limits, **options)
 
 
 def decode_content(
@@ -126,6 +159,7 @@ def decode_content(
     *,
     memory_bytes: int = DECODER_MEMORY_BYTES,
     timeout_s: float = 60.0,
+    cancellation: Cancellation | None = None,
     **options: Any,
 ) -> dict[str, Any]:
     """As `decode_in_child`, for `content` that has been read already (a member of a bundle); `path` names it."""
@@ -137,11 +171,44 @@ def decode_content(
         "timeout_s": timeout_s,
         "content_bytes": len(content),
     }
-    with _child() as child:
-        reply = child.ask(request, content, timeout_s)
+    reply = _answered(request, content, cancellation or Cancellation())
     if "problem" in reply:
         raise InputError(path, reply["problem"], reply["remedy"])
     return reply
+
+
+class Decoding:
+    """`decode_in_child` while its caller does other things."""
+
+    def __init__(self, decoder: str, path: str | os.PathLike[str], **options: Any) -> None:
+        self._cancellation = Cancellation()
+        self._future = _ahead.submit(decode_in_child, decoder, path, cancellation=self._cancellation, **options)
+
+    def wait(self, timeout_s: float) -> bool:
+        """Wait for at most `timeout_s`; True if there is a result."""
+        futures.wait([self._future], timeout_s)
+        return self._future.done()
+
+    def result(self) -> dict[str, Any]:
+        """What `decode_in_child` returns or raises, waited for."""
+        return self._future.result()
+
+    def cancel(self) -> None:
+        """End it at once, whatever the child is doing."""
+        self._future.cancel()
+        self._cancellation.cancel()
+        futures.wait([self._future], 1.0)
+
+
+def _answered(request: dict[str, Any], content: bytes, cancellation: Cancellation) -> dict[str, Any]:
+    """The reply of a child; a child that died before the request reached it, as idle ones may, is replaced once."""
+    for _ in range(2):
+        with _child() as child, cancellation.watching(child), shared_file() as results:
+            request["results"] = results.name if results is not None else None
+            reply = child.ask(request, content, results)
+        if reply is not None:
+            return reply
+    return {"problem": "cannot be decoded: the decoder process ends at once", "remedy": "Start the program again"}
 
 
 class _Child:
@@ -163,22 +230,29 @@ class _Child:
     def alive(self) -> bool:
         return self.process.poll() is None
 
-    def ask(self, request: dict[str, Any], content: bytes, timeout_s: float) -> dict[str, Any]:
+    def ask(self, request: dict[str, Any], content: bytes, results: SharedFile | None) -> dict[str, Any] | None:
+        """The child's reply, or what became of the child; None if it died before the request reached it."""
         requests, replies = self.process.stdin, self.process.stdout
         assert requests is not None
         assert replies is not None
+        timeout_s = request["timeout_s"]
         expired = threading.Event()
         watchdog = threading.Timer(timeout_s, self._expire, (expired,))
         watchdog.daemon = True
         watchdog.start()
+        arrived = False
         try:
             requests.write(json.dumps(request).encode() + b"\n")
             requests.write(content)
             requests.flush()
-            reply = _receive(replies, request["memory_bytes"])
-        except (BrokenPipeError, EOFError):
+            arrived = replies.readline() == b"\n"
+            reply = _receive(replies, results, request["memory_bytes"])
+        except (OSError, EOFError):
             self.kill()
-            return self._last_words(timeout_s if expired.is_set() else None)
+            return self._last_words(timeout_s if expired.is_set() else None) if arrived or expired.is_set() else None
+        except (ValueError, LookupError, TypeError):
+            self.kill()
+            return {"problem": "is damaged: its decoder answered nonsense", "remedy": AGAIN}
         finally:
             watchdog.cancel()
         if reply.pop("ends", False):
@@ -205,27 +279,39 @@ class _Child:
         _running.discard(self)
 
 
-def _receive(replies: IO[bytes], limit_bytes: int) -> dict[str, Any]:
-    """One reply: a JSON object whose "arrays" list (name, dtype, shape) announces the bytes that follow it."""
+def _receive(replies: IO[bytes], results: SharedFile | None, limit_bytes: int) -> dict[str, Any]:
+    """One reply: a JSON object whose "arrays" list (name, dtype, shape) announces arrays.
+
+    They lie at the "offsets" of the shared file, or their bytes follow on the pipe.
+    """
     line = replies.readline()
     if not line.endswith(b"\n"):
         raise EOFError
     reply: dict[str, Any] = json.loads(line)
+    offsets = reply.pop("offsets", None)
     for name, kind, shape in reply.pop("arrays"):
         dtype = np.dtype(kind)
         if dtype.hasobject or dtype.itemsize * int(np.prod(shape, dtype=object)) > limit_bytes:
             raise ValueError(f"decoder announced an array of {shape} {kind}")
-        array = np.empty(shape, dtype)
-        view = array.reshape(-1).view(np.uint8).data
-        while len(view):
-            count = replies.readinto(view)  # type: ignore[attr-defined]
-            if not count:
-                raise EOFError
-            view = view[count:]
-        reply[name] = array
+        if results is not None and offsets is not None:
+            reply[name] = results.array(offsets[name], dtype, tuple(shape))
+        else:
+            reply[name] = _piped(replies, dtype, tuple(shape))
     return reply
 
 
+def _piped(replies: IO[bytes], dtype: np.dtype[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    array = np.empty(shape, dtype)
+    view = array.reshape(-1).view(np.uint8).data
+    while len(view):
+        count = replies.readinto(view)  # type: ignore[attr-defined]
+        if not count:
+            raise EOFError
+        view = view[count:]
+    return array
+
+
+_ahead = futures.ThreadPoolExecutor(CHILDREN, thread_name_prefix="decoding")
 _slots = threading.BoundedSemaphore(CHILDREN)
 _idle: list[_Child] = []
 _running: set[_Child] = set()

@@ -15,12 +15,13 @@ import pytest
 
 from engine.errors import InputError
 from engine.files import untrusted
-from engine.files.untrusted import decode_in_child, read_bytes
+from engine.files.untrusted import Decoding, decode_in_child, read_bytes
 
 DECODERS = """
-import ctypes, json, os, sys, time
+import contextlib, ctypes, json, os, sys, time
 import numpy as np
 from engine.errors import InputError
+from engine.files.shared import result_array
 
 def echo(content, name, **options):
     return {"content": np.frombuffer(content, np.uint8), "name": name, "options": options, "pid": os.getpid()}
@@ -52,6 +53,17 @@ def surprise(content, name):
 
 def damaged(content, name):
     raise KeyError("width")
+
+def nonsense(content, name):
+    for descriptor in range(3, 16):
+        with contextlib.suppress(OSError):
+            os.write(descriptor, b"[1, 2]\\n")
+    time.sleep(1000)
+
+def made_in_place(content, name):
+    array = result_array((3, 4), np.float32)
+    array[:] = 7
+    return {"array": array, "copied": np.arange(5), "view": np.arange(12).reshape(3, 4).T, "empty": np.zeros((0, 2))}
 """
 
 
@@ -260,3 +272,49 @@ def test_large_contents_do_not_block_each_other(tmp_path, decoders):
     path.write_bytes(np.random.default_rng(0).bytes(20_000_000))
     reply = decode_in_child(f"{decoders}:echo", path)
     assert reply["content"].tobytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_arrays_come_through_shared_memory_or_the_pipe(file, decoders, shared, monkeypatch):
+    if not shared:
+        monkeypatch.delattr(os, "memfd_create", raising=False)
+    before = psutil.Process().num_fds()
+    reply = decode_in_child(f"{decoders}:made_in_place", file)
+    assert (reply["array"] == 7).all()
+    assert reply["copied"].tolist() == list(range(5))
+    assert np.array_equal(reply["view"], np.arange(12).reshape(3, 4).T)
+    assert reply["empty"].shape == (0, 2)
+    decode_in_child(f"{decoders}:echo", file)
+    assert (reply["array"] == 7).all()
+    del reply
+    assert psutil.Process().num_fds() <= before + 2
+
+
+def test_fault18_a_child_that_answers_nonsense_costs_one_file(file, decoders):
+    with pytest.raises(InputError, match="nonsense"):
+        decode_in_child(f"{decoders}:nonsense", file, timeout_s=20)
+    assert decode_in_child(f"{decoders}:echo", file)
+
+
+def test_fault18_a_request_that_does_not_reach_a_dead_child_goes_to_another(file, decoders, monkeypatch):
+    pid = decode_in_child(f"{decoders}:echo", file)["pid"]
+    idle = psutil.Process(pid)
+    idle.kill()
+    idle.wait(10)
+    lies = [True]
+    alive = property(lambda child: lies.pop() if lies else child.process.poll() is None)
+    monkeypatch.setattr(untrusted._Child, "alive", alive)
+    assert decode_in_child(f"{decoders}:echo", file)["pid"] != pid
+
+
+def test_fault17_a_decoding_is_cancelled_within_a_second(file, decoders):
+    decode_in_child(f"{decoders}:echo", file)
+    decodings = [Decoding(f"{decoders}:hang", file) for _ in range(untrusted.CHILDREN + 1)]
+    assert not decodings[0].wait(0.2)
+    start = time.monotonic()
+    for decoding in decodings:
+        decoding.cancel()
+    assert time.monotonic() - start < 1.0
+    assert all(decoding.wait(0) for decoding in decodings)
+    assert not any(child.alive for child in untrusted._running)
+    assert decode_in_child(f"{decoders}:echo", file)
