@@ -1,29 +1,36 @@
 """Everything that one picture shows: model, material, reflectance, light and camera, as one value.
 
 The GL renderer (`engine.gl.direct`) and the CPU renderer (`engine.render.direct`) draw the same scene to the same
-numbers. Following Kautz et al. 2004, section 4, with a directional light of irradiance L (perpendicular to it):
+numbers. Following Kautz et al. 2004, section 4, the light is one direction or several, chosen by importance from an
+environment map, of irradiance E_j perpendicular to them:
 
-    r = sigma Y(f_r(wi, wo)) cos(theta_i),    radiance = S(r) L            (Eqs. 2 and 3)
+    r_j = sigma Y(f_r(wi_j, wo)) cos(theta_j),    radiance = sum over j of S(r_j) E_j         (Eqs. 2 and 3)
 
-where Y is the luminance; the material's colour is in S. Figure 6 compares this look-up, 'radiance', with three others:
+where Y is the luminance; the material's colour is in S. The look-up is inside the sum, because S is not linear.
+Figure 6 compares this look-up, 'radiance', with three others; there rho_j = sigma Y(f_r) / r_max:
 
-    texture   S(r_max) r / r_max L                      a lit texture
-    outgoing  S(r L)                                    the look-up outside the integral
-    angle     S(r_max cos(theta_i)) sigma Y(f_r) / r_max L    the slice from the light's angle alone
+    texture   S(r_max) sum rho_j cos(theta_j) E_j                a lit texture
+    outgoing  S(Y(L)) L / Y(L) with L = sum r_j E_j              the look-up outside the integral
+    angle     sum S(r_max cos(theta_j)) rho_j E_j                the slice from the light's angle alone
 
 For a Lambertian surface photographed from above, 'angle' and 'radiance' are one function. Without a material the
-picture shows f_r cos(theta_i) L.
+picture shows sum f_r cos(theta_j) E_j. Lights below the surface's own horizon add nothing; what other parts of the
+model would shadow or reflect is not part of these pictures.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import radians
+from functools import cached_property
+from math import isfinite, radians
 from typing import Literal
+
+import numpy as np
 
 from engine.brdf.brdf import Brdf
 from engine.camera import Camera
 from engine.directions import normalize
+from engine.environment import DistantLights, EnvironmentMap, chosen_lights
 from engine.material import Material, auto_sigma
 from engine.mesh import Mesh
 from engine.shading.lookup import Above
@@ -37,15 +44,21 @@ SOURCES: tuple[Source, ...] = ("slices", "power-law")
 LOOKUPS: tuple[Lookup, ...] = ("radiance", "texture", "outgoing", "angle")
 ABOVES: tuple[Above, ...] = ("clamp", "scale")
 
+#: Most directions of an environment: four times what the smoothest picture needs.
+MOST_DIRECTIONS = 4096
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """One model with one material under one directional light.
+    """One model with one material under one directional light or an environment.
 
     Attributes
     ----------
     light : (3,) world direction towards the light.
-    irradiance : L, of the light on a surface that faces it.
+    irradiance : of the light on a surface that faces it; with an environment, the factor on the map's radiance.
+    environment : takes the place of the light.
+    environment_rotation : radians about +Y, as `DistantLights.turned`.
+    directions : how many lights stand for the environment; powers of two are spread best.
     source : which form of the material is looked up, where it has both.
     repeats : how often the material repeats over one unit of texture coordinates.
     """
@@ -60,13 +73,29 @@ class Scene:
     lookup: Lookup = "radiance"
     above: Above = "clamp"
     repeats: float = 4.0
+    environment: EnvironmentMap | None = None
+    environment_rotation: float = 0.0
+    directions: int = 64
 
     def __post_init__(self) -> None:
         if self.source not in SOURCES or self.lookup not in LOOKUPS or self.above not in ABOVES:
             raise ValueError(f"unknown source {self.source!r}, lookup {self.lookup!r} or above {self.above!r}")
         if not (0.0 <= self.irradiance < float("inf") and 0.0 < self.repeats < float("inf")):
             raise ValueError(f"irradiance {self.irradiance!r} or repeats {self.repeats!r} is not a positive number")
+        if not (isfinite(self.environment_rotation) and 1 <= self.directions <= MOST_DIRECTIONS):
+            raise ValueError(
+                f"a rotation of {self.environment_rotation} or {self.directions} directions (1 … {MOST_DIRECTIONS}) "
+                "is not possible"
+            )
         object.__setattr__(self, "light", tuple(float(x) for x in normalize(self.light, (0.0, 1.0, 0.0))))
+
+    @cached_property
+    def lights(self) -> DistantLights:
+        """What the sums run over, in the world: the one light, or those that stand for the environment."""
+        if self.environment is None:
+            return DistantLights(np.array([self.light]), np.full((1, 3), self.irradiance))
+        chosen = chosen_lights(self.environment, self.directions)
+        return DistantLights(chosen.direction, chosen.irradiance * self.irradiance).turned(self.environment_rotation)
 
     @property
     def shading(self) -> ShadingMap | PowerLawMap | None:

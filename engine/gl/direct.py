@@ -2,7 +2,7 @@
 
 The twin of `engine.render.direct`. `samples` sub-pixels along each side of a pixel are shaded and averaged (a box,
 symmetric about the pixel centre); with 1 the pixel centre alone. Pictures of any size are drawn in tiles of at most
-2048 sub-pixels along a side. Meshes and materials are uploaded when they are other objects than the last time.
+2048 sub-pixels along a side. Meshes, materials and lights are uploaded when they are other objects than the last time.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import model_name
 from engine.gl.context import Limits, limits
+from engine.gl.light_texture import LightTexture
 from engine.gl.material_textures import MaterialTextures
 from engine.gl.mesh_buffers import MeshBuffers
 from engine.gl.program import ShaderError, load_program, set_uniforms
@@ -49,6 +50,7 @@ class DirectRenderer:
         self._last_good: Any = None
         self._mesh: tuple[Any, MeshBuffers] | None = None
         self._material: tuple[Any, MaterialTextures] | None = None
+        self._lights: tuple[Any, LightTexture] | None = None
         self._target: tuple[tuple[int, int], Any] | None = None
         self._tone_mapper: ToneMapper | None = None
 
@@ -111,17 +113,21 @@ class DirectRenderer:
         eye = np.subtract(scene.camera.eye, scene.mesh.centre)
         values = {
             "eye": tuple(eye),
-            "light": scene.light,
-            "irradiance": scene.irradiance,
             "sigma": scene.sigma,
             "repeats": scene.repeats,
             "r_max": textures.r_max if textures else 1.0,
             "layers": float(textures.layers) if textures else 0.0,
+            "light_count": len(scene.lights.direction),
         }
         brdf = {f"brdf_{parameter.name}": getattr(scene.brdf, parameter.name) for parameter in parameters(scene.brdf)}
         set_uniforms(program, values | brdf)
         if textures:
             textures.bind(program)
+        if self._lights is None or self._lights[0] is not scene.lights:
+            if self._lights is not None:
+                self._lights[1].release()
+            self._lights = (scene.lights, LightTexture(self.context, scene.lights))
+        self._lights[1].bind(program)
         return program
 
     def _upload(self, scene: Scene) -> MaterialTextures | None:
@@ -140,6 +146,7 @@ class DirectRenderer:
             textures.source if textures else "SOURCE_NONE": "1",
         }
         definitions |= {f"LOOKUP_{scene.lookup.upper()}": "1", f"ABOVE_{scene.above.upper()}": "1"}
+        definitions |= {"LAYERS": str(textures.layers)} if textures and textures.layers else {}
         definitions |= {"DEBUG": "1"} if self.debug else {}
         key = tuple(definitions.items())
         if key not in self._programs:
@@ -173,7 +180,7 @@ class DirectRenderer:
 
     def release(self) -> None:
         """Free everything; the renderer can be used again afterwards and uploads anew."""
-        for owner in (self._mesh, self._material):
+        for owner in (self._mesh, self._material, self._lights):
             if owner is not None:
                 owner[1].release()
         for program in {id(program): program for program in self._programs.values()}.values():
@@ -181,7 +188,7 @@ class DirectRenderer:
         if self._tone_mapper is not None:
             self._tone_mapper.release()
         self._release_target()
-        self._mesh = self._material = self._tone_mapper = self._last_good = None
+        self._mesh = self._material = self._lights = self._tone_mapper = self._last_good = None
         self._programs.clear()
 
 

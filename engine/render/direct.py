@@ -1,13 +1,13 @@
 """Draws a `Scene` on the processor: embree finds what each pixel sees, numpy shades it.
 
 The twin of `engine.gl.direct`, for machines without OpenGL and as its reference: the same sub-pixels, the same formulas
-in float64, the same mip-maps chosen from differences over the same 2 × 2 blocks. About 1 s per million sub-pixels.
+in float64, the same mip-maps chosen from differences over the same 2 × 2 blocks. Time grows with the sub-pixels times
+the lights, about 1 s per million of either.
 """
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from engine.colour import luminance
 from engine.directions import dot, normalize, world_from_tangent
+from engine.environment import DistantLights
 from engine.scene import Scene
 from engine.shading.lookup import neighbours, share_and_gain
 from engine.shading.power_law import PowerLawMap
@@ -22,11 +23,18 @@ from engine.shading.shading_map import ShadingMap
 from engine.steps import Step, Steps
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
-#: A shading map, or scale and exponent side by side (H, W, 6), at falling sizes.
-Levels = list[ShadingMap | NDArray[np.float32]]
+#: Light by light: the points that it reaches, the BRDF and the cosine there, and its irradiance.
+Terms = Iterator[tuple[Indices, Array, Array, Array]]
 
-#: Sub-pixels of one band, about 50 ms of work.
+#: Look-up by look-up: the points, r / r_max in [0, 1], and the factor on what is looked up.
+Shares = Iterator[tuple[Indices, Array, Array]]
+
+#: The images that are looked up, (layers, H, W, 3), at falling sizes: the slices, or scale and exponent.
+Levels = list[NDArray[np.float32]]
+
+#: Sub-pixels times lights of one band, about 50 ms of work.
 BAND = 40_000
 
 
@@ -41,13 +49,12 @@ def radiance(scene: Scene, size: tuple[int, int], *, samples: int = 2) -> Steps[
     picture = np.zeros((height, width, 4), np.float32)
     if min(size) < 1:
         return picture
-    tracer = _tracer(scene)
-    levels = _mip_levels(scene.shading)
-    band = max(1, BAND // (width * samples * samples))
+    shade = Shader(scene, (width * samples, height * samples))
+    band = max(1, BAND // (width * samples * samples * len(scene.lights.direction)))
     for top in range(0, height, band):
         rows = slice(top, min(top + band, height))
-        samples_of_band = _shade_band(scene, tracer, levels, size, rows, samples)
-        blocks = samples_of_band.reshape(rows.stop - top, samples, width, samples, 4)
+        row, column = np.mgrid[rows.start * samples : rows.stop * samples, 0 : width * samples].reshape(2, -1)
+        blocks = shade(row, column).reshape(rows.stop - top, samples, width, samples, 4)
         picture[rows] = blocks.mean(axis=(1, 3))
         yield Step(rows.stop / height, "Rendering on the processor", picture)
     return picture
@@ -66,53 +73,69 @@ def _vertices(scene: Scene) -> Array:
     return scene.mesh.positions - scene.mesh.centre
 
 
-def _shade_band(
-    scene: Scene,
-    tracer: Any,
-    levels: Levels,
-    size: tuple[int, int],
-    rows: slice,
-    samples: int,
-) -> Array:
-    """(sub-pixels, 4) of the pixel rows `rows`: radiance and coverage 1 where the mesh is hit, else 0."""
-    width, height = size[0] * samples, size[1] * samples
-    row, column = np.mgrid[rows.start * samples : rows.stop * samples, 0:width].reshape(2, -1)
-    rays = scene.camera.rays(column + 0.5, row + 0.5, width, height)
-    eye = np.subtract(scene.camera.eye, scene.mesh.centre)
-    origins = np.broadcast_to(eye.astype(np.float32), rays.shape)
-    hit = tracer.run(np.ascontiguousarray(origins), rays.astype(np.float32))
-    seen = np.flatnonzero(hit >= 0)
-    picture = np.zeros((len(rays), 4))
-    if seen.size == 0:
+class Shader:
+    """Shades single sub-pixels of one scene in a picture of `size` (width, height) sub-pixels."""
+
+    def __init__(self, scene: Scene, size: tuple[int, int]) -> None:
+        self.scene, self.size = scene, size
+        self._eye = np.subtract(scene.camera.eye, scene.mesh.centre)
+        self._tracer = _tracer(scene)
+        self._levels = _mip_levels(scene.shading)
+
+    def __call__(self, row: Indices, column: Indices, lights: DistantLights | None = None) -> Array:
+        """(N, 4) radiance and coverage 1 where the mesh is hit, else 0; `lights` instead of the scene's own."""
+        rays = self._rays(column + 0.5, row + 0.5)
+        origins = np.broadcast_to(self._eye.astype(np.float32), rays.shape)
+        hit = self._tracer.run(np.ascontiguousarray(origins), rays.astype(np.float32))
+        seen = np.flatnonzero(hit >= 0)
+        picture = np.zeros((len(rays), 4))
+        if seen.size:
+            faces = self.scene.mesh.faces[hit[seen]]
+            value = self._radiance(row[seen], column[seen], faces, lights or self.scene.lights)
+            picture[seen, :3] = np.where(np.isfinite(value).all(axis=1, keepdims=True), np.maximum(value, 0.0), 0.0)
+            picture[seen, 3] = 1.0
         return picture
-    row, column, faces = row[seen], column[seen], scene.mesh.faces[hit[seen]]
-    triangle = _vertices(scene)[faces]
 
-    def at(column: Array, row: Array) -> Array:
-        return _barycentric(eye, scene.camera.rays(column, row, width, height), triangle)
+    def _rays(self, column: NDArray[Any], row: NDArray[Any]) -> Array:
+        return self.scene.camera.rays(column, row, *self.size)
 
-    weights = at(column + 0.5, row + 0.5)
-    position = np.einsum("nc,nci->ni", weights, triangle)
-    wo = normalize(eye - position)
-    normal = _visible_normal(np.einsum("nc,nci->ni", weights, scene.mesh.normals[faces]), triangle, wo)
-    tangent_from_world = np.swapaxes(world_from_tangent(normal), -1, -2)
-    wi_local = tangent_from_world @ np.asarray(scene.light)
-    f = scene.brdf.f(wi_local, np.einsum("nij,nj->ni", tangent_from_world, wo))
-    cosine = np.maximum(wi_local[:, 2], 0.0)
-    if scene.shading is None:
-        value = f * (cosine * scene.irradiance)[:, None]
-    else:
+    def _radiance(self, row: Indices, column: Indices, faces: NDArray[np.int32], lights: DistantLights) -> Array:
+        scene, triangle = self.scene, _vertices(self.scene)[faces]
+
+        def at(column: NDArray[Any], row: NDArray[Any]) -> Array:
+            return _barycentric(self._eye, self._rays(column, row), triangle)
+
+        weights = at(column + 0.5, row + 0.5)
+        wo = normalize(self._eye - np.einsum("nc,nci->ni", weights, triangle))
+        normal = _visible_normal(np.einsum("nc,nci->ni", weights, scene.mesh.normals[faces]), triangle, wo)
+        frame = world_from_tangent(normal)
+        terms = _light_terms(scene, lights, frame, np.einsum("nij,ni->nj", frame, wo))
+        if scene.shading is None:
+            return _sum_of_reflections(terms, len(wo))
         uv = _texture_coordinates(scene, faces)
-        first_column, last_row = column - column % 2, row + (height - 1 - row) % 2
-        here = np.einsum("nc,nci->ni", weights, uv)
-        along = [
-            np.einsum("nc,nci->ni", at(first_column + 1.5, row + 0.5) - at(first_column + 0.5, row + 0.5), uv),
-            np.einsum("nc,nci->ni", at(column + 0.5, last_row - 0.5) - at(column + 0.5, last_row + 0.5), uv),
-        ]
-        value = _looked_up(scene, levels, here, along, luminance(f).astype(np.float64), cosine)
-    picture[seen, :3] = np.where(np.isfinite(value).all(axis=1, keepdims=True), np.maximum(value, 0.0), 0.0)
-    picture[seen, 3] = 1.0
-    return picture
+        left, bottom = column - column % 2, row + (self.size[1] - 1 - row) % 2
+        steps = (
+            at(left + 1.5, row + 0.5) - at(left + 0.5, row + 0.5),
+            at(column + 0.5, bottom - 0.5) - at(column + 0.5, bottom + 0.5),
+        )
+        along = [np.einsum("nc,nci->ni", step, uv) for step in steps]
+        return _looked_up(scene, self._levels, np.einsum("nc,nci->ni", weights, uv), along, terms)
+
+
+def _light_terms(scene: Scene, lights: DistantLights, frame: Array, wo: Array) -> Terms:
+    """For each light: which points it reaches, f (M, 3) and cos(theta) (M,) there, and its irradiance (3,)."""
+    for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
+        wi = np.einsum("nij,i->nj", frame, direction)
+        lit = np.flatnonzero(wi[:, 2] > 0.0)
+        if lit.size:
+            yield lit, scene.brdf.f(wi[lit], wo[lit]), wi[lit, 2], irradiance
+
+
+def _sum_of_reflections(terms: Terms, count: int) -> Array:
+    value = np.zeros((count, 3))
+    for lit, f, cosine, irradiance in terms:
+        value[lit] += f * cosine[:, None] * irradiance
+    return value
 
 
 def _barycentric(eye: Array, rays: Array, triangle: Array) -> Array:
@@ -144,81 +167,91 @@ def _texture_coordinates(scene: Scene, faces: NDArray[np.int32]) -> Array:
     return np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1) * scene.repeats
 
 
-def _looked_up(scene: Scene, levels: Levels, uv: Array, along: list[Array], f: Array, cosine: Array) -> Array:
-    """Radiance (N, 3) by the scene's kind of look-up; `f` is the luminance of the BRDF, `along` d(uv)/d(pixel)."""
+def _looked_up(scene: Scene, levels: Levels, uv: Array, along: list[Array], terms: Terms) -> Array:
+    """Radiance (N, 3), with the look-up inside the sum over lights; `along` is d(uv) / d(pixel)."""
     assert scene.shading is not None
-    r_max = scene.shading.r_max
-    reflectance = scene.sigma * f
-    r = reflectance * cosine
-    layer, gain = {
-        "radiance": (r, np.full_like(r, scene.irradiance)),
-        "outgoing": (r * scene.irradiance, np.ones_like(r)),
-        "texture": (np.full_like(r, r_max), r / r_max * scene.irradiance),
-        "angle": (r_max * cosine, reflectance / r_max * scene.irradiance),
-    }[scene.lookup]
+    summed = _sum_of_slices if isinstance(scene.shading, ShadingMap) else _sum_of_powers
     detail = _level_of_detail(levels, along)
-    if isinstance(scene.shading, ShadingMap):
+    return summed(_shares(scene, terms, len(uv)), levels, uv, detail)
 
-        def at(level: Any, row: Array, column: Array, used: NDArray[np.bool_]) -> Array:
-            return np.asarray(level.lookup(row, column, layer[used], scene.above), np.float64)
 
-        value = _filtered(levels, uv, detail, 3, at)
-    else:
-        pair = _filtered(levels, uv, detail, 6, _bilinear)
-        share, above = share_and_gain(layer, r_max, scene.above)
-        share = share[:, None]
-        power = np.where(share > 0.0, np.where(share > 0.0, share, 1.0) ** np.maximum(pair[:, 3:], 0.0), 0.0)
-        value = pair[:, :3] * power * above[:, None]
-    return value * gain[:, None]
+def _shares(scene: Scene, terms: Terms, count: int) -> Shares:
+    """Where the map is looked up: points, their share r / r_max in [0, 1], and the weight (M, 3) of what is found."""
+    assert scene.shading is not None
+    r_max, everywhere = scene.shading.r_max, np.arange(count)
+    outgoing = np.zeros((count, 3))
+    for lit, f, cosine, irradiance in terms:
+        reflectance = scene.sigma / r_max * luminance(f).astype(np.float64)
+        if scene.lookup == "angle":
+            yield lit, np.minimum(cosine, 1.0), reflectance[:, None] * irradiance
+        elif scene.lookup == "radiance":
+            share, gain = share_and_gain(reflectance * cosine, 1.0, scene.above)
+            yield lit, share, gain[:, None] * irradiance
+        else:
+            outgoing[lit] += (reflectance * cosine)[:, None] * irradiance
+    if scene.lookup == "texture":
+        yield everywhere, np.ones(count), outgoing
+    elif scene.lookup == "outgoing":
+        ratio = luminance(outgoing)
+        share, gain = share_and_gain(ratio, 1.0, scene.above)
+        yield everywhere, share, outgoing * (gain / np.where(ratio > 0.0, ratio, 1.0))[:, None]
+
+
+def _sum_of_slices(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
+    """S is linear between slices: their weights are summed, and each slice is looked up once."""
+    last = len(levels[0]) - 1
+    weights = np.zeros((last + 1, len(uv), 3))
+    for point, share, weight in shares:
+        lower = np.minimum((share * last).astype(np.int64), last - 1)
+        beyond = weight * (share * last - lower)[:, None]
+        weights[lower, point] += weight - beyond
+        weights[lower + 1, point] += beyond
+    value = np.zeros((len(uv), 3))
+    for layer, weight in enumerate(weights):
+        used = np.flatnonzero(weight.any(axis=1))
+        value[used] += weight[used] * _filtered(levels, layer, uv[used], detail[used])
+    return value
+
+
+def _sum_of_powers(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
+    """As on the GPU, scale and exponent are filtered and then evaluated."""
+    scale, exponent = (_filtered(levels, layer, uv, detail) for layer in (0, 1))
+    exponent = np.maximum(exponent, 0.0)
+    value = np.zeros((len(uv), 3))
+    for point, share, weight in shares:
+        power = np.exp(exponent[point] * np.log(np.where(share > 0.0, share, 1.0))[:, None])
+        value[point] += np.where(share > 0.0, 1.0, 0.0)[:, None] * weight * power
+    return scale * value
 
 
 def _level_of_detail(levels: Levels, along: list[Array]) -> Array:
-    height, width = _image_size(levels[0])
+    height, width = levels[0].shape[1:3]
     texels = [step * (width, height) for step in along]
     squared = np.maximum(np.maximum(dot(texels[0], texels[0]), dot(texels[1], texels[1])), 1e-30)
     return np.clip(0.5 * np.log2(squared), 0.0, len(levels) - 1)
 
 
-def _filtered(levels: Levels, uv: Array, detail: Array, channels: int, at: Callable[..., Array]) -> Array:
-    """Mix of the two mip levels nearest to `detail`, (N, channels); `at(level, row, column, used)` looks one up."""
-    value = np.zeros((len(uv), channels))
+def _filtered(levels: Levels, layer: int, uv: Array, detail: Array) -> Array:
+    """One layer, bilinear in the two mip levels nearest to `detail`, (N, 3)."""
+    value = np.zeros((len(uv), 3))
     for number, level in enumerate(levels):
         weight = np.maximum(1.0 - np.abs(detail - number), 0.0)
-        used = weight > 0.0
-        rows, columns = _image_size(level)
-        value[used] += weight[used, None] * at(level, uv[used, 1] * rows, uv[used, 0] * columns, used)
+        used = np.flatnonzero(weight)
+        rows, columns = level.shape[1:3]
+        for row, column, share in neighbours(uv[used, 1] * rows, uv[used, 0] * columns, rows, columns):
+            value[used] += (weight[used] * share)[:, None] * level[layer, row, column]
     return value
-
-
-def _bilinear(image: Any, row: Array, column: Array, _used: NDArray[np.bool_]) -> Array:
-    value = np.zeros((len(row), image.shape[2]))
-    for rows, columns, weight in neighbours(row, column, *image.shape[:2]):
-        value += weight[:, None] * image[rows, columns]
-    return value
-
-
-def _image_size(level: ShadingMap | NDArray[np.float32]) -> tuple[int, int]:
-    shape = level.slices.shape[1:3] if isinstance(level, ShadingMap) else level.shape[:2]
-    return shape[0], shape[1]
 
 
 def _mip_levels(shading: ShadingMap | PowerLawMap | None) -> Levels:
-    """The map at full size, at half, at a quarter … down to one texel, as OpenGL makes mip-maps.
-
-    The power law's pair is one image of six channels: as on the GPU, the pair is filtered and then evaluated.
-    """
-    levels: Levels = []
-    if isinstance(shading, ShadingMap):
-        levels.append(shading)
-    elif shading is not None:
-        levels.append(np.concatenate([shading.scale, shading.exponent], axis=-1))
-    while levels and max(_image_size(levels[-1])) > 1:
-        last = levels[-1]
-        if isinstance(last, ShadingMap):
-            slices = np.stack([_half(image) for image in last.slices])
-            levels.append(dataclasses.replace(last, slices=slices, clipped=None))
-        else:
-            levels.append(np.concatenate([_half(last[..., :3]), _half(last[..., 3:])], axis=-1))
+    """The map at full size, at half, at a quarter … down to one texel, as OpenGL makes mip-maps."""
+    if shading is None:
+        return []
+    levels: Levels = [
+        shading.slices if isinstance(shading, ShadingMap) else np.stack([shading.scale, shading.exponent])
+    ]
+    while max(levels[-1].shape[1:3]) > 1:
+        levels.append(np.stack([_half(image) for image in levels[-1]]))
     return levels
 
 

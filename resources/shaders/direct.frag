@@ -1,15 +1,15 @@
 #version 330 core
-// Radiance of one fragment under one directional light; see engine.scene for the formulas.
+// Radiance of one fragment under the sum of directional lights; see engine.scene for the formulas.
 // in: position and normal relative to the mesh, world axes; out: linear radiance and coverage 1.
 // A result that is not finite is 0; in debug builds magenta with coverage 2, so that it can be seen and counted.
 
 #include "frame.glsl"
 #include BRDF
-#include "shading_map.glsl"
+#include "light_sum.glsl"
 
 uniform vec3 eye;
-uniform vec3 light;
-uniform float irradiance;
+uniform sampler2D lights;
+uniform int light_count;
 uniform float sigma;
 uniform float r_max;
 
@@ -22,31 +22,53 @@ out vec4 radiance;
 const vec3 LUMINANCE = vec3(0.21263900587151036, 0.71516867876775593, 0.072192315360733714);
 
 #if !defined(SOURCE_NONE)
-vec3 scaled_shading_map(float r)
+// Above the brightest photograph the share is clamped in the look-up, or scales what is looked up there.
+void add_share(float share, vec3 weight)
 {
 #if defined(ABOVE_SCALE)
-    return shading_map(r / r_max, uv) * max(r / r_max, 1.0);
-#else
-    return shading_map(r / r_max, uv);
+    weight *= max(share, 1.0);
 #endif
+    add_light(share, weight);
 }
 #endif
 
-vec3 shade(vec3 f, float cos_theta)
+// Lights are the rows of a texture of two texels: the direction towards each in the world, and its irradiance.
+// Lights below the horizon add nothing. A cosine that is not a number must show, so the test is the negative one.
+vec3 shade(mat3 frame, vec3 wo)
 {
-#if defined(SOURCE_NONE)
-    return f * (cos_theta * irradiance);
-#else
-    float r = sigma * dot(f, LUMINANCE) * cos_theta;
-#if defined(LOOKUP_TEXTURE)
-    return shading_map(1.0, uv) * (r / r_max * irradiance);
-#elif defined(LOOKUP_OUTGOING)
-    return scaled_shading_map(r * irradiance);
-#elif defined(LOOKUP_ANGLE)
-    return shading_map(cos_theta, uv) * (sigma * dot(f, LUMINANCE) / r_max * irradiance);
-#else
-    return scaled_shading_map(r) * irradiance;
+    vec3 sum = vec3(0.0);
+#if !defined(SOURCE_NONE)
+    begin_light_sum(uv);
 #endif
+    for (int i = 0; i < light_count; ++i) {
+        vec3 wi = texelFetch(lights, ivec2(0, i), 0).xyz * frame;
+        if (wi.z <= 0.0)
+            continue;
+        vec3 irradiance = texelFetch(lights, ivec2(1, i), 0).rgb;
+        vec3 f = brdf(wi, wo);
+#if defined(SOURCE_NONE)
+        sum += f * (wi.z * irradiance);
+#else
+        float reflectance = sigma / r_max * dot(f, LUMINANCE);
+#if defined(LOOKUP_TEXTURE) || defined(LOOKUP_OUTGOING)
+        sum += reflectance * wi.z * irradiance;
+#elif defined(LOOKUP_ANGLE)
+        add_light(wi.z, reflectance * irradiance);
+#else
+        add_share(reflectance * wi.z, irradiance);
+#endif
+#endif
+    }
+#if defined(LOOKUP_TEXTURE)
+    return shading_map(1.0, uv) * sum;
+#elif defined(LOOKUP_OUTGOING)
+    float share = dot(sum, LUMINANCE);
+    add_share(share, share > 0.0 ? sum / share : vec3(0.0));
+    return light_sum(uv);
+#elif defined(SOURCE_NONE)
+    return sum;
+#else
+    return light_sum(uv);
 #endif
 }
 
@@ -65,8 +87,7 @@ void main()
 {
     vec3 wo = safe_normalize(eye - position, vec3(0.0, 0.0, 1.0));
     mat3 frame = world_from_tangent(visible_normal(wo));
-    vec3 wi_local = light * frame;
-    vec3 value = shade(brdf(wi_local, wo * frame), wi_local.z);
+    vec3 value = shade(frame, wo * frame);
     radiance = vec4(max(value, 0.0), 1.0);
     if (any(isnan(value)) || any(isinf(value)))
 #if defined(DEBUG)

@@ -1,0 +1,63 @@
+// Sums over lights of S(r_j) E_j, with the look-up inside the sum.
+// in: for each light the share r_j / r_max and its weight, linear RGB; out: linear radiance.
+// S is linear between two slices, so the weights are summed for each slice and each slice is fetched once, however
+// many lights there are. The compressed pair is fetched once and evaluated for each light.
+// The layout is: begin_light_sum, add_light for each light, light_sum.
+
+#include "shading_map.glsl"
+
+#if defined(SOURCE_SLICES)
+vec3 slice_weights[LAYERS];
+int first_slice;
+int last_slice;
+
+void begin_light_sum(vec2 uv)
+{
+    for (int i = 0; i < LAYERS; ++i)
+        slice_weights[i] = vec3(0.0);
+    first_slice = LAYERS;
+    last_slice = -1;
+}
+
+void add_light(float share, vec3 weight)
+{
+    float layer = (share > 0.0 && share < 3.4e38 ? min(share, 1.0) : 0.0) * float(LAYERS - 1);
+    int lower = min(int(layer), LAYERS - 2);
+    vec3 beyond = weight * (layer - float(lower));
+    slice_weights[lower] += weight - beyond;
+    slice_weights[lower + 1] += beyond;
+    first_slice = min(first_slice, lower);
+    last_slice = max(last_slice, lower + 1);
+}
+
+vec3 light_sum(vec2 uv)
+{
+    float detail = level_of_detail(uv, textureSize(slices, 0).xy);
+    vec3 sum = vec3(0.0);
+    for (int i = first_slice; i <= last_slice; ++i)
+        sum += slice_weights[i] * textureLod(slices, vec3(uv, float(i)), detail).rgb;
+    return sum;
+}
+
+#elif defined(SOURCE_POWER_LAW)
+vec3 exponent_here;
+vec3 power_sum;
+
+void begin_light_sum(vec2 uv)
+{
+    float detail = level_of_detail(uv, textureSize(exponent_map, 0));
+    exponent_here = max(textureLod(exponent_map, uv, detail).rgb, 0.0);
+    power_sum = vec3(0.0);
+}
+
+void add_light(float share, vec3 weight)
+{
+    if (share > 0.0 && share < 3.4e38)
+        power_sum += weight * exp2(exponent_here * log2(min(share, 1.0)));
+}
+
+vec3 light_sum(vec2 uv)
+{
+    return power_sum * textureLod(scale_map, uv, level_of_detail(uv, textureSize(scale_map, 0))).rgb;
+}
+#endif
