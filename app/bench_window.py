@@ -42,6 +42,7 @@ def main() -> int:
             window.open([Path(sys.argv[1])])
         else:
             bench.open_sample()
+        bench.jobs.failed.connect(lambda job, error: _give_up(f"{job.title}: {error}"))
         watch = QTimer()
         watch.timeout.connect(
             lambda: application.quit() if bench.document.project.has_map and not bench.jobs.active else None
@@ -64,6 +65,13 @@ def main() -> int:
         )
     )
     return 0 if complete else 1
+
+
+def _give_up(words: str) -> None:
+    from PySide6.QtWidgets import QApplication
+
+    print(words, file=sys.stderr)
+    QApplication.exit(1)
 
 
 class _Gaps:

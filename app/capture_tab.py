@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
@@ -15,13 +15,12 @@ from app.document import Project
 from app.image_view import ImageView
 from app.jobs import Job
 from app.panels import EmptyState, Panel, button, enable, side_by_side, text, tool
-from app.photograph_list import PhotographList, Row
+from app.photograph_list import PhotographList, Row, file_name
 from app.pictures import Picture, photograph, rgb_image
 from app.plots import ElevationPlot
 from app.report import Report
 from app.theme import PADDING, STEP, role
 from app.workbench import Workbench
-from engine.capture.import_stack import ImportSettings, ThumbnailReady, printable
 from engine.health import Finding, Health, Verdict
 
 LIST_WIDTH = 232
@@ -60,6 +59,10 @@ IMPORT_CHOICES = {
         "How 8- and 16-bit files are coded; automatic takes them as sRGB unless capture.toml says linear",
     ),
 }
+
+
+if TYPE_CHECKING:
+    from engine.capture.import_stack import ThumbnailReady
 
 
 class CaptureTab(QWidget):
@@ -274,7 +277,7 @@ class CaptureTab(QWidget):
         )
         self.report.show_health(stack.health if stack is not None else None)
         for name, box in self.options.items():
-            box.setCurrentIndex(max(0, box.findData(getattr(project.import_settings, name))))
+            box.setCurrentIndex(max(0, box.findData(project.import_choices[name])))
 
     def _show_plot(self) -> None:
         project = self.bench.document.project
@@ -326,7 +329,7 @@ class CaptureTab(QWidget):
         self.image.show_picture(Picture((image,)) if image is not None else None)
 
     def _show_thumbnail(self, ready: ThumbnailReady) -> None:
-        name = printable(ready.path)
+        name = file_name(ready.path)
         self.list.photographs.show_thumbnail(name, rgb_image(ready.thumbnail))
         if self.bench.document.project.stack is None:
             names = [row.name for row in self.list.photographs.rows]
@@ -384,14 +387,13 @@ class CaptureTab(QWidget):
         )
         self.bench.import_photographs(changed)
 
-    def _chosen_settings(self) -> ImportSettings:
-        settings = self.bench.document.project.import_settings
-        return dataclasses.replace(settings, **{name: box.currentData() for name, box in self.options.items()})
+    def _choices(self) -> dict[str, str]:
+        return {name: str(box.currentData()) for name, box in self.options.items()}
 
     def _import_again(self) -> None:
         sources = self.bench.document.project.sources
         if sources is not None:
-            self.bench.import_photographs(sources, self._chosen_settings())
+            self.bench.import_photographs(sources, self._choices())
 
     def _update_buttons(self) -> None:
         project = self.bench.document.project
@@ -406,7 +408,7 @@ class CaptureTab(QWidget):
             return "There are no photographs to read again"
         if _running(self.bench.importing):
             return "The photographs are being imported"
-        return "" if self._chosen_settings() != project.import_settings else "Nothing was changed"
+        return "" if self._choices() != project.import_choices else "Nothing was changed"
 
     def _why_not_build(self, project: Project) -> str:
         if project.stack is None:
@@ -435,7 +437,7 @@ def _photographs(project: Project) -> tuple[list[str], list[float]]:
         return list(project.stack.sources), [float(angle) for angle in project.stack.elevation_deg]
     if project.sources is not None:
         angles = [float(angle) for angle in np.degrees(project.sources.elevation)]
-        return [printable(path) for path in project.sources.photographs], angles
+        return [file_name(path) for path in project.sources.photographs], angles
     return [], []
 
 

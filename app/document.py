@@ -7,14 +7,15 @@ its part of old and new by identity and redraws when it is another object.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import radians
+from types import MappingProxyType
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
-from engine.capture.import_stack import ImportSettings
 from engine.capture.sources import Sources
 from engine.capture.stack import ImageStack
 from engine.colour import Operator
@@ -28,6 +29,10 @@ from engine.shading.power_law import Scale
 
 #: Reflectance of a new project: a soft sheen, as most cloth, leather and metal that was worked by hand has.
 BRDF = "ggx:alpha=0.5"
+
+
+#: How photographs are read where nothing else is asked for: fields of `engine.capture.import_stack.ImportSettings`.
+IMPORT_CHOICES: Mapping[str, str] = MappingProxyType({"motion": "auto", "white_balance": "camera", "transfer": "auto"})
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,7 @@ class Project:
     """The photographs, what was made of them, and how it is shown."""
 
     sources: Sources | None = None
-    import_settings: ImportSettings = field(default_factory=ImportSettings)
+    import_choices: Mapping[str, str] = IMPORT_CHOICES
     stack: ImageStack | None = None
     excluded: frozenset[str] = field(default_factory=frozenset)
     slices: int = 8

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter
@@ -31,6 +33,11 @@ class Row:
     finding: str = ""
     excluded: bool = False
     done: bool = True
+
+
+def file_name(path: Path) -> str:
+    """The name of a photograph as a stack records it: bytes that are no UTF-8 become replacement characters."""
+    return os.fsencode(path.name).decode("utf-8", "replace")
 
 
 class PhotographModel(QAbstractListModel):

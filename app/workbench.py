@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +17,6 @@ from PySide6.QtCore import QObject, Signal
 from app.document import Document, Project
 from app.jobs import Job, Jobs
 from app.recognise import Recognised, recognise
-from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.sources import Sources, find
 from engine.capture.stack import ImageStack, open_stack
 from engine.errors import InputError
@@ -88,15 +87,15 @@ class Workbench(QObject):
             job = self.jobs.submit("Looking for photographs", lambda: _found(found.paths))
             job.succeeded.connect(self.import_photographs)
 
-    def import_photographs(self, sources: Sources, settings: ImportSettings | None = None, name: str = "") -> None:
+    def import_photographs(self, sources: Sources, choices: Mapping[str, str] | None = None, name: str = "") -> None:
         """Import `sources` into the working folder, then build the material."""
-        settings = settings or self.document.project.import_settings
+        choices = choices or self.document.project.import_choices
         self._imports += 1
         target = self.folder / f"stack-{self._imports}"
-        self.document.change(f"Open {len(sources.photographs)} photographs", sources=sources, import_settings=settings)
+        self.document.change(f"Open {len(sources.photographs)} photographs", sources=sources, import_choices=choices)
         if self.importing is not None:
             self.jobs.cancel(self.importing)
-        job = self.jobs.submit("Importing photographs", lambda: _import(sources, settings, target))
+        job = self.jobs.submit("Importing photographs", lambda: _import(sources, choices, target))
         job.progressed.connect(self._show_partial)
         name = name or sources.photographs[0].parent.name or "Untitled"
         job.succeeded.connect(lambda stack: self._imported(stack, name))
@@ -168,9 +167,11 @@ def _sample(folder: Path) -> Steps[Sources]:
     return find([place])
 
 
-def _import(sources: Sources, settings: ImportSettings, target: Path) -> Steps[ImageStack]:
+def _import(sources: Sources, choices: Mapping[str, str], target: Path) -> Steps[ImageStack]:
     yield Step(0.0, "preparing the import")
-    return (yield from import_stack(sources, settings, target))
+    from engine.capture.import_stack import ImportSettings, import_stack
+
+    return (yield from import_stack(sources, ImportSettings(**choices), target))
 
 
 def _stack(folder: Path) -> Steps[ImageStack]:

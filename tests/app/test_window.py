@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 import threading
 from collections.abc import Callable
@@ -25,6 +26,15 @@ from engine.mesh import Mesh
 from engine.shapes import shape
 
 Drop = Callable[[QWidget, list[Path]], None]
+
+
+def test_opening_the_window_loads_no_compiler_and_no_heavy_library() -> None:
+    program = (
+        "import sys, app.main_window\n"
+        "print(*sorted({'numba', 'scipy', 'trimesh', 'rawpy', 'tifffile', 'OpenEXR', 'embreex'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, ""), done.stderr
 
 
 def at_rest(window: MainWindow) -> bool:
