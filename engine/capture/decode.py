@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -14,8 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.raw import decode_raw
-from engine.files.untrusted import decode_in_child
+from engine.files.untrusted import Decoding
 from engine.images import decode as images
 from engine.images import tiff
 from engine.images.raster import Transfer
@@ -46,6 +46,7 @@ class Photograph:
     transfer : what the samples were taken to be, 'srgb' or 'linear'.
     black_level, white_level : in sample codes per site of the colour filter array (RAW), else empty.
     white_balance : multipliers of red, green, blue that were applied.
+    camera_matrix : (9,) row by row, from balanced camera colours to linear sRGB (RAW), else empty.
     """
 
     radiance: NDArray[np.float32]
@@ -61,6 +62,7 @@ class Photograph:
     black_level: tuple[float, ...]
     white_level: tuple[float, ...]
     white_balance: tuple[float, float, float]
+    camera_matrix: tuple[float, ...]
     warnings: tuple[str, ...]
 
 
@@ -79,21 +81,49 @@ def read_photograph(
     transfer : of integer JPEG, PNG and TIFF: 'auto' is sRGB unless the file says linear.
     half_size : average 2×2 pixels, for previews.
     """
-    if isinstance(white_balance, str) and white_balance not in ("camera", "none"):
-        raise ValueError(f"unknown white balance {white_balance!r}")
-    reply = decode_in_child(
-        "engine.capture.decode:decode_photograph",
-        path,
-        white_balance=white_balance if isinstance(white_balance, str) else [float(v) for v in white_balance],
-        transfer=transfer,
-        half_size=half_size,
-    )
-    for name, value in reply.items():
-        if isinstance(value, np.ndarray):
-            value.flags.writeable = False
-        elif isinstance(value, list):
-            reply[name] = tuple(value)
-    return Photograph(path=Path(path), **reply)
+    with closing(Reading(path, white_balance=white_balance, transfer=transfer, half_size=half_size)) as reading:
+        return reading.photograph()
+
+
+class Reading:
+    """`read_photograph` while its caller does other things."""
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        white_balance: WhiteBalance = "camera",
+        transfer: images.TransferChoice = "auto",
+        half_size: bool = False,
+    ) -> None:
+        if isinstance(white_balance, str) and white_balance not in ("camera", "none"):
+            raise ValueError(f"unknown white balance {white_balance!r}")
+        self._path = Path(path)
+        self._decoding = Decoding(
+            "engine.capture.decode:decode_photograph",
+            path,
+            white_balance=white_balance if isinstance(white_balance, str) else [float(v) for v in white_balance],
+            transfer=transfer,
+            half_size=half_size,
+        )
+
+    def wait(self, timeout_s: float) -> bool:
+        """Wait for at most `timeout_s`; True if the photograph has been read, or cannot be."""
+        return self._decoding.wait(timeout_s)
+
+    def photograph(self) -> Photograph:
+        """The photograph, waited for."""
+        reply = self._decoding.result()
+        for name, value in reply.items():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+            elif isinstance(value, list):
+                reply[name] = tuple(value)
+        return Photograph(path=self._path, **reply)
+
+    def close(self) -> None:
+        """Stop reading."""
+        self._decoding.cancel()
 
 
 def decode_photograph(
@@ -101,13 +131,15 @@ def decode_photograph(
 ) -> dict[str, Any]:
     """The decoder that runs in the child."""
     if _is_raw(content, name):
+        from engine.capture.raw import decode_raw
+
         return decode_raw(content, name, white_balance, half_size)
     picture = images.decode(content, name, transfer, half_size)
     if Path(name).suffix.lower() in RAW_SUFFIXES:
         picture["warnings"].append(f"is a {picture['container']} inside, not camera RAW")
     photographed = picture.pop("exif")
     photographed = {name: photographed[name] for name in ("camera", "exposure_s", "iso", "aperture")}
-    levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0]}
+    levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0], "camera_matrix": []}
     return {"radiance": picture.pop("pixels"), **picture, **photographed, **levels}
 
 

@@ -29,17 +29,22 @@ def linearise(samples: NDArray[np.integer], black: ArrayLike, white: ArrayLike) 
     Raises ValueError, naming both levels, where white ≤ black or a level is not finite.
     """
     blacks, whites = np.broadcast_arrays(*np.atleast_2d(np.asarray(black, float), np.asarray(white, float)))
-    bad = ~(np.isfinite(blacks) & np.isfinite(whites) & (whites > blacks))
-    if bad.any():
-        raise ValueError(f"white level {whites[bad][0]:g} is not above black level {blacks[bad][0]:g}")
+    scales = level_scale(blacks, whites)
     radiance = np.empty(samples.shape, np.float32)
     rows, columns = blacks.shape
     for row in range(rows):
         for column in range(columns):
             site = np.s_[row::rows, column::columns]
-            scale = 1 / (whites[row, column] - blacks[row, column])
-            radiance[site] = (samples[site].astype(np.float64) - blacks[row, column]) * scale
+            radiance[site] = (samples[site].astype(np.float64) - blacks[row, column]) * scales[row, column]
     return radiance
+
+
+def level_scale(black: NDArray[np.float64], white: NDArray[np.float64]) -> NDArray[np.float64]:
+    """1 / (white - black), or ValueError, naming both levels, where white ≤ black or a level is not finite."""
+    bad = ~(np.isfinite(black) & np.isfinite(white) & (white > black))
+    if bad.any():
+        raise ValueError(f"white level {white[bad][0]:g} is not above black level {black[bad][0]:g}")
+    return 1 / (white - black)
 
 
 def at_white(samples: NDArray[np.integer], white: ArrayLike) -> NDArray[np.bool_]:

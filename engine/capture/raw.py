@@ -18,9 +18,11 @@ import tifffile
 from numpy.typing import NDArray
 
 from engine.capture import demosaic, radiometry
+from engine.capture.bayer import develop, is_bayer
 from engine.colour import invertible, srgb_from_camera
 from engine.errors import InputError
 from engine.files.decoder_child import complaints
+from engine.files.shared import result_array
 from engine.files.untrusted import AGAIN
 from engine.images.decode import halved
 from engine.images.exif import EXPOSURE_GARBLED, Exif, oriented, rational, read_exif
@@ -31,6 +33,11 @@ WhiteBalance = str | Sequence[float]
 
 #: EXIF orientation of LibRaw's `flip` bits (4 transpose, 2 rows, 1 columns).
 _ORIENTATION = (1, 2, 4, 3, 5, 8, 6, 7)
+
+#: The orientation that undoes another, where that is not itself.
+_INVERSE = {6: 8, 8: 6}
+
+_LEAST_SIDE = 4
 
 #: Bands of rows in which missing data is looked for.
 _BANDS = 64
@@ -44,20 +51,30 @@ def decode_raw(content: bytes, name: str, white_balance: WhiteBalance, half_size
     """Fields of `engine.capture.decode.Photograph` as arrays and JSON values."""
     with _unpacked(content, name) as raw:
         warnings: list[str] = []
-        camera, saturated, levels = _camera_rgb(raw, name, half_size)
+        samples, sites = _samples(raw, name)
+        black, white = _levels(raw, sites)
+        _check_filled(samples, black, white, name)
         multipliers = _multipliers(raw, white_balance, warnings)
-        matrix = _matrix(raw, warnings) * multipliers
-        radiance = camera @ matrix.T.astype(np.float32)
+        camera = _matrix(raw, warnings)
+        matrix = (camera * multipliers).astype(np.float32)
+        colours = None if samples.ndim == 3 else _colours(raw, sites, name)
+        try:
+            pixels = _developed(samples, black, white, colours, matrix, _ORIENTATION[raw.sizes.flip % 8])
+        except ValueError as error:
+            raise InputError(name, f"has impossible levels ({error})", "Convert it again to DNG") from None
+        radiance, saturated = halved(*pixels) if half_size else pixels
         exposure = _exposure(raw, read_exif(content), warnings)
-        orientation = _ORIENTATION[raw.sizes.flip % 8]
     return {
-        "radiance": oriented(radiance, orientation),
-        "saturated": oriented(saturated, orientation),
+        "radiance": radiance,
+        "saturated": saturated,
         **exposure,
-        **levels,
+        "black_level": black.ravel().tolist(),
+        "white_level": white.ravel().tolist(),
+        "bit_depth": int(white.max()).bit_length(),
         "container": "RAW",
         "transfer": "linear",
         "white_balance": multipliers.tolist(),
+        "camera_matrix": camera.ravel().tolist(),
         "warnings": warnings,
     }
 
@@ -95,32 +112,46 @@ def _check_strips(content: bytes, name: str) -> None:
                     raise InputError(name, "is an incomplete RAW file: it ends before its picture does", AGAIN)
 
 
-def _camera_rgb(
-    raw: rawpy.RawPy, name: str, half_size: bool
-) -> tuple[NDArray[np.float32], NDArray[np.bool_], dict[str, Any]]:
-    """Linear camera RGB (H, W, 3) with 1 = white level, the saturation mask, and the levels that were used."""
+def _samples(raw: rawpy.RawPy, name: str) -> tuple[NDArray[np.uint16], NDArray[np.integer]]:
+    """Sensor samples (H, W), or (H, W, 3) where every pixel has all colours, and the channel of each site."""
     samples = raw.raw_image_visible
-    pattern = raw.raw_pattern
-    stacked = samples.ndim == 3
-    sites = np.arange(3)[None] if stacked else pattern
+    if min(samples.shape[:2]) < _LEAST_SIDE:
+        raise InputError(name, f"has {samples.shape[1]} × {samples.shape[0]} samples only", AGAIN)
+    if samples.ndim == 3:
+        return samples[..., :3], np.arange(3)[None]
+    sites = raw.raw_pattern
     if sites is None:
         raise InputError(name, "has a colour filter array that LibRaw does not describe", _CONVERT)
-    black, white = _levels(raw, sites)
-    _check_filled(samples[..., :3] if stacked else samples, black, name)
-    levels: dict[str, Any] = {"black_level": black.ravel().tolist(), "white_level": white.ravel().tolist()}
-    levels["bit_depth"] = int(white.max()).bit_length()
-    try:
-        if stacked:
-            camera = np.stack([radiometry.linearise(samples[..., c], black[0, c], white[0, c]) for c in range(3)], -1)
-            saturated = (samples[..., :3] >= white).any(axis=2)
-            return (*(halved(camera, saturated) if half_size else (camera, saturated)), levels)
-        mosaic = radiometry.linearise(samples, black, white)
-    except ValueError as error:
-        raise InputError(name, f"has impossible levels ({error})", "Convert it again to DNG") from None
-    saturated = radiometry.at_white(samples, white)
-    colours = _colours(raw, sites, name)
-    camera, saturated = demosaic.demosaic(mosaic, colours), demosaic.spread(saturated)
-    return (*(halved(camera, saturated) if half_size else (camera, saturated)), levels)
+    return samples, sites
+
+
+def _developed(
+    samples: NDArray[np.uint16],
+    black: NDArray[np.float64],
+    white: NDArray[np.float64],
+    colours: NDArray[np.integer] | None,
+    matrix: NDArray[np.float32],
+    orientation: int,
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Upright linear sRGB (H, W, 3) with 1 = white level and the saturation mask, where the parent reads them.
+
+    `colours` per site is None for `samples` of all colours. Raises ValueError for levels that are none.
+    """
+    shape = samples.shape[1::-1] if orientation >= 5 else samples.shape[:2]
+    upright = result_array((*shape, 3), np.float32), result_array(shape, np.bool_)
+    radiance, saturated = (oriented(array, _INVERSE.get(orientation, orientation)) for array in upright)
+    scale = radiometry.level_scale(black, white)
+    if colours is not None and is_bayer(colours):
+        develop(samples, black, scale, white, colours, matrix, radiance, saturated)
+    elif colours is not None:
+        camera = demosaic.demosaic(radiometry.linearise(samples, black, white), colours)
+        np.matmul(camera, matrix.T, out=radiance)
+        saturated[...] = demosaic.spread(radiometry.at_white(samples, white))
+    else:
+        channels = [radiometry.linearise(samples[..., c], black[0, c], white[0, c]) for c in range(3)]
+        radiance[...] = np.stack(channels, axis=-1) @ matrix.T
+        saturated[...] = (samples >= white).any(axis=2)
+    return upright
 
 
 def _levels(raw: rawpy.RawPy, sites: NDArray[np.integer]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -142,17 +173,23 @@ def _colours(raw: rawpy.RawPy, sites: NDArray[np.integer], name: str) -> NDArray
     return np.vectorize(lambda site: "RGB".index(letters[site]))(sites)
 
 
-def _check_filled(samples: NDArray[np.uint16], black: NDArray[np.float64], name: str) -> None:
-    """Refuse a picture with rows that were never filled: constant ones at its end, or zeros where black is above 0.
+def _check_filled(
+    samples: NDArray[np.uint16], black: NDArray[np.float64], white: NDArray[np.float64], name: str
+) -> None:
+    """Refuse a picture with rows that were never filled: bands of one value, or of zeros where black is above 0.
 
-    Rows at the black level itself are left alone: a picture without noise may end in black.
+    Bands at the black level or at white are left alone, as a picture without noise may have them, unless they are
+    zeros at its end.
     """
     bands = np.array_split(samples, min(_BANDS, samples.shape[0]))
-    tail = bands[-1]
-    constant = tail.size > 1 and tail.min() == tail.max() and samples.min() != samples.max()
-    if constant and (tail.flat[0] == 0 or tail.flat[0] not in black):
-        problem = f"is an incomplete RAW file: its last rows all hold the value {int(tail.flat[0])}"
-        raise InputError(name, problem, AGAIN)
+    lowest, highest = ([int(extreme(band)) for band in bands] for extreme in (np.min, np.max))
+    if min(lowest) == max(highest):
+        return
+    for number, (low, high) in enumerate(zip(lowest, highest, strict=True)):
+        last = number == len(bands) - 1
+        if low == high < white.min() and (low not in black or (last and low == 0)) and bands[number].size > 1:
+            where = "its last rows" if last else "some of its rows"
+            raise InputError(name, f"is an incomplete RAW file: {where} all hold the value {low}", AGAIN)
     if black.min() > 0 and any(np.count_nonzero(band) < band.size / 2 for band in bands):
         raise InputError(name, "is an incomplete RAW file: it has rows without data", AGAIN)
 

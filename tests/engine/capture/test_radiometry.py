@@ -5,14 +5,28 @@ import itertools
 import numpy as np
 import pytest
 
-from engine.capture import radiometry
-from engine.capture.demosaic import demosaic, is_bayer, spread
+from engine.capture import demosaic, radiometry
+from engine.capture.bayer import develop, is_bayer
 from engine.images.decode import _from_codes
 from engine.images.exif import rational
 from engine.images.raster import white_code
 
 RNG = np.random.default_rng(23)
 BAYER = np.array([[0, 1], [1, 2]])
+X_TRANS = np.array(
+    [
+        *([1, 2, 1, 1, 0, 1], [0, 1, 0, 2, 1, 2], [1, 2, 1, 1, 0, 1]),
+        *([1, 0, 1, 1, 2, 1], [2, 1, 2, 0, 1, 0], [1, 0, 1, 1, 2, 1]),
+    ]
+)
+
+
+def developed(mosaic, colours=BAYER, white=np.inf):
+    """Colour and mask of a Bayer mosaic whose samples are radiance already."""
+    radiance, saturated = np.empty((*mosaic.shape, 3), np.float32), np.empty(mosaic.shape, bool)
+    levels = (np.full((2, 2), value, float) for value in (0, 1, white))
+    develop(mosaic, *levels, np.ascontiguousarray(colours), np.eye(3, dtype=np.float32), radiance, saturated)
+    return radiance, saturated
 
 
 def test_R1_samples_below_black_stay_negative():
@@ -26,7 +40,7 @@ def test_R1_a_dark_frame_averages_to_zero():
     samples = np.clip(np.rint(RNG.normal(512, sigma, (400, 600))), 0, 65535).astype(np.uint16)
     radiance = radiometry.linearise(samples, 512, 16383).astype(np.float64) * (16383 - 512)
     assert abs(radiance.mean()) <= 4 * sigma / np.sqrt(count)
-    full = demosaic(radiance.astype(np.float32), BAYER)
+    full, _ = developed(radiance.astype(np.float32))
     assert abs(full.mean(dtype=np.float64)) <= 4 * sigma / np.sqrt(count) + 1e-2
 
 
@@ -50,8 +64,8 @@ def test_R3_mask_marks_the_pixels_that_a_clipped_sample_enters_and_no_other():
     for row, column in itertools.product((10, 11), (20, 21)):
         mosaic = np.zeros((32, 48), np.float32)
         mosaic[row, column] = 1
-        changed = (demosaic(mosaic, BAYER) != 0).any(axis=2)
-        marked = spread(mosaic == 1)
+        full, marked = developed(mosaic, white=1)
+        changed = (full != 0).any(axis=2)
         assert not (changed & ~marked).any()
         assert marked.sum() == 13
 
@@ -137,7 +151,7 @@ def test_R10_mean_of_24_megapixels_is_accumulated_in_float64():
     assert radiometry.mean_radiance(image) == pytest.approx(float(np.float32(0.1)), rel=1e-7)
 
 
-def test_demosaic_reproduces_a_linear_gradient_inside():
+def test_bayer_reproduces_a_linear_gradient_inside():
     rows, columns = np.mgrid[0:40, 0:50].astype(np.float32)
     truth = np.stack([rows + columns, 2 * rows + columns, 3 * columns - rows], axis=-1) * np.float32([1, 1, 1])
     grey = (rows + 2 * columns)[..., None] * np.ones(3, np.float32)
@@ -145,28 +159,29 @@ def test_demosaic_reproduces_a_linear_gradient_inside():
         for colours in (BAYER, BAYER[:, ::-1], BAYER[::-1], 2 - BAYER):
             sites = np.tile(colours, (20, 25))
             mosaic = np.take_along_axis(image, sites[..., None], axis=2)[..., 0]
-            full = demosaic(mosaic, colours)
+            full, _ = developed(mosaic, colours)
             assert np.abs(full - image)[2:-2, 2:-2].max() <= tolerance
 
 
 def test_demosaic_gives_the_same_for_any_strip_height(monkeypatch):
     mosaic = RNG.random((67, 41)).astype(np.float32)
-    whole = demosaic(mosaic, BAYER)
+    whole = demosaic.demosaic(mosaic, X_TRANS)
     for rows in (1, 7, 16, 33):
-        monkeypatch.setattr("engine.capture.demosaic._STRIP_ROWS", rows)
-        assert np.array_equal(demosaic(mosaic, BAYER), whole)
+        monkeypatch.setattr(demosaic, "_STRIP_ROWS", rows)
+        assert np.array_equal(demosaic.demosaic(mosaic, X_TRANS), whole)
 
 
 def test_demosaic_of_other_arrays_keeps_constants_and_own_samples():
-    x_trans = np.array(
-        [
-            *([1, 2, 1, 1, 0, 1], [0, 1, 0, 2, 1, 2], [1, 2, 1, 1, 0, 1]),
-            *([1, 0, 1, 1, 2, 1], [2, 1, 2, 0, 1, 0], [1, 0, 1, 1, 2, 1]),
-        ]
-    )
-    assert not is_bayer(x_trans)
-    assert np.abs(demosaic(np.full((30, 31), 0.5, np.float32), x_trans) - 0.5).max() <= 1e-6
+    assert not is_bayer(X_TRANS)
+    assert np.abs(demosaic.demosaic(np.full((30, 31), 0.5, np.float32), X_TRANS) - 0.5).max() <= 1e-6
     mosaic = RNG.random((600, 13)).astype(np.float32)
-    full = demosaic(mosaic, x_trans)
-    sites = np.tile(x_trans, (100, 3))[:, :13]
+    full = demosaic.demosaic(mosaic, X_TRANS)
+    sites = np.tile(X_TRANS, (100, 3))[:, :13]
     assert np.array_equal(np.take_along_axis(full, sites[..., None], axis=2)[..., 0], mosaic)
+
+
+def test_R3_mask_of_other_arrays_covers_what_a_clipped_sample_enters():
+    mosaic = np.zeros((32, 48), np.float32)
+    mosaic[10, 20] = 1
+    changed = (demosaic.demosaic(mosaic, X_TRANS) != 0).any(axis=2)
+    assert not (changed & ~demosaic.spread(mosaic == 1)).any()
