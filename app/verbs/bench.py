@@ -1,4 +1,4 @@
-"""`lightarc bench`: how fast each part is on this machine, beside what bounds it."""
+"""`lightarc bench`: how fast each part is on this machine beside what bounds it, and how near it comes to the truth."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import argparse
 import importlib
 import logging
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from engine.errors import MissingCapability
-from engine.steps import Step
+from engine.steps import Step, drain
 
 if TYPE_CHECKING:
     from engine.bench.measure import Measure
@@ -30,18 +31,22 @@ MEASURES = {
 }
 LARGE = "import-large"
 
+#: Name of a group of errors and the function that finds them in a working folder.
+ACCURACIES = {"capture-truth": "engine.bench.capture_truth:measures"}
+
 log = logging.getLogger(__name__)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--only", nargs="+", choices=tuple(MEASURES), metavar="NAME", help=", ".join(MEASURES))
+    names = (*MEASURES, *ACCURACIES)
+    parser.add_argument("--only", nargs="+", choices=names, metavar="NAME", help=", ".join(names))
     parser.add_argument("--large", action="store_true", help="also import ten photographs of 24 megapixels (minutes)")
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    chosen = arguments.only or [name for name in MEASURES if arguments.large or name != LARGE]
+    chosen = arguments.only or [name for name in (*MEASURES, *ACCURACIES) if arguments.large or name != LARGE]
     measures = []
-    for index, name in enumerate(chosen):
+    for index, name in enumerate(name for name in chosen if name in MEASURES):
         show(Step(index / len(chosen), f"measuring {name}"))
         try:
             measures.append(_record(_measure(name)))
@@ -49,7 +54,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
             if arguments.only:
                 raise
             log.warning("%s was left out. %s", name, missing)
-    return {"measures": measures}
+    accuracies = [record for name in chosen if name in ACCURACIES for record in _accuracies(name, show)]
+    return {"measures": measures, "accuracies": accuracies}
 
 
 def report(result: dict[str, Any]) -> str:
@@ -57,14 +63,32 @@ def report(result: dict[str, Any]) -> str:
     for measure in result["measures"]:
         times = "".join(f"{measure[key] * 1000:9.1f} ms" for key in ("time_s", "limit_s"))
         lines.append(f"{measure['name']:22}{times}{measure['ratio']:10.4g}   limit: {measure['limit']}")
+    for found in result["accuracies"]:
+        bound = f"bound: {found['bound']:g}" if found["bound"] is not None else "no bound"
+        lines.append(f"{found['name']:22}{'error':>12}{found['error']:12.4f}{'':10}   {bound}; {found['what']}")
     return "\n".join(lines)
 
 
 def _measure(name: str) -> Measure:
-    """Only what is asked for is loaded."""
-    module, function = MEASURES[name].split(":")
-    measure: Measure = getattr(importlib.import_module(module), function)()
+    measure: Measure = _function(MEASURES[name])()
     return measure
+
+
+def _accuracies(name: str, show: Callable[[Step], None]) -> list[dict[str, Any]]:
+    from app.session import close_session, open_session
+
+    folder = open_session()
+    try:
+        found = drain(_function(ACCURACIES[name])(folder), show)
+    finally:
+        close_session(folder)
+    return [asdict(accuracy) for accuracy in found]
+
+
+def _function(place: str) -> Any:
+    """Only what is asked for is loaded."""
+    module, function = place.split(":")
+    return getattr(importlib.import_module(module), function)
 
 
 def _record(measure: Measure) -> dict[str, Any]:

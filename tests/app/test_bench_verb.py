@@ -11,8 +11,10 @@ import pytest
 
 from app import cli
 from app.verbs import bench
-from engine.bench import shading
+from engine.bench import capture_truth, shading
+from engine.bench.capture_truth import Accuracy
 from engine.bench.measure import Measure, best_of
+from engine.steps import Step
 
 KEYS = ["name", "time_s", "limit_s", "limit", "ratio"]
 
@@ -49,8 +51,8 @@ def test_a_measure_stands_beside_its_limit(lightarc, small, name):
 
 
 def test_every_measure_exists():
-    for name in bench.MEASURES:
-        module, function = bench.MEASURES[name].split(":")
+    for place in (*bench.MEASURES.values(), *bench.ACCURACIES.values()):
+        module, function = place.split(":")
         assert callable(getattr(__import__(module, fromlist=[function]), function))
 
 
@@ -63,13 +65,15 @@ def test_what_the_machine_lacks_is_left_out_unless_asked_for(lightarc, monkeypat
     assert asked.code == 5
     assert "display" in asked.err
     monkeypatch.setattr(bench, "MEASURES", {"window-start": bench.MEASURES["window-start"]})
+    monkeypatch.setattr(bench, "ACCURACIES", {})
     all_of_them = lightarc("bench", "--json")
     assert all_of_them.code == 0
-    assert json.loads(all_of_them.out) == {"measures": []}
+    assert json.loads(all_of_them.out) == {"measures": [], "accuracies": []}
 
 
 def test_the_large_import_is_measured_only_on_request(lightarc, monkeypatch):
     taken = []
+    monkeypatch.setattr(bench, "ACCURACIES", {})
     monkeypatch.setattr(bench, "_measure", lambda name: taken.append(name) or Measure(name, 1.0, 2.0, "half", {"n": 1}))
     lightarc("bench", "--json")
     assert bench.LARGE not in taken
@@ -77,6 +81,22 @@ def test_the_large_import_is_measured_only_on_request(lightarc, monkeypatch):
     assert json.loads(done.out)["measures"][-1] == {
         "name": bench.LARGE, "time_s": 1.0, "limit_s": 2.0, "limit": "half", "ratio": 0.5, "n": 1,
     }  # fmt: skip
+
+
+def test_errors_stand_beside_what_is_promised(lightarc, monkeypatch):
+    def some(folder):
+        assert folder.is_dir()
+        yield Step(0.5, "half")
+        return [Accuracy("radiance-woven", 0.007, "of something", 0.01), Accuracy("rendering-woven", 0.1, "of all")]
+
+    monkeypatch.setattr(capture_truth, "measures", some)
+    done = lightarc("bench", "--only", "capture-truth", "--json")
+    assert json.loads(done.out)["accuracies"][0] == {
+        "name": "radiance-woven", "error": 0.007, "what": "of something", "bound": 0.01,
+    }  # fmt: skip
+    told = lightarc("bench", "--only", "capture-truth").out
+    assert "bound: 0.01; of something" in told
+    assert "no bound; of all" in told
 
 
 def test_unknown_names_are_wrong_usage(lightarc):
