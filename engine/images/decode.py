@@ -7,6 +7,7 @@ returned. Cost: 24 megapixels take about 1 s and 0.7 GB, most of it the float32 
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -18,12 +19,16 @@ from numpy.typing import NDArray
 
 from engine.colour import srgb_decode
 from engine.errors import InputError
+from engine.files.shared import result_array
 from engine.files.untrusted import decode_in_child
 from engine.images import exif, exr, hdr, jpeg, png, tiff
 from engine.images.exif import Exif
 from engine.images.raster import Raster, Transfer
 
 TransferChoice = Literal["auto", "srgb", "linear"]
+
+#: A run of so many rows that are all zero, as a share 1 / n of all, is worth a warning.
+_LEAST_LOST_SHARE = 64
 
 #: Code values from which a lookup table is cheaper than the power function.
 _TABLE_LIMIT = 1 << 16
@@ -110,8 +115,9 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
     if transfer != "auto" and raster.white is not None:
         raster = replace(raster, transfer=transfer)
     photographed = exif.read_exif(content) if raster.container in ("JPEG", "PNG", "TIFF") else Exif()
-    pixels, saturated, broken = _linear(raster)
-    warnings = list(raster.warnings)
+    turn = photographed.orientation
+    pixels, saturated, broken = _linear(raster, turn)
+    warnings = [*raster.warnings, *_about_rows(raster.samples)]
     if broken:
         warnings.append(f"has {broken} pixels that are not finite; they are masked")
     if photographed.exposure_garbled:
@@ -119,8 +125,8 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
     if half_size:
         pixels, saturated = halved(pixels, saturated)
     return {
-        "pixels": exif.oriented(pixels, photographed.orientation),
-        "saturated": exif.oriented(saturated, photographed.orientation),
+        "pixels": pixels,
+        "saturated": saturated,
         "transfer": raster.transfer,
         "bit_depth": raster.bit_depth,
         "container": raster.container,
@@ -129,26 +135,59 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
     }
 
 
-def _linear(raster: Raster) -> tuple[NDArray[np.float32], NDArray[np.bool_], int]:
-    """Linear pixels (H, W, 3), saturation mask and the number of pixels that were not finite."""
-    samples = raster.samples if raster.samples.ndim == 3 else np.repeat(raster.samples[..., None], 3, axis=2)
+def _linear(raster: Raster, orientation: int) -> tuple[NDArray[np.float32], NDArray[np.bool_], int]:
+    """Upright linear pixels (H, W, 3), saturation mask and the number of pixels that were not finite."""
+    samples = raster.samples
+    if samples.ndim == 2:
+        samples = np.broadcast_to(samples[..., None], (*samples.shape, 3))
+    samples = exif.oriented(samples, orientation)
+    pixels, saturated = result_array(samples.shape, np.float32), result_array(samples.shape[:2], np.bool_)
     if raster.white is not None:
-        at_white = np.logical_or.reduce(samples >= raster.white, axis=2)
-        return _from_codes(samples, raster.white, raster.transfer), at_white, 0
+        _from_codes(samples, raster.white, raster.transfer, pixels, saturated)
+        return pixels, saturated, 0
     with np.errstate(over="ignore"):
-        pixels = samples.astype(np.float32)
-    broken = ~np.logical_and.reduce(np.isfinite(pixels), axis=2)
-    pixels[broken] = 0
-    return pixels, broken, int(broken.sum())
+        pixels[...] = samples
+    np.logical_not(np.isfinite(pixels).all(axis=2), out=saturated)
+    pixels[saturated] = 0
+    return pixels, saturated, int(np.count_nonzero(saturated))
 
 
-def _from_codes(samples: NDArray[np.unsignedinteger[Any]], white: int, transfer: Transfer) -> NDArray[np.float32]:
-    if white < _TABLE_LIMIT:
-        codes = np.minimum(np.arange(min(_TABLE_LIMIT, 1 << 8 * samples.dtype.itemsize)) / white, 1.0)
+def _from_codes(
+    samples: NDArray[np.unsignedinteger[Any]],
+    white: int,
+    transfer: Transfer,
+    pixels: NDArray[np.float32],
+    saturated: NDArray[np.bool_],
+) -> None:
+    if white < _TABLE_LIMIT and samples.dtype.itemsize <= 2:
+        from engine.images.codes import decode_codes
+
+        codes = np.minimum(np.arange(_TABLE_LIMIT) / white, 1.0)
         table = (srgb_decode(codes) if transfer == "srgb" else codes).astype(np.float32)
-        return table[samples]
+        decode_codes(samples, table, white, pixels, saturated)
+        return
     values = samples / np.float64(white)
-    return (srgb_decode(values) if transfer == "srgb" else values).astype(np.float32)
+    pixels[...] = srgb_decode(values) if transfer == "srgb" else values
+    saturated[...] = (samples >= white).any(axis=2)
+
+
+def _about_rows(samples: NDArray[Any]) -> list[str]:
+    """A warning where the last rows, or rows in between, are black without exception as lost data is.
+
+    No error, because a sample in front of a black ground looks so as well; a reader that knows how much data there
+    should be has refused what is too short.
+    """
+    height = samples.shape[0]
+    empty: NDArray[np.bool_] = np.logical_not(samples.any(axis=tuple(range(1, samples.ndim))))
+    if empty.all():
+        return []
+    rows = int(np.count_nonzero(empty))
+    least = max(2, height // _LEAST_LOST_SHARE)
+    longest = max((len(list(run)) for lost, run in itertools.groupby(empty.tolist()) if lost), default=0)
+    if longest < least:
+        return []
+    where = ", its last ones among them" if empty[-least:].all() else ""
+    return [f"has {rows} of {height} rows that are all zero{where}: check that it is complete"]
 
 
 def halved(pixels: NDArray[np.float32], saturated: NDArray[np.bool_]) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:

@@ -7,9 +7,9 @@ import pytest
 
 from engine.capture import demosaic, radiometry
 from engine.capture.bayer import develop, is_bayer
-from engine.images.decode import _from_codes
+from engine.images.decode import _linear
 from engine.images.exif import rational
-from engine.images.raster import white_code
+from engine.images.raster import Raster, white_code
 
 RNG = np.random.default_rng(23)
 BAYER = np.array([[0, 1], [1, 2]])
@@ -91,7 +91,8 @@ def test_R5_low_and_high_aligned_12_bit_are_the_same_image():
     assert white_code(high, 16) == 65520
     of_low, of_high = radiometry.linearise(low, 0, 4095), radiometry.linearise(high, 0, white_code(high, 16))
     assert np.all(np.abs(of_low - of_high) <= 2.0**-24 * of_low)
-    pictures = [_from_codes(codes, white, "linear") for codes, white in ((low, 4095), (high, 65520))]
+    rasters = [Raster(codes, white, 16, "linear", "TIFF") for codes, white in ((low, 4095), (high, 65520))]
+    pictures = [_linear(raster, 1)[0] for raster in rasters]
     assert np.all(np.abs(pictures[0] - pictures[1]) <= 2.0**-24 * pictures[0])
 
 
