@@ -32,6 +32,13 @@ def share_and_gain(r: ArrayLike, r_max: float, above: Above) -> tuple[Numbers, N
     return np.minimum(ratio, 1.0), gain
 
 
+def layer_at(share: ArrayLike, slices: int) -> tuple[Indices, Numbers]:
+    """The slice at or below a share of r_max in [0, 1], and how far it is to the next one, in [0, 1]."""
+    layer = np.asarray(share, dtype=np.float64) * (slices - 1)
+    lower = np.minimum(np.floor(layer).astype(np.int64), slices - 2)
+    return lower, layer - lower
+
+
 def neighbours(
     row: ArrayLike, column: ArrayLike, height: int, width: int
 ) -> Iterator[tuple[Indices, Indices, Numbers]]:

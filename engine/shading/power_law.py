@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.files.scratch import release
 from engine.health import Finding, Health, Verdict
-from engine.shading.lookup import Above, neighbours, share_and_gain
+from engine.shading.kept_tiles import KeptTiles, grid_shape
+from engine.shading.lookup import Above, Numbers, neighbours, share_and_gain
 from engine.shading.shading_map import ShadingMap
 from engine.steps import Step, Steps
 
@@ -29,9 +30,28 @@ SCALES: tuple[Scale, ...] = ("last-slice", "least-squares")
 TILE_TEXELS = 2**16
 
 
+@dataclass(frozen=True)
+class Storage:
+    """How a pair of scale and exponent is stored; a map holds the values that come back from there.
+
+    Attributes
+    ----------
+    exponent_bits : 32 for floats; 8 or 16 for codes, K = code * `exponent_step`.
+    scale_bits : 32 for floats, 16 for half floats.
+    bound : largest change of f at any texel and any r that this rounding can cause, in units of radiance.
+    measured : the largest change that it caused at the r of any slice, in units of radiance.
+    """
+
+    exponent_bits: Literal[8, 16, 32] = 32
+    scale_bits: Literal[16, 32] = 32
+    exponent_step: float = 0.0
+    bound: float = 0.0
+    measured: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
 class PowerLawMap:
-    """Six numbers per texel instead of a stack of slices.
+    """Six numbers per texel instead of a stack of slices; tiles that they describe too badly may keep their slices.
 
     Attributes
     ----------
@@ -41,6 +61,8 @@ class PowerLawMap:
     rms : root mean square of slice minus reconstruction over texels, slices and channels, in units of radiance.
     rms_per_channel : (3,) float64, the same per channel.
     error_map : (H, W) float32, the same per texel.
+    storage : how many bits the numbers take when they are stored.
+    kept : the tiles that keep their slices, None for none; there the error is 0.
     """
 
     scale: NDArray[np.float32]
@@ -50,6 +72,8 @@ class PowerLawMap:
     rms_per_channel: NDArray[np.float64]
     error_map: NDArray[np.float32]
     health: Health = field(default_factory=Health)
+    storage: Storage = Storage()
+    kept: KeptTiles | None = None
 
     def __post_init__(self) -> None:
         shape = self.scale.shape
@@ -65,12 +89,20 @@ class PowerLawMap:
             object.__setattr__(self, name, view)
         if not (self.scale.min() >= 0 and self.exponent.min() >= 0):
             raise ValueError("scale and exponent must not be negative or NaN")
+        if self.kept is not None and self.kept.place.shape != grid_shape(*shape[:2], self.kept.size):
+            raise ValueError(f"a grid of {self.kept.place.shape} tiles does not belong to a map of {shape[:2]} texels")
+
+    @property
+    def size_bytes(self) -> int:
+        """Bytes that the stored numbers take before any packing: the pair and the kept tiles."""
+        pair = self.scale.size * (self.storage.scale_bits + self.storage.exponent_bits) // 8
+        return pair + (self.kept.slices.nbytes + self.kept.place.nbytes if self.kept is not None else 0)
 
     def lookup(self, row: ArrayLike, column: ArrayLike, r: ArrayLike, above: Above = "clamp") -> NDArray[np.float32]:
         """f(r) at texel coordinates: (..., 3) float32, linear radiance under unit light.
 
-        Scale and exponent are filtered bilinearly and then evaluated, as a shader does that samples two textures.
-        Arguments as in `ShadingMap.lookup`: what is not a positive finite r is black.
+        Scale and exponent are filtered bilinearly and then evaluated, as a shader does that samples two textures; kept
+        tiles are filtered as slices. Arguments as in `ShadingMap.lookup`: what is not a positive finite r is black.
         """
         row, column, r = np.broadcast_arrays(row, column, r)
         scale = np.zeros((*r.shape, 3))
@@ -78,21 +110,31 @@ class PowerLawMap:
         for rows, columns, weight in neighbours(row, column, *self.scale.shape[:2]):
             scale += weight[..., None] * self.scale[rows, columns]
             exponent += weight[..., None] * self.exponent[rows, columns]
-        return self._evaluate(scale, exponent, r, above)
+        share, gain = share_and_gain(r, self.r_max, above)
+        value = power(scale, exponent, share)
+        if self.kept is not None:
+            value = self.kept.over(value, row, column, share, self.error_map.shape)
+        return _rounded(value, gain)
 
     def slice_image(self, r: float, above: Above = "clamp") -> NDArray[np.float32]:
         """The whole image f(r), (H, W, 3) float32; equals `lookup` at every texel centre."""
-        return self._evaluate(self.scale, self.exponent, np.float64(r), above)
-
-    def _evaluate(
-        self, scale: NDArray[np.floating], exponent: NDArray[np.floating], r: ArrayLike, above: Above
-    ) -> NDArray[np.float32]:
         share, gain = share_and_gain(r, self.r_max, above)
-        lit = share > 0.0
-        log_share = np.log(np.where(lit, share, 1.0))
-        with np.errstate(under="ignore"):
-            value = np.where(lit, gain, 0.0)[..., None] * scale * np.exp(exponent * log_share[..., None])
-            return value.astype(np.float32)
+        value = power(self.scale, self.exponent, share)
+        return _rounded(value if self.kept is None else self.kept.image_over(value, float(share)), gain)
+
+
+def power(scale: NDArray[np.floating], exponent: NDArray[np.floating], share: NDArray[np.float64]) -> Numbers:
+    """scale * share^exponent in float64, (..., 3) for a share (...) in [0, 1]; 0 where share is 0."""
+    lit = share > 0.0
+    log_share = np.log(np.where(lit, share, 1.0))
+    with np.errstate(under="ignore"):
+        value: Numbers = np.where(lit, 1.0, 0.0)[..., None] * scale * np.exp(exponent * log_share[..., None])
+    return value
+
+
+def _rounded(value: Numbers, gain: Numbers) -> NDArray[np.float32]:
+    with np.errstate(under="ignore"):
+        return (gain[..., None] * value).astype(np.float32)
 
 
 def fit(
@@ -135,26 +177,6 @@ def fit(
     rms = math.sqrt(mean_squares.mean())
     health = _health(outcomes.sum(axis=0), left_out)
     return PowerLawMap(factor, exponent, shading_map.r_max, rms, np.sqrt(mean_squares), error_map, health)
-
-
-def quantise_exponent(exponent: ArrayLike, bits: int) -> tuple[NDArray[np.unsignedinteger], float]:
-    """K as codes of 8 or 16 bits, K = code * step: (codes, step). The step covers the largest K."""
-    if bits not in (8, 16):
-        raise ValueError(f"exponents are stored in 8 or 16 bits, not {bits}")
-    values = np.asarray(exponent, dtype=np.float64)
-    step = float(values.max()) / (2**bits - 1) or 1.0
-    return np.rint(values / step).astype(np.uint8 if bits == 8 else np.uint16), step
-
-
-def quantisation_bound(scale: ArrayLike, exponent: ArrayLike, stored: ArrayLike) -> NDArray[np.float64]:
-    """Largest |f| change for any r when K is replaced by a stored K: k_s |dK| / (e K), at most k_s.
-
-    K is the smaller of the two, because r^K |ln r| has its maximum 1 / (e K) and falls with K (mean value theorem).
-    """
-    scale, exponent, stored = (np.asarray(values, dtype=np.float64) for values in (scale, exponent, stored))
-    smaller = np.minimum(exponent, stored)
-    change = np.abs(exponent - stored) / (math.e * np.where(smaller > 0, smaller, 1.0))
-    return scale * np.where(smaller > 0, np.minimum(change, 1.0), exponent != stored)
 
 
 def _left_out(shading_map: ShadingMap, excluded: NDArray[np.bool_] | None) -> NDArray[np.bool_]:

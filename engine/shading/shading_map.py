@@ -22,7 +22,7 @@ from engine.colour import LUMINANCE
 from engine.errors import InputError
 from engine.files.scratch import release, scratch_array
 from engine.health import Finding, Health, Verdict
-from engine.shading.lookup import Above, neighbours, share_and_gain
+from engine.shading.lookup import Above, layer_at, neighbours, share_and_gain
 from engine.steps import Step, Steps
 
 if TYPE_CHECKING:
@@ -102,9 +102,7 @@ class ShadingMap:
     def _layer(self, r: ArrayLike, above: Above) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
         """The slice below r, the share of the next one, and the gain."""
         share, gain = share_and_gain(r, self.r_max, above)
-        layer = share * (len(self.slices) - 1)
-        lower = np.minimum(np.floor(layer).astype(np.int64), len(self.slices) - 2)
-        return lower, layer - lower, gain
+        return *layer_at(share, len(self.slices)), gain
 
 
 def target_radiance(r_max: float, slices: int) -> NDArray[np.float64]:

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
 from engine.shading.fit_kernel import exponential, fit_samples, largest_exponent
-from engine.shading.power_law import SCALES, PowerLawMap, fit, quantisation_bound, quantise_exponent
+from engine.shading.power_law import SCALES, PowerLawMap, fit
+from engine.shading.quantise import quantisation_bound, quantise_exponent
 from engine.shading.shading_map import ShadingMap
 from engine.steps import drain
 
