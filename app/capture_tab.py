@@ -11,7 +11,7 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from app import icons
-from app.document import Project
+from app.document import ImportChoices, Project
 from app.image_view import ImageView
 from app.jobs import Job
 from app.panels import EmptyState, Panel, button, enable, side_by_side, text, tool
@@ -277,7 +277,7 @@ class CaptureTab(QWidget):
         )
         self.report.show_health(stack.health if stack is not None else None)
         for name, box in self.options.items():
-            box.setCurrentIndex(max(0, box.findData(project.import_choices[name])))
+            box.setCurrentIndex(max(0, box.findData(getattr(project.import_choices, name))))
 
     def _show_plot(self) -> None:
         project = self.bench.document.project
@@ -387,8 +387,8 @@ class CaptureTab(QWidget):
         )
         self.bench.import_photographs(changed)
 
-    def _choices(self) -> dict[str, str]:
-        return {name: str(box.currentData()) for name, box in self.options.items()}
+    def _choices(self) -> ImportChoices:
+        return ImportChoices(**{name: box.currentData() for name, box in self.options.items()})
 
     def _import_again(self) -> None:
         sources = self.bench.document.project.sources

@@ -7,11 +7,9 @@ its part of old and new by identity and redraws when it is another object.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import radians
-from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
@@ -31,8 +29,13 @@ from engine.shading.power_law import Scale
 BRDF = "ggx:alpha=0.5"
 
 
-#: How photographs are read where nothing else is asked for: fields of `engine.capture.import_stack.ImportSettings`.
-IMPORT_CHOICES: Mapping[str, str] = MappingProxyType({"motion": "auto", "white_balance": "camera", "transfer": "auto"})
+@dataclass(frozen=True)
+class ImportChoices:
+    """How photographs are read: what the window offers of `engine.capture.import_stack.ImportSettings`."""
+
+    motion: str = "auto"
+    white_balance: Literal["camera", "none"] = "camera"
+    transfer: str = "auto"
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ class Project:
     """The photographs, what was made of them, and how it is shown."""
 
     sources: Sources | None = None
-    import_choices: Mapping[str, str] = IMPORT_CHOICES
+    import_choices: ImportChoices = ImportChoices()
     stack: ImageStack | None = None
     excluded: frozenset[str] = field(default_factory=frozenset)
     slices: int = 8

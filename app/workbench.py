@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import dataclasses
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from app.document import Document, Project
+from app.document import Document, ImportChoices, Project
 from app.jobs import Job, Jobs
 from app.recognise import Recognised, recognise
 from engine.capture.sources import Sources, find
@@ -87,7 +87,7 @@ class Workbench(QObject):
             job = self.jobs.submit("Looking for photographs", lambda: _found(found.paths))
             job.succeeded.connect(self.import_photographs)
 
-    def import_photographs(self, sources: Sources, choices: Mapping[str, str] | None = None, name: str = "") -> None:
+    def import_photographs(self, sources: Sources, choices: ImportChoices | None = None, name: str = "") -> None:
         """Import `sources` into the working folder, then build the material."""
         choices = choices or self.document.project.import_choices
         self._imports += 1
@@ -167,11 +167,11 @@ def _sample(folder: Path) -> Steps[Sources]:
     return find([place])
 
 
-def _import(sources: Sources, choices: Mapping[str, str], target: Path) -> Steps[ImageStack]:
+def _import(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
     yield Step(0.0, "preparing the import")
     from engine.capture.import_stack import ImportSettings, import_stack
 
-    return (yield from import_stack(sources, ImportSettings(**choices), target))
+    return (yield from import_stack(sources, ImportSettings(**dataclasses.asdict(choices)), target))
 
 
 def _stack(folder: Path) -> Steps[ImageStack]:
