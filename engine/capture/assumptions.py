@@ -89,7 +89,7 @@ def check_azimuths(stack: ImageStack) -> Steps[AzimuthCheck | None]:
 def compare_azimuths(
     samples: NDArray[np.float32], mean_radiance: NDArray[np.float64], azimuth: NDArray[np.float64] | None
 ) -> AzimuthCheck | None:
-    """As `check_azimuths`, of `samples` (N, h, w, 3) of photographs of which none is clipped."""
+    """As `check_azimuths`, of `samples` (N, h, w, 3) of the photographs; clipped ones count like the others."""
     weights = _weights(mean_radiance, azimuth)
     if weights is None:
         return None
@@ -118,7 +118,7 @@ def _weights(
     highest = min(float(mean_radiance[members].max()) for members in sectors)
     if not lowest < highest:
         return None
-    levels = np.linspace(lowest, highest, LEVELS)
+    levels = lowest + (highest - lowest) * (np.arange(LEVELS) + 0.5) / LEVELS
     weights = np.zeros((len(sectors), LEVELS, len(mean_radiance)))
     for of_sector, members in zip(weights, sectors, strict=True):
         means = mean_radiance[members]

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 import engine
 from engine.capture.align import MOTIONS, Alignment, Grey, align, reduced, reduction
+from engine.capture.assumptions import compare_azimuths
 from engine.capture.decode import Photograph, WhiteBalance, read_photograph
 from engine.capture.report import BLACK, Quality, grid_step, leave_one_out, noise_and_sharpness, report
 from engine.capture.sources import ONE_ARC, Sources, azimuth_spread
@@ -124,7 +125,10 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
     with atomic_folder(folder, RECORD, size_bytes) as place:
         sums = yield from part(_write_pixels(place, read, alignment, region), 0.75, 1.0)
         mean_radiance = np.array([one.mean_radiance(region.width * region.height) for one in sums])
-        qualities = _qualities(read, alignment, sums, mean_radiance, region)
+        grid = np.stack([np.concatenate(one.grid) for one in sums])
+        qualities = _qualities(read, alignment, sums, leave_one_out(grid, mean_radiance), region)
+        azimuths = compare_azimuths(grid, mean_radiance, sources.azimuth)
+        findings += [azimuths.finding()] if azimuths else []
         health = Health(findings=(*findings, *alignment.findings)).merged(report(names, mean_radiance, qualities))
         record = StackRecord(
             lightarc_stack=1,
@@ -324,10 +328,9 @@ def _write_pixels(place: Path, read: _Read, alignment: Alignment, region: Region
 
 
 def _qualities(
-    read: _Read, alignment: Alignment, sums: list[_Sums], mean_radiance: NDArray[np.float64], region: Region
+    read: _Read, alignment: Alignment, sums: list[_Sums], errors: list[float | None], region: Region
 ) -> list[Quality]:
     pixels = region.width * region.height
-    errors = leave_one_out(np.stack([np.concatenate(one.grid) for one in sums]), mean_radiance)
     residuals = [None if np.isnan(residual) else float(residual) for residual in alignment.residual_px]
     return [
         Quality(one.clipped / pixels, one.black / pixels, noise, sharpness, residual, error)

@@ -62,3 +62,10 @@ def test_shifts_are_recovered_where_the_shading_hardly_changes(tmp_path):
     matrices = [photograph["alignment_matrix"] for photograph in stack.provenance["photographs"]]
     found = np.array([np.reshape(matrix, -1)[[2, 5]] for matrix in matrices])
     assert np.abs((found - found[2]) - (shift - shift[2])).max() <= 0.05
+
+
+def test_an_import_from_two_azimuths_tells_what_they_change(tmp_path):
+    folder = tmp_path / "c"
+    captured(folder, (15, 40, 65), size=96, azimuth=(0.0, math.pi / 2), misalignment_px=0.0)
+    findings = [finding.text for finding in imported(folder, "none").health.findings]
+    assert any(text.startswith("Lit from 0° and 90° of azimuth") for text in findings)
