@@ -8,9 +8,10 @@
 
     [[photographs]]
     file = "woven_01.tif"
-    elevation_deg = 10.0           # of the light above the sample
+    elevation_deg = 10.0           # of the light above the sample; optional where a mirror sphere tells it
     azimuth_deg = 0.0              # optional; 0 = right, 90 = up in the picture
     exposure_s = 0.5               # optional; replaces what the camera noted
+    highlight_px = [95.0, 431.5]   # optional; column and row of the lamp's reflection, where it is not found rightly
 
     [sphere]                       # optional; outline of a mirror sphere in the picture
     column_px = 80.5
@@ -45,9 +46,10 @@ class PhotographEntry(BaseModel):
     model_config = _STRICT
 
     file: str
-    elevation_deg: float = Field(ge=0.0, le=90.0)
+    elevation_deg: float | None = Field(default=None, ge=0.0, le=90.0)
     azimuth_deg: float | None = Field(default=None, ge=-360.0, le=360.0)
     exposure_s: float | None = Field(default=None, gt=0.0)
+    highlight_px: tuple[float, float] | None = None
 
 
 class SphereEntry(BaseModel):

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from engine.files.untrusted import Decoding
 from engine.images import decode as images
-from engine.images import tiff
+from engine.images import exr, hdr, tiff
+from engine.images.exif import read_exif
 from engine.images.raster import Transfer
 
 WhiteBalance = Literal["camera", "none"] | Sequence[float]
@@ -30,6 +31,9 @@ RAW_SUFFIXES = frozenset(
         *("nef", "nrw", "orf", "pef", "raf", "raw", "rw2", "rwl", "sr2", "srf", "srw", "x3f"),
     )
 )
+
+
+_EXR_AND_HDR = (exr.SIGNATURE, *hdr.SIGNATURES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,3 +153,15 @@ def _is_raw(content: bytes, name: str) -> bool:
     if content.startswith(tiff.SIGNATURES):
         return named_raw or tiff.is_raw_tiff(content)
     return named_raw and images.reader(content) is None and not content.startswith(b"version https://git-lfs")
+
+
+def decode_exposure(content: bytes, name: str) -> dict[str, Any]:
+    """The decoder of what the camera noted alone: exposure_s, iso, aperture, each None where it did not."""
+    if content.startswith(_EXR_AND_HDR):
+        return {"exposure_s": None, "iso": None, "aperture": None}
+    noted = read_exif(content)
+    if noted.exposure_s is None and not noted.exposure_garbled and _is_raw(content, name):
+        from engine.capture.raw import noted_exposure
+
+        return noted_exposure(content, name)
+    return {"exposure_s": noted.exposure_s, "iso": noted.iso, "aperture": noted.aperture}

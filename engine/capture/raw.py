@@ -79,6 +79,17 @@ def decode_raw(content: bytes, name: str, white_balance: WhiteBalance, half_size
     }
 
 
+def noted_exposure(content: bytes, name: str) -> dict[str, Any]:
+    """exposure_s, iso and aperture as LibRaw finds them, without decoding the picture."""
+    with rawpy.RawPy() as raw, complaints():
+        try:
+            raw.open_buffer(io.BytesIO(content))
+        except rawpy.LibRawError as error:
+            raise InputError(name, f"cannot be opened (LibRaw: {error})", _CONVERT) from None
+        exposure = _exposure(raw, Exif(), [])
+    return {key: exposure[key] for key in ("exposure_s", "iso", "aperture")}
+
+
 def _unpacked(content: bytes, name: str) -> rawpy.RawPy:
     _check_strips(content, name)
     raw = rawpy.RawPy()

@@ -14,14 +14,16 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.capture_file import NAME as CAPTURE_FILE
 from engine.capture.capture_file import CaptureFile, read_capture_file
+from engine.capture.exposures import Exposure, noted_exposure
 from engine.capture.light_positions import comparable, read_light_positions
+from engine.capture.mirror_sphere import Circle
 from engine.capture.name_angles import angles_with_words, bare_angles, natural
 from engine.errors import InputError
 from engine.health import Finding, Verdict
@@ -38,6 +40,9 @@ PHOTOGRAPH_SUFFIXES = _suffixes(
 _UNREAD_PICTURES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm tga webp")
 #: Lights whose azimuths lie within this angle count as one arc.
 ONE_ARC = math.radians(5.0)
+#: What `angle_source` says of lights that a mirror sphere shows.
+SPHERE = "mirror sphere"
+
 _ARCHIVES = _suffixes("zip 7z rar tar gz tgz")
 _SET_ASIDE = re.compile(
     r"(?P<white>(white|flat)[ _-]?(field|frame|ref(erence)?)?)|(?P<dark>(dark|bias)[ _-]?(field|frame)?)|mask", re.I
@@ -50,11 +55,16 @@ class Sources:
 
     Attributes
     ----------
-    photographs : (N,) paths, N ≥ 2.
-    elevation : (N,) float64, radians above the sample plane, in [0, π/2].
+    photographs : (N,) paths, N ≥ 2, one per light: the shortest of its exposures.
+    elevation : (N,) float64, radians above the sample plane, in [0, π/2]; 0 while a mirror sphere is to be asked.
     azimuth : (N,) float64 radians, 0 = right, π/2 = up in the picture; None where unknown.
-    angle_source : 'user', 'capture.toml', 'lp', 'file names' or 'assumed'.
-    exposure_s : (N,) what `capture.toml` says, None where it is silent.
+    angle_source : 'user', 'capture.toml', 'lp', 'file names', 'assumed' or 'mirror sphere'.
+    exposure_s : (N,) what `capture.toml` says of `photographs`, None where it is silent.
+    exposures : (N,) all photographs of each light, by rising exposure.
+    dark, flat : photographs without light and of an even white surface.
+    lamp_distance : of a near lamp, in widths of the picture; None for a distant one.
+    sphere : outline of a mirror sphere from which the lights are to be measured, 'auto' to find it, or None.
+    highlights_px : (N,) column and row of the lamp's reflection where `capture.toml` corrects it.
     transfer : 'srgb' or 'linear' where `capture.toml` says so.
     notes : the capture's notes.
     findings : what was set aside, assumed, or needs a look.
@@ -65,6 +75,12 @@ class Sources:
     azimuth: NDArray[np.float64] | None
     angle_source: str
     exposure_s: tuple[float | None, ...]
+    exposures: tuple[tuple[Exposure, ...], ...]
+    dark: Path | None = None
+    flat: Path | None = None
+    lamp_distance: float | None = None
+    sphere: Circle | Literal["auto"] | None = None
+    highlights_px: tuple[tuple[float, float] | None, ...] = ()
     transfer: str | None = None
     notes: str = ""
     findings: tuple[Finding, ...] = ()
@@ -75,38 +91,80 @@ class _Lit(NamedTuple):
     elevation_deg: float
     azimuth_deg: float | None = None
     exposure_s: float | None = None
+    highlight_px: tuple[float, float] | None = None
+
+    @property
+    def direction(self) -> tuple[float, float | None]:
+        """Equal for photographs of one light."""
+        azimuth = None if self.azimuth_deg is None else round(self.azimuth_deg % 360.0, 6)
+        return round(self.elevation_deg, 6), azimuth
 
 
-def find(paths: Sequence[Path], angles_deg: Sequence[float] | None = None) -> Sources:
+class _Files(NamedTuple):
+    """What lies in a folder, sorted by what it is for."""
+
+    kept: list[Path]
+    dark: Path | None
+    flat: Path | None
+    findings: list[Finding]
+
+
+def find(
+    paths: Sequence[Path],
+    angles_deg: Sequence[float] | None = None,
+    *,
+    sphere: Circle | Literal["auto"] | None = None,
+    aside: Sequence[Path] = (),
+) -> Sources:
     """The capture that `paths` (one folder, or files) hold.
 
-    `angles_deg` are the user's elevations in degrees, in the natural order of the file names. Raises InputError where
-    there are fewer than two photographs, where angles do not fit them, or where two share one direction of light.
+    `angles_deg` are the user's elevations in degrees, in the natural order of the file names; `sphere` is the mirror
+    sphere from which they are to be measured instead; files `aside` are no photographs of the sample. Raises
+    InputError where there are fewer than two lights, where angles do not fit the photographs, or where two share one
+    direction of light and are not known to be exposures of different length.
     """
     place = paths[0] if len(paths) == 1 else Path(os.path.commonpath([path.absolute() for path in paths]))
-    files, findings = _sorted_out(_expanded(paths))
-    photographs = [path for path in files if path.name.lower() != CAPTURE_FILE and path.suffix.lower() != ".lp"]
+    expanded = _expanded(paths)
+    capture = _capture_file(place, expanded)
+    files = _sorted_out(place, _without(expanded, aside), capture)
+    photographs = [path for path in files.kept if path.name.lower() != CAPTURE_FILE and path.suffix.lower() != ".lp"]
     if len(photographs) < 2:
-        raise InputError(place, f"holds {_count(photographs)}", _needed(findings))
+        raise InputError(place, f"holds {_count(photographs)}", _needed(files.findings))
     for path in photographs:
         _refuse_irregular(path)
     _refuse_equal_names(place, photographs)
-    capture = _capture_file(place, files)
-    lit, angle_source, told = _lit(place, files, photographs, capture, angles_deg)
-    _refuse_equal_directions(lit)
-    lit.sort(key=lambda one: (one.elevation_deg, one.azimuth_deg or 0.0, natural(one.path.name)))
-    azimuths = [one.azimuth_deg for one in lit if one.azimuth_deg is not None]
-    azimuth = np.radians(azimuths) if len(azimuths) == len(lit) else None
+    if angles_deg is None and sphere is None and capture is not None:
+        sphere = _outline(capture)
+    lit, angle_source, told = _lit(place, files.kept, photographs, capture, angles_deg, sphere)
+    lights = _lights(lit, sphere is not None)
+    azimuths = [light[0].azimuth_deg for light in lights if light[0].azimuth_deg is not None]
+    azimuth = np.radians(azimuths) if len(azimuths) == len(lights) else None
     return Sources(
-        photographs=tuple(one.path for one in lit),
-        elevation=np.radians([one.elevation_deg for one in lit]),
+        photographs=tuple(light[0].path for light in lights),
+        elevation=np.radians([light[0].elevation_deg for light in lights]),
         azimuth=azimuth,
         angle_source=angle_source,
-        exposure_s=tuple(one.exposure_s for one in lit),
+        exposure_s=tuple(light[0].exposure_s for light in lights),
+        exposures=tuple(tuple(Exposure(one.path, one.exposure_s) for one in light) for light in lights),
+        dark=files.dark,
+        flat=files.flat,
+        lamp_distance=capture.lamp_distance if capture else None,
+        sphere=sphere,
+        highlights_px=tuple(light[0].highlight_px for light in lights),
         transfer=capture.transfer if capture else None,
         notes=capture.notes if capture else "",
-        findings=(*findings, *told, *_about_azimuth(azimuth)),
+        findings=(*files.findings, *told, *about_azimuth(azimuth)),
     )
+
+
+def _without(files: list[Path], aside: Sequence[Path]) -> list[Path]:
+    taken = {os.path.realpath(path) for path in aside}
+    return [file for file in files if os.path.realpath(file) not in taken]
+
+
+def _outline(capture: CaptureFile) -> Circle | None:
+    entry = capture.sphere
+    return Circle(entry.column_px, entry.row_px, entry.radius_px) if entry is not None else None
 
 
 def _expanded(paths: Sequence[Path]) -> list[Path]:
@@ -132,12 +190,15 @@ def _belongs(entry: Path) -> bool:
     return not entry.name.startswith(".") and (suffix in known or entry.name.lower() == CAPTURE_FILE)
 
 
-def _sorted_out(files: list[Path]) -> tuple[list[Path], list[Finding]]:
-    """The files that count, and a finding for each that is set aside."""
+def _sorted_out(place: Path, files: list[Path], capture: CaptureFile | None) -> _Files:
+    """The files that count, the calibration frames, and a finding for each that is no photograph of the sample."""
     kept: list[Path] = []
     findings: list[Finding] = []
+    frames = {kind: _stated(place, files, name) for kind, name in _frame_names(capture).items()}
     for file in files:
         aside = _SET_ASIDE.fullmatch(re.sub(r"[ _.-]?\d*$", "", file.stem))
+        if file in frames.values():
+            continue
         if file.suffix.lower() in _ARCHIVES:
             raise InputError(file, "is an archive", "Unpack it and give the folder")
         if file.suffix.lower() in _UNREAD_PICTURES:
@@ -145,10 +206,26 @@ def _sorted_out(files: list[Path]) -> tuple[list[Path], list[Finding]]:
             findings.append(Finding(Verdict.WARNING, text, file.name))
         elif aside and file.suffix.lower() in PHOTOGRAPH_SUFFIXES:
             kind = "white reference" if aside["white"] else "dark frame" if aside["dark"] else "mask"
-            findings.append(Finding(Verdict.NOTE, f"taken for a {kind} by its name and set aside", file.name))
+            used = kind != "mask" and frames.setdefault(kind, file) is file
+            text = f"taken for a {kind} by its name and {'used as such' if used else 'set aside'}"
+            findings.append(Finding(Verdict.NOTE, text, file.name))
         else:
             kept.append(file)
-    return kept, findings
+    return _Files(kept, frames.get("dark frame"), frames.get("white reference"), findings)
+
+
+def _frame_names(capture: CaptureFile | None) -> dict[str, str]:
+    stated = {"dark frame": capture.dark, "white reference": capture.flat} if capture is not None else {}
+    return {kind: name for kind, name in stated.items() if name is not None}
+
+
+def _stated(place: Path, files: list[Path], name: str) -> Path:
+    """The file that `capture.toml` names, which lies beside it."""
+    for file in files:
+        if comparable(file.name) == comparable(name):
+            return file
+    where = _named(files, CAPTURE_FILE)
+    raise InputError(where[0] if where else place, f"names {name}, which is not there", "Add the file, or correct it")
 
 
 def _count(photographs: list[Path]) -> str:
@@ -182,12 +259,16 @@ def _lit(
     photographs: list[Path],
     capture: CaptureFile | None,
     angles_deg: Sequence[float] | None,
+    sphere: Circle | Literal["auto"] | None,
 ) -> tuple[list[_Lit], str, list[Finding]]:
     """Photographs with their lights from the first source that knows, its name, and what to say about it."""
     if angles_deg is not None:
         return _from_user(place, photographs, angles_deg), "user", []
     if capture is not None and capture.photographs:
-        return _from_capture_file(_named(files, CAPTURE_FILE)[0], photographs, capture), "capture.toml", []
+        lit = _from_capture_file(_named(files, CAPTURE_FILE)[0], photographs, capture, sphere is not None)
+        return lit, "capture.toml" if sphere is None else SPHERE, []
+    if sphere is not None:
+        return [_Lit(path, 0.0) for path in photographs], SPHERE, []
     light_files = [path for path in files if path.suffix.lower() == ".lp"]
     if len(light_files) > 1:
         names = ", ".join(path.name for path in light_files)
@@ -225,14 +306,22 @@ def _refuse_impossible(path: Path, angle_deg: float) -> None:
         )
 
 
-def _from_capture_file(path: Path, photographs: list[Path], capture: CaptureFile) -> list[_Lit]:
+def _from_capture_file(path: Path, photographs: list[Path], capture: CaptureFile, measured: bool) -> list[_Lit]:
+    """What the file says; elevations may be missing where they are to be `measured`."""
     entries = {comparable(entry.file): entry for entry in capture.photographs}
     if len(entries) != len(capture.photographs):
         twice = [name for name, count in Counter(comparable(e.file) for e in capture.photographs).items() if count > 1]
         raise InputError(path, f"lists {_listed(twice)} more than once", "Keep one entry for each")
+    silent = [entry.file for entry in capture.photographs if entry.elevation_deg is None]
+    if silent and not measured:
+        remedy = "Add it, or the table [sphere] of a mirror sphere that shows it"
+        raise InputError(path, f"gives no elevation_deg for {_listed(silent)}", remedy)
     _match(path, photographs, {name: name for name in entries})
     chosen = [(photograph, entries[comparable(photograph.name)]) for photograph in photographs]
-    return [_Lit(photograph, e.elevation_deg, e.azimuth_deg, e.exposure_s) for photograph, e in chosen]
+    return [
+        _Lit(photograph, e.elevation_deg or 0.0, e.azimuth_deg, e.exposure_s, e.highlight_px)
+        for photograph, e in chosen
+    ]
 
 
 def _from_light_positions(path: Path, photographs: list[Path]) -> list[_Lit]:
@@ -290,7 +379,7 @@ def azimuth_spread(azimuth: NDArray[np.float64] | None) -> float:
     return 2 * math.pi - float(np.diff(rising, append=rising[0] + 2 * math.pi).max())
 
 
-def _about_azimuth(azimuth: NDArray[np.float64] | None) -> list[Finding]:
+def about_azimuth(azimuth: NDArray[np.float64] | None) -> list[Finding]:
     spread = azimuth_spread(azimuth)
     if spread <= ONE_ARC:
         return []
@@ -301,15 +390,31 @@ def _about_azimuth(azimuth: NDArray[np.float64] | None) -> list[Finding]:
     return [Finding(Verdict.WARNING, text)]
 
 
-def _refuse_equal_directions(lit: list[_Lit]) -> None:
-    groups: dict[tuple[float, float | None], list[str]] = {}
+def _lights(lit: list[_Lit], measured: bool) -> list[list[_Lit]]:
+    """Photographs of one light together, by rising exposure; lights by rising elevation.
+
+    Where elevations are `measured` only later, photographs of which nothing is said are lights of their own.
+    """
+    groups: dict[object, list[_Lit]] = {}
     for one in lit:
-        azimuth = None if one.azimuth_deg is None else round(one.azimuth_deg % 360.0, 6)
-        groups.setdefault((round(one.elevation_deg, 6), azimuth), []).append(one.path.name)
-    for (elevation, _), names in groups.items():
-        if len(names) > 1:
-            problem = f"{' and '.join(names)} are said to be lit from the same {elevation:g}°"
-            raise InputError(lit[0].path.parent, problem, "Keep one of them, or correct the angles")
+        told = not measured or one.elevation_deg > 0.0
+        groups.setdefault(one.direction if told else one.path, []).append(one)
+    lights = [_by_exposure(group) if len(group) > 1 else group for group in groups.values()]
+    lights.sort(key=lambda light: (light[0].elevation_deg, light[0].azimuth_deg or 0.0, natural(light[0].path.name)))
+    if len(lights) < 2:
+        problem = f"holds {len(lit)} exposures of one light only"
+        raise InputError(lit[0].path.parent, problem, "At least two pictures under different lights are needed")
+    return lights
+
+
+def _by_exposure(group: list[_Lit]) -> list[_Lit]:
+    """Photographs of one light, whose exposures must be known and different."""
+    known = [one._replace(exposure_s=one.exposure_s or noted_exposure(one.path).exposure_s) for one in group]
+    if len({one.exposure_s for one in known} - {None}) < len(group):
+        problem = f"{' and '.join(one.path.name for one in group)} are said to be lit from the same "
+        remedy = "Keep one of them, correct the angles, or state different exposure_s in capture.toml"
+        raise InputError(group[0].path.parent, f"{problem}{group[0].elevation_deg:g}°", remedy)
+    return sorted(known, key=lambda one: one.exposure_s or 0.0)
 
 
 def _listed(names: Sequence[str], limit: int = 5) -> str:

@@ -1,11 +1,14 @@
 """Which photographs a capture has, and where its light stood: never guessed, always said."""
 
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from engine.capture.exposures import Exposure, Noted, exposure_scale
 from engine.capture.light_positions import read_light_positions
+from engine.capture.mirror_sphere import Circle
 from engine.capture.name_angles import angles_with_words, bare_angles
 from engine.capture.sources import azimuth_spread, find
 from engine.errors import InputError
@@ -228,3 +231,92 @@ def test_rti_stack_uses_elevations_and_says_how_far_its_lights_spread(shared_dat
     assert np.degrees(sources.elevation[[0, -1]]) == pytest.approx([10.2, 77.5], abs=0.1)
     assert (np.diff(sources.elevation) >= 0).all()
     assert any("339° of azimuth" in finding.text for finding in sources.findings)
+
+
+def toml(*photographs, head=""):
+    return head + "".join(f"\n[[photographs]]\n{text}\n" for text in photographs)
+
+
+def entry(name, elevation_deg, more=""):
+    return f'file = "{name}"\nelevation_deg = {elevation_deg}\n{more}'
+
+
+def test_exposures_of_one_light_belong_together(folder):
+    taken = (("a", 20, 0.5), ("b", 20, 0.125), ("c", 60, 0.125), ("d", 60, 0.5))
+    entries = [entry(f"{name}.png", angle, f"exposure_s = {time_s}") for name, angle, time_s in taken]
+    sources = find([folder("a.png", "b.png", "c.png", "d.png", capture__toml=toml(*entries))])
+    assert names(sources) == ["b.png", "c.png"]
+    assert sources.exposure_s == (0.125, 0.125)
+    assert [[(one.path.name, one.exposure_s) for one in light] for light in sources.exposures] == [
+        [("b.png", 0.125), ("a.png", 0.5)],
+        [("c.png", 0.125), ("d.png", 0.5)],
+    ]
+
+
+def test_exposures_of_one_light_are_told_apart_by_what_the_camera_noted(tmp_path, dng):
+    mosaic = np.full((16, 16), 500, np.uint16)
+    for name, exposure in (("a_20deg", (1, 10)), ("b_20deg", (1, 40)), ("c_60deg", (1, 10))):
+        (tmp_path / f"{name}.dng").write_bytes(dng(mosaic, exposure=exposure))
+    sources = find([tmp_path])
+    assert [[one.exposure_s for one in light] for light in sources.exposures] == [[0.025, 0.1], [None]]
+    (tmp_path / "d_60deg.dng").write_bytes(dng(mosaic, exposure=(1, 10)))
+    with pytest.raises(InputError, match=r"c_60deg.dng and d_60deg.dng are said to be lit from the same 60°"):
+        find([tmp_path])
+
+
+def test_one_light_alone_is_no_capture(folder):
+    entries = [entry("a.png", 20, "exposure_s = 1.0"), entry("b.png", 20, "exposure_s = 2.0")]
+    with pytest.raises(InputError, match="2 exposures of one light only"):
+        find([folder("a.png", "b.png", capture__toml=toml(*entries))])
+
+
+def test_calibration_frames_are_found_by_name_or_stated(folder):
+    place = folder("a_10deg.png", "b_20deg.png", "white-reference.tif", "dark_1.tif", "dark_2.tif")
+    sources = find([place])
+    assert (sources.dark.name, sources.flat.name) == ("dark_1.tif", "white-reference.tif")
+    said = {finding.source: finding.text for finding in sources.findings if finding.source}
+    assert "used" in said["dark_1.tif"]
+    assert "set aside" in said["dark_2.tif"]
+    head = 'flat = "card.png"\nlamp_distance = 1.5\n'
+    place = folder("card.png", capture__toml=toml(entry("a_10deg.png", 10), entry("b_20deg.png", 20), head=head))
+    sources = find([place])
+    assert (sources.dark.name, sources.flat.name, sources.lamp_distance) == ("dark_1.tif", "card.png", 1.5)
+    (place / "card.png").unlink()
+    with pytest.raises(InputError, match=r"capture.toml: names card.png, which is not there"):
+        find([place])
+
+
+def test_files_set_aside_by_the_user_are_no_photographs(folder):
+    place = folder("a_10deg.png", "b_20deg.png", "c.png")
+    assert names(find([place], aside=[place / "c.png"])) == ["a_10deg.png", "b_20deg.png"]
+
+
+def test_lights_of_a_mirror_sphere_are_measured_later(folder):
+    place = folder("a.png", "b.png", "c.png")
+    sources = find([place], sphere="auto")
+    assert (sources.sphere, sources.angle_source, sources.azimuth) == ("auto", "mirror sphere", None)
+    assert sources.elevation.tolist() == [0, 0, 0]
+    text = "[sphere]\ncolumn_px = 20.0\nrow_px = 30\nradius_px = 10.5\n"
+    silent = ['file = "a.png"\nhighlight_px = [21.5, 30]', 'file = "b.png"', 'file = "c.png"']
+    sources = find([folder(capture__toml=toml(*silent, head=text))])
+    assert sources.sphere == Circle(20.0, 30.0, 10.5)
+    assert sources.highlights_px == ((21.5, 30.0), None, None)
+    with pytest.raises(InputError, match=r"capture.toml: gives no elevation_deg for a.png, b.png, c.png"):
+        find([folder(capture__toml=toml(*silent))])
+
+
+def test_relative_exposures_use_what_is_known_of_all():
+    paths = [Path(name) for name in "abc"]
+    lights = [[Exposure(path, None)] for path in paths]
+    noted = {path: Noted(t, iso, 8.0) for path, t, iso in zip(paths, (0.5, 0.5, 0.25), (100, 100, 400), strict=True)}
+    scale = exposure_scale(lights, noted)
+    assert [scale.factor[path] for path in paths] == pytest.approx([1, 1, 0.5])
+    assert "1 s: c" in scale.findings[0].text
+    noted[paths[2]] = Noted(0.25, None, 8.0)
+    assert exposure_scale(lights, noted).factor[paths[2]] == pytest.approx(2)
+    noted[paths[2]] = Noted()
+    unknown = exposure_scale(lights, noted)
+    assert not unknown.factor
+    assert "exposure of c is unknown" in unknown.findings[0].text
+    assert unknown.findings[0].verdict == Verdict.WARNING
+    assert exposure_scale(lights, {}).findings == ()
