@@ -6,7 +6,7 @@ again with a small one near the best. Here the large step is a product with tabu
 replaces the small one. Where the grid shows two minima both are followed
 (`test_P10_the_lower_of_two_minima_is_found`).
 
-Bounded by arithmetic: per texel and channel 22 S multiply-adds on the grid and mostly 2 S exponentials. Everything
+Bounded by arithmetic: per texel and channel 27 S multiply-adds on the grid and mostly 2 S exponentials. Everything
 runs on `LANES` texels and channels side by side, in loops that compilers turn into vector instructions: no branches,
 one work array whose parts lie at constant distances, and an exponential in plain arithmetic. No lane looks at
 another, so tiles and threads do not change the result.
@@ -25,11 +25,11 @@ from engine.kernels import parallel, prange, scalar
 REGULAR, BLACK, FLAT, CAPPED = range(4)
 
 #: The grid starts at K = 0 with steps of START * RATIO; further on its steps are RATIO of K.
-START, RATIO = 0.05, 0.4
+START, RATIO = 0.05, 0.3
 
-#: Halley's iteration converges cubically: after a step that is this share of K the next would be 1e-12 of it. Halving
+#: Halley's iteration converges cubically: after a step that is this share of K it is exact to rounding. Halving
 #: ends at the second size.
-LAST_STEP, LAST_HALVING = 2e-4, 1e-14
+LAST_STEP, LAST_HALVING = 3e-5, 1e-14
 MOST_STEPS = 60
 
 #: A second minimum is followed where its SSE is this near to the lowest, in squares of the brightest sample.
@@ -183,13 +183,14 @@ def differentiate(samples, counts, log_x, work):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def step(free, work):  # type: ignore[no-untyped-def]
+def step(free, grid, work):  # type: ignore[no-untyped-def]
     """One bracketed step of Halley's iteration towards the minimum of the SSE.
 
     It seeks the zero of F = k E'/2 - c', which has the sign of d SSE / dK; where k is `free`, so k = c / E and its own
-    change drops out of F, that of E F. No step is longer than the grid's there, so the basin is not left. At K = 0
-    and at the cap the bracket may have no inside: then the end itself is the minimum.
+    change drops out of F, that of E F. No step is longer than the grid's there, so the basin is not left. Where the
+    iteration is of no use, the step goes to the middle of the bracket, or downhill to an end of the grid.
     """
+    lowest, highest = grid[0], grid[grid.size - 1]
     for lane in range(LANES):
         at, low, high = work[AT + lane], work[LOW + lane], work[HIGH + lane]
         c, c1, c2, c3 = work[C + lane], work[C1 + lane], work[C2 + lane], work[C3 + lane]
@@ -208,7 +209,10 @@ def step(free, work):  # type: ignore[no-untyped-def]
         target = at - f / (slope if slope > 0.0 else 1.0)
         inside = (f1 > 0.0) & (slope > 0.0) & (target >= low) & (target <= high)
         near = START + at
-        move = min(max((target if inside else 0.5 * (low + high)) - at, -RATIO * near), RATIO * near)
+        end = high if f < 0.0 else low
+        untried = ((f < 0.0) & (high == highest)) | ((f > 0.0) & (low == lowest))
+        wanted = target if inside else end if untried else 0.5 * (low + high)
+        move = 0.0 if f == 0.0 else min(max(wanted - at, -RATIO * near), RATIO * near)
         work[VALUE + lane] = k * (k * e - 2.0 * c)
         work[SCALE + lane] = k + own * move * (c1 - k * e1) / e
         work[AT + lane] = at + move
@@ -230,7 +234,7 @@ def polish(samples, counts, free, places, grid, log_x):  # type: ignore[no-untyp
         work[SCALE + lane] = samples[last, lane]
     for _ in range(MOST_STEPS):
         differentiate(samples, counts, log_x, work)
-        step(free, work)
+        step(free, grid, work)
         if work[BUSY : BUSY + LANES].max() == 0.0:
             break
     return work

@@ -1,0 +1,57 @@
+"""Arrays in a file that nobody sees."""
+
+from __future__ import annotations
+
+import errno
+
+import numpy as np
+import pytest
+
+from engine.errors import OutputError
+from engine.files import scratch
+from engine.files.scratch import release, scratch_array
+
+
+def test_small_arrays_stay_in_memory(tmp_path):
+    array = scratch_array((3, 4), np.float32, tmp_path)
+    assert type(array) is np.ndarray
+    assert array.shape == (3, 4)
+    assert not array.any()
+    release(array)
+
+
+def test_large_arrays_lie_in_a_file_without_a_name_and_survive_release(monkeypatch, tmp_path):
+    monkeypatch.setattr(scratch, "IN_MEMORY_BYTES", 100)
+    array = scratch_array((1000, 7), np.float32, tmp_path)
+    assert isinstance(array, np.memmap)
+    assert list(tmp_path.iterdir()) == []
+    assert not array.any()
+    array[...] = np.arange(7000).reshape(1000, 7)
+    release(array)
+    assert np.array_equal(array.ravel(), np.arange(7000))
+
+
+def test_a_full_disk_is_told_before_anything_is_computed(monkeypatch, tmp_path):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(scratch, "IN_MEMORY_BYTES", 100)
+    monkeypatch.setattr(scratch.os, "posix_fallocate", full, raising=False)
+    with pytest.raises(OutputError, match="no room for 4 MiB"):
+        scratch_array((1024, 1024), np.float32, tmp_path)
+
+
+def test_without_preallocation_the_file_is_filled_instead(monkeypatch, tmp_path):
+    monkeypatch.setattr(scratch, "IN_MEMORY_BYTES", 100)
+    monkeypatch.delattr(scratch.os, "posix_fallocate", raising=False)
+    array = scratch_array((5000, 1001), np.float32, tmp_path)
+    assert array.shape == (5000, 1001)
+    array[-1] = 1
+    assert array[-1, -1] == 1
+
+
+def test_a_folder_that_cannot_be_written_gives_way_to_the_temporary_one(monkeypatch, tmp_path):
+    monkeypatch.setattr(scratch, "IN_MEMORY_BYTES", 100)
+    array = scratch_array((100, 100), np.float32, tmp_path / "absent")
+    array[0] = 1
+    assert array[0].all()
