@@ -1,6 +1,6 @@
 """The bundle: a material as it leaves the program, in one folder or one `.lightarc` zip (the suffix decides).
 
-It holds the maps as 32-bit OpenEXR files, so that opening restores every bit; the shader and a page that show the
+It holds the maps so that opening restores every bit (`engine.files.bundle_maps`); the shader and a page that show the
 material without this program; and a manifest with the provenance, the error figures and a fingerprint of each other
 member. The same material gives the same bytes: members carry no time of day. Reading trusts nothing: see
 `engine.files.archive` for names and sizes, `engine.files.manifest` for JSON; pixels are decoded in a child
@@ -28,32 +28,35 @@ import engine
 from engine.errors import InputError, OutputError
 from engine.files.archive import TOTAL_LIMIT_BYTES, Archive, open_archive
 from engine.files.atomic import atomic_file, atomic_folder, make_folder, write_bytes
+from engine.files.bundle_maps import (
+    MAPS,
+    check_fingerprint,
+    map_members,
+    power_law_record,
+    read_power_law,
+    read_shading_map,
+    shading_map_record,
+)
 from engine.files.manifest import (
     UNITS,
     HealthRecord,
     Manifest,
     Member,
-    PowerLawRecord,
-    ShadingMapRecord,
     read_json,
     read_manifest,
     write_manifest,
 )
-from engine.files.untrusted import decode_content
 from engine.material import Material
-from engine.shading.power_law import PowerLawMap
-from engine.shading.shading_map import ShadingMap
 from engine.steps import Step, Steps
 
 SUFFIX = ".lightarc"
 MANIFEST = "manifest.json"
-SLICES = "shading_map.exr"
-SCALE, EXPONENT, ERROR = "power_law_scale.exr", "power_law_exponent.exr", "power_law_error.exr"
 BRDF, PREVIEW, SHADER, VIEWER = "brdf.json", "preview.png", "shader/lightarc.glsl", "viewer/index.html"
-MEMBERS = frozenset({MANIFEST, SLICES, SCALE, EXPONENT, ERROR, BRDF, PREVIEW, SHADER, VIEWER})
+MEMBERS = MAPS | {MANIFEST, BRDF, PREVIEW, SHADER, VIEWER}
 
 _JSON_LIMIT_BYTES = 16 << 20
 _SMALL_LIMIT_BYTES = 256 << 20
+_MAY_BE_NEGATIVE = ("the shading map", "the kept tiles")
 _PACKED_WELL = (".json", ".glsl", ".html")
 
 Value = TypeVar("Value")
@@ -163,36 +166,15 @@ def check_replaceable(target: Path) -> None:
 def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[], bytes]]:
     """What produces each member but the manifest, in the order of writing."""
     from engine.files.handover import brdf_json, shader, viewer
-    from engine.images.encode import encode_exr, rgb_channels
 
-    def maps(channels: Mapping[str, NDArray[Any]], **attributes: str) -> Callable[[], bytes]:
-        return lambda: encode_exr(channels, half=False, attributes=attributes)
-
-    contents: dict[str, Callable[[], bytes]] = {}
-    shading_map, power_law = material.shading_map, material.power_law
-    if shading_map is not None:
-        contents[SLICES] = maps(_slice_channels(shading_map), unit=UNITS["radiance"], r_max=repr(shading_map.r_max))
-    if power_law is not None:
-        contents[SCALE] = maps(rgb_channels(power_law.scale), unit=UNITS["radiance"], r_max=repr(power_law.r_max))
-        contents[EXPONENT] = maps(rgb_channels(power_law.exponent), unit="1, data without a colour space")
-        contents[ERROR] = maps({"Y": power_law.error_map}, unit=UNITS["radiance"])
+    contents = map_members(material)
+    if material.power_law is not None:
         contents[VIEWER] = lambda: viewer(material).encode()
     contents[BRDF] = lambda: brdf_json(material).encode()
     contents[SHADER] = lambda: shader(material).encode()
     if preview is not None:
         contents[PREVIEW] = lambda: preview
     return contents
-
-
-def _slice_channels(shading_map: ShadingMap) -> dict[str, NDArray[Any]]:
-    names = _slice_names(len(shading_map.slices), shading_map.clipped is not None)
-    planes: list[NDArray[Any]] = [plane for image in shading_map.slices for plane in np.moveaxis(image, 2, 0)]
-    return dict(zip(names, planes + list(shading_map.clipped if shading_map.clipped is not None else ()), strict=True))
-
-
-def _slice_names(slices: int, clipped: bool) -> list[str]:
-    names = [f"slice{index:02d}.{channel}" for index in range(slices) for channel in "RGB"]
-    return names + ([f"slice{index:02d}.clipped" for index in range(slices)] if clipped else [])
 
 
 def _in_thread(produce: Callable[[], Value], done: float, note: str) -> Steps[Value]:
@@ -240,47 +222,18 @@ def _manifest(
         software={"lightarc": engine.__version__, "numpy": np.__version__, "python": platform.python_version()},
         provenance=dict(provenance),
         figures=dict(figures),
-        shading_map=_shading_map_record(material.shading_map),
-        power_law=_power_law_record(material.power_law),
+        shading_map=shading_map_record(material.shading_map),
+        power_law=power_law_record(material.power_law),
         health=HealthRecord.of(material.health),
         members=members,
-    )
-
-
-def _shading_map_record(shading_map: ShadingMap | None) -> ShadingMapRecord | None:
-    if shading_map is None:
-        return None
-    slices, height, width = shading_map.slices.shape[:3]
-    return ShadingMapRecord(
-        slices=slices,
-        height_px=height,
-        width_px=width,
-        r_max=float(shading_map.r_max),
-        mean_radiance=shading_map.mean_radiance.tolist(),
-        order=[int(place) for place in shading_map.order],
-        clipped=shading_map.clipped is not None,
-        health=HealthRecord.of(shading_map.health),
-    )
-
-
-def _power_law_record(power_law: PowerLawMap | None) -> PowerLawRecord | None:
-    if power_law is None:
-        return None
-    return PowerLawRecord(
-        height_px=power_law.scale.shape[0],
-        width_px=power_law.scale.shape[1],
-        r_max=float(power_law.r_max),
-        rms=float(power_law.rms),
-        rms_per_channel=power_law.rms_per_channel.tolist(),
-        health=HealthRecord.of(power_law.health),
     )
 
 
 def _material(archive: Archive, manifest: Manifest) -> Material:
     try:
         return Material(
-            shading_map=_shading_map(archive, manifest),
-            power_law=_power_law(archive, manifest),
+            shading_map=read_shading_map(archive, manifest),
+            power_law=read_power_law(archive, manifest),
             brdf=manifest.brdf,
             sigma=manifest.sigma,
             elevation_deg=tuple(manifest.elevation_deg),
@@ -291,82 +244,16 @@ def _material(archive: Archive, manifest: Manifest) -> Material:
         raise InputError(archive.path, f"holds a material that cannot be: {error}", "Export the bundle again") from None
 
 
-def _shading_map(archive: Archive, manifest: Manifest) -> ShadingMap | None:
-    record = manifest.shading_map
-    if record is None:
-        return None
-    names = _slice_names(record.slices, record.clipped)
-    maps = _maps(archive, manifest, SLICES, names, record.height_px, record.width_px)
-    colours = maps[: 3 * record.slices].reshape(record.slices, 3, record.height_px, record.width_px)
-    return ShadingMap(
-        slices=np.ascontiguousarray(np.moveaxis(colours, 1, 3)),
-        r_max=record.r_max,
-        mean_radiance=np.array(record.mean_radiance, np.float64),
-        health=record.health.restored(),
-        clipped=maps[3 * record.slices :] != 0 if record.clipped else None,
-        order=tuple(record.order),
-    )
-
-
-def _power_law(archive: Archive, manifest: Manifest) -> PowerLawMap | None:
-    record = manifest.power_law
-    if record is None:
-        return None
-
-    def colours(member: str) -> Maps:
-        maps = _maps(archive, manifest, member, list("RGB"), record.height_px, record.width_px)
-        return np.ascontiguousarray(np.moveaxis(maps, 0, 2))
-
-    return PowerLawMap(
-        scale=colours(SCALE),
-        exponent=colours(EXPONENT),
-        r_max=record.r_max,
-        rms=record.rms,
-        rms_per_channel=np.array(record.rms_per_channel, np.float64),
-        error_map=_maps(archive, manifest, ERROR, ["Y"], record.height_px, record.width_px)[0],
-        health=record.health.restored(),
-    )
-
-
-def _maps(archive: Archive, manifest: Manifest, member: str, channels: list[str], height: int, width: int) -> Maps:
-    """The channels of an EXR member (C, H, W), after its size and fingerprint have been found right."""
-    size_bytes = 4 * len(channels) * height * width
-    if size_bytes > TOTAL_LIMIT_BYTES:
-        raise InputError(archive.path, f"{member} would have {size_bytes:,} bytes of pixels", "Use a smaller bundle")
-    content = archive.read(member)
-    _check_fingerprint(archive, manifest, member, content)
-    reply = decode_content(
-        "engine.files.maps:decode_maps",
-        archive.path / member,
-        content,
-        memory_bytes=(2 << 30) + 2 * len(content) + 4 * size_bytes,
-        timeout_s=60.0 + size_bytes / 10e6,
-        channels=channels,
-        height=height,
-        width=width,
-    )
-    maps: Maps = reply["maps"]
-    return maps
-
-
 def _fingerprint_problems(archive: Archive, manifest: Manifest) -> list[str]:
     problems = [f"{name} is not in the manifest." for name in sorted(archive.sizes) if name not in manifest.members]
     problems.remove(f"{MANIFEST} is not in the manifest.")
     for name in sorted(manifest.members):
         limit_bytes = TOTAL_LIMIT_BYTES if name.endswith(".exr") else _SMALL_LIMIT_BYTES
         try:
-            _check_fingerprint(archive, manifest, name, archive.read(name, limit_bytes))
+            check_fingerprint(archive, manifest, name, archive.read(name, limit_bytes))
         except InputError as error:
             problems.append(f"{error.problem}.")
     return problems
-
-
-def _check_fingerprint(archive: Archive, manifest: Manifest, name: str, content: bytes) -> None:
-    member = manifest.members.get(name)
-    if member is None:
-        raise InputError(archive.path, f"{name} is not in the manifest", "Export the bundle again")
-    if (len(content), hashlib.sha256(content).hexdigest()) != (member.size_bytes, member.sha256):
-        raise InputError(archive.path, f"{name} is not as it was written", "Ask for the bundle again")
 
 
 def _check_brdf(archive: Archive, manifest: Manifest) -> None:
@@ -384,11 +271,13 @@ def _check_values(material: Material) -> None:
         maps["the scale"] = material.power_law.scale
         maps["the exponent"] = material.power_law.exponent
         maps["the error map"] = material.power_law.error_map
+        if material.power_law.kept is not None:
+            maps["the kept tiles"] = material.power_law.kept.slices
     if not maps:
         raise ValueError("the material has neither a shading map nor a power law")
     for name, values in maps.items():
         low, high = values.min(), values.max()
-        if not (np.isfinite(low) and np.isfinite(high) and (low >= 0 or name == "the shading map")):
+        if not (np.isfinite(low) and np.isfinite(high) and (low >= 0 or name in _MAY_BE_NEGATIVE)):
             raise ValueError(f"{name} has values that are negative or not finite")
 
 
@@ -396,4 +285,4 @@ def _size_estimate(material: Material) -> int:
     """Bytes of all maps before compression."""
     shading_map, power_law = material.shading_map, material.power_law
     size_bytes = shading_map.slices.nbytes if shading_map is not None else 0
-    return size_bytes + (power_law.scale.nbytes * 7 // 3 if power_law is not None else 0)
+    return size_bytes + (power_law.size_bytes + power_law.error_map.nbytes if power_law is not None else 0)

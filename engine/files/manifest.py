@@ -13,7 +13,7 @@ import math
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, NoReturn
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError, model_validator
 
 from engine.errors import InputError
 from engine.health import Finding, Health, Verdict
@@ -89,6 +89,29 @@ class ShadingMapRecord(_Strict):
     health: HealthRecord
 
 
+class StorageRecord(_Strict):
+    """How the pair of a power law is coded, and what the rounding changes: at most, and at the slices."""
+
+    exponent_bits: Literal[8, 16, 32] = 32
+    scale_bits: Literal[16, 32] = 32
+    exponent_step: NonNegative = 0.0
+    bound_radiance: NonNegative = 0.0
+    measured_radiance: NonNegative = 0.0
+
+    @model_validator(mode="after")
+    def _has_a_step(self) -> StorageRecord:
+        if (self.exponent_bits < 32) != (self.exponent_step > 0):
+            raise ValueError("exponent_step belongs to codes and to nothing else")
+        return self
+
+
+class KeptTilesRecord(_Strict):
+    """The numbers of the tiles that keep their slices; their pixels are in power_law_kept_tiles.exr."""
+
+    size_px: Annotated[int, Field(ge=1, le=1 << 20)]
+    slices: Annotated[int, Field(ge=2, le=4096)]
+
+
 class PowerLawRecord(_Strict):
     """The numbers of a power-law pair; its pixels are in the power_law_*.exr members."""
 
@@ -98,6 +121,8 @@ class PowerLawRecord(_Strict):
     rms: NonNegative
     rms_per_channel: Annotated[list[NonNegative], Field(min_length=3, max_length=3)]
     health: HealthRecord
+    storage: StorageRecord = StorageRecord()
+    kept_tiles: KeptTilesRecord | None = None
 
 
 class Manifest(_Strict):

@@ -1,22 +1,26 @@
-"""Maps of floats from an OpenEXR member of a bundle; `decode_maps` runs in the child of `engine.files.untrusted`.
+"""Maps from an OpenEXR or PNG member of a bundle; the decoders run in the child of `engine.files.untrusted`.
 
-They were written by `engine.images.encode.encode_exr` as 32-bit floats and come back bit for bit.
+They were written by `engine.images.encode` as floats, half floats or codes and come back bit for bit.
 Cost: about 200 MB/s.
 """
 
 from __future__ import annotations
 
 import io
+import struct
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from engine.errors import InputError
+from engine.images.png import SIGNATURE
 
 
-def decode_maps(content: bytes, name: str, channels: Sequence[str], height: int, width: int) -> dict[str, Any]:
-    """The `channels` of an OpenEXR file as `{"maps": (C, H, W) float32}`.
+def decode_maps(
+    content: bytes, name: str, channels: Sequence[str], height: int, width: int, half: bool = False
+) -> dict[str, Any]:
+    """The `channels` of an OpenEXR file as `{"maps": (C, H, W) float32}`; they must be of half floats where `half`.
 
     Raises InputError, before any pixel is decoded, where the size or the channels are not the expected ones.
     """
@@ -30,10 +34,30 @@ def decode_maps(content: bytes, name: str, channels: Sequence[str], height: int,
     if sorted(channel.name for channel in header["channels"]) != sorted(channels):
         raise _unexpected(name, f"has other channels than the {len(channels)} that the manifest implies")
     pixels = OpenEXR.File(io.BytesIO(content), separate_channels=True).parts[0].channels
+    kind = np.dtype(np.float16 if half else np.float32)
     for channel in channels:
-        if pixels[channel].pixels.dtype != np.float32 or pixels[channel].pixels.shape != (height, width):
-            raise _unexpected(name, f"has a channel {channel} that is not of 32-bit floats at full resolution")
-    return {"maps": np.stack([pixels[channel].pixels for channel in channels])}
+        if pixels[channel].pixels.dtype != kind or pixels[channel].pixels.shape != (height, width):
+            bits = 8 * kind.itemsize
+            raise _unexpected(name, f"has a channel {channel} that is not of {bits}-bit floats at full resolution")
+    return {"maps": np.stack([pixels[channel].pixels for channel in channels]).astype(np.float32, copy=False)}
+
+
+def decode_codes(content: bytes, name: str, bits: int, height: int, width: int) -> dict[str, Any]:
+    """The codes of an RGB PNG of 8 or 16 bits as `{"maps": (H, W, 3) uint8 or uint16}`.
+
+    Raises InputError, before any pixel is decoded, where size, depth or channels are not the expected ones.
+    """
+    import cv2
+
+    rgb = 2
+    if content[:8] != SIGNATURE or content[12:16] != b"IHDR" or len(content) < 33:
+        raise _unexpected(name, "is not a PNG")
+    if struct.unpack(">IIBB", content[16:26]) != (width, height, bits, rgb):
+        raise _unexpected(name, f"is not an RGB picture of {height} x {width} pixels with {bits} bits each")
+    codes = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    if codes is None or codes.shape != (height, width, 3) or codes.dtype.itemsize * 8 != bits:
+        raise _unexpected(name, "is damaged")
+    return {"maps": np.ascontiguousarray(codes[..., ::-1])}
 
 
 def _unexpected(name: str, problem: str) -> InputError:

@@ -22,7 +22,8 @@ class KeptTiles:
 
     Attributes
     ----------
-    place : (rows, columns) int32 of the grid, the place of each tile in `slices`, -1 for those that are not kept.
+    place : (rows, columns) int32 of the grid, the place of each tile in `slices`, which go row by row; -1 for those
+        that are not kept.
     slices : (M, S, size, size, 3) float32, M >= 1; 0 beyond the map.
     """
 
@@ -33,8 +34,8 @@ class KeptTiles:
         shape = self.slices.shape
         if len(shape) != 5 or shape[1] < 2 or shape[2] != shape[3] or shape[4] != 3 or 0 in shape:
             raise ValueError(f"tiles must be (M, S >= 2, size, size, 3), not {shape}")
-        if not np.array_equal(np.sort(self.place[self.place >= 0]), np.arange(shape[0])):
-            raise ValueError(f"the grid does not hold each of the {shape[0]} tiles once")
+        if not np.array_equal(self.place[self.place >= 0], np.arange(shape[0])):
+            raise ValueError(f"the grid does not hold each of the {shape[0]} tiles once, row by row")
         for name in ("place", "slices"):
             view = getattr(self, name).view()
             view.flags.writeable = False
