@@ -221,6 +221,7 @@ class MainWindow(QMainWindow):
         bench.said.connect(self.status.say)
         bench.wanted.connect(self.show_workspace)
         self.status.health_clicked.connect(lambda: self.show_workspace("capture"))
+        self.view.viewport.broken.connect(lambda error: self.failures.report("The model cannot be drawn", error))
         self.view.drawn.connect(self.status.show_frame_time)
         for tab in (self.capture, self.material, self.export):
             tab.sample_wanted.connect(bench.open_sample)

@@ -92,10 +92,14 @@ def display_of(exposure_ev: float, operator: Any) -> Display:
 
 
 class GlSurface(QOpenGLWidget):
-    """Draws through `engine.gl`. `drawn(seconds)` follows each frame; `failed` says that OpenGL cannot be used."""
+    """Draws through `engine.gl`. `drawn(seconds)` follows each frame.
+
+    `failed` says that OpenGL cannot be used at all, `broken` that this scene could not be drawn.
+    """
 
     drawn = Signal(float)
     failed = Signal(object)
+    broken = Signal(object)
 
     def __init__(self) -> None:
         super().__init__()
@@ -135,11 +139,19 @@ class GlSurface(QOpenGLWidget):
         if self._context is None:
             return
         framebuffer = self._context.detect_framebuffer(self.defaultFramebufferObject())
-        width, height = framebuffer.size
-        if self.scene is None or min(width, height) < 1:
+        if self.scene is None or min(framebuffer.size) < 1:
             canvas = QColor(theme.current().canvas)
             framebuffer.clear(canvas.redF(), canvas.greenF(), canvas.blueF(), 1.0)
             return
+        try:
+            self._draw(framebuffer)
+        except Exception as error:  # the border to Qt: what leaves a paint event is raised in whatever runs next
+            self.scene = None
+            self.broken.emit(error)
+
+    def _draw(self, framebuffer: Any) -> None:
+        """One frame at the quality that the budget allows, and another where a finer one turns out to fit."""
+        width, height = framebuffer.size
         started = time.perf_counter()
         level = self._cost.best(width * height, self.budget_s)
         samples, reduction = QUALITIES[level]
@@ -150,10 +162,10 @@ class GlSurface(QOpenGLWidget):
         self._context.finish()
         seconds = time.perf_counter() - started
         self._cost.learn(level, width * height, seconds)
-        if self.budget_s > MOVING_S and self._cost.best(width * height, self.budget_s) < level:
-            self._finer.start()
         self.messages = tuple(self._renderer.messages)
         self.drawn.emit(seconds)
+        if self.budget_s > MOVING_S and self._cost.best(width * height, self.budget_s) < level:
+            self._finer.start()
 
     def _draw_small(self, framebuffer: Any, size: tuple[int, int]) -> None:
         from engine.gl.program import load_program

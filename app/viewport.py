@@ -35,6 +35,7 @@ class Viewport(QWidget):
 
     light_moved = Signal(float, float, bool)
     drawn = Signal(float)
+    broken = Signal(object)
 
     def __init__(self, jobs: Jobs) -> None:
         super().__init__()
@@ -72,6 +73,7 @@ class Viewport(QWidget):
         self.surface.drawn.connect(self._after_frame)
         if isinstance(self.surface, GlSurface):
             self.surface.failed.connect(self._without_gl, Qt.ConnectionType.QueuedConnection)
+            self.surface.broken.connect(self.broken, Qt.ConnectionType.QueuedConnection)
         self.banner.say(f"{why_not}. Pictures are computed on the processor, more slowly." if why_not else "")
         self.surface.lower()
         self.surface.show()

@@ -23,7 +23,7 @@ from app.main_window import WORKSPACES, MainWindow
 from app.surfaces import request_format
 
 SIZES = ((1280, 800), (1920, 1080))
-PATIENCE_S = 120.0
+PATIENCE_S = 400.0
 
 
 def main() -> int:

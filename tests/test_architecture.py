@@ -34,7 +34,7 @@ LAYERS = (
     {"scene"},
     {"render", "gl"},
     {"files"},
-    {"contact_sheet", "demo_sheet", "demo", "bench"},
+    {"contact_sheet", "material_pictures", "demo_sheet", "demo", "bench"},
 )
 
 #: Calls that write, make or remove something on the disk, by their dotted name.
@@ -70,6 +70,7 @@ EXCEPTIONS = {
 #: Who may catch everything, and why.
 CATCHERS = {
     "app/jobs.py BaseException": "the border of a thread: whatever was raised becomes the job's outcome",
+    "app/surfaces.py Exception": "the border of a paint event: Qt would raise it in whatever Python code runs next",
     "engine/gl/context.py Exception": "moderngl raises plain Exception; every other type is raised again",
 }
 

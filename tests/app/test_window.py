@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
 import threading
@@ -180,10 +181,33 @@ def test_fault_19_an_exception_in_a_slot_opens_one_dialog_and_the_program_goes_o
     assert window.isVisible()
 
 
+def test_fault_19_an_error_while_painting_opens_one_dialog_and_the_next_scene_is_drawn(
+    window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_arguments: object, **_options: object) -> None:
+        raise RuntimeError("the driver is in a bad mood")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("engine.gl.direct.DirectRenderer.draw", broken)
+        flat_material(window, 2.0)
+        window.show_workspace("view")
+        for phi in range(3):
+            turn_light(window, float(phi))
+            qtbot.wait(60)
+        wait(qtbot, lambda: len(dialogs(window)) == 1)
+    assert "cannot be drawn" in dialogs(window)[0]
+    turn_light(window, 0.0)
+    qtbot.wait(300)
+    assert pixel(window.grab_picture(), 0.5, 0.45).min() > 100
+
+
+def turn_light(window: MainWindow, phi_deg: float) -> None:
+    document = window.bench.document
+    document.change("Light", look=dataclasses.replace(document.project.look, light_phi_deg=phi_deg))
+
+
 def flat_material(window: MainWindow, radiance: float) -> None:
     """A plane with a Lambertian reflectance under a light from the front, and no shading map."""
-    import dataclasses
-
     document = window.bench.document
     look = dataclasses.replace(
         document.project.look,
@@ -198,11 +222,8 @@ def flat_material(window: MainWindow, radiance: float) -> None:
 
 @pytest.mark.parametrize("light_deg", [0.0, 60.0])
 def test_the_viewport_shows_what_the_numbers_predict(window: MainWindow, qtbot: Any, light_deg: float) -> None:
-    import dataclasses
-
     flat_material(window, 2.0)
-    look = dataclasses.replace(window.bench.document.project.look, light_phi_deg=light_deg)
-    window.bench.document.change("Light", look=look)
+    turn_light(window, light_deg)
     window.show_workspace("view")
     surface = window.view.viewport.surface
     assert isinstance(surface, GlSurface), "the window found no OpenGL 3.3"
