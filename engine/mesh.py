@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import io
 import os
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -23,8 +24,9 @@ from numpy.typing import NDArray
 
 from engine.directions import normalize
 from engine.errors import InputError
-from engine.files.untrusted import decode_in_child
+from engine.files.untrusted import AGAIN, decode_in_child
 from engine.health import Finding, Health, Verdict
+from engine.mesh_text import checked_text
 
 #: Kinds of file, by the ending of the name.
 SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
@@ -101,11 +103,8 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
 
 def decode_mesh(content: bytes, name: str) -> dict[str, Any]:
     """Decode the content of a mesh file into the arrays of a `Mesh` and counts; runs in the decoder process."""
-    import trimesh
-
     suffix = Path(name).suffix.lower().lstrip(".")
-    options = {"skip_materials": True} if suffix == "obj" else {}
-    scene = trimesh.load_scene(io.BytesIO(content), file_type=suffix, process=False, **options)
+    scene = _scene(checked_text(content, suffix, name), suffix, name)
     parts = [
         _part(scene.geometry[name], transform) for transform, name in map(scene.graph.get, scene.graph.nodes_geometry)
     ]
@@ -119,6 +118,20 @@ def decode_mesh(content: bytes, name: str) -> dict[str, Any]:
         for key in ("normals", "uv")
     )
     return complete(np.concatenate([part["positions"] for part in parts]), np.concatenate(faces), normals, uv, name)
+
+
+def _scene(content: bytes, suffix: str, name: str) -> Any:
+    """What trimesh finds, where it could read all of it."""
+    import trimesh
+
+    options = {"skip_materials": True} if suffix == "obj" else {}
+    with warnings.catch_warnings():
+        # numpy stops at the first thing that is no number, and trimesh goes on with what came before it
+        warnings.filterwarnings("error", message=".*could not be read to its end", category=DeprecationWarning)
+        try:
+            return trimesh.load_scene(io.BytesIO(content), file_type=suffix, process=False, **options)
+        except (DeprecationWarning, ImportError, NameError) as error:
+            raise InputError(name, f"is damaged or of an unknown kind ({error})", AGAIN) from None
 
 
 def _part(geometry: Any, world_from_part: NDArray[np.float64]) -> dict[str, Any]:

@@ -1,0 +1,54 @@
+"""Text meshes (OBJ, OFF, ASCII PLY and STL) before trimesh parses them: their letters, and whether they are whole.
+
+trimesh reads UTF-8 only and takes what is there for all there is. PLY and OFF say beforehand how many lines follow;
+ASCII STL has an end mark, which trimesh wants. OBJ has neither: one that was cut between two lines cannot be noticed.
+"""
+
+from __future__ import annotations
+
+import re
+
+from engine.errors import InputError
+from engine.files.untrusted import AGAIN
+
+_STL_HEADER_BYTES, _STL_FACE_BYTES = 84, 50
+_PLY_ELEMENT = re.compile(rb"^element\s+\S+\s+(\d{1,12})\s*$", re.MULTILINE)
+_OFF_LINE = re.compile(rb"^[ \t]*[^\s#].*$", re.MULTILINE)
+_COUNTS = re.compile(rb"\s*(\d{1,12})\s+(\d{1,12})")
+
+
+def checked_text(content: bytes, kind: str, name: str) -> bytes:
+    """`content` of a mesh of `kind` ("obj", …), text as UTF-8; InputError where lines that it announces are missing."""
+    if kind == "ply" and b"ascii" in content[:40]:
+        header, end, body = content.partition(b"end_header")
+        _check_lines(body.strip().count(b"\n") + 1, sum(map(int, _PLY_ELEMENT.findall(header))) if end else 0, name)
+    elif kind == "off":
+        _check_off(content, name)
+    if kind in ("obj", "off") or (kind == "stl" and not _is_binary_stl(content)):
+        return _as_utf8(content)
+    return content
+
+
+def _check_off(content: bytes, name: str) -> None:
+    lines = _OFF_LINE.findall(content.partition(b"OFF")[2])
+    counts = _COUNTS.match(lines[0]) if lines else None
+    if counts:
+        _check_lines(len(lines) - 1, int(counts[1]) + int(counts[2]), name)
+
+
+def _check_lines(found: int, announced: int, name: str) -> None:
+    if found < announced:
+        raise InputError(name, f"is damaged: of {announced} lines that it announces, {found} follow", AGAIN)
+
+
+def _is_binary_stl(content: bytes) -> bool:
+    return len(content) == _STL_HEADER_BYTES + _STL_FACE_BYTES * int.from_bytes(content[80:84], "little")
+
+
+def _as_utf8(content: bytes) -> bytes:
+    """Names and comments of older programs are in Latin-1, in which every byte is a letter."""
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError:
+        return content.decode("latin-1").encode("utf-8")
+    return content
