@@ -106,6 +106,7 @@ def _exposures(
     """Photograph one light at all exposures; `light` holds shots and their numbers."""
     arc, shot = table.arc, light[0][1]
     radiance = yield from part(_radiance(table, gain, shot), 0.0, 0.5)
+    yield Step(0.5, f"Noting the truth about {shot.file}")
     write_exr(folder / "truth" / radiance_file(shot), rgb_channels(radiance), half=False)
     records: list[dict[str, Any]] = []
     for number, shot in light:
