@@ -64,6 +64,36 @@ def with_colour_bar(values: ArrayLike, label: str, size: int, top: float | None 
     return picture
 
 
+def draw_error_map(values: ArrayLike, label: str, caption: str, rings: Sequence[tuple[int, int]] = ()) -> Picture:
+    """An (H, W) map in viridis from 0 to its largest value, with a colour bar, a caption, and numbered `rings`.
+
+    `rings` are (row, column) of texels. The picture is as large as the map, but at least 512 and at most 1536 pixels
+    along its longer side, beside the margins.
+    """
+    field = np.asarray(values, np.float64)
+    top = float(field.max()) or 1.0
+    height, width = field.shape
+    scale = np.clip(max(height, width), 512, 1536) / max(height, width)
+    columns, rows = max(320, round(width * scale)), round(height * scale)
+    picture = _blank(rows + 152, columns + 2 * GAP)
+    method = cv2.INTER_AREA if scale < 1 else cv2.INTER_NEAREST
+    across = round(width * scale)
+    picture[GAP : GAP + rows, GAP : GAP + across] = _viridis(
+        cv2.resize((field / top).astype(np.float32), (across, rows), interpolation=method)
+    )
+    for number, (row, column) in enumerate(rings, 1):
+        x, y = GAP + round((column + 0.5) * scale), GAP + round((row + 0.5) * scale)
+        cv2.circle(picture, (x, y), 9, TEXT, 1, cv2.LINE_AA)
+        _text(picture, f"{number}", min(x + 12, GAP + columns - 20), max(y - 6, 20), 15, TEXT)
+    bar = rows + 2 * GAP
+    picture[bar : bar + 14, GAP : GAP + columns] = _viridis(np.linspace(0, 1, columns)[None, :])
+    for share in (0.0, 0.5, 1.0):
+        _text(picture, f"{share * top:.3g}", GAP + round(share * columns), bar + 38, 16, QUIET, align=share)
+    _text(picture, label, GAP + columns // 2, bar + 66, 16, TEXT, align=0.5)
+    _text(picture, caption, GAP + columns // 2, bar + 92, 15, QUIET, align=0.5)
+    return picture
+
+
 def plot(x: ArrayLike, y: ArrayLike, x_label: str, y_label: str, size: int) -> Picture:
     """(size, size, 3) picture of points joined by lines, both axes from 0 with their units."""
     horizontal, vertical = np.asarray(x, np.float64), np.asarray(y, np.float64)

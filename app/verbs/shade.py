@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import argparse
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from engine.steps import Step, drain, part
+from engine.steps import Step, Steps, drain, part
 
 if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
     from engine.material import Material
+    from engine.shading.fit_error import Texel
     from engine.shading.power_law import PowerLawMap
     from engine.shading.shading_map import ShadingMap
+    from engine.shading.tile import Tile
 
 HELP = "Linearise a stack into a shading map, compress it and write the material."
-EXAMPLE = "lightarc shade woven.stack -o woven.lightarc --slices 8 --compress power-law"
+EXAMPLE = "lightarc shade woven.stack -o woven.lightarc --slices 8 --compress power-law --max-error 0.05"
 
 MOST_SLICES = 256
+MOST_WORST_TEXELS = 10_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,63 +32,190 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", required=True, metavar="MATERIAL", help="bundle: a .lightarc file or a folder"
     )
     parser.add_argument("--slices", type=int, default=8, metavar="N", help="slices of the shading map (8)")
-    parser.add_argument("--compress", default="power-law", choices=("power-law", "none"))
     parser.add_argument(
+        "--exclude", nargs="+", action="extend", default=[], metavar="NAME", help="photographs to leave out"
+    )
+    compression = parser.add_argument_group("compression")
+    compression.add_argument("--compress", default="power-law", choices=("power-law", "none"))
+    compression.add_argument(
         "--scale", default="last-slice", choices=("last-slice", "least-squares"), help="k_s of the power law"
     )
+    compression.add_argument(
+        "--max-error",
+        type=float,
+        metavar="E",
+        help="keep the slices of every tile of 16 x 16 texels in which the error of a texel (root mean square over "
+        "slices and channels) reaches E times r_max; 0 keeps all",
+    )
+    compression.add_argument(
+        "--exponent-bits",
+        type=int,
+        default=32,
+        choices=(8, 16, 32),
+        help="store exponents in so many bits; with 8 or 16 the scale becomes half floats (32)",
+    )
+    compression.add_argument("--worst", type=int, default=10, metavar="N", help="list the N worst texels (10)")
+    compression.add_argument("--error-map", metavar="FILE.png", help="picture of the error of each texel")
+    tiling = parser.add_argument_group("tiling")
+    tiling.add_argument("--tileable", action="store_true", help="cut the material so that it repeats without seams")
+    tiling.add_argument(
+        "--overlap",
+        type=int,
+        metavar="N",
+        help="texels over which opposite edges are joined (an eighth of the shorter side)",
+    )
+    tiling.add_argument("--tile-preview", metavar="FILE.png", help="picture of 3 x 3 tiles")
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.cli import usage
     from engine.capture.stack import open_stack
     from engine.files.bundle import check_replaceable, save_bundle
-    from engine.shading.power_law import fit
-    from engine.shading.shading_map import build
+    from engine.shading.prepare import prepare_kernels
+    from engine.shading.shading_map import build, included
 
-    usage(_check, arguments.slices)
+    usage(_check, arguments)
     check_replaceable(Path(arguments.output))
     stack = open_stack(arguments.stack)
-    start = time.perf_counter()
-    shading_map = drain(part(build(stack, arguments.slices), 0.0, 0.3), show)
-    linearised = time.perf_counter()
-    power_law = None
-    if arguments.compress == "power-law":
-        power_law = drain(part(fit(shading_map, arguments.scale), 0.3, 0.6), show)
-    fitted = time.perf_counter()
-    material = _material(stack, shading_map, power_law)
-    figures = {"rms": power_law.rms} if power_law else {}
-    saving = save_bundle(arguments.output, material, provenance=dict(stack.provenance), figures=figures)
-    drain(part(saving, 0.6, 1.0), show)
+    usage(included, stack, arguments.exclude)
+    drain(part(prepare_kernels(), 0.0, 0.1), show)
+    building = build(stack, arguments.slices, excluded=arguments.exclude)
+    shading_map, linearise_s = _timed(part(building, 0.1, 0.2), show)
+    tile = _tile(arguments, stack, shading_map, show)
+    shading_map = tile.shading_map if tile else shading_map
+    power_law, fit_s = _compressed(arguments, shading_map, show)
+    material = _material(arguments, stack, shading_map, power_law)
+    figures = _figures(arguments, power_law, tile)
+    provenance = {**stack.provenance, "excluded_photographs": arguments.exclude}
+    rms = {"rms": power_law.rms} if power_law else {}
+    saving = save_bundle(arguments.output, material, provenance=provenance, figures={**rms, **figures})
+    drain(part(saving, 0.7, 1.0), show)
+    worst = _pictures(arguments, shading_map, power_law)
     return {
         "slice_mean_radiance": shading_map.mean_radiance.tolist(),
         "slice_target_radiance": shading_map.target_radiance.tolist(),
         "rms": power_law.rms if power_law else None,
         "rms_per_channel": power_law.rms_per_channel.tolist() if power_law else None,
         "size_bytes_slices": shading_map.slices.nbytes,
-        "size_bytes_compressed": power_law.scale.nbytes + power_law.exponent.nbytes if power_law else None,
-        "linearise_s": linearised - start,
-        "fit_s": fitted - linearised if power_law else None,
+        "size_bytes_compressed": power_law.size_bytes if power_law else None,
+        "linearise_s": linearise_s,
+        "fit_s": fit_s,
+        **figures,
+        "worst_texels": [{"row": t.row, "column": t.column, "error_radiance": t.error} for t in worst],
     }
 
 
 def report(result: dict[str, Any]) -> str:
     size = f"{result['size_bytes_slices'] / 2**20:.1f} MiB"
     lines = [f"{len(result['slice_mean_radiance'])} slices, {size}, linearised in {result['linearise_s']:.2f} s"]
+    if result["seam_error"] is not None:
+        tile = f"{result['tile_width_px']} x {result['tile_height_px']} texels"
+        lines.append(f"tile of {tile}, steps across its seams are {result['seam_error']:.2f} times those within")
     if result["rms"] is not None:
         compressed = f"{result['size_bytes_compressed'] / 2**20:.1f} MiB"
         lines.append(f"power law, {compressed}, fitted in {result['fit_s']:.2f} s, RMS error {result['rms']:.4f}")
+    if result["exponent_bits"] not in (None, 32):
+        change = f"{result['quantisation_error_radiance']:.2g}, at most {result['quantisation_bound_radiance']:.2g}"
+        lines.append(f"exponents in {result['exponent_bits']} bits change radiance by {change}")
+    if result["kept_tile_fraction"] is not None:
+        kept = f"{100 * result['kept_tile_fraction']:.1f} % of the tiles keep their slices"
+        lines.append(f"{kept}, no texel's error reaches {result['max_error_radiance']:.3g}")
     return "\n".join(lines)
 
 
-def _check(slices: int) -> None:
-    if not 2 <= slices <= MOST_SLICES:
-        raise ValueError(f"--slices {slices} is outside 2 … {MOST_SLICES}")
+def _check(arguments: argparse.Namespace) -> None:
+    if not 2 <= arguments.slices <= MOST_SLICES:
+        raise ValueError(f"--slices {arguments.slices} is outside 2 … {MOST_SLICES}")
+    if arguments.max_error is not None and not 0.0 <= arguments.max_error < math.inf:
+        raise ValueError(f"--max-error {arguments.max_error} is not a number from 0 upwards")
+    if not 0 <= arguments.worst <= MOST_WORST_TEXELS:
+        raise ValueError(f"--worst {arguments.worst} is outside 0 … {MOST_WORST_TEXELS}")
+    if arguments.overlap is not None and arguments.overlap < 1:
+        raise ValueError(f"--overlap {arguments.overlap} is not a positive number of texels")
+    if not arguments.tileable and (arguments.overlap is not None or arguments.tile_preview):
+        raise ValueError("--overlap and --tile-preview need --tileable")
+    about_fit = (arguments.max_error is not None, arguments.exponent_bits < 32, bool(arguments.error_map))
+    if arguments.compress == "none" and any(about_fit):
+        raise ValueError("--max-error, --exponent-bits and --error-map need --compress power-law")
 
 
-def _material(stack: ImageStack, shading_map: ShadingMap, power_law: PowerLawMap | None) -> Material:
+def _timed(work: Steps[Any], show: Callable[[Step], None]) -> tuple[Any, float]:
+    """The result of `work` and the seconds that it took."""
+    start = time.perf_counter()
+    return drain(work, show), time.perf_counter() - start
+
+
+def _tile(
+    arguments: argparse.Namespace, stack: ImageStack, shading_map: ShadingMap, show: Callable[[Step], None]
+) -> Tile | None:
+    if not arguments.tileable:
+        return None
+    from engine.shading.tile import make_tile
+
+    making = make_tile(stack, shading_map, overlap=arguments.overlap, excluded=arguments.exclude)
+    return drain(part(making, 0.2, 0.5), show)
+
+
+def _compressed(
+    arguments: argparse.Namespace, shading_map: ShadingMap, show: Callable[[Step], None]
+) -> tuple[PowerLawMap | None, float | None]:
+    """The compressed map as it was asked for, and the seconds of the fit alone."""
+    if arguments.compress == "none":
+        return None, None
+    from engine.shading.mixed import keep_tiles
+    from engine.shading.power_law import fit
+    from engine.shading.quantise import quantise
+
+    power_law, fit_s = _timed(part(fit(shading_map, arguments.scale), 0.5, 0.6), show)
+    if arguments.exponent_bits < 32:
+        power_law = drain(part(quantise(power_law, shading_map, arguments.exponent_bits), 0.6, 0.65), show)
+    if arguments.max_error is not None:
+        keeping = keep_tiles(power_law, shading_map, arguments.max_error * shading_map.r_max)
+        power_law = drain(part(keeping, 0.65, 0.7), show)
+    return power_law, fit_s
+
+
+def _material(
+    arguments: argparse.Namespace, stack: ImageStack, shading_map: ShadingMap, power_law: PowerLawMap | None
+) -> Material:
     from engine.material import Material
+    from engine.shading.shading_map import included
 
     health = shading_map.health.merged(power_law.health) if power_law else shading_map.health
-    elevation_deg = tuple(float(angle) for angle in stack.elevation_deg)
+    elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[included(stack, arguments.exclude)])
     name = stack.folder.name if stack.folder else "material"
     return Material(shading_map, power_law, elevation_deg=elevation_deg, name=name, health=health)
+
+
+def _figures(arguments: argparse.Namespace, power_law: PowerLawMap | None, tile: Tile | None) -> dict[str, Any]:
+    """What the bundle and the JSON object both say about compression and tiling; null for what was not asked for."""
+    bounded = power_law is not None and arguments.max_error is not None
+    quantised = power_law is not None and arguments.exponent_bits < 32
+    health: Mapping[str, float] = power_law.health.figures if power_law else {}
+    return {
+        "exponent_bits": power_law.storage.exponent_bits if power_law else None,
+        "quantisation_bound_radiance": power_law.storage.bound if power_law and quantised else None,
+        "quantisation_error_radiance": power_law.storage.measured if power_law and quantised else None,
+        "max_error_radiance": health["error_bound"] if bounded else None,
+        "kept_tile_fraction": health["kept_tile_fraction"] if bounded else None,
+        "seam_error": tile.source.seam_error if tile else None,
+        "tile_width_px": tile.source.row.shape[1] if tile else None,
+        "tile_height_px": tile.source.row.shape[0] if tile else None,
+    }
+
+
+def _pictures(
+    arguments: argparse.Namespace, shading_map: ShadingMap, power_law: PowerLawMap | None
+) -> tuple[Texel, ...]:
+    """Write the pictures that were asked for, and find the worst texels."""
+    from engine.files.atomic import write_bytes
+    from engine.images.encode import encode_png
+    from engine.material_pictures import error_picture, tile_preview
+    from engine.shading.fit_error import worst_texels
+
+    worst = worst_texels(power_law, arguments.worst) if power_law else ()
+    if power_law and arguments.error_map:
+        write_bytes(arguments.error_map, encode_png(error_picture(power_law, worst)))
+    if arguments.tile_preview:
+        write_bytes(arguments.tile_preview, encode_png(tile_preview(shading_map)))
+    return worst

@@ -5,19 +5,22 @@ from __future__ import annotations
 import json
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
 from app import cli
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.sources import find
-from engine.files.bundle import open_bundle
+from engine.files.bundle import describe_bundle, open_bundle
 from engine.images.encode import encode_png
 from engine.steps import drain
 
 KEYS = [
     "slice_mean_radiance", "slice_target_radiance", "rms", "rms_per_channel", "size_bytes_slices",
-    "size_bytes_compressed", "linearise_s", "fit_s",
+    "size_bytes_compressed", "linearise_s", "fit_s", "exponent_bits", "quantisation_bound_radiance",
+    "quantisation_error_radiance", "max_error_radiance", "kept_tile_fraction", "seam_error", "tile_width_px",
+    "tile_height_px", "worst_texels",
 ]  # fmt: skip
 
 
@@ -84,6 +87,86 @@ def test_without_compression_the_bundle_holds_slices_alone(lightarc, stack, tmp_
     assert result["rms"] is None
     assert result["fit_s"] is None
     assert open_bundle(tmp_path / "plain.lightarc").power_law is None
+
+
+def test_under_a_bound_tiles_keep_their_slices(lightarc, stack, tmp_path):
+    plain = json.loads(lightarc("shade", stack, "-o", tmp_path / "plain.lightarc", "--json").out)
+    relative = plain["worst_texels"][0]["error_radiance"] / plain["slice_target_radiance"][-1]
+    target = tmp_path / "mixed.lightarc"
+    result = json.loads(lightarc("shade", stack, "-o", target, "--max-error", 0.9 * relative, "--json").out)
+    assert 0 < result["kept_tile_fraction"] < 1
+    assert result["worst_texels"][0]["error_radiance"] < result["max_error_radiance"]
+    assert result["max_error_radiance"] == pytest.approx(0.9 * plain["worst_texels"][0]["error_radiance"])
+    assert result["rms"] < plain["rms"]
+    kept = open_bundle(target).power_law.kept
+    assert result["size_bytes_compressed"] == plain["size_bytes_compressed"] + kept.slices.nbytes + kept.place.nbytes
+    everything = json.loads(lightarc("shade", stack, "-o", target, "--max-error", 0, "--json").out)
+    assert (everything["rms"], everything["kept_tile_fraction"]) == (0.0, 1.0)
+    material = open_bundle(target)
+    assert np.array_equal(material.power_law.slice_image(0.1), material.shading_map.slice_image(0.1))
+
+
+@pytest.mark.parametrize(("bits", "share"), [(8, 24 / 64), (16, 32 / 64)])
+def test_fewer_bits_are_fewer_bytes_with_a_bound(lightarc, stack, tmp_path, bits, share):
+    target = tmp_path / "m.lightarc"
+    result = json.loads(lightarc("shade", stack, "-o", target, "--exponent-bits", bits, "--json").out)
+    assert result["size_bytes_compressed"] == share * 2 * 24 * 30 * 3 * 4
+    assert 0 < result["quantisation_error_radiance"] <= result["quantisation_bound_radiance"]
+    assert open_bundle(target).power_law.storage.exponent_bits == bits
+
+
+def test_a_tile_comes_with_its_seam_and_a_picture(lightarc, stack, tmp_path):
+    target, picture = tmp_path / "tile.lightarc", tmp_path / "tile.png"
+    done = lightarc("shade", stack, "-o", target, "--tileable", "--overlap", 6, "--tile-preview", picture, "--json")
+    result = json.loads(done.out)
+    size = (result["tile_height_px"], result["tile_width_px"])
+    assert result["seam_error"] > 0
+    assert open_bundle(target).shading_map.slices.shape[1:3] == size
+    assert describe_bundle(target)["figures"]["seam_error"] == result["seam_error"]
+    shown = cv2.imread(str(picture))
+    assert shown.shape[:2] == (3 * size[0], 3 * size[1])
+    assert np.array_equal(shown[: size[0], : size[1]], shown[size[0] : 2 * size[0], size[1] : 2 * size[1]])
+
+
+def test_worst_texels_and_the_error_map_show_where_the_fit_is_off(lightarc, stack, tmp_path):
+    picture = tmp_path / "error.png"
+    done = lightarc("shade", stack, "-o", tmp_path / "m.lightarc", "--worst", 3, "--error-map", picture, "--json")
+    worst = json.loads(done.out)["worst_texels"]
+    error_map = open_bundle(tmp_path / "m.lightarc").power_law.error_map
+    assert [texel["error_radiance"] for texel in worst] == sorted(error_map.ravel().tolist(), reverse=True)[:3]
+    assert all(error_map[texel["row"], texel["column"]] == texel["error_radiance"] for texel in worst)
+    assert cv2.imread(str(picture)) is not None
+
+
+def test_excluded_photographs_are_left_out_and_recorded(lightarc, stack, tmp_path):
+    target = tmp_path / "m.lightarc"
+    done = lightarc("shade", stack, "-o", target, "--exclude", "cloth_20deg.png", "cloth_50deg.png", "--json")
+    assert done.code == 0, done.err
+    assert open_bundle(target).elevation_deg == pytest.approx((10, 30, 40))
+    excluded = describe_bundle(target)["provenance"]["excluded_photographs"]
+    assert excluded == ["cloth_20deg.png", "cloth_50deg.png"]
+    assert json.loads(done.out)["slice_target_radiance"][-1] < 0.5
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--exclude", "felt.png"], "no photograph called felt.png"),
+        (["--max-error", "-1"], "--max-error"),
+        (["--max-error", "nan"], "--max-error"),
+        (["--overlap", "5"], "--tileable"),
+        (["--tileable", "--overlap", "0"], "--overlap"),
+        (["--tile-preview", "tile.png"], "--tileable"),
+        (["--compress", "none", "--exponent-bits", "8"], "--compress power-law"),
+        (["--exponent-bits", "12"], "--exponent-bits"),
+        (["--worst", "-1"], "--worst"),
+    ],
+)
+def test_words_that_do_not_fit_together_are_wrong_usage(lightarc, stack, tmp_path, words, said):
+    done = lightarc("shade", stack, "-o", tmp_path / "m.lightarc", *words)
+    assert done.code == 2
+    assert said in done.err
+    assert not (tmp_path / "m.lightarc").exists()
 
 
 @pytest.mark.parametrize("slices", ["1", "0", "-4", "257", "many"])
