@@ -211,11 +211,9 @@ class CaptureTab(QWidget):
         settings.wide(self.again)
         report = panel.section("Report")
         report.wide(self.report)
-        panel.column.addStretch(1)
         self.build = button("Build material", "primary")
         self.build.clicked.connect(self.bench.build_material)
-        panel.column.addSpacing(2 * STEP)
-        panel.column.addWidget(self.build)
+        panel.finish(self.build)
         return panel
 
     def fit(self) -> None:

@@ -153,11 +153,9 @@ class MaterialTab(QWidget):
         self.saved = sizes.figure("Saved")
         report = panel.section("Report")
         report.wide(self.report)
-        panel.column.addStretch(1)
         self.build = button("Rebuild material", "primary")
         self.build.clicked.connect(self.bench.build_material)
-        panel.column.addSpacing(2 * STEP)
-        panel.column.addWidget(self.build)
+        panel.finish(self.build)
         return panel
 
     def fit(self) -> None:

@@ -28,20 +28,27 @@ WIDTH = 296
 LABEL_WIDTH = 76
 
 
-class Panel(QScrollArea):
-    """A column of sections beside the picture; scrolls where the window is low."""
+class Panel(QWidget):
+    """A column of sections beside the picture, which scrolls where the window is low, and a foot that stays."""
 
     def __init__(self, width: int = WIDTH) -> None:
         super().__init__()
-        self.setWidgetResizable(True)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        role(self, "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedWidth(width)
         inside = role(QWidget(), "panel")
         self.column = QVBoxLayout(inside)
         self.column.setContentsMargins(PADDING, PADDING, PADDING, PADDING)
         self.column.setSpacing(STEP)
-        self.setWidget(inside)
-        self.setFrameShape(QFrame.Shape.NoFrame)
+        scroll = QScrollArea()
+        scroll.setWidgetResizable(True)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setFrameShape(QFrame.Shape.NoFrame)
+        scroll.setWidget(inside)
+        self.whole = QVBoxLayout(self)
+        self.whole.setContentsMargins(0, 0, 0, 0)
+        self.whole.setSpacing(0)
+        self.whole.addWidget(scroll, 1)
 
     def section(self, title: str) -> Rows:
         """A titled group of rows below what is there; a line parts it from the section above."""
@@ -53,9 +60,14 @@ class Panel(QScrollArea):
         self.column.addWidget(rows)
         return rows
 
-    def finish(self) -> None:
-        """Push everything to the top."""
+    def finish(self, foot: QWidget | None = None) -> None:
+        """Push everything to the top; `foot`, the panel's main button, stays at the bottom whatever scrolls."""
         self.column.addStretch(1)
+        if foot is not None:
+            holder = QVBoxLayout()
+            holder.setContentsMargins(PADDING, 2 * STEP, PADDING, PADDING)
+            holder.addWidget(foot)
+            self.whole.addLayout(holder)
 
 
 def side_by_side(*parts: QWidget, stretch: int) -> QWidget:

@@ -239,12 +239,12 @@ QCheckBox::indicator:disabled {{ border-color: {theme.line}; background: transpa
 QAbstractItemView {{ background: {theme.panel}; border: none; outline: none;
   selection-background-color: {theme.hover}; selection-color: {theme.text}; }}
 QTableView {{ gridline-color: transparent; }}
-QTableView::item {{ padding: 0 6px; }}
+QTableView::item {{ padding: 0 9px; }}
 QTableView::item:selected {{ background: {theme.hover}; color: {theme.text}; }}
 QTableView QLineEdit {{ border-radius: 0; min-height: 0; padding: 0 4px; }}
 QHeaderView {{ background: {theme.panel}; }}
 QHeaderView::section {{ background: {theme.panel}; color: {theme.secondary}; border: none;
-  border-bottom: 1px solid {theme.line}; padding: 4px 6px; }}
+  border-bottom: 1px solid {theme.line}; padding: 4px 12px; }}
 QPlainTextEdit {{ background: {theme.canvas}; border: none; padding: 4px; }}
 
 QScrollArea {{ background: transparent; border: none; }}
