@@ -37,7 +37,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="where the light is, in the world: THETA from +Y (up), PHI from +Z (the viewer's side of the plane) "
         "towards +X (right); 90,0 shines along -Z (50,30)",
     )
-    parser.add_argument("--intensity", type=float, default=1.0, metavar="L", help="irradiance that faces the light (1)")
+    parser.add_argument(
+        "--intensity", type=float, default=1.0, metavar="L", help="irradiance of the light, or factor on --env (1)"
+    )
+    parser.add_argument(
+        "--env", metavar="FILE", help="light from all around instead: an equirectangular .hdr or .exr, studio, or sky"
+    )
+    parser.add_argument(
+        "--env-rotation-deg",
+        type=float,
+        default=0.0,
+        metavar="A",
+        help="turn it about +Y, anticlockwise from above (0)",
+    )
+    parser.add_argument("--directions", type=int, default=64, metavar="N", help="lights that stand for it (64)")
+    parser.add_argument(
+        "--measure-error", action="store_true", help="compare pixels with the sum over all directions; needs --env"
+    )
     parser.add_argument("--mode", choices=("shading-map", "direct"), help="'direct' leaves the material out")
     parser.add_argument("--from", dest="source", default="slices", choices=("slices", "power-law"))
     parser.add_argument("--lookup", default="radiance", choices=("radiance", "texture", "outgoing", "angle"))
@@ -69,6 +85,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     display: Display = usage(lambda: Display(arguments.exposure, arguments.tone_map))
     scene = _scene(arguments)
     picture, drawn = _draw(scene, arguments, show)
+    error = _error(scene, arguments, show) if arguments.measure_error else {}
     _write(arguments.output, picture, display)
     return {
         "image": arguments.output,
@@ -78,7 +95,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "mean_radiance": float(luminance(picture[..., :3].astype("f8")).mean()),
         "covered_fraction": float(picture[..., 3].mean(dtype="f8")),
         "sigma": scene.sigma,
-        "light_direction": list(scene.light),
+        **_light(scene),
+        **error,
         "time_s": time.perf_counter() - start,
     }
 
@@ -95,6 +113,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise ValueError(f"a picture of {arguments.width} × {arguments.height} pixels is not possible")
     if not 1 <= arguments.samples <= 16:
         raise ValueError(f"--samples {arguments.samples} is outside 1 … 16")
+    if arguments.measure_error and not arguments.env:
+        raise ValueError("--measure-error needs --env")
     if arguments.mode == "shading-map" and not arguments.material:
         raise ValueError("--mode shading-map needs --material")
 
@@ -104,6 +124,7 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     from engine.brdf.brdf import brdf_from_text
     from engine.camera import frame, parse
     from engine.directions import world_direction
+    from engine.environment_file import open_environment
     from engine.files.bundle import open_bundle
     from engine.scene import Scene
     from engine.shapes import open_mesh
@@ -111,6 +132,7 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     brdf = usage(brdf_from_text, arguments.brdf) if arguments.brdf else None
     material = open_bundle(arguments.material) if arguments.material and arguments.mode != "direct" else None
     mesh = open_mesh(arguments.mesh)
+    environment = open_environment(arguments.env) if arguments.env else None
     camera = usage(parse, arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height))
     scene: Scene = usage(
         lambda: Scene(
@@ -124,6 +146,9 @@ def _scene(arguments: argparse.Namespace) -> Scene:
             lookup=arguments.lookup,
             above=arguments.above,
             repeats=arguments.tile,
+            environment=environment,
+            environment_rotation=math.radians(arguments.env_rotation_deg),
+            directions=arguments.directions,
         )
     )
     return scene
@@ -140,6 +165,8 @@ def _draw(
 
     size = (arguments.width, arguments.height)
     warnings = list(scene.mesh.health.warnings)
+    if scene.environment is not None:
+        warnings += [f"{scene.environment.name}: {text}" for text in scene.environment.health.warnings]
     if arguments.renderer != "cpu":
         try:
             context = create_context()
@@ -156,6 +183,25 @@ def _draw(
     picture = drain(radiance(scene, size, samples=arguments.samples), show)
     frame_s = time.perf_counter() - start
     return picture, {"frame_s": frame_s, "gl_renderer": "none (drawn on the processor)", "warnings": warnings}
+
+
+def _light(scene: Scene) -> dict[str, Any]:
+    if scene.environment is None:
+        return {"light_direction": list(scene.light), "directions": 1}
+    return {"environment": scene.environment.name, "directions": scene.directions}
+
+
+def _error(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    """How far the chosen directions are from the sum over the whole map, on pixels of this view."""
+    from engine.render.environment_error import environment_error
+
+    error = drain(environment_error(scene, (arguments.width, arguments.height)), show)
+    return {
+        "error_rmse_rel": error.rmse_rel,
+        "error_pixels": error.pixels,
+        "error_reference_width_texels": error.reference_size[0],
+        "error_reference_height_texels": error.reference_size[1],
+    }
 
 
 def _write(path: str, picture: NDArray[np.float32], display: Display) -> None:

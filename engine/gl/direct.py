@@ -146,6 +146,8 @@ class DirectRenderer:
             textures.source if textures else "SOURCE_NONE": "1",
         }
         definitions |= {f"LOOKUP_{scene.lookup.upper()}": "1", f"ABOVE_{scene.above.upper()}": "1"}
+        if len(scene.lights.direction) == 1 or scene.lookup in ("texture", "outgoing"):
+            definitions["ONE_LOOKUP"] = "1"
         definitions |= {"LAYERS": str(textures.layers)} if textures and textures.layers else {}
         definitions |= {"DEBUG": "1"} if self.debug else {}
         key = tuple(definitions.items())

@@ -59,15 +59,15 @@ vec3 shade(mat3 frame, vec3 wo)
 #endif
 #endif
     }
+#if defined(SOURCE_NONE)
+    return sum;
+#else
 #if defined(LOOKUP_TEXTURE)
-    return shading_map(1.0, uv) * sum;
+    add_light(1.0, sum);
 #elif defined(LOOKUP_OUTGOING)
     float share = dot(sum, LUMINANCE);
     add_share(share, share > 0.0 ? sum / share : vec3(0.0));
-    return light_sum(uv);
-#elif defined(SOURCE_NONE)
-    return sum;
-#else
+#endif
     return light_sum(uv);
 #endif
 }

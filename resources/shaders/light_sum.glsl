@@ -1,12 +1,34 @@
 // Sums over lights of S(r_j) E_j, with the look-up inside the sum.
 // in: for each light the share r_j / r_max and its weight, linear RGB; out: linear radiance.
 // S is linear between two slices, so the weights are summed for each slice and each slice is fetched once, however
-// many lights there are. The compressed pair is fetched once and evaluated for each light.
+// many lights there are. The compressed pair is fetched once and evaluated for each light. With ONE_LOOKUP, add_light
+// is called at most once.
 // The layout is: begin_light_sum, add_light for each light, light_sum.
 
 #include "shading_map.glsl"
 
-#if defined(SOURCE_SLICES)
+#if defined(ONE_LOOKUP) && !defined(SOURCE_NONE)
+float only_share;
+vec3 only_weight;
+
+void begin_light_sum(vec2 uv)
+{
+    only_share = 0.0;
+    only_weight = vec3(0.0);
+}
+
+void add_light(float share, vec3 weight)
+{
+    only_share = share;
+    only_weight = weight;
+}
+
+vec3 light_sum(vec2 uv)
+{
+    return only_weight * shading_map(only_share, uv);
+}
+
+#elif defined(SOURCE_SLICES)
 vec3 slice_weights[LAYERS];
 int first_slice;
 int last_slice;
