@@ -4,7 +4,7 @@ The SSE depends on the samples only through the correlation c(K) = sum s_i x_i^K
 energy E(K) = sum x_i^2K: it is k^2 E - 2 k c and a constant. Kautz et al. 2004, section 5 try K with a large step, and
 again with a small one near the best. Here the large step is a product with tabulated x_i^K, and Halley's iteration
 replaces the small one. Where the grid shows two minima both are followed
-(`test_P10_the_lower_of_two_minima_is_found`).
+(`test_P10_minima_that_the_grid_confuses_are_both_followed`).
 
 Bounded by arithmetic: per texel and channel 27 S multiply-adds on the grid and mostly 2 S exponentials. Everything
 runs on `LANES` texels and channels side by side, in loops that compilers turn into vector instructions: no branches,
