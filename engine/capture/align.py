@@ -9,24 +9,31 @@ integers. What cannot be aligned keeps the identity and is flagged: no texture, 
 frame, upside-down pictures, degenerate matrices. A pattern that repeats is aligned by the smallest of the shifts
 that fit equally well, and reported.
 
-The residual is not what the fit minimised: the aligned picture is compared with the reference tile by tile (4 × 4),
-each tile's own remaining shift is solved for, and their root mean square is given, in pixels of the photograph. It
-sees wrong motion models, bending and noise. It cannot see what shading imitates: relief lit from one side seems to
-move towards the lamp as the lamp sinks, by up to some pixels for large relief without coloured texture.
+Relief lit from one side seems to move towards the lamp as the lamp sinks, by up to some pixels. From five photographs
+on, what was found pair by pair is therefore only a start: all are then aligned together (`arc_motion`), also those
+whose light is too unlike the reference's to be compared with it, and what creeps smoothly from light to light is taken
+for shading. Fewer photographs are left where they were unless their light is like the reference's.
 
-Cost: about 0.3 s per photograph at one megapixel, the size to which larger pictures are reduced.
+The residual is not what the fit minimised: the aligned picture is compared with the reference (from five photographs
+on with what the others predict of it) tile by tile (4 × 4), each tile's own remaining shift is solved for, and their
+root mean square is given, in pixels of the photograph. It sees wrong motion models, bending and noise. It cannot see
+a shift of all photographs along one smooth curve, which shading imitates.
+
+Cost: under one second per photograph at one megapixel, the size to which larger pictures are reduced.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.arc_motion import LEAST_PHOTOGRAPHS, arc_motion, band_passed, jumps, one_light, predicted
+from engine.capture.control_points import marked_motion
 from engine.health import Finding, Verdict
 from engine.steps import Step, Steps, part
 
@@ -48,6 +55,8 @@ _LEAST_CONFIDENCE = 0.2
 #: Below this correlation, shading may imitate shifts of up to so many pixels of the compared pictures.
 _SURE, _SHADING_PX = 0.5, 8.0
 _LARGEST_CONDITION = 1e6
+#: A motion below this is not worth the blur of resampling.
+_STILL_PX = 0.02
 _EQUALLY_GOOD = 0.9
 _COARSE = 320
 _TILES = 4
@@ -79,6 +88,39 @@ class Alignment:
 
 class _Refused(Exception):
     """The pair cannot be aligned; the message says why, as the end of a sentence."""
+
+
+class _TooUnlike(_Refused):
+    """The pair cannot be aligned because of its light; together with other photographs it may be."""
+
+
+def with_control_points(
+    alignment: Alignment, marked: Mapping[int, Sequence[Sequence[float]]], names: Sequence[str], motion: str
+) -> Alignment:
+    """The alignment with the motions of some photographs taken from points that a person marked.
+
+    `marked` maps the index of a photograph to pairs (x and y in the reference, x and y in it, pixels of the
+    photographs). Their residual is that of the points. Points that determine only a stiffer motion are reported.
+    """
+    matrix, residual, aligned = alignment.matrix.copy(), alignment.residual_px.copy(), alignment.aligned.copy()
+    confidence, findings = alignment.confidence.copy(), list(alignment.findings)
+    for index, pairs in marked.items():
+        found = marked_motion(pairs, motion)
+        matrix[index], residual[index], aligned[index], confidence[index] = found.matrix, found.rms_px, True, 1.0
+        findings = [one for one in findings if one.source != names[index]]
+        if found.motion != motion:
+            findings.append(Finding(Verdict.NOTE, _STIFFER.format(motion, found.motion), names[index]))
+    return replace(
+        alignment,
+        matrix=matrix,
+        residual_px=residual,
+        aligned=aligned,
+        confidence=confidence,
+        findings=tuple(findings),
+    )
+
+
+_STIFFER = "its control points do not determine a motion of kind {}: {} was used"
 
 
 def reduction(height: int, width: int) -> int:
@@ -115,33 +157,83 @@ def align(images: Sequence[Grey], names: Sequence[str], motion: str = "euclidean
     findings = [] if supported == motion else [Finding(Verdict.NOTE, _UNSUPPORTED.format(motion), names[reference])]
     matrix = np.tile(np.eye(3), (count, 1, 1))
     residual, confidence = np.full(count, np.nan), np.zeros(count)
+    unlike: dict[int, Finding] = {}
     for done, index in enumerate(_outwards(reference, count), start=1):
-        yield Step(done / count, f"Aligning {done + 1} of {count}")
+        yield Step(0.5 * done / count, f"Aligning {done + 1} of {count}")
         try:
             levels = _pyramid(images[index])
             start, ambiguous = _start(target[-1], levels, matrix[index + (1 if index < reference else -1)])
             refining = _refined(target, levels, start, supported, f"Aligning {done + 1} of {count}")
-            matrix[index], confidence[index] = yield from part(refining, (done + 0.3) / count, (done + 0.9) / count)
+            spent = 0.5 * done / count
+            matrix[index], confidence[index] = yield from part(refining, spent + 0.1 / count, spent + 0.4 / count)
             residual[index] = _tile_residual(target[0], levels[0], matrix[index])
             if ambiguous:
                 findings.append(Finding(Verdict.WARNING, _AMBIGUOUS.format(ambiguous * factor), names[index]))
         except _Refused as refusal:
-            text = f"could not be aligned and stays as it was: {refusal}"
-            findings.append(Finding(Verdict.WARNING, text, names[index]))
+            flagged = Finding(Verdict.WARNING, _REFUSED.format(refusal), names[index])
+            if isinstance(refusal, _TooUnlike):
+                unlike[index] = flagged
+            else:
+                findings.append(flagged)
+    joined = sorted({reference, *np.flatnonzero(confidence), *unlike})
+    if len(joined) >= LEAST_PHOTOGRAPHS:
+        together = _together([images[n] for n in joined], matrix[joined], joined.index(reference), supported)
+        matrix[joined], residual[joined], confidence[joined], creep = yield from part(together, 0.5, 1.0)
+        unlike = {
+            index: Finding(Verdict.WARNING, _REFUSED.format("it stays unlike what the others predict"), names[index])
+            for index in joined
+            if not confidence[index]
+        }
+        if creep * factor >= 1.0:
+            findings.append(Finding(Verdict.NOTE, _CREEPS.format(creep * factor)))
+    findings += unlike.values()
     aligned = confidence > 0.0
     if aligned.any():
         residual[reference], confidence[reference], aligned[reference] = 0.0, 1.0, True
     whole = np.stack([_enlarged(one, factor) for one in matrix])
-    findings += _drift(whole[aligned], images[0].shape, factor)
     return Alignment(whole, residual * factor, aligned, confidence, reference, tuple(findings))
 
 
+_REFUSED = "could not be aligned and stays as it was: {}"
 _UNSUPPORTED = "has too little texture, or texture in one line only, for a motion of kind {}: shifts are used instead"
-_DRIFTS = (
-    "The photographs seem to move by {:.1f} px along one smooth curve from one light to the next, as shading alone can "
-    "make relief seem to. If the camera stood still, import without alignment"
+_CREEPS = (
+    "The photographs seem to creep by {:.1f} px along one smooth curve from light to light, as shading makes relief "
+    "seem to. This was not followed; if the camera did creep, mark control points"
 )
 _AMBIGUOUS = "repeats: a shift that differs by {:.0f} px fits as well. The smallest was taken; check it"
+
+
+def _together(
+    images: list[Grey], start: Matrix, reference: int, motion: str
+) -> Steps[tuple[Matrix, NDArray[np.float64], NDArray[np.float64], float]]:
+    """Matrices, residuals and confidences of photographs aligned together, and how far they seem to creep in pixels.
+
+    Motions too small to be worth the blur of resampling are left out; what fits badly stays as it was.
+    """
+    shape = images[0].shape
+    pictures = [band_passed(image) for image in images]
+    matrix, found = start, start
+    if not one_light(pictures, start):
+        motions = yield from part(arc_motion(images, start, reference, motion, "Aligning all together"), 0.0, 0.7)
+        matrix, found = jumps(motions, reference, motion, shape), motions.matrix
+    still = np.array([_largest_move(one, shape) < _STILL_PX for one in matrix])
+    matrix = np.where(still[:, None, None], np.eye(3), matrix)
+    mixtures, confidence = yield from part(predicted(pictures, matrix), 0.7, 0.9)
+    residual = np.full(len(images), np.nan)
+    for index, (mixture, picture) in enumerate(zip(mixtures, pictures, strict=True)):
+        yield Step(0.9 + 0.1 * index / len(images), "Checking the alignment")
+        try:
+            _refuse_degenerate(matrix[index], shape)
+            if confidence[index] < _SURE:
+                raise _TooUnlike
+            residual[index] = _tile_residual(mixture, picture, matrix[index])
+        except _Refused:
+            matrix[index], confidence[index] = np.eye(3), 0.0
+    middle = np.array([shape[1] / 2, shape[0] / 2, 1.0])
+    there, kept = (places[:, :2] / places[:, 2:] for places in (found @ middle, matrix @ middle))
+    crept = (there - kept)[confidence > 0]
+    creep = float(np.hypot(*(crept.max(axis=0) - crept.min(axis=0)))) if len(crept) else 0.0
+    return matrix, residual, confidence, creep
 
 
 def supported_motion(image: Grey, motion: str) -> str:
@@ -155,21 +247,6 @@ def supported_motion(image: Grey, motion: str) -> str:
         return "translation"
     spread = np.linalg.svd(centres - centres.mean(axis=0), compute_uv=False)
     return motion if needed < 3 or spread[-1] > 0.1 * spread[0] else "translation"
-
-
-def _drift(matrices: Matrix, shape: tuple[int, ...], factor: int) -> list[Finding]:
-    """A finding where the pictures, in the order given, seem to move along one smooth curve, as shading makes them."""
-    if len(matrices) < 5:
-        return []
-    centre = np.array([shape[1] * factor / 2, shape[0] * factor / 2, 1.0])
-    there = matrices @ centre
-    shifts = there[:, :2] / there[:, 2:]
-    order = np.linspace(-1.0, 1.0, len(shifts))
-    left = shifts - np.stack([np.polyval(np.polyfit(order, column, 2), order) for column in shifts.T], axis=1)
-    extent = float(np.hypot(*(shifts.max(axis=0) - shifts.min(axis=0))))
-    if extent < 1.0 or float(np.sqrt((left**2).sum(axis=1).mean())) > 0.06 * extent:
-        return []
-    return [Finding(Verdict.WARNING, _DRIFTS.format(extent))]
 
 
 def _outwards(reference: int, count: int) -> list[int]:
@@ -280,9 +357,9 @@ def _refined(
     _refuse_degenerate(matrix, target[0].shape)
     confidence = _correlation(*_overlap(target[0], levels[0], matrix))
     if confidence < _LEAST_CONFIDENCE:
-        raise _Refused(f"it stays unlike the reference (correlation {max(0.0, confidence):.2f})")
+        raise _TooUnlike(f"it stays unlike the reference (correlation {max(0.0, confidence):.2f})")
     if confidence < _SURE and _largest_move(matrix, target[0].shape) < _SHADING_PX:
-        raise _Refused(f"its light is too unlike (correlation {confidence:.2f}) to tell a small shift from shading")
+        raise _TooUnlike(f"its light is too unlike (correlation {confidence:.2f}) to tell a small shift from shading")
     return matrix, min(1.0, confidence)
 
 

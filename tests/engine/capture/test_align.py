@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy import fft
 
-from engine.capture.align import align, reduced, supported_motion
+from engine.capture.align import align, reduced, supported_motion, with_control_points
 from engine.steps import drain
 
 SIZE = 320
@@ -185,12 +185,49 @@ def test_residual_sees_a_motion_that_the_model_cannot_follow():
     assert 0.2 < np.nanmax(result.residual_px) < 0.8
 
 
-def test_smooth_motion_with_the_elevation_is_called_suspicious():
+def relief_arc(shifts):
+    """Coloured relief under a sinking lamp, noise 30 dB, moved by `shifts`."""
+    height, tone = 12 * scene(7, 2 * SIZE, deviation=3.0), 0.5 + scene(8, 2 * SIZE, deviation=1.5)
+    lights = np.linspace(25, 85, len(shifts))
+    moved = [shifted(relief_under(light, height) * tone, *shift) for light, shift in zip(lights, shifts, strict=True)]
+    return [noisy(one[:SIZE, :SIZE], seed=n) for n, one in enumerate(moved)]
+
+
+def test_a_camera_that_stood_still_is_left_alone_under_a_sinking_lamp():
+    result = aligned(*relief_arc([(0, 0)] * 7))
+    assert result.aligned.all()
+    moved = [np.abs(moved_centre(result, n)).max() for n in range(7)]
+    assert max(moved) <= 0.02
+
+
+def test_most_of_one_knock_is_undone_under_a_sinking_lamp():
+    shifts = [(0, 0)] * 4 + [(2.3, -1.6)] + [(0, 0)] * 2
+    result = aligned(*relief_arc(shifts))
+    error = [np.abs(moved_centre(result, n) - moved_centre(result, 3) - shift).max() for n, shift in enumerate(shifts)]
+    assert max(error) <= 0.25 * np.hypot(2.3, 1.6)
+    assert result.aligned.all()
+
+
+@pytest.mark.parametrize("motion", ["translation", "euclidean", "affine", "homography"])
+def test_AL3_holds_for_a_stack_in_one_light(motion):
+    shifts = [(0, 0), (0.37, -0.81), (1.2, 0.4), (1.9, 0.9), (-2.2, 3.1), (12.6, -7.2)]
     picture = scene(7, 2 * SIZE)
-    smooth = [shifted(picture, 0.6 * n, 0)[:SIZE, :SIZE] for n in range(6)]
-    shaken = [shifted(picture, s, 0)[:SIZE, :SIZE] for s in (0, 2, -1, 3, 0.5, -2)]
-    said = [any("stood still" in finding.text for finding in aligned(*p).findings) for p in (smooth, shaken)]
-    assert said == [True, False]
+    stack = [noisy(shifted(picture, *shift)[:SIZE, :SIZE], seed=n) for n, shift in enumerate(shifts)]
+    result = aligned(*stack, motion=motion)
+    error = [np.abs(moved_centre(result, n) - shift).max() for n, shift in enumerate(shifts)]
+    assert max(error) <= 0.05
+    assert result.residual_px.max() < 0.1
+
+
+def test_control_points_take_the_place_of_what_failed():
+    failed = aligned(scene(), np.zeros((SIZE, SIZE), np.float32))
+    pairs = [[10, 10, 13.5, 8], [200, 40, 203.5, 38]]
+    marked = with_control_points(failed, {1: pairs}, ["p0", "p1"], "euclidean")
+    assert np.abs(moved_centre(marked, 1) - (3.5, -2.0)).max() < 1e-9
+    assert marked.aligned[1]
+    assert not marked.findings
+    stiffer = with_control_points(failed, {1: pairs}, ["p0", "p1"], "homography")
+    assert "euclidean was used" in stiffer.findings[0].text
 
 
 def test_wrong_calls():

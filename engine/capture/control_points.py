@@ -1,0 +1,160 @@
+"""The motion of a photograph from points that a person has marked in it and in the reference.
+
+The motion of the wanted kind with the least sum of squared distances in the photograph is found in coordinates about
+the points' middle, scaled to unit spread (Hartley and Zisserman 2004, section 4.4): a Euclidean motion by Procrustes
+(Umeyama 1991), an affine one linearly, a homography by the direct linear transform and Gauss-Newton on the distances.
+Points that do not determine the motion, because there are too few or they lie on one line, give the freest stiffer one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Matrix = NDArray[np.float64]
+Points = NDArray[np.float64]
+
+#: Motions from stiff to free, and the points that determine them.
+LEAST_POINTS = {"translation": 1, "euclidean": 2, "affine": 3, "homography": 4}
+
+_LARGEST_CONDITION = 1e6
+_LEAST_SPREAD = 0.02
+_ITERATIONS = 20
+
+
+@dataclass(frozen=True, eq=False)
+class MarkedMotion:
+    """`matrix` (3, 3) from the reference to the photograph, the kind of `motion` it is, and the root mean square
+    distance in pixels by which the points miss it (0 where there are no more points than needed)."""
+
+    matrix: Matrix
+    motion: str
+    rms_px: float
+
+
+def marked_motion(pairs: Sequence[Sequence[float]], motion: str = "homography") -> MarkedMotion:
+    """The motion from `pairs`, each x, y in the reference and x, y in the photograph (pixel centres at integers).
+
+    Raises ValueError for an unknown motion, no pairs, and numbers that are not finite.
+    """
+    table = np.asarray(pairs, np.float64)
+    if motion not in LEAST_POINTS:
+        raise ValueError(f"unknown motion {motion!r}; known are {', '.join(LEAST_POINTS)}")
+    if table.ndim != 2 or table.shape[1] != 4 or not len(table) or not np.isfinite(table).all():
+        raise ValueError(
+            "control points need four finite numbers each: x and y in the reference, x and y in the picture"
+        )
+    here, there = table[:, :2], table[:, 2:]
+    kinds = list(LEAST_POINTS)
+    for kind in reversed(kinds[: kinds.index(motion) + 1]):
+        if kind == "translation" or _determines(here, there, kind):
+            matrix = _FITS[kind](here, there)
+            if kind == "translation" or _sound(matrix, here):
+                break
+    missed = _moved(matrix, here) - there
+    return MarkedMotion(matrix, kind, float(np.sqrt((missed**2).sum(axis=1).mean())))
+
+
+def _determines(here: Points, there: Points, motion: str) -> bool:
+    """Enough points, apart for a turn, off one line for an affine motion, four of them so for a homography."""
+    if len(np.unique(here, axis=0)) < LEAST_POINTS[motion] or len(np.unique(there, axis=0)) < LEAST_POINTS[motion]:
+        return False
+    if motion == "euclidean":
+        return True
+    if motion == "homography" and len(here) == 4:
+        return all(_off_line(np.delete(points, left_out, axis=0)) for points in (here, there) for left_out in range(4))
+    return _off_line(here) and _off_line(there)
+
+
+def _off_line(points: Points) -> bool:
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(spread[-1] > _LEAST_SPREAD * spread[0])
+
+
+def _sound(matrix: Matrix, here: Points) -> bool:
+    """Neither mirrored nor nearly singular, with all points in front of the camera."""
+    unit = np.linalg.inv(_unit(here))
+    normal = np.linalg.inv(unit) @ matrix @ unit
+    depth = np.hstack([here, np.ones((len(here), 1))]) @ matrix[2]
+    return bool(
+        np.isfinite(matrix).all()
+        and (depth > 0).all()
+        and np.linalg.det(matrix[:2, :2]) > 0
+        and np.linalg.cond(normal - np.outer(normal[:, 2] - [0, 0, normal[2, 2]], [0, 0, 1])) <= _LARGEST_CONDITION
+    )
+
+
+def _moved(matrix: Matrix, points: Points) -> Points:
+    there = points @ matrix[:, :2].T + matrix[:, 2]
+    places: Points = there[:, :2] / there[:, 2:]
+    return places
+
+
+def _unit(points: Points) -> Matrix:
+    """To coordinates about the middle of the points in which their mean distance is sqrt 2."""
+    middle = points.mean(axis=0)
+    scale = np.sqrt(2.0) / max(float(np.hypot(*(points - middle).T).mean()), 1e-12)
+    return np.array([[scale, 0, -scale * middle[0]], [0, scale, -scale * middle[1]], [0, 0, 1.0]])
+
+
+def _translation(here: Points, there: Points) -> Matrix:
+    matrix = np.eye(3)
+    matrix[:2, 2] = (there - here).mean(axis=0)
+    return matrix
+
+
+def _euclidean(here: Points, there: Points) -> Matrix:
+    one, other = here - here.mean(axis=0), there - there.mean(axis=0)
+    along, across = (one * other).sum(), (one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]).sum()
+    angle = np.arctan2(across, along)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    matrix = np.eye(3)
+    matrix[:2, :2] = turn
+    matrix[:2, 2] = there.mean(axis=0) - turn @ here.mean(axis=0)
+    return matrix
+
+
+def _affine(here: Points, there: Points) -> Matrix:
+    unit = _unit(here)
+    table = np.hstack([_moved(unit, here), np.ones((len(here), 1))])
+    matrix = np.eye(3)
+    matrix[:2] = np.linalg.lstsq(table, there, rcond=None)[0].T
+    return matrix @ unit
+
+
+def _homography(here: Points, there: Points) -> Matrix:
+    """Direct linear transform, then Gauss-Newton on the distances in the photograph."""
+    from_unit, to_unit = _unit(here), _unit(there)
+    one, other = _moved(from_unit, here), _moved(to_unit, there)
+    rows = []
+    for (x, y), (u, v) in zip(one, other, strict=True):
+        rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y, -u], [0, 0, 0, x, y, 1, -v * x, -v * y, -v]]
+    matrix = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)
+    for _ in range(_ITERATIONS):
+        matrix = matrix / np.linalg.norm(matrix)
+        change = _newton_step(matrix, one, other)
+        matrix = matrix + change
+        if np.abs(change).max() < 1e-13:
+            break
+    whole = np.linalg.inv(to_unit) @ matrix @ from_unit
+    return whole / whole[2, 2]
+
+
+def _newton_step(matrix: Matrix, here: Points, there: Points) -> Matrix:
+    """The change of the nine entries of least size that lowers the distances most."""
+    whole = np.hstack([here, np.ones((len(here), 1))])
+    moved = whole @ matrix.T
+    u, v, w = moved.T
+    zero = np.zeros_like(whole)
+    by_u = np.hstack([whole, zero, -(u / w)[:, None] * whole]) / w[:, None]
+    by_v = np.hstack([zero, whole, -(v / w)[:, None] * whole]) / w[:, None]
+    missed = there - moved[:, :2] / w[:, None]
+    change = np.linalg.lstsq(np.vstack([by_u, by_v]), np.concatenate([missed[:, 0], missed[:, 1]]), rcond=1e-12)[0]
+    step: Matrix = change.reshape(3, 3)
+    return step
+
+
+_FITS = {"translation": _translation, "euclidean": _euclidean, "affine": _affine, "homography": _homography}
