@@ -26,7 +26,7 @@ QT = {"PySide6", "shiboken6", "pyqtgraph"}
 LAYERS = (
     {"errors", "steps", "params", "health", "kernels", "colour", "directions"},
     {"files.atomic", "files.untrusted", "files.decoder_child", "files.scratch", "files.archive", "files.manifest"},
-    {"images", "environment", "camera", "drape"},
+    {"images", "environment", "environment_file", "camera", "drape"},
     {"mesh", "shapes"},
     {"capture", "brdf"},
     {"shading"},

@@ -80,6 +80,26 @@ def test_a_material_is_looked_up_in_every_way(
     assert np.isfinite(exr(path)).all()
 
 
+@pytest.mark.parametrize("renderer", ["gl", "cpu"])
+def test_an_environment_lights_the_model_and_its_error_is_measured(
+    capsys: Any, tmp_path: Path, bundle: Path, renderer: str
+) -> None:
+    words = ("sphere", "--material", bundle, "--brdf", "lambert", "--width", 24, "--height", 18, "--samples", 1)
+    environment = ("--env", "studio", "--env-rotation-deg", 30, "--directions", 8, "--measure-error")
+    result = render(capsys, *words, *environment, "--renderer", renderer, "-o", tmp_path / "a.exr")
+    assert result["directions"] == 8
+    assert result["environment"] == "studio"
+    assert 0.001 < result["error_rmse_rel"] < 0.5
+    assert (result["error_reference_width_texels"], result["error_reference_height_texels"]) == (128, 64)
+    assert result["mean_radiance"] > 0.01
+
+
+def test_an_environment_s_repairs_are_warnings(capsys: Any, tmp_path: Path, shared_data: Any) -> None:
+    path = shared_data("hdr/pmndrs_cc0/studio.exr")
+    result = render(capsys, "plane", "--env", path, *SMALL, "-o", tmp_path / "a.exr")
+    assert "798 texels are negative" in result["warnings"][0]
+
+
 def test_the_same_camera_frames_alike_in_every_mode(capsys: Any, tmp_path: Path, bundle: Path) -> None:
     camera = ("--camera", "eye=1,2,4 target=0.1,0,0 fov_deg=30")
     covered = []
@@ -118,6 +138,9 @@ def test_GL5_without_opengl_the_processor_draws_and_says_so(
         ("--intensity", "nan"),
         ("--exposure", "nan"),
         ("--mode", "shading-map"),
+        ("--measure-error",),
+        ("--env", "studio", "--directions", "0"),
+        ("--env", "studio", "--env-rotation-deg", "inf"),
     ],
 )
 def test_wrong_words_are_usage_errors(capsys: Any, tmp_path: Path, words: tuple[str, ...]) -> None:
@@ -129,7 +152,10 @@ def test_an_unknown_kind_of_picture_is_a_usage_error(capsys: Any, tmp_path: Path
     assert ".png or .exr" in render(capsys, "plane", "-o", tmp_path / "x.jpg", code=2)
 
 
-@pytest.mark.parametrize("words", [("nothing.obj",), ("teapot",), ("plane", "--material", "nothing.lightarc")])
+@pytest.mark.parametrize(
+    "words",
+    [("nothing.obj",), ("teapot",), ("plane", "--material", "nothing.lightarc"), ("plane", "--env", "nothing.hdr")],
+)
 def test_missing_files_are_input_errors(capsys: Any, tmp_path: Path, words: tuple[str, ...]) -> None:
     said = render(capsys, *words, "-o", tmp_path / "x.png", code=3)
     assert words[-1] in said
