@@ -27,7 +27,7 @@ from engine.files.untrusted import AGAIN
 from engine.images.decode import halved
 from engine.images.exif import EXPOSURE_GARBLED, Exif, oriented, rational, read_exif
 from engine.images.raster import check_size
-from engine.images.tiff import RAW_PHOTOMETRICS, check_segments
+from engine.images.tiff import RAW_PHOTOMETRICS, check_segments, check_tags
 
 WhiteBalance = str | Sequence[float]
 
@@ -110,12 +110,13 @@ def _unpacked(content: bytes, name: str) -> rawpy.RawPy:
 
 
 def _check_strips(content: bytes, name: str) -> None:
-    """Where the file is a TIFF outside, all strips and tiles must lie inside it, and in a DNG fit the stated size."""
+    """All tags, strips and tiles of a TIFF-like file must lie inside it, and in a DNG fit the size it states."""
     if not content.startswith((b"II*\0", b"MM\0*")):
         return
     with tifffile.TiffFile(io.BytesIO(content)) as file:
         pages = [page for top in file.pages for page in (top, *(top.pages or ()))]
         for page in pages:
+            check_tags(content, page.offset, name)
             if page.photometric in RAW_PHOTOMETRICS and "DNGVersion" in file.pages[0].tags:
                 check_segments(page, content, name)
             for offset, count in zip(page.dataoffsets, page.databytecounts, strict=False):

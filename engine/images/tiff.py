@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import logging
 import math
+import struct
 from collections.abc import Callable
 from typing import Any
 
@@ -29,8 +30,11 @@ SIGNATURES = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 #: What our own linear TIFFs say in ImageDescription.
 LINEAR_MARK = '"transfer": "linear"'
 
-_STRIP_OFFSETS, _TILE_OFFSETS = 273, 324
+_STRIP_OFFSETS, _TILE_OFFSETS, _EXIF_DIRECTORY = 273, 324, 34665
 _NONE, _JPEG, _LOGLUV = 1, 7, (34676, 34677)
+
+#: Bytes of a value, by the type of its tag (TIFF 6.0, section 2; 13 is a directory).
+_TYPE_BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4}
 
 #: Decoded length of a segment, for codings that do not state it.
 _LENGTHS: dict[int, Callable[[bytes], int]] = {
@@ -108,6 +112,22 @@ def _check_kind(page: Any, name: str) -> None:
     expected = 3 if kind in (_RGB, _YCBCR) else 1
     if not expected <= page.samplesperpixel <= expected + len(page.extrasamples) or page.samplesperpixel > 8:
         raise InputError(name, f"is a TIFF of {page.samplesperpixel} samples per pixel", UNWANTED)
+
+
+def check_tags(content: bytes, directory: int, name: str) -> None:
+    """The values of all tags of the directory at this place, and of its EXIF directory, lie in the file (not BigTIFF).
+
+    tifffile and LibRaw leave out a tag whose value is missing, and with it a white balance or an exposure time.
+    """
+    order = "<" if content.startswith(b"II") else ">"
+    (count,) = struct.unpack_from(f"{order}H", content, directory)
+    for entry in range(count):
+        tag, kind, length, value = struct.unpack_from(f"{order}HHII", content, directory + 2 + 12 * entry)
+        size_bytes = _TYPE_BYTES.get(kind, 0) * length
+        if size_bytes > 4 and value + size_bytes > len(content):
+            raise InputError(name, f"is an incomplete TIFF: the value of its tag {tag} is missing", AGAIN)
+        if tag == _EXIF_DIRECTORY and value != directory:
+            check_tags(content, value, name)
 
 
 def check_segments(page: Any, content: bytes, name: str) -> None:
