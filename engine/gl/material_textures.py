@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
+from engine.shading.kept_tiles import KeptTiles
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
 
@@ -34,6 +35,8 @@ class MaterialTextures:
         else:
             self.source = "SOURCE_POWER_LAW"
             self.layers = 0
+            if shading.kept is not None:
+                self._keep(context, shading, shading.kept, limits)
             for name, image in (("scale_map", shading.scale), ("exponent_map", shading.exponent)):
                 image = self._fit_size(image, limits.texture_size)
                 self.textures[name] = context.texture(image.shape[1::-1], 3, np.ascontiguousarray(image), dtype="f4")
@@ -41,6 +44,19 @@ class MaterialTextures:
             texture.build_mipmaps()
             texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
             texture.repeat_x = texture.repeat_y = True
+
+    def _keep(self, context: Any, power_law: PowerLawMap, kept: KeptTiles, limits: Limits) -> None:
+        """Kept tiles as slices that are 0 elsewhere, with their coverage in alpha."""
+        height, width = power_law.error_map.shape
+        slices = kept.slice_images(height, width)
+        if len(slices) > limits.layers:
+            self._say("Tiles that keep their slices are shown by the power law: the slices are too many.")
+            return
+        covered = kept.covers(height, width).astype(np.float32)[..., None]
+        images = [self._fit_size(np.concatenate([image, covered], axis=2), limits.texture_size) for image in slices]
+        self.source, self.layers = "SOURCE_MIXED", len(images)
+        size = (*images[0].shape[1::-1], self.layers)
+        self.textures["kept_tiles"] = context.texture_array(size, 4, np.stack(images), dtype="f4")
 
     def _fit_layers(self, shading: ShadingMap, most: int) -> NDArray[np.float32]:
         if len(shading.slices) <= most:

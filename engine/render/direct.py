@@ -31,7 +31,7 @@ Terms = Iterator[tuple[Indices, Array, Array, Array]]
 #: Look-up by look-up: the points, r / r_max in [0, 1], and the factor on what is looked up.
 Shares = Iterator[tuple[Indices, Array, Array]]
 
-#: The images that are looked up, (layers, H, W, 3), at falling sizes: the slices, or scale and exponent.
+#: The images that are looked up, (layers, H, W, 3), at falling sizes: the slices, or those of `_layers`.
 Levels = list[NDArray[np.float32]]
 
 #: Sub-pixels times lights of one band, about 50 ms of work.
@@ -170,7 +170,10 @@ def _texture_coordinates(scene: Scene, faces: NDArray[np.int32]) -> Array:
 def _looked_up(scene: Scene, levels: Levels, uv: Array, along: list[Array], terms: Terms) -> Array:
     """Radiance (N, 3), with the look-up inside the sum over lights; `along` is d(uv) / d(pixel)."""
     assert scene.shading is not None
-    summed = _sum_of_slices if isinstance(scene.shading, ShadingMap) else _sum_of_powers
+    if isinstance(scene.shading, ShadingMap):
+        summed = _sum_of_slices
+    else:
+        summed = _sum_of_powers if scene.shading.kept is None else _sum_of_both
     detail = _level_of_detail(levels, along)
     return summed(_shares(scene, terms, len(uv)), levels, uv, detail)
 
@@ -224,6 +227,14 @@ def _sum_of_powers(shares: Shares, levels: Levels, uv: Array, detail: Array) -> 
     return scale * value
 
 
+def _sum_of_both(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
+    """The power law, and over it the kept tiles with their coverage."""
+    found = list(shares)
+    power_law = _sum_of_powers(iter(found), levels, uv, detail)
+    kept = _sum_of_slices(iter(found), [level[3:] for level in levels], uv, detail)
+    return kept + (1.0 - _filtered(levels, 2, uv, detail)) * power_law
+
+
 def _level_of_detail(levels: Levels, along: list[Array]) -> Array:
     height, width = levels[0].shape[1:3]
     texels = [step * (width, height) for step in along]
@@ -247,12 +258,20 @@ def _mip_levels(shading: ShadingMap | PowerLawMap | None) -> Levels:
     """The map at full size, at half, at a quarter … down to one texel, as OpenGL makes mip-maps."""
     if shading is None:
         return []
-    levels: Levels = [
-        shading.slices if isinstance(shading, ShadingMap) else np.stack([shading.scale, shading.exponent])
-    ]
+    levels: Levels = [shading.slices if isinstance(shading, ShadingMap) else _layers(shading)]
     while max(levels[-1].shape[1:3]) > 1:
         levels.append(np.stack([_half(image) for image in levels[-1]]))
     return levels
+
+
+def _layers(power_law: PowerLawMap) -> NDArray[np.float32]:
+    """Scale and exponent, and where tiles are kept their coverage and their slices, which are 0 elsewhere."""
+    pair = np.stack([power_law.scale, power_law.exponent])
+    if power_law.kept is None:
+        return pair
+    height, width = power_law.error_map.shape
+    covered = np.repeat(power_law.kept.covers(height, width)[None, ..., None].astype(np.float32), 3, axis=3)
+    return np.concatenate([pair, covered, power_law.kept.slice_images(height, width)])
 
 
 def _half(image: NDArray[np.float32]) -> NDArray[np.float32]:

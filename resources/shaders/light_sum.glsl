@@ -82,4 +82,34 @@ vec3 light_sum(vec2 uv)
 {
     return power_sum * textureLod(scale_map, uv, level_of_detail(uv, textureSize(scale_map, 0))).rgb;
 }
+
+#elif defined(SOURCE_MIXED)
+vec2 uv_here;
+float detail_here;
+vec3 exponent_here;
+float coverage_here;
+vec3 power_sum;
+vec3 kept_sum;
+
+void begin_light_sum(vec2 uv)
+{
+    uv_here = uv;
+    detail_here = level_of_detail(uv, textureSize(exponent_map, 0));
+    exponent_here = max(textureLod(exponent_map, uv, detail_here).rgb, 0.0);
+    coverage_here = kept_at(0.0, uv, detail_here).a;
+    power_sum = vec3(0.0);
+    kept_sum = vec3(0.0);
+}
+
+void add_light(float share, vec3 weight)
+{
+    power_sum += weight * power_of(share, exponent_here);
+    if (coverage_here > 0.0)
+        kept_sum += weight * kept_at(share, uv_here, detail_here).rgb;
+}
+
+vec3 light_sum(vec2 uv)
+{
+    return (1.0 - coverage_here) * power_sum * textureLod(scale_map, uv, detail_here).rgb + kept_sum;
+}
 #endif
