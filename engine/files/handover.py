@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, model_name
 from engine.material import Material, auto_sigma
 from engine.params import Parameter, parameters
+from engine.shading.power_law import Storage
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 
@@ -58,11 +59,15 @@ def shader(material: Material) -> str:
         BRDF=_UNIFORM.sub(constant, _brdf_source(model_name(brdf))),
         SIGMA=_glsl(resolved_sigma(material)),
         R_MAX=_glsl(_r_max(material)),
+        EXPONENT_RANGE=_glsl(_exponent_range(material)),
     )
 
 
 def viewer(material: Material) -> str:
-    """The page that shows the power law of `material` on a plane and a sphere under a light that can be dragged."""
+    """The page that shows the power law of `material` on a plane and a sphere under a light that can be dragged.
+
+    Tiles that keep their slices are shown by the power law too, with the error that it has, and the page says so.
+    """
     power_law = material.power_law
     if power_law is None:
         raise ValueError("the page shows the compressed pair, which this material does not have")
@@ -75,7 +80,8 @@ def viewer(material: Material) -> str:
         "sigma": material.sigma,
         "elevation_deg": _thinned(material.elevation_deg, 64),
         "r_max": power_law.r_max,
-        "rms": power_law.rms,
+        "rms": power_law.health.figures.get("rms_without_kept_tiles", power_law.rms),
+        "kept_percent": 0.0 if power_law.kept is None else 100.0 * float((power_law.kept.place >= 0).mean()),
         "size": [width, height],
         "maps": {"scale": _coded(power_law.scale), "exponent": _coded(power_law.exponent)},
         "sources": {"frame": _source("frame.glsl"), "shading_map": _source("shading_map.glsl")},
@@ -94,6 +100,12 @@ def resolved_sigma(material: Material) -> float:
 def _r_max(material: Material) -> float:
     shading = material.power_law or material.shading_map
     return float(shading.r_max) if shading is not None else 1.0
+
+
+def _exponent_range(material: Material) -> float:
+    """What a texture of stored exponents is multiplied with: the largest K of codes that are read as 0 to 1."""
+    storage = material.power_law.storage if material.power_law is not None else Storage()
+    return storage.exponent_step * (2**storage.exponent_bits - 1) if storage.exponent_bits < 32 else 1.0
 
 
 def _thinned(values: tuple[float, ...], most: int) -> list[float]:

@@ -6,15 +6,20 @@
 //
 // Usage, for one directional light of irradiance 1 (add up several):
 //     vec3 scale = texture(power_law_scale, uv).rgb;        // power_law_scale.exr, 32-bit floats, linear
-//     vec3 exponent = texture(power_law_exponent, uv).rgb;  // power_law_exponent.exr, data, no colour transform
+//     vec3 exponent = texture(power_law_exponent, uv).rgb * LIGHTARC_EXPONENT_RANGE;  // power_law_exponent.exr, 32-bit
+//         floats, or where there is a power_law_exponent.png its codes from 0 to 1; data, no colour transform
 //     vec3 radiance = lightarc_radiance(wi, wo, scale, exponent);
 // uv has v downwards (row 0 of the files on top) and repeats. wi (to the light) and wo (to the viewer) are unit vectors
 // in the local frame of the surface: tangent +x, bitangent +y, normal +z. The result is linear sRGB.
 // In GLSL ES, begin with: precision highp float; precision highp sampler2D; precision highp sampler2DArray;
 // With the slices of shading_map.exr as the layers of an array texture: lightarc_slices(r, slices, layers, uv).
+// Where power_law_kept_tiles.exr lies beside the pair, some tiles keep their slices, because a power law describes them
+// too badly. With these slices as the layers of an array texture and A in the alpha of each layer:
+//     vec3 radiance = lightarc_mixed(lightarc_r(wi, wo), scale, exponent, kept, layers, uv);
 
 const float LIGHTARC_SIGMA = @SIGMA@;
 const float LIGHTARC_R_MAX = @R_MAX@;
+const float LIGHTARC_EXPONENT_RANGE = @EXPONENT_RANGE@;
 
 // ---- @BRDF_TEXT@
 @BRDF@
@@ -31,13 +36,22 @@ vec3 lightarc_power_law(float r, vec3 scale, vec3 exponent)
     return share > 0.0 ? scale * exp2(max(exponent, 0.0) * log2(share)) : vec3(0.0);
 }
 
-vec3 lightarc_slices(float r, sampler2DArray slices, float layers, vec2 uv)
+vec4 lightarc_layers(float r, sampler2DArray slices, float layers, vec2 uv)
 {
     float layer = (r > 0.0 ? min(r / LIGHTARC_R_MAX, 1.0) : 0.0) * (layers - 1.0);
     float lower = min(floor(layer), layers - 2.0);
-    vec3 below = texture(slices, vec3(uv, lower)).rgb;
-    vec3 beyond = texture(slices, vec3(uv, lower + 1.0)).rgb;
-    return mix(below, beyond, layer - lower);
+    return mix(texture(slices, vec3(uv, lower)), texture(slices, vec3(uv, lower + 1.0)), layer - lower);
+}
+
+vec3 lightarc_slices(float r, sampler2DArray slices, float layers, vec2 uv)
+{
+    return lightarc_layers(r, slices, layers, uv).rgb;
+}
+
+vec3 lightarc_mixed(float r, vec3 scale, vec3 exponent, sampler2DArray kept, float layers, vec2 uv)
+{
+    vec4 tiles = lightarc_layers(r, kept, layers, uv);
+    return tiles.rgb + (1.0 - tiles.a) * lightarc_power_law(r, scale, exponent);
 }
 
 vec3 lightarc_radiance(vec3 wi, vec3 wo, vec3 scale, vec3 exponent)

@@ -21,8 +21,10 @@ from engine.colour import luminance, srgb_encode
 from engine.directions import surface_direction
 from engine.errors import MissingCapability
 from engine.files.handover import VIEWER_SIDE, brdf_json, resolved_sigma, shader, viewer
+from engine.health import Health
 from engine.material import Material
-from engine.shading.power_law import PowerLawMap
+from engine.shading.kept_tiles import cut_tiles
+from engine.shading.power_law import PowerLawMap, Storage
 
 SCALE, EXPONENT, R_MAX = (0.8, 0.4, 0.2), (0.5, 1.0, 2.5), 0.6
 
@@ -117,6 +119,51 @@ def test_the_exported_shader_computes_what_the_engine_does(model: str, header: s
     assert np.isfinite(shown).all()
     np.testing.assert_allclose(shown, expected_radiance(material, wi, wo), rtol=2e-4, atol=2e-5)
     assert (shown > 0.01).any()
+
+
+def test_the_exported_shader_adds_kept_tiles_to_the_power_law() -> None:
+    """lightarc_mixed, on one texel of coverage 0.25 with two layers, halfway up to r_max; the exponents are codes."""
+    from engine.gl.context import create_context
+
+    try:
+        context = create_context()
+    except MissingCapability as missing:
+        pytest.skip(str(missing))
+    law = make_material().power_law
+    assert law is not None
+    source = shader(make_material(power_law=dataclasses.replace(law, storage=Storage(8, 16, 0.02))))
+    with context:
+        program = context.program(
+            vertex_shader="#version 330 core\nin vec2 at; void main() { gl_Position = vec4(at, 0, 1); }",
+            fragment_shader=f"""#version 330 core\n{source}
+            uniform sampler2DArray kept;
+            out vec4 result;
+            void main() {{
+                vec3 exponent = vec3(0.5) * LIGHTARC_EXPONENT_RANGE;
+                result = vec4(lightarc_mixed(0.5 * LIGHTARC_R_MAX, vec3(1), exponent, kept, 2.0, vec2(0.5)), 1.0);
+            }}""",
+        )
+        layers = np.array([[0.0, 0.0, 0.0, 0.25], [0.1, 0.2, 0.4, 0.25]], "f4")
+        context.texture_array((1, 1, 2), 4, layers.tobytes(), dtype="f4").use(0)
+        target = context.framebuffer([context.texture((1, 1), 4, dtype="f4")])
+        target.use()
+        corners = context.buffer(np.array([-1, -1, 3, -1, -1, 3], "f4").tobytes())
+        context.vertex_array(program, [(corners, "2f", "at")]).render()
+        shown = np.frombuffer(target.read(components=3, dtype="f4"), np.float32)
+    context.release()
+    np.testing.assert_allclose(shown, np.array([0.05, 0.1, 0.2]) + 0.75 * 0.5 ** (0.5 * 255 * 0.02), rtol=1e-5)
+
+
+def test_the_page_says_which_tiles_it_cannot_show() -> None:
+    material = make_material(16, 16)
+    assert material.power_law is not None
+    tiles = cut_tiles(np.ones((2, 16, 16, 3), np.float32), np.eye(2, dtype=bool), 8)
+    health = Health({"rms_without_kept_tiles": 0.5})
+    kept = dataclasses.replace(material.power_law, kept=tiles, health=health)
+    data = page_data(viewer(dataclasses.replace(material, power_law=kept)))
+    assert (data["kept_percent"], data["rms"]) == (50.0, 0.5)
+    plain = page_data(viewer(material))
+    assert (plain["kept_percent"], plain["rms"]) == (0.0, 0.01)
 
 
 def test_names_cannot_break_out_of_the_shader_or_the_page() -> None:
