@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 #: Parts of a flat field darker than this fraction of its mean tell more of noise than of light.
 DARKEST_FLAT = 0.05
 
+_BAND_ROWS = 256
+
 
 def flat_field_gain(
     flat: NDArray[np.float32], dark: NDArray[np.float32] | None = None
@@ -29,17 +31,30 @@ def flat_field_gain(
     if dark is not None and dark.shape != flat.shape:
         raise ValueError(f"the dark frame is {dark.shape[1]} x {dark.shape[0]} pixels, the flat field "
                          f"{flat.shape[1]} x {flat.shape[0]}")  # fmt: skip
-    light = flat.astype(np.float64) - (0.0 if dark is None else dark)
-    mean = light.mean(axis=(0, 1))
+    bands = [np.s_[first : first + _BAND_ROWS] for first in range(0, flat.shape[0], _BAND_ROWS)]
+    mean = sum(_light(flat, dark, band).sum(axis=(0, 1)) for band in bands) / (flat.shape[0] * flat.shape[1])
     if not (mean > 0).all():
         raise ValueError("the flat field is not brighter than the dark frame")
-    unknown = (light < DARKEST_FLAT * mean).any(axis=-1)
-    gain = np.divide(mean, light, out=np.ones_like(light), where=~unknown[..., None])
-    return gain.astype(np.float32), unknown
+    gain, unknown = np.ones_like(flat), np.zeros(flat.shape[:2], bool)
+    for band in bands:
+        light = _light(flat, dark, band)
+        unknown[band] = (light < DARKEST_FLAT * mean).any(axis=-1)
+        np.divide(mean, light, out=gain[band], where=~unknown[band][..., None], casting="same_kind")
+    return gain, unknown
+
+
+def _light(flat: NDArray[np.float32], dark: NDArray[np.float32] | None, band: slice) -> NDArray[np.float64]:
+    light: NDArray[np.float64] = flat[band].astype(np.float64)
+    return light if dark is None else light - dark[band]
 
 
 def near_lamp_gain(
-    height: int, width: int, distance: float, elevation: float, azimuth: float = 0.0
+    height: int,
+    width: int,
+    distance: float,
+    elevation: float,
+    azimuth: float = 0.0,
+    rows: tuple[int, int] | None = None,
 ) -> NDArray[np.float32]:
     """(H, W) gain that makes the light of a near lamp as even as that of a distant one; 1 in the middle.
 
@@ -47,12 +62,13 @@ def near_lamp_gain(
     ----------
     distance : from the middle of the picture to the lamp, in widths of the picture, > 0.5.
     elevation, azimuth : of the lamp seen from the middle, radians; azimuth 0 = right, pi/2 = up in the picture.
+    rows : the first row and the one after the last of a band, None for all.
     """
     if not distance > 0.5:
         raise ValueError(f"a lamp at {distance:g} widths of the picture would touch the sample")
     across = np.cos(elevation)
     lamp = distance * np.array([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)])
     x = (np.arange(width) + 0.5) / width - 0.5
-    y = 0.5 * height / width - (np.arange(height) + 0.5) / width
+    y = 0.5 * height / width - (np.arange(*(rows or (0, height))) + 0.5) / width
     squared = (lamp[0] - x[None, :]) ** 2 + (lamp[1] - y[:, None]) ** 2 + lamp[2] ** 2
     return ((squared / distance**2) ** 1.5).astype(np.float32)

@@ -7,14 +7,17 @@ level is 1: the most frequent one, and of equally frequent ones the shortest.
 
 from __future__ import annotations
 
+import contextlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from engine.errors import InputError
-from engine.files.untrusted import decode_in_child
+from engine.files.untrusted import decode_content, read_bytes
 from engine.health import Finding, Verdict
+
+_HEAD_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -49,11 +52,21 @@ class Scale:
 
 
 def noted_exposure(path: Path) -> Noted:
-    """What the camera noted in `path`; nothing for a file that cannot be read, which decoding will tell."""
+    """What the camera noted in `path`, which usually stands in its first megabyte.
+
+    Nothing for a file that cannot be read, which decoding will tell.
+    """
     try:
-        return Noted(**decode_in_child("engine.capture.decode:decode_exposure", path))
+        content = read_bytes(path)
+        heads = (content[:_HEAD_BYTES], content) if len(content) > _HEAD_BYTES else (content,)
     except InputError:
         return Noted()
+    for head in heads:
+        with contextlib.suppress(InputError):
+            noted = Noted(**decode_content("engine.capture.decode:decode_exposure", path, head))
+            if noted.exposure_s is not None:
+                return noted
+    return Noted()
 
 
 def exposure_scale(lights: Sequence[Sequence[Exposure]], noted: Mapping[Path, Noted]) -> Scale:
@@ -105,11 +118,15 @@ def _unscaled(photographs: Sequence[Exposure], relative: Mapping[Path, float], u
 
 
 def _table(photographs: Sequence[Exposure], relative: Mapping[Path, float]) -> str:
-    """'8 × 0.02 s; 0.04 s: a.png, b.png': the usual exposure by its count, the others by name."""
+    values = [f"{_rounded(relative[one.path]):g} s" if one.path in relative else "unknown" for one in photographs]
+    return grouped([(value, one.path.name) for value, one in zip(values, photographs, strict=True)])
+
+
+def grouped(values: Sequence[tuple[str, str]]) -> str:
+    """'8 × 16 bit; 8 bit: a.png, b.png' for (value, name): the usual value by its count, the others by name."""
     groups: dict[str, list[str]] = {}
-    for one in photographs:
-        value = f"{_rounded(relative[one.path]):g} s" if one.path in relative else "unknown"
-        groups.setdefault(value, []).append(one.path.name)
+    for value, name in values:
+        groups.setdefault(value, []).append(name)
     (usual, names), *others = sorted(groups.items(), key=lambda item: -len(item[1]))
     named = [f"{value}: {', '.join(some[:4])}{' …' if len(some) > 4 else ''}" for value, some in others]
     return "; ".join([f"{len(names)} × {usual}", *named])

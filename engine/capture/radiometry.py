@@ -89,31 +89,59 @@ class Merged:
     black: NDArray[np.bool_]
 
 
+class ExposureMerge:
+    """Merges exposures one after the other; only sums are kept.
+
+    Weighted mean of sample / exposure over unsaturated samples; the weight is the exposure time, which is optimal for
+    photon noise, so the mean is the sum of samples over the sum of times.
+    """
+
+    def __init__(self) -> None:
+        self._total = self._brightest = np.empty((0, 0, 3), np.float32)
+        self._time = np.empty((0, 0), np.float32)
+
+    def add(self, radiance: NDArray[np.float32], saturated: NDArray[np.bool_], exposure_s: float) -> None:
+        """Add radiance (H, W, 3) and mask (H, W) of one exposure.
+
+        Raises ValueError for another size than before, or for a time that is not positive and finite.
+        """
+        if not (math.isfinite(exposure_s) and exposure_s > 0):
+            raise ValueError(f"exposure time {exposure_s} s is not positive")
+        if not self._time.size:
+            self._total, self._brightest = np.zeros_like(radiance), np.zeros_like(radiance)
+            self._time = np.zeros(saturated.shape, np.float32)
+        if radiance.shape != self._total.shape or saturated.shape != self._time.shape:
+            raise ValueError(f"exposures differ in size: {radiance.shape} and {self._total.shape}")
+        for band in _bands(saturated.shape[0]):
+            self._total[band] += np.where(saturated[band][..., None], 0, radiance[band])
+            self._time[band] += np.where(saturated[band], 0, np.float32(exposure_s))
+            per_second = radiance[band] / np.float32(exposure_s)
+            np.maximum(self._brightest[band], per_second, out=self._brightest[band])
+
+    def merged(self) -> Merged:
+        """All that was added as one; nothing can be added afterwards. Raises ValueError for no exposures."""
+        if not self._time.size:
+            raise ValueError("no exposures to merge")
+        unseen = self._time == 0
+        black = np.zeros_like(unseen)
+        for band in _bands(unseen.shape[0]):
+            hidden = unseen[band][..., None]
+            mean = self._total[band] / np.where(hidden, 1, self._time[band][..., None])
+            black[band] = ~unseen[band] & (self._brightest[band] <= 0).all(axis=-1)
+            self._total[band] = np.where(hidden, self._brightest[band], mean)
+            self._total[band][black[band]] = 0
+        return Merged(self._total, unseen, black)
+
+
 def merge_exposures(
     exposures: Iterable[tuple[NDArray[np.float32], NDArray[np.bool_], float]],
 ) -> Merged:
-    """Merge (radiance (H, W, 3), saturated (H, W), exposure_s) into one, one exposure in memory at a time.
-
-    Weighted mean of sample / exposure over unsaturated samples; the weight is the exposure time, which is optimal for
-    photon noise, so the mean is the sum of samples over the sum of times. Raises ValueError for no exposures, for
-    different sizes, or for a time that is not positive and finite.
-    """
-    total = brightest = time = None
+    """`ExposureMerge` of all (radiance (H, W, 3), saturated (H, W), exposure_s), one in memory at a time."""
+    merge = ExposureMerge()
     for radiance, saturated, exposure_s in exposures:
-        if not (math.isfinite(exposure_s) and exposure_s > 0):
-            raise ValueError(f"exposure time {exposure_s} s is not positive")
-        if total is None or brightest is None or time is None:
-            total, brightest = np.zeros_like(radiance), np.zeros_like(radiance)
-            time = np.zeros(saturated.shape, np.float32)
-        if radiance.shape != total.shape or saturated.shape != time.shape:
-            raise ValueError(f"exposures differ in size: {radiance.shape} and {total.shape}")
-        total += np.where(saturated[..., None], 0, radiance)
-        time += np.where(saturated, 0, np.float32(exposure_s))
-        np.maximum(brightest, radiance / np.float32(exposure_s), out=brightest)
-    if total is None or brightest is None or time is None:
-        raise ValueError("no exposures to merge")
-    unseen = time == 0
-    merged = np.where(unseen[..., None], brightest, total / np.where(unseen, 1, time)[..., None])
-    black = ~unseen & (brightest <= 0).all(axis=-1)
-    merged[black] = 0
-    return Merged(merged, unseen, black)
+        merge.add(radiance, saturated, exposure_s)
+    return merge.merged()
+
+
+def _bands(height: int) -> list[slice]:
+    return [np.s_[first : first + _BLOCK_ROWS] for first in range(0, height, _BLOCK_ROWS)]

@@ -47,11 +47,16 @@ class Quality:
     leave_one_out_error: float | None = None
 
 
+def middle(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The middle square megapixel of an image (H, W, …), in which noise and sharpness are measured."""
+    height, width = image.shape[:2]
+    top, left = max(0, (height - _WINDOW) // 2), max(0, (width - _WINDOW) // 2)
+    return image[top : top + _WINDOW, left : left + _WINDOW]
+
+
 def noise_and_sharpness(luminance: NDArray[np.float32]) -> tuple[float, float]:
     """Noise (Immerkær 1996, with a median so that texture weighs little) and sharpness of (H, W) luminance."""
-    height, width = luminance.shape
-    top, left = max(0, (height - _WINDOW) // 2), max(0, (width - _WINDOW) // 2)
-    window = np.ascontiguousarray(luminance[top : top + _WINDOW, left : left + _WINDOW])
+    window = np.ascontiguousarray(middle(luminance))
     kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
     noise = float(np.median(np.abs(cv2.filter2D(window, cv2.CV_32F, kernel)))) / (6.0 * 0.6745)
     fine, coarse = (float(slope(window, deviation).mean(dtype=np.float64)) for deviation in (1.0, 4.0))

@@ -417,6 +417,11 @@ def _by_exposure(group: list[_Lit]) -> list[_Lit]:
     return sorted(known, key=lambda one: one.exposure_s or 0.0)
 
 
+def printable(path: Path) -> str:
+    """The file name as text that can be stored: bytes that are no UTF-8 become replacement characters."""
+    return os.fsencode(path.name).decode("utf-8", "replace")
+
+
 def _listed(names: Sequence[str], limit: int = 5) -> str:
     more = f" and {len(names) - limit} more" if len(names) > limit else ""
     return ", ".join(names[:limit]) + more

@@ -12,6 +12,7 @@ import pytest
 
 from engine.capture import import_stack as module
 from engine.capture.import_stack import ImportSettings, ThumbnailReady, import_stack
+from engine.capture.read_ahead import ReadAhead
 from engine.capture.sources import find
 from engine.capture.stack import npy_header, open_stack
 from engine.errors import InputError, OutputError
@@ -119,20 +120,22 @@ def test_S11_import_through_a_scratch_file_is_bit_equal(capture, stack, tmp_path
     assert contents(again.folder) == contents(stack.folder)
 
 
-def test_S11_no_photograph_is_held_while_the_next_is_read(capture, tmp_path, monkeypatch):
+def test_S11_one_photograph_is_held_while_the_next_two_are_read(capture, tmp_path, monkeypatch):
     import weakref
 
-    read, alive = module.read_photograph, []
+    take, alive = ReadAhead.next_photograph, []
 
-    def watched(*arguments, **options):
+    def watched(ahead, done, note):
         assert not [one for one in alive if one() is not None]
-        photograph = read(*arguments, **options)
+        photograph = yield from take(ahead, done, note)
+        assert len(ahead._readings) <= 2
         alive.append(weakref.ref(photograph))
         return photograph
 
-    monkeypatch.setattr(module, "read_photograph", watched)
-    run(capture, tmp_path / "stack")
-    assert len(alive) == 4
+    monkeypatch.setattr(ReadAhead, "next_photograph", watched)
+    for motion in ("none", "euclidean"):
+        run(capture, tmp_path / motion, motion=motion)
+    assert len(alive) == 8
 
 
 def test_steps_show_thumbnails_and_rise(capture, tmp_path):
@@ -145,7 +148,8 @@ def test_steps_show_thumbnails_and_rise(capture, tmp_path):
     assert any(step.note == "Aligning 3 of 4" for step in steps)
 
 
-def test_fault_17_closed_at_every_step_leaves_nothing(capture, tmp_path):
+def test_fault_17_closed_at_every_step_leaves_nothing(capture, tmp_path, monkeypatch):
+    monkeypatch.setattr("engine.capture.read_ahead.PATIENCE_S", 60.0)
     count = 0
     for stop in range(10_000):
         steps = import_stack(find([capture]), ImportSettings(), tmp_path / "stack")

@@ -1,0 +1,159 @@
+"""What is settled before the photographs of an import are read for good.
+
+The lights (from a mirror sphere), the exposures, the white balance and the calibration frames.
+Cost: nothing for a plain capture whose exposures `capture.toml` states; else a look at the head of every photograph,
+and with a mirror sphere or a grey patch each is decoded once more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from engine.capture.align import MOTIONS
+from engine.capture.calibration import Calibration, read_calibration
+from engine.capture.decode import WhiteBalance, read_photograph
+from engine.capture.exposures import Noted, Scale, exposure_scale, noted_exposure
+from engine.capture.grey_patch import GreyPatch, balance_of
+from engine.capture.mirror_sphere import Circle
+from engine.capture.sources import ONE_ARC, Sources, azimuth_spread, printable
+from engine.capture.sphere_lights import measured_lights
+from engine.errors import InputError
+from engine.steps import Step, Steps, part
+
+
+@dataclass(frozen=True)
+class ImportSettings:
+    """Choices of an import.
+
+    Attributes
+    ----------
+    motion : one of `align.MOTIONS`, 'none' for a camera that stood still, or 'auto': Euclidean for lights on one arc,
+        none for lights all around, whose pictures are too unlike and come from rigs with a fixed camera.
+    white_balance : of RAW files: 'camera', 'none', or multipliers of red, green, blue; of all files: a grey patch.
+    transfer : of 8- and 16-bit files: 'auto', 'srgb' or 'linear'.
+    crop : (left, top, width, height) in pixels of the upright photographs, None for all that they share.
+    dark, flat : calibration frames: 'auto' for those found among the sources, 'none', or a file.
+    lamp_distance : of a near lamp in widths of the picture, infinite for a distant one; None for what the sources say.
+    """
+
+    motion: str = "auto"
+    white_balance: WhiteBalance | GreyPatch = "camera"
+    transfer: str = "auto"
+    crop: tuple[int, int, int, int] | None = None
+    dark: Path | Literal["auto", "none"] = "auto"
+    flat: Path | Literal["auto", "none"] = "auto"
+    lamp_distance: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.motion not in ("auto", "none", *MOTIONS):
+            raise ValueError(f"unknown motion {self.motion!r}; known are auto, none, {', '.join(MOTIONS)}")
+        if self.transfer not in ("auto", "srgb", "linear"):
+            raise ValueError(f"unknown transfer {self.transfer!r}; known are auto, srgb, linear")
+        if self.crop is not None and (min(self.crop[:2]) < 0 or min(self.crop[2:]) < 1):
+            raise ValueError(f"crop {self.crop} needs left and top from 0, width and height from 1")
+        if self.lamp_distance is not None and not self.lamp_distance > 0.5:
+            raise ValueError(f"lamp_distance {self.lamp_distance:g} is not above half a width of the picture")
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is known before the first photograph is kept."""
+
+    sources: Sources
+    settings: ImportSettings
+    dark: Path | None
+    flat: Path | None
+    calibration: Calibration
+    scale: Scale
+    options: Mapping[str, Any]
+
+    @property
+    def names(self) -> list[str]:
+        return [printable(path) for path in self.sources.photographs]
+
+    def as_json(self) -> dict[str, Any]:
+        """What was decided, for the provenance."""
+        patch, sphere, distance = self.settings.white_balance, self.sources.sphere, self.calibration.lamp_distance
+        return {
+            "notes": self.sources.notes,
+            "angle_source": self.sources.angle_source,
+            "sphere_px": [sphere.column, sphere.row, sphere.radius] if isinstance(sphere, Circle) else None,
+            "dark": printable(self.dark) if self.dark else None,
+            "flat": printable(self.flat) if self.flat else None,
+            "lamp_distance_widths": distance if math.isfinite(distance) else None,
+            "reference_exposure_s": self.scale.reference,
+            "grey_patch_px": [patch.left, patch.top, patch.width, patch.height]
+            if isinstance(patch, GreyPatch)
+            else None,
+            "picture_balance": list(self.calibration.balance),
+            "motion": self.settings.motion,
+        }
+
+    @property
+    def still(self) -> bool:
+        return self.settings.motion == "none"
+
+
+def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
+    """Measure the lights, the exposures and the white balance, and read the calibration frames."""
+    transfer: Any = settings.transfer if settings.transfer != "auto" else sources.transfer or "auto"
+    if sources.sphere is not None:
+        sources = yield from part(measured_lights(sources, transfer), 0.0, 0.5)
+    settings = _decided(settings, sources)
+    noted = yield from part(_noted(sources), 0.5, 0.6)
+    scale = exposure_scale(sources.exposures, noted)
+    _refuse_unknown_exposures(sources, scale)
+    dark, flat = (
+        _frame(choice, found) for choice, found in ((settings.dark, sources.dark), (settings.flat, sources.flat))
+    )
+    balance: WhiteBalance = "none"
+    for_pictures = (1.0, 1.0, 1.0)
+    if isinstance(settings.white_balance, GreyPatch):
+        paths = list(sources.photographs)
+        for_pictures = yield from part(balance_of(paths, settings.white_balance, transfer), 0.6, 0.9)
+        balance = for_pictures
+    elif settings.white_balance == "camera" and (dark or flat):
+        yield Step(0.6, "Reading the white balance")
+        balance = read_photograph(sources.photographs[0], half_size=True).white_balance
+    else:
+        balance = settings.white_balance
+    distance = settings.lamp_distance or sources.lamp_distance or math.inf
+    options = {"white_balance": balance, "transfer": transfer}
+    calibration = yield from part(read_calibration(dark, flat, distance, for_pictures, options), 0.9, 1.0)
+    return Plan(sources, settings, dark, flat, calibration, scale, options)
+
+
+def _frame(choice: Path | str, found: Path | None) -> Path | None:
+    if isinstance(choice, Path):
+        return choice
+    return found if choice == "auto" else None
+
+
+def _decided(settings: ImportSettings, sources: Sources) -> ImportSettings:
+    if settings.motion != "auto":
+        return settings
+    return replace(settings, motion="euclidean" if azimuth_spread(sources.azimuth) <= ONE_ARC else "none")
+
+
+def _noted(sources: Sources) -> Steps[dict[Path, Noted]]:
+    """What cameras noted about exposures, where `capture.toml` does not say everything."""
+    paths = [one.path for light in sources.exposures for one in light]
+    if all(one.exposure_s for light in sources.exposures for one in light):
+        return {}
+    noted = {}
+    for index, path in enumerate(paths):
+        yield Step(index / len(paths), "Reading exposures")
+        noted[path] = noted_exposure(path)
+    return noted
+
+
+def _refuse_unknown_exposures(sources: Sources, scale: Scale) -> None:
+    for light in sources.exposures:
+        unknown = [one.path.name for one in light if one.path not in scale.relative]
+        if len(light) > 1 and (unknown or not scale.factor):
+            problem = f"{' and '.join(one.path.name for one in light)} cannot be merged: not all exposures are known"
+            raise InputError(light[0].path.parent, problem, "State exposure_s of all photographs in capture.toml")

@@ -1,0 +1,117 @@
+"""What an import says about itself: how each photograph is, what does not fit together, and what was done.
+
+Cost: none worth mentioning; all figures were taken while the pixels were read and written.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Hashable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.align import Alignment
+from engine.capture.decode import Photograph
+from engine.capture.exposures import grouped
+from engine.capture.report import Quality
+from engine.capture.sources import printable
+from engine.capture.tally import Tally
+from engine.errors import InputError
+from engine.health import Finding, Verdict
+
+Light = Sequence[Photograph]
+
+
+def refuse_different_sizes(photographs: Sequence[Path], sizes: Sequence[tuple[int, int]]) -> None:
+    """InputError that names the photographs whose (width, height) is not the usual one."""
+    (usual, usual_count), *others = Counter(sizes).most_common()
+    if not others:
+        return
+    names = [printable(path) for path in photographs]
+    odd = [f"{name} has {w} × {h}" for name, (w, h) in zip(names, sizes, strict=True) if (w, h) != usual]
+    more = f" and {len(odd) - 8} more differ" if len(odd) > 8 else ""
+    problem = (
+        f"{usual_count} of {len(names)} photographs have {usual[0]} × {usual[1]} px, but {', '.join(odd[:8])}{more}"
+    )
+    raise InputError(photographs[0].parent, problem, "Leave these out, or crop them to the size of the others")
+
+
+def refuse_equal_pictures(photographs: Sequence[Path], pictures: Sequence[NDArray[np.float32]]) -> None:
+    """Two lights never give the same pixels, unless these are all alike (black, or white)."""
+    seen: dict[Hashable, str] = {}
+    for path, picture in zip(photographs, pictures, strict=True):
+        if picture.size and picture.min() < picture.max():
+            first = seen.setdefault(picture.tobytes(), printable(path))
+            if first != printable(path):
+                problem = f"{first} and {printable(path)} are the same picture"
+                raise InputError(path.parent, problem, "Leave one of them out")
+
+
+def contradictions(lights: Sequence[Light]) -> list[Finding]:
+    """What differs between photographs that should be alike, and what the decoder had to say."""
+    photographs = [photograph for light in lights for photograph in light]
+    findings = [
+        Finding(Verdict.WARNING, warning, printable(photograph.path))
+        for photograph in photographs
+        for warning in photograph.warnings
+    ]
+    for text, key in (
+        ("Bit depths differ: {}. Each is scaled by its own white level", lambda p: f"{p.bit_depth} bit"),
+        ("Cameras differ: {}. Leave out those that do not belong", lambda p: p.camera or "unknown"),
+        ("Transfer functions differ: {}. State transfer in capture.toml", lambda p: p.transfer),
+        ("White balances differ: {}. Give one for all with --white-balance", _balance),
+    ):
+        table = _table(photographs, key)
+        if ";" in table:
+            findings.append(Finding(Verdict.WARNING, text.format(table)))
+    return findings
+
+
+def _balance(photograph: Photograph) -> str:
+    return " : ".join(f"{value:.2f}" for value in photograph.white_balance)
+
+
+def _table(photographs: Sequence[Photograph], key: Callable[[Photograph], str]) -> str:
+    return grouped([(key(photograph), printable(photograph.path)) for photograph in photographs])
+
+
+def qualities(
+    tallies: Sequence[Tally],
+    pixels: int,
+    noise_and_sharpness: Sequence[tuple[float, float]],
+    alignment: Alignment,
+    errors: Sequence[float | None],
+) -> list[Quality]:
+    """The figures of each light."""
+    residuals = [None if np.isnan(residual) else float(residual) for residual in alignment.residual_px]
+    return [
+        Quality(one.clipped / pixels, one.black / pixels, noise, sharpness, residual, error)
+        for one, (noise, sharpness), residual, error in zip(
+            tallies, noise_and_sharpness, residuals, errors, strict=True
+        )
+    ]
+
+
+def about_lights(lights: Sequence[Light], alignment: Alignment) -> list[dict[str, Any]]:
+    """JSON values: what was assumed of the photographs of each light, and how they were moved."""
+    return [
+        {
+            "file": printable(light[0].path),
+            "camera": light[0].camera,
+            "container": light[0].container,
+            "bit_depth": light[0].bit_depth,
+            "transfer": light[0].transfer,
+            "exposure_s": light[0].exposure_s,
+            "iso": light[0].iso,
+            "aperture": light[0].aperture,
+            "black_level": list(light[0].black_level),
+            "white_level": list(light[0].white_level),
+            "white_balance": list(light[0].white_balance),
+            "exposures": [{"file": printable(one.path), "exposure_s": one.exposure_s} for one in light],
+            "alignment_matrix": [float(value) for value in matrix.ravel()],
+        }
+        for light, matrix in zip(lights, alignment.matrix, strict=True)
+    ]

@@ -1,0 +1,119 @@
+"""The lights of a capture from the mirror sphere in its photographs: sources whose directions are measured.
+
+Each light is measured on the shortest of its exposures, where its reflection is smallest. The direction is that seen
+from the sphere; for a near lamp it differs from that seen from the sample by where the sphere lies.
+Cost: each photograph is decoded once more.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import closing
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.mirror_sphere import Circle, find_highlight, find_sphere, light_direction
+from engine.capture.read_ahead import ReadAhead
+from engine.capture.sources import Sources, about_azimuth
+from engine.colour import luminance
+from engine.errors import InputError
+from engine.files.scratch import release, scratch_array
+from engine.health import Finding, Verdict
+from engine.steps import Steps
+
+#: Stated and measured elevations that differ by more are worth a warning.
+DISAGREEMENT = math.radians(3.0)
+
+_REMEDY = "Correct it with highlight_px in capture.toml, or leave the photograph out"
+
+
+def measured_lights(sources: Sources, transfer: Any) -> Steps[Sources]:
+    """`sources` with the directions that their mirror sphere shows, by rising elevation, and its outline.
+
+    Raises InputError that names the photograph in which no highlight is found, or where there is no sphere.
+    """
+    pictures = yield from _luminances(sources, transfer)
+    outline = sources.sphere
+    if not isinstance(outline, Circle):
+        outline = _found(sources, pictures)
+    _check_inside(sources, outline, pictures[0])
+    directions = np.array([_direction(sources, index, picture, outline) for index, picture in enumerate(pictures)])
+    elevation = np.arcsin(np.clip(directions[:, 2], -1, 1))
+    azimuth = np.arctan2(directions[:, 1], directions[:, 0])
+    findings = [finding for finding in sources.findings if finding not in about_azimuth(sources.azimuth)]
+    findings += _disagreements(sources, elevation)
+    order = np.argsort(elevation, kind="stable")
+    return replace(
+        sources,
+        photographs=tuple(sources.photographs[index] for index in order),
+        exposure_s=tuple(sources.exposure_s[index] for index in order),
+        exposures=tuple(sources.exposures[index] for index in order),
+        highlights_px=tuple(sources.highlights_px[index] for index in order),
+        elevation=elevation[order],
+        azimuth=azimuth[order],
+        sphere=outline,
+        findings=(*findings, *about_azimuth(azimuth)),
+    )
+
+
+def _luminances(sources: Sources, transfer: Any) -> Steps[NDArray[np.float32]]:
+    """(N, H, W) luminance of the photographs."""
+    count = len(sources.photographs)
+    pictures: NDArray[np.float32] | None = None
+    with closing(ReadAhead(sources.photographs, transfer=transfer)) as ahead:
+        for index, path in enumerate(sources.photographs):
+            note = f"Looking at the sphere in {index + 1} of {count}"
+            photograph = yield from ahead.next_photograph(index / count, note)
+            if pictures is None:
+                pictures = scratch_array((count, *photograph.saturated.shape), np.float32)
+            if photograph.saturated.shape != pictures.shape[1:]:
+                problem = f"is not of the size of {sources.photographs[0].name}, so the sphere lies elsewhere in it"
+                raise InputError(path, problem, "Leave it out")
+            pictures[index] = luminance(photograph.radiance)
+            release(pictures)
+    assert pictures is not None
+    return pictures
+
+
+def _found(sources: Sources, pictures: NDArray[np.float32]) -> Circle:
+    mean = np.zeros(pictures.shape[1:], np.float32)
+    for picture in pictures:
+        mean += picture / np.float32(len(pictures))
+    try:
+        return find_sphere(mean)
+    except ValueError as error:
+        remedy = "Give its outline: --sphere COLUMN,ROW,RADIUS, or [sphere] in capture.toml"
+        raise InputError(sources.photographs[0].parent, str(error), remedy) from None
+
+
+def _check_inside(sources: Sources, outline: Circle, picture: NDArray[np.float32]) -> None:
+    height, width = picture.shape
+    if not (0 <= outline.column <= width and 0 <= outline.row <= height and outline.radius < max(height, width)):
+        problem = f"the outline of the sphere lies outside the {width} × {height} px of the photographs"
+        raise InputError(sources.photographs[0].parent, problem, "Correct the outline of the sphere")
+
+
+def _direction(sources: Sources, index: int, picture: NDArray[np.float32], outline: Circle) -> NDArray[np.float64]:
+    given = sources.highlights_px[index]
+    try:
+        left, top = (max(0, math.floor(at - outline.radius)) for at in (outline.column, outline.row))
+        right, bottom = (math.ceil(at + outline.radius) for at in (outline.column, outline.row))
+        square = np.ascontiguousarray(picture[top:bottom, left:right])
+        if given is None:
+            column, row = find_highlight(square, Circle(outline.column - left, outline.row - top, outline.radius))
+            given = column + left, row + top
+        return light_direction(outline, *given)
+    except ValueError as error:
+        raise InputError(sources.photographs[index], str(error), _REMEDY) from None
+
+
+def _disagreements(sources: Sources, measured: NDArray[np.float64]) -> list[Finding]:
+    text = "its light is measured at {:.1f}° on the sphere, but said to be at {:.1f}°; the measured one is used"
+    return [
+        Finding(Verdict.WARNING, text.format(math.degrees(found), math.degrees(stated)), path.name)
+        for path, found, stated in zip(sources.photographs, measured, sources.elevation, strict=True)
+        if stated > 0 and abs(found - stated) > DISAGREEMENT
+    ]

@@ -1,0 +1,62 @@
+"""What is counted and summed over a photograph while it is written, in one pass over its bands.
+
+Cost: bound by memory: one read of the pixels.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.report import BLACK
+from engine.colour import LUMINANCE
+from engine.kernels import parallel, prange
+
+_WEIGHTS = np.asarray(LUMINANCE, np.float32)
+
+
+@dataclass(eq=False)
+class Tally:
+    """Sums by rows, so that bands of any height agree; `grid` holds every `step`-th pixel of rows and columns."""
+
+    step: int
+    rows: list[NDArray[np.float64]] = field(default_factory=list)
+    clipped: int = 0
+    black: int = 0
+    grid: list[NDArray[np.float32]] = field(default_factory=list)
+
+    def add(self, band: NDArray[np.float32], mask: NDArray[np.bool_], first: int) -> None:
+        """Count the band (rows, W, 3) and its saturation mask that begin at row `first` of the picture."""
+        sums = np.empty((band.shape[0], 3))
+        counts = np.empty((band.shape[0], 2), np.int64)
+        _sum(band, mask, _WEIGHTS, np.float32(BLACK), sums, counts)
+        self.rows.append(sums)
+        clipped, black = counts.sum(axis=0)
+        self.clipped += int(clipped)
+        self.black += int(black)
+        self.grid.append(band[-first % self.step :: self.step, :: self.step].copy())
+
+    def mean_radiance(self, pixels: int) -> float:
+        """Mean luminance over all `pixels`."""
+        total = [math.fsum(channel) for channel in np.concatenate(self.rows).T]
+        return float(np.dot(total, LUMINANCE)) / pixels
+
+
+@parallel
+def _sum(band, mask, weights, black, sums, counts):  # type: ignore[no-untyped-def]
+    """Bound by the read of the band."""
+    for row in prange(band.shape[0]):
+        red, green, blue = 0.0, 0.0, 0.0
+        clipped, dark = 0, 0
+        for column in range(band.shape[1]):
+            r, g, b = band[row, column, 0], band[row, column, 1], band[row, column, 2]
+            red += r
+            green += g
+            blue += b
+            clipped += mask[row, column]
+            dark += r * weights[0] + g * weights[1] + b * weights[2] < black
+        sums[row, 0], sums[row, 1], sums[row, 2] = red, green, blue
+        counts[row, 0], counts[row, 1] = clipped, dark
