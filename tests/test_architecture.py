@@ -25,9 +25,17 @@ QT = {"PySide6", "shiboken6", "pyqtgraph"}
 #: Packages of the engine from low to high: each may import itself, its own row and the rows above it in this list.
 LAYERS = (
     {"errors", "steps", "params", "health", "kernels", "colour", "directions"},
-    {"files.atomic", "files.untrusted", "files.decoder_child", "files.scratch", "files.archive", "files.manifest"},
+    {
+        "files.atomic",
+        "files.untrusted",
+        "files.decoder_child",
+        "files.shared",
+        "files.scratch",
+        "files.archive",
+        "files.manifest",
+    },
     {"images", "environment", "environment_file", "camera", "drape"},
-    {"mesh", "shapes"},
+    {"mesh", "mesh_text", "shapes"},
     {"capture", "brdf"},
     {"shading"},
     {"material"},
@@ -56,6 +64,7 @@ EXCEPTIONS = {
     "engine/files/decoder_child.py os.open": NULL,
     "app/__main__.py os.open": NULL,
     "engine/files/untrusted.py os.open": READING,
+    "engine/files/shared.py os.open": "memory that a decoder shares with its parent",
     "engine/capture/stack.py os.open": READING,
     "engine/files/scratch.py tempfile.TemporaryFile": "an unnamed file that vanishes with the process",
     "engine/files/scratch.py np.memmap": "an unnamed file that vanishes with the process",
