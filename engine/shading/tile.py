@@ -45,9 +45,8 @@ def make_tile(
     `overlap` is the width in texels of the band in which opposite edges are joined, by default an eighth of the
     shorter side. Raises InputError where the sample is too small for it.
     """
-    yield Step(0.0, "finding where the material repeats")
     try:
-        source = tile_source(shading_map.slices, overlap)
+        source = yield from part(tile_source(shading_map.slices, overlap), 0.0, 0.5)
     except ValueError as error:
         where = stack.folder or "the stack"
         raise InputError(where, str(error), "Choose a smaller overlap or a larger crop") from None

@@ -16,6 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.steps import Step, Steps, part
+
+SEARCHING = "finding where the material repeats"
+
+#: Rows of a closed path between two steps.
+ROWS_PER_STEP = 64
+
 #: Edge length in texels of the reduced picture on which the tile size is searched.
 SEARCH_SIZE = 256
 
@@ -36,7 +43,7 @@ class TileSource:
     seam_error: float
 
 
-def tile_source(slices: NDArray[np.float32], overlap: int | None = None, smallest: float = 0.5) -> TileSource:
+def tile_source(slices: NDArray[np.float32], overlap: int | None = None, smallest: float = 0.5) -> Steps[TileSource]:
     """Find the tile of `slices` (S, H, W, 3) with the least visible seams.
 
     Parameters
@@ -52,15 +59,16 @@ def tile_source(slices: NDArray[np.float32], overlap: int | None = None, smalles
     band = overlap if overlap is not None else max(4, min(height, width) // 8)
     if not 1 <= band <= (1 - smallest) * min(height, width):
         raise ValueError(f"an overlap of {band} texels does not fit a sample of {width} x {height}")
+    yield Step(0.0, SEARCHING)
     features = _features(slices)
-    tile_width = _best_period(features, band, smallest)
+    tile_width = yield from part(_best_period(features, band, smallest), 0.0, 0.3)
     cuts = _open_path(_disagreement(features, tile_width, band))
     column = _join(np.broadcast_to(np.arange(width, dtype=np.int32), (height, width)), tile_width, cuts)
     row = np.broadcast_to(np.arange(height, dtype=np.int32)[:, None], column.shape)
 
     sideways = features[row, column].transpose(1, 0, 2)
-    tile_height = _best_period(sideways, band, smallest)
-    cuts = _closed_path(_disagreement(sideways, tile_height, band))
+    tile_height = yield from part(_best_period(sideways, band, smallest), 0.3, 0.6)
+    cuts = yield from part(_closed_path(_disagreement(sideways, tile_height, band)), 0.6, 1.0)
     row = _join(row.T, tile_height, cuts).T
     column = _join(column.T, tile_height, cuts).T
     return TileSource(row, column, _seam_error(features, row, column))
@@ -77,18 +85,24 @@ def _disagreement(features: NDArray[np.float32], period: int, band: int) -> NDAr
     return np.sum((features[:, :band] - features[:, period : period + band]) ** 2, axis=-1, dtype=np.float64)
 
 
-def _best_period(features: NDArray[np.float32], band: int, smallest: float) -> int:
+def _best_period(features: NDArray[np.float32], band: int, smallest: float) -> Steps[int]:
     """The tile width whose overlapping bands agree best; searched on a reduced picture, then around the winner."""
     width = features.shape[1]
     step = max(1, min(features.shape[:2]) // SEARCH_SIZE)
     lowest, highest = int(np.ceil(smallest * width)), width - band
-
-    def cost(period: int, stride: int) -> float:
-        return _open_path_cost(_disagreement(features[::stride], period, band)[:, ::stride])
-
-    coarse = min(range(lowest, highest + 1, step), key=lambda period: (cost(period, step), -period))
+    coarse = yield from part(_cheapest(features, range(lowest, highest + 1, step), band, step), 0.0, 0.5)
     near = range(max(lowest, coarse - step), min(highest, coarse + step) + 1)
-    return min(near, key=lambda period: (cost(period, 1), -period))
+    return (yield from part(_cheapest(features, near, band, 1), 0.5, 1.0))
+
+
+def _cheapest(features: NDArray[np.float32], periods: range, band: int, stride: int) -> Steps[int]:
+    """The period whose bands agree best on every `stride`-th texel; of equal ones the largest."""
+    best = (np.inf, 0)
+    for count, period in enumerate(periods, 1):
+        cost = _open_path_cost(_disagreement(features[::stride], period, band)[:, ::stride])
+        best = min(best, (cost, -period))
+        yield Step(count / len(periods), SEARCHING)
+    return -best[1]
 
 
 def _accumulate(cost: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -124,15 +138,17 @@ def _open_path_cost(cost: NDArray[np.float64]) -> float:
     return float(_accumulate(cost, cost[0])[-1].min()) / len(cost)
 
 
-def _closed_path(cost: NDArray[np.float64]) -> NDArray[np.int64]:
+def _closed_path(cost: NDArray[np.float64]) -> Steps[NDArray[np.int64]]:
     """The least path that ends beside the cell where it began: the best over all starting cells."""
     band = cost.shape[1]
     last = np.where(np.eye(band, dtype=bool), cost[0], np.inf)
-    for row in cost[1:]:
+    for y, row in enumerate(cost[1:], 1):
         best = last.copy()
         best[:, 1:] = np.minimum(best[:, 1:], last[:, :-1])
         best[:, :-1] = np.minimum(best[:, :-1], last[:, 1:])
         last = best + row
+        if y % ROWS_PER_STEP == 0:
+            yield Step(y / len(cost), SEARCHING)
     start, end = np.indices(last.shape)
     closed = np.where(np.abs(start - end) <= 1, last, np.inf)
     first, final = np.unravel_index(int(np.argmin(closed)), closed.shape)

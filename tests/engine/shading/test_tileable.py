@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from engine.shading.tileable import tile_source
+from engine.shading import tileable
+from engine.steps import drain
+
+
+def tile_source(slices, **options):
+    return drain(tileable.tile_source(slices, **options))
 
 
 def stack(image, count=4):
@@ -67,3 +72,12 @@ def test_what_cannot_be_tiled_is_refused():
         tile_source(np.zeros((2, 7, 40, 3), np.float32))
     with pytest.raises(ValueError, match="does not fit"):
         tile_source(np.zeros((2, 40, 40, 3), np.float32), overlap=30)
+
+
+def test_the_search_can_be_watched_and_stopped(leather):
+    steps = list(tileable.tile_source(leather))
+    assert len(steps) > 50
+    assert [step.done for step in steps] == sorted(step.done for step in steps)
+    search = tileable.tile_source(leather)
+    next(search)
+    search.close()
