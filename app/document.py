@@ -18,6 +18,7 @@ from engine.capture.sources import Sources
 from engine.capture.stack import ImageStack
 from engine.colour import Operator
 from engine.directions import Vectors, world_direction
+from engine.environment import EnvironmentMap
 from engine.material import Material
 from engine.mesh import Mesh
 from engine.params import check, param
@@ -45,6 +46,9 @@ class Look:
     light_theta_deg: float = param(55.0, 0.0, 180.0, unit="°", doc="Angle of the light from straight up.")
     light_phi_deg: float = param(-30.0, -180.0, 180.0, unit="°", doc="Angle of the light around the vertical.")
     irradiance: float = param(2.2, 0.0, 100.0, slider=(0.1, 10.0), log=True, doc="Strength of the light.")
+    rotation_deg: float = param(0.0, -180.0, 180.0, unit="°", doc="Turn of the environment about the vertical.")
+    gain: float = param(1.0, 0.0, 100.0, slider=(0.1, 10.0), log=True, doc="Strength of the environment.")
+    directions: int = 64
     repeats: float = param(3.0, 0.1, 100.0, slider=(0.5, 16.0), log=True, doc="Repeats of the material on the model.")
     exposure_ev: float = param(0.0, -20.0, 20.0, slider=(-6.0, 6.0), unit="EV", doc="Brightness of the picture.")
     tone_map: Operator = "neutral"
@@ -74,6 +78,7 @@ class Project:
     material: Material = field(default_factory=lambda: Material(None, None, brdf=BRDF, name="Untitled"))
     built_from: tuple[Any, ...] = ()
     mesh: Mesh | None = None
+    environment: EnvironmentMap | None = None
     look: Look = field(default_factory=Look)
     name: str = "Untitled"
 

@@ -61,7 +61,7 @@ HELP = """Mouse in the viewport
 Left-drag\tturn the model
 Middle-drag\tmove
 Wheel\tzoom
-Ctrl+left-drag\tmove the light (or drag the sun)
+Ctrl+left-drag\tmove the light, turn the environment
 F\tframe the model, fit the picture
 
 Pictures
@@ -240,7 +240,7 @@ class MainWindow(QMainWindow):
         """Open what `paths` are, and remember them."""
         if not paths:
             return
-        self.bench.open(paths)
+        self.bench.open(paths, lighting=self.stack.currentWidget() is self.view)
         first = str(paths[0] if len(paths) == 1 else paths[0].parent)
         self.settings = dataclasses.replace(
             self.settings, recent=settings.with_recent(self.settings.recent, first), last_folder=str(paths[0].parent)

@@ -12,7 +12,7 @@ from engine.capture.sources import PHOTOGRAPH_SUFFIXES
 from engine.errors import InputError
 from engine.mesh import SUFFIXES as MESH_SUFFIXES
 
-Kind = Literal["photographs", "stack", "bundle", "mesh"]
+Kind = Literal["photographs", "stack", "bundle", "mesh", "environment"]
 
 _PICTURE_STARTS = (
     b"\xff\xd8\xff",
@@ -26,6 +26,7 @@ _PICTURE_STARTS = (
     b"#?RGBE",
     b"FUJIFILM",
 )
+_HDR_STARTS = (b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
 _MESH_STARTS = (b"ply", b"glTF", b"solid", b"OFF")
 
 
@@ -37,8 +38,12 @@ class Recognised:
     paths: tuple[Path, ...]
 
 
-def recognise(paths: Sequence[Path]) -> Recognised:
-    """The kind of what `paths` are. Several files together are photographs; InputError where nothing fits."""
+def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
+    """The kind of what `paths` are. Several files together are photographs; InputError where nothing fits.
+
+    One HDR or EXR picture is an environment where somebody is `lighting` a model; elsewhere it is refused in words,
+    because one picture is no capture either.
+    """
     if not paths:
         raise InputError("(nothing)", "nothing was dropped that is a file", "Drop files or a folder from this computer")
     kinds = {path: _kind(path) for path in paths}
@@ -46,6 +51,11 @@ def recognise(paths: Sequence[Path]) -> Recognised:
         chosen = tuple(path for path, found in kinds.items() if found == kind)
         if chosen:
             return Recognised(kind, chosen[:1])
+    if len(paths) == 1 and kinds[paths[0]] == "photographs" and _is_hdr(paths[0]):
+        if lighting:
+            return Recognised("environment", tuple(paths))
+        remedy = "Drop it on the View workspace to light the model with it, or drop all photographs of a capture"
+        raise InputError(paths[0], "is a single picture of high dynamic range", remedy)
     if any(found == "photographs" for found in kinds.values()):
         return Recognised("photographs", tuple(paths))
     raise InputError(
@@ -60,11 +70,7 @@ def _kind(path: Path) -> Kind | None:
         return _kind_of_folder(path)
     if not path.is_file():
         return None
-    try:
-        with path.open("rb") as file:
-            start = file.read(4096)
-    except OSError as error:
-        raise InputError(path, f"cannot be read ({error.strerror})", "Check the permissions of the file") from None
+    start = _start(path)
     if start.startswith(b"PK"):
         return "bundle" if zipfile.is_zipfile(path) else None
     if start.startswith(_PICTURE_STARTS):
@@ -72,6 +78,18 @@ def _kind(path: Path) -> Kind | None:
     if start.startswith(_MESH_STARTS) or path.suffix.lower() in MESH_SUFFIXES:
         return "mesh"
     return "photographs" if path.suffix.lower() in PHOTOGRAPH_SUFFIXES else None
+
+
+def _is_hdr(path: Path) -> bool:
+    return path.is_file() and _start(path).startswith(_HDR_STARTS)
+
+
+def _start(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(4096)
+    except OSError as error:
+        raise InputError(path, f"cannot be read ({error.strerror})", "Check the permissions of the file") from None
 
 
 def _kind_of_folder(path: Path) -> Kind:

@@ -25,7 +25,7 @@ from engine.steps import Step, Steps
 MOVING_S, STILL_S, IDLE_S = 0.03, 0.045, 0.25
 
 #: Sub-pixels along a side of a pixel, and the fraction of pixels that is drawn, from best to quickest.
-QUALITIES = ((2, 1), (1, 1), (1, 2), (1, 3), (1, 4), (1, 6))
+QUALITIES = ((2, 1), (1, 1), (1, 2), (1, 3), (1, 4), (1, 6), (1, 9))
 
 
 def request_format() -> None:
@@ -52,7 +52,10 @@ def why_no_gl() -> str:
 
 
 class Cost:
-    """What a frame costs, learnt from the frames so far: a part for the model, and a part for each sub-pixel."""
+    """What a frame costs, learnt from the frames so far: a part for the model, and a part for each sub-pixel.
+
+    Each light counts as pixels of its own, so that an environment is drawn coarsely at once and not after a long frame.
+    """
 
     def __init__(self) -> None:
         self.fixed_s, self.each_s = 0.0, 0.0
@@ -151,9 +154,11 @@ class GlSurface(QOpenGLWidget):
 
     def _draw(self, framebuffer: Any) -> None:
         """One frame at the quality that the budget allows, and another where a finer one turns out to fit."""
+        assert self.scene is not None
         width, height = framebuffer.size
         started = time.perf_counter()
-        level = self._cost.best(width * height, self.budget_s)
+        pixels = width * height * len(self.scene.lights.direction)
+        level = self._cost.best(pixels, self.budget_s)
         samples, reduction = QUALITIES[level]
         if reduction == 1:
             self._renderer.draw(self.scene, framebuffer, (width, height), samples=samples, display=self.display)
@@ -161,10 +166,10 @@ class GlSurface(QOpenGLWidget):
             self._draw_small(framebuffer, (max(1, width // reduction), max(1, height // reduction)))
         self._context.finish()
         seconds = time.perf_counter() - started
-        self._cost.learn(level, width * height, seconds)
+        self._cost.learn(level, pixels, seconds)
         self.messages = tuple(self._renderer.messages)
         self.drawn.emit(seconds)
-        if self.budget_s > MOVING_S and self._cost.best(width * height, self.budget_s) < level:
+        if self.budget_s > MOVING_S and self._cost.best(pixels, self.budget_s) < level:
             self._finer.start()
 
     def _draw_small(self, framebuffer: Any, size: tuple[int, int]) -> None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from math import radians
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
 from app import icons
 from app.document import Look, Project
+from app.latest import Latest
 from app.number_field import plain
 from app.panels import Panel, Segments, side_by_side, text, tool
 from app.param_form import ParamForm
@@ -19,10 +21,12 @@ from app.viewport import Viewport
 from app.workbench import Workbench, load_shape
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, brdf_to_text, model_name
 from engine.camera import frame
+from engine.environment import EnvironmentMap
 from engine.mesh import SUFFIXES, Mesh
 from engine.params import parameters
 from engine.scene import Scene
 from engine.shapes import SHAPES
+from engine.steps import Step, Steps
 
 DEFAULT_MODEL = "cloth"
 
@@ -37,6 +41,14 @@ LOOKUPS = (
 )
 TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"))
 
+ENVIRONMENT_NAMES = {"studio": "Studio", "sky": "Sky"}
+LIGHT_FIELDS = ("light_theta_deg", "light_phi_deg", "irradiance", "rotation_deg", "gain")
+DIRECTIONS = (16, 32, 64, 128, 256, 512)
+
+#: Pause after the last change before the error of the directions is measured, and the size of the picture it is for.
+AT_REST_MS = 800
+MEASURED_PX = (640, 480)
+
 
 class ViewTab(QWidget):
     """Shows the project's material and changes how it looks."""
@@ -47,9 +59,16 @@ class ViewTab(QWidget):
         super().__init__()
         self.bench = bench
         self.default_mesh: Mesh | None = None
+        self.own_environment: EnvironmentMap | None = None
+        self.latest = Latest(bench.jobs, "Measuring the light's error")
+        self.at_rest = QTimer(self)
+        self.at_rest.setSingleShot(True)
+        self.at_rest.setInterval(AT_REST_MS)
+        self.at_rest.timeout.connect(self._measure)
         self.brdf: Brdf | None = None
         self.viewport = Viewport(bench.jobs)
         self.viewport.light_moved.connect(self._light_moved)
+        self.viewport.environment_turned.connect(self._environment_turned)
         self.viewport.drawn.connect(self.drawn)
         self.frame_action = QAction(icons.icon("fit"), "Frame the model", self)
         self.frame_action.setShortcut(QKeySequence("F"))
@@ -72,10 +91,27 @@ class ViewTab(QWidget):
         look = Look()
         self.repeats = ParamForm(look, {"repeats": "Repeats"})
         self.light = ParamForm(look, {"light_theta_deg": "Theta", "light_phi_deg": "Phi", "irradiance": "Irradiance"})
+        self.surround = ParamForm(look, {"rotation_deg": "Rotation", "gain": "Strength"})
         self.exposure = ParamForm(look, {"exposure_ev": "Exposure"})
         scene.wide(self.repeats)
         light = panel.section("Light")
+        self.lighting = QComboBox()
+        self.lighting.activated.connect(self._lighting_chosen)
+        light.row("From", self.lighting, "One light, or light from all around; .hdr and .exr files can be dropped here")
         light.wide(self.light)
+        light.wide(self.surround)
+        self.directions = QComboBox()
+        for count in DIRECTIONS:
+            self.directions.addItem(str(count), count)
+        self.directions.activated.connect(
+            lambda _index: self._set_look("Directions", directions=self.directions.currentData())
+        )
+        self.surround.row(
+            "Directions", self.directions, "How many lights stand for the environment: more are truer and slower"
+        )
+        self.light_error = self.surround.figure(
+            "Error", "Of these directions against the whole environment, on this picture"
+        )
         picture = panel.section("Picture")
         picture.wide(self.exposure)
         self.tone_map = QComboBox()
@@ -83,7 +119,7 @@ class ViewTab(QWidget):
             self.tone_map.addItem(words, value)
         self.tone_map.activated.connect(lambda _index: self._set_look("Tone map", tone_map=self.tone_map.currentData()))
         picture.row("Tone map", self.tone_map, "How radiance above white is brought onto the screen")
-        for form in (self.repeats, self.light, self.exposure):
+        for form in (self.repeats, self.light, self.surround, self.exposure):
             form.edited.connect(self._look_edited)
         panel.finish()
         return panel
@@ -167,10 +203,15 @@ class ViewTab(QWidget):
 
     def _show(self, project: Project) -> None:
         look, material = project.look, project.material
-        for form in (self.repeats, self.light, self.exposure):
+        for form in (self.repeats, self.light, self.surround, self.exposure):
             form.show_instance(look)
-        for box, value in ((self.tone_map, look.tone_map), (self.lookup, look.lookup)):
+        for box, value in (
+            (self.tone_map, look.tone_map),
+            (self.lookup, look.lookup),
+            (self.directions, look.directions),
+        ):
             box.setCurrentIndex(max(0, box.findData(value)))
+        self._show_lighting(project)
         self.above.choose(look.above)
         self._show_source(project)
         self._show_models(project)
@@ -198,12 +239,62 @@ class ViewTab(QWidget):
             brdf=self.brdf,
             material=project.material if project.has_map else None,
             light=tuple(look.light),
-            irradiance=look.irradiance,
+            irradiance=look.irradiance if project.environment is None else look.gain,
+            environment=project.environment,
+            environment_rotation=radians(look.rotation_deg),
+            directions=look.directions,
             source=look.source,
             lookup=look.lookup,
             above=look.above,
             repeats=look.repeats,
         )
+
+    def _show_lighting(self, project: Project) -> None:
+        """The choices of light, and the rows of the one that is active."""
+        environment = project.environment
+        if environment is not None and environment.name not in ENVIRONMENT_NAMES:
+            self.own_environment = environment
+        self.lighting.clear()
+        self.lighting.addItem("One light", "")
+        for name, words in ENVIRONMENT_NAMES.items():
+            self.lighting.addItem(words, name)
+        if self.own_environment is not None:
+            self.lighting.addItem(self.own_environment.name, self.own_environment.name)
+        self.lighting.addItem("Open an environment…", "open")
+        current = "" if environment is None else environment.name
+        self.lighting.setCurrentIndex(self.lighting.findData(current))
+        self.lighting.setToolTip(current)
+        self.light_error.setText("–")
+        if environment is not None:
+            self.at_rest.start()
+        self.light.setVisible(environment is None)
+        self.surround.setVisible(environment is not None)
+
+    def _lighting_chosen(self, _index: int) -> None:
+        chosen, document = self.lighting.currentData(), self.bench.document
+        if chosen == "open":
+            self._show_lighting(document.project)
+            path, _ = QFileDialog.getOpenFileName(self, "Open an environment", "", "Environments (*.hdr *.exr)")
+            if path:
+                self.bench.load_environment(path)
+        elif not chosen:
+            if document.project.environment is not None:
+                document.change("One light", environment=None)
+        elif chosen in ENVIRONMENT_NAMES:
+            self.bench.load_environment(chosen)
+        elif document.project.environment is not self.own_environment:
+            document.change(f"Light from {chosen}", environment=self.own_environment)
+
+    def _measure(self) -> None:
+        """How far the directions are from the whole environment, where the picture has come to rest."""
+        project = self.bench.document.project
+        scene = self.scene(project)
+        if scene is not None and scene.environment is not None and self.isVisible():
+            self.latest.ask(lambda: _directions_error(scene), lambda error: self._show_error(project, error))
+
+    def _show_error(self, project: Project, error: float) -> None:
+        if self.bench.document.project is project:
+            self.light_error.setText(f"{100 * error:.1f} %")
 
     def _show_source(self, project: Project) -> None:
         material = project.material
@@ -265,6 +356,13 @@ class ViewTab(QWidget):
             material = dataclasses.replace(document.project.material, brdf=words_of_brdf)
             document.change(words, gesture=gesture, material=material)
 
+    def _environment_turned(self, angle_deg: float, final: bool) -> None:
+        look = dataclasses.replace(self.bench.document.project.look, rotation_deg=angle_deg)
+        if look != self.bench.document.project.look:
+            self.bench.document.change("Turn the environment", gesture="rotation_deg", look=look)
+        if final:
+            self.bench.document.end_gesture()
+
     def _look_edited(self, look: Look, final: bool) -> None:
         document = self.bench.document
         if look != document.project.look:
@@ -274,7 +372,7 @@ class ViewTab(QWidget):
                 if getattr(look, field.name) != getattr(document.project.look, field.name)
             )
             document.change(
-                "Change the light" if "light" in changed else "Change the picture", gesture=changed, look=look
+                "Change the light" if changed in LIGHT_FIELDS else "Change the picture", gesture=changed, look=look
             )
         if final:
             document.end_gesture()
@@ -296,3 +394,10 @@ class ViewTab(QWidget):
         """Redraw what does not follow the palette by itself."""
         self.frame_action.setIcon(icons.icon("fit"))
         self.viewport.redraw()
+
+
+def _directions_error(scene: Scene) -> Steps[float]:
+    yield Step(0.0, "preparing kernels")
+    from engine.render.environment_error import environment_error
+
+    return (yield from environment_error(scene, MEASURED_PX)).rmse_rel

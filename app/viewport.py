@@ -1,7 +1,7 @@
 """The model on screen and the hand on it.
 
 Left-drag turns like a turntable without roll, middle-drag moves, the wheel zooms, Ctrl+left-drag or the handle moves
-the light, F frames the model. The camera is the viewport's own; the light belongs to the project.
+the light or turns the environment, F frames the model. The camera is the viewport's own; the light is the project's.
 """
 
 from __future__ import annotations
@@ -31,9 +31,14 @@ HANDLE_REACH = 0.46
 
 
 class Viewport(QWidget):
-    """Shows a scene with its own camera. `light_moved(theta_deg, phi_deg, final)` asks to move the light."""
+    """Shows a scene with its own camera.
+
+    `light_moved(theta_deg, phi_deg, final)` asks to move the light, `environment_turned(angle_deg, final)` to turn
+    what lights the model instead.
+    """
 
     light_moved = Signal(float, float, bool)
+    environment_turned = Signal(float, bool)
     drawn = Signal(float)
     broken = Signal(object)
 
@@ -144,7 +149,7 @@ class Viewport(QWidget):
         near = handle is not None and _distance(handle, event.position()) < 2 * HANDLE_PX
         left = event.button() == Qt.MouseButton.LeftButton
         if left and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
-            kind = "turn light"
+            kind = "turn light" if self._lit_by_one() else "turn environment"
         elif left and near:
             kind = "drag light"
         elif left:
@@ -168,6 +173,8 @@ class Viewport(QWidget):
         elif kind == "turn light":
             theta, phi = self.light_deg
             self._move_light(theta + 180.0 * moved.y() / height, phi + 180.0 * moved.x() / height)
+        elif kind == "turn environment" and self.scene is not None:
+            self._turn(self.scene.environment_rotation + pi * moved.x() / height, final=False)
         elif kind == "drag light":
             self._move_light(*self.overlay.light_at(event.position()))
 
@@ -175,6 +182,14 @@ class Viewport(QWidget):
         grabbed, self._grab = self._grab, None
         if grabbed is not None and "light" in grabbed[0]:
             self.light_moved.emit(*self.light_deg, True)
+        if grabbed is not None and "environment" in grabbed[0] and self.scene is not None:
+            self._turn(self.scene.environment_rotation, final=True)
+
+    def _turn(self, angle: float, *, final: bool) -> None:
+        self.environment_turned.emit(round((degrees(angle) + 180.0) % 360.0 - 180.0, 2), final)
+
+    def _lit_by_one(self) -> bool:
+        return self.scene is None or self.scene.environment is None
 
     def _move(self, camera: Camera) -> None:
         self.camera, self._framed = camera, False
@@ -229,7 +244,8 @@ class _Overlay(QWidget):
     def _seen(self) -> Vectors | None:
         """The light's direction as the camera sees it: right, up, towards the viewer."""
         camera = self.viewport.camera
-        if camera is None or self.viewport.scene is None:
+        scene = self.viewport.scene
+        if camera is None or scene is None or scene.environment is not None:
             return None
         theta, phi = (radians(angle) for angle in self.viewport.light_deg)
         return camera.camera_from_world @ world_direction(theta, phi)

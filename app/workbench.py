@@ -19,6 +19,7 @@ from app.jobs import Job, Jobs
 from app.recognise import Recognised, recognise
 from engine.capture.sources import Sources, find
 from engine.capture.stack import ImageStack, open_stack
+from engine.environment import CHOICE_ROWS, EnvironmentMap, chosen_lights, reduced
 from engine.errors import InputError
 from engine.files.scratch import release, scratch_array
 from engine.material import Material
@@ -61,9 +62,9 @@ class Workbench(QObject):
         self.building: Job | None = None
         self._imports = 0
 
-    def open(self, paths: Sequence[Path]) -> None:
-        """Open whatever `paths` are: photographs, a stack, a mesh or a bundle."""
-        job = self.jobs.submit("Opening", lambda: _recognised(tuple(paths)), heavy=False)
+    def open(self, paths: Sequence[Path], *, lighting: bool = False) -> None:
+        """Open whatever `paths` are: photographs, a stack, a mesh, a bundle, or, while `lighting`, an environment."""
+        job = self.jobs.submit("Opening", lambda: _recognised(tuple(paths), lighting), heavy=False)
         job.succeeded.connect(self._open_recognised)
 
     def open_sample(self) -> None:
@@ -76,6 +77,8 @@ class Workbench(QObject):
         if found.kind == "mesh":
             self.load_model(str(found.paths[0]))
             self.wanted.emit("view")
+        elif found.kind == "environment":
+            self.load_environment(str(found.paths[0]))
         elif found.kind == "bundle":
             job = self.jobs.submit("Opening the bundle", lambda: _bundle(found.paths[0]))
             job.succeeded.connect(self._bundle_opened)
@@ -137,6 +140,17 @@ class Workbench(QObject):
         job = self.jobs.submit("Loading the model", lambda: load_shape(name_or_path), heavy=name_or_path not in SHAPES)
         job.succeeded.connect(lambda mesh: self.document.change(f"Model {mesh.name}", mesh=mesh))
 
+    def load_environment(self, name_or_path: str) -> None:
+        """Light the model by a built-in environment or by one from a file."""
+        job = self.jobs.submit("Opening the environment", lambda: _environment(name_or_path), heavy=False)
+        job.succeeded.connect(self._environment_opened)
+
+    def _environment_opened(self, environment: EnvironmentMap) -> None:
+        self.document.change(f"Light from {environment.name}", environment=environment)
+        for warning in environment.health.warnings:
+            log.warning("%s: %s", environment.name, warning)
+        self.said.emit(next(iter(environment.health.warnings), f"Light from {environment.name}"))
+
     def export(self, path: Path, include: frozenset[str], preview: bytes) -> Job:
         """Write the bundle `path` with the parts in `include` ('slices', 'power-law'), then verify it: `Exported`."""
         project = self.document.project
@@ -150,9 +164,21 @@ class Workbench(QObject):
         self.said.emit(f"Bundle {material.name} opened")
 
 
-def _recognised(paths: tuple[Path, ...]) -> Steps[Recognised]:
+def _recognised(paths: tuple[Path, ...], lighting: bool) -> Steps[Recognised]:
     yield Step(0.0, "looking at what was dropped")
-    return recognise(paths)
+    return recognise(paths, lighting=lighting)
+
+
+def _environment(name_or_path: str) -> Steps[EnvironmentMap]:
+    """The map at the size at which directions are chosen, so that a change of their number costs no frame."""
+    yield Step(0.0, "reading the environment")
+    from engine.environment_file import open_environment
+
+    environment = open_environment(name_or_path)
+    yield Step(0.7, "choosing directions")
+    small = reduced(environment, CHOICE_ROWS)
+    chosen_lights(small, 64)
+    return small
 
 
 def _found(paths: tuple[Path, ...]) -> Steps[Sources]:
