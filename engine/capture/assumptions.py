@@ -59,7 +59,8 @@ class AzimuthCheck:
         lights = f"Lit from {' and '.join(f'{angle:.0f}°' for angle in self.azimuths_deg)} of azimuth, pictures"
         if not math.isfinite(self.overall):
             return Finding(Verdict.WARNING, f"{lights} of equal mean radiance are clipped and cannot be compared")
-        told = f"{lights} of equal mean radiance differ by {100 * self.overall:.2g} %"
+        percent = 100 * self.overall
+        told = f"{lights} of equal mean radiance differ by {percent:.{0 if percent >= 10 else 1}f} %"
         if self.overall <= HOLDS:
             return Finding(Verdict.GOOD, f"{told}: isotropic and of small relief, as the method assumes")
         if self.overall <= BREAKS:
