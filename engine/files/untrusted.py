@@ -250,7 +250,7 @@ class _Child:
         except (OSError, EOFError):
             self.kill()
             return self._last_words(timeout_s if expired.is_set() else None) if arrived or expired.is_set() else None
-        except (ValueError, LookupError, TypeError):
+        except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError):
             self.kill()
             return {"problem": "is damaged: its decoder answered nonsense", "remedy": AGAIN}
         finally:
