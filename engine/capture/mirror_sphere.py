@@ -56,7 +56,27 @@ def find_sphere(mean_image: NDArray[np.float32]) -> Circle:
     if found is None:
         raise ValueError("no sphere was found; mark its outline by hand")
     x, y, radius = (float(value) / scale for value in found[0][0][:3])
-    return _refined(bright.astype(np.float32), Circle(x + 0.5 / scale, y + 0.5 / scale, radius))
+    picture = bright.astype(np.float32)
+    return _refined(picture, _outermost(picture, Circle(x + 0.5 / scale, y + 0.5 / scale, radius)))
+
+
+def _outermost(image: NDArray[np.float32], found: Circle) -> Circle:
+    """The outline around `found`, which may be the horizon that the sphere mirrors, at sqrt(1/2) of its radius.
+
+    Steps along 360 rays are averaged with their sign, so that the texture around the sphere cancels.
+    """
+    reach = np.linspace(0.8, 1.6, 161)
+    angles = np.radians(np.arange(360.0))[:, None]
+    columns = found.column + found.radius * reach * np.cos(angles)
+    rows = found.row + found.radius * reach * np.sin(angles)
+    inside = (columns > 0) & (columns < image.shape[1]) & (rows > 0) & (rows < image.shape[0])
+    rays = cv2.remap(image, np.float32(columns - 0.5), np.float32(rows - 0.5), cv2.INTER_LINEAR)
+    steps = np.gradient(cv2.GaussianBlur(rays, (9, 1), 2.0), axis=1)
+    strength = np.abs(np.where(inside, steps, 0).sum(axis=0)) / np.maximum(inside.sum(axis=0), 1)
+    near, far = (np.abs(reach - share) < 0.1 for share in (1.0, np.sqrt(2.0)))
+    if inside[:, far].mean() < 0.75 or strength[far].max() < 0.35 * strength[near].max():
+        return found
+    return Circle(found.column, found.row, found.radius * float(reach[far][strength[far].argmax()]))
 
 
 def _refined(image: NDArray[np.float32], start: Circle) -> Circle:
@@ -80,7 +100,7 @@ def _refined(image: NDArray[np.float32], start: Circle) -> Circle:
 def find_highlight(luminance: NDArray[np.float32], sphere: Circle) -> tuple[float, float]:
     """(column, row) of the lamp's reflection: centroid of the brightest connected spot inside the outline.
 
-    The spot holds the pixels above nine tenths of the brightest; of several spots the one with the most light wins.
+    The spot holds the pixels above half of the brightest; of several spots the one with the most light wins.
     Raises ValueError if nothing stands out (the brightest pixel is less than twice the median of the sphere).
     """
     rows, columns = np.mgrid[: luminance.shape[0], : luminance.shape[1]]
@@ -91,7 +111,7 @@ def find_highlight(luminance: NDArray[np.float32], sphere: Circle) -> tuple[floa
     brightest = float(shown.max())
     if brightest <= 2 * float(np.median(luminance[inside])) or brightest <= 0:
         raise ValueError("no highlight stands out on the sphere; mark it by hand")
-    count, labels = cv2.connectedComponents(np.uint8(shown > 0.9 * brightest))
+    count, labels = cv2.connectedComponents(np.uint8(shown > 0.5 * brightest))
     light = np.bincount(labels.ravel(), weights=shown.ravel(), minlength=count)
     light[0] = 0
     spot = labels == int(np.argmax(light))
