@@ -38,13 +38,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--white-balance",
         default="camera",
         type=_white_balance,
-        metavar="camera|none|R,G,B",
-        help="of RAW files (camera)",
+        metavar="camera|none|R,G,B|patch:LEFT,TOP,WIDTH,HEIGHT",
+        help="of RAW files (camera); a grey patch of the picture balances all files",
     )
     parser.add_argument(
         "--transfer", default="auto", choices=("auto", "srgb", "linear"), help="of 8- and 16-bit files (auto)"
     )
     parser.add_argument("--crop", type=_crop, metavar="LEFT,TOP,WIDTH,HEIGHT", help="in pixels of the photographs")
+    parser.add_argument("--dark", type=Path, metavar="FILE", help="photograph without light, which is subtracted")
+    flat = parser.add_mutually_exclusive_group()
+    flat.add_argument("--flat", type=Path, metavar="FILE", help="photograph of an even white surface: fall-off")
+    flat.add_argument("--no-flat", action="store_true", help="do not use the flat field that lies beside them")
+    parser.add_argument(
+        "--lamp-distance",
+        type=float,
+        metavar="WIDTHS",
+        help="of a near lamp from the middle of the picture, in its widths; inf for a distant one",
+    )
+    parser.add_argument(
+        "--sphere",
+        type=_sphere,
+        metavar="COLUMN,ROW,RADIUS|auto",
+        help="measure the lights on the mirror sphere with this outline in the picture",
+    )
     parser.epilog = f"{parser.epilog}\n\n{JSON_HELP}"
 
 
@@ -56,25 +72,32 @@ resident memory of this process plus that of its decoder processes."""
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from app.cli import usage
     from engine.capture.import_stack import ImportSettings, import_stack
     from engine.capture.sources import find
 
     start = time.perf_counter()
     memory = _Memory(show)
-    sources = find(arguments.photographs, arguments.angles)
+    frames = [path for path in (arguments.dark, arguments.flat) if path is not None]
+    sources = find(arguments.photographs, arguments.angles, sphere=_outline(arguments.sphere), aside=frames)
     _refuse_inside(arguments.output, arguments.photographs)
-    settings = ImportSettings(
-        motion="none" if arguments.no_align else arguments.motion,
-        white_balance=arguments.white_balance,
-        transfer=arguments.transfer,
-        crop=arguments.crop,
+    settings = usage(
+        lambda: ImportSettings(
+            motion="none" if arguments.no_align else arguments.motion,
+            white_balance=_balance(arguments.white_balance),
+            transfer=arguments.transfer,
+            crop=arguments.crop,
+            dark=arguments.dark or "auto",
+            flat="none" if arguments.no_flat else arguments.flat or "auto",
+            lamp_distance=arguments.lamp_distance,
+        )
     )
     stack = drain(import_stack(sources, settings, arguments.output), memory)
     return {
         "images": len(stack.sources),
         "height_px": stack.radiance.shape[1],
         "width_px": stack.radiance.shape[2],
-        "elevations_deg": [float(angle) for angle in stack.elevation_deg],
+        "elevations_deg": stack.elevation_deg.tolist(),
         "angle_source": stack.angle_source,
         "alignment_residual_px": [quality.alignment_residual_px for quality in stack.quality],
         "clipped_fraction": [quality.clipped_fraction for quality in stack.quality],
@@ -168,9 +191,33 @@ def _crop(text: str) -> tuple[int, ...]:
 
 
 def _white_balance(text: str) -> str | tuple[float, ...]:
+    """'camera', 'none', three multipliers, or the four numbers of a patch."""
     if text in ("camera", "none"):
         return text
+    if text.startswith("patch:"):
+        return _crop(text.removeprefix("patch:"))
     multipliers = tuple(_numbers(text))
     if len(multipliers) != 3 or not all(0.0 < value < float("inf") for value in multipliers):
-        raise argparse.ArgumentTypeError(f"{text!r} is neither camera, none nor three positive multipliers")
+        raise argparse.ArgumentTypeError(f"{text!r} is neither camera, none, three positive multipliers nor a patch")
     return multipliers
+
+
+def _balance(choice: Any) -> Any:
+    from engine.capture.grey_patch import GreyPatch
+
+    return GreyPatch(*choice) if isinstance(choice, tuple) and len(choice) == 4 else choice
+
+
+def _sphere(text: str) -> str | tuple[float, ...]:
+    if text == "auto":
+        return text
+    outline = tuple(_numbers(text))
+    if len(outline) != 3 or not 2.0 < outline[2] < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is neither auto nor COLUMN,ROW,RADIUS with a radius above 2 px")
+    return outline
+
+
+def _outline(choice: Any) -> Any:
+    from engine.capture.mirror_sphere import Circle
+
+    return Circle(*choice) if isinstance(choice, tuple) else choice

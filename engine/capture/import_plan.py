@@ -8,8 +8,8 @@ and with a mirror sphere or a grey patch each is decoded once more.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,6 +17,7 @@ from engine.capture.align import MOTIONS
 from engine.capture.calibration import Calibration, read_calibration
 from engine.capture.decode import WhiteBalance, read_photograph
 from engine.capture.exposures import Noted, Scale, exposure_scale, noted_exposure
+from engine.capture.framing import Framing
 from engine.capture.grey_patch import GreyPatch, balance_of
 from engine.capture.mirror_sphere import Circle
 from engine.capture.sources import ONE_ARC, Sources, azimuth_spread, printable
@@ -36,6 +37,9 @@ class ImportSettings:
     white_balance : of RAW files: 'camera', 'none', or multipliers of red, green, blue; of all files: a grey patch.
     transfer : of 8- and 16-bit files: 'auto', 'srgb' or 'linear'.
     crop : (left, top, width, height) in pixels of the upright photographs, None for all that they share.
+    framing : instead of a crop, the part of the reference photograph that becomes the picture, and its size.
+    control_points : by file name, pairs (x and y in the reference photograph, x and y in this one) that a person
+        marked where alignment fails.
     dark, flat : calibration frames: 'auto' for those found among the sources, 'none', or a file.
     lamp_distance : of a near lamp in widths of the picture, infinite for a distant one; None for what the sources say.
     """
@@ -44,6 +48,8 @@ class ImportSettings:
     white_balance: WhiteBalance | GreyPatch = "camera"
     transfer: str = "auto"
     crop: tuple[int, int, int, int] | None = None
+    framing: Framing | None = None
+    control_points: Mapping[str, Sequence[Sequence[float]]] = field(default_factory=dict)
     dark: Path | Literal["auto", "none"] = "auto"
     flat: Path | Literal["auto", "none"] = "auto"
     lamp_distance: float | None = None
@@ -55,6 +61,8 @@ class ImportSettings:
             raise ValueError(f"unknown transfer {self.transfer!r}; known are auto, srgb, linear")
         if self.crop is not None and (min(self.crop[:2]) < 0 or min(self.crop[2:]) < 1):
             raise ValueError(f"crop {self.crop} needs left and top from 0, width and height from 1")
+        if self.crop is not None and self.framing is not None:
+            raise ValueError("a crop and a framing cannot both be followed")
         if self.lamp_distance is not None and not self.lamp_distance > 0.5:
             raise ValueError(f"lamp_distance {self.lamp_distance:g} is not above half a width of the picture")
 
@@ -95,7 +103,7 @@ class Plan:
 
     @property
     def still(self) -> bool:
-        return self.settings.motion == "none"
+        return self.settings.motion == "none" and not self.settings.control_points
 
 
 def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
@@ -107,6 +115,7 @@ def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     noted = yield from part(_noted(sources), 0.5, 0.6)
     scale = exposure_scale(sources.exposures, noted)
     _refuse_unknown_exposures(sources, scale)
+    _refuse_unknown_names(settings, sources)
     dark, flat = (
         _frame(choice, found) for choice, found in ((settings.dark, sources.dark), (settings.flat, sources.flat))
     )
@@ -149,6 +158,13 @@ def _noted(sources: Sources) -> Steps[dict[Path, Noted]]:
         yield Step(index / len(paths), "Reading exposures")
         noted[path] = noted_exposure(path)
     return noted
+
+
+def _refuse_unknown_names(settings: ImportSettings, sources: Sources) -> None:
+    unknown = [name for name in settings.control_points if name not in map(printable, sources.photographs)]
+    if unknown:
+        problem = f"holds no {', '.join(unknown)}, for which control points are given"
+        raise InputError(sources.photographs[0].parent, problem, "Mark points in the photographs that are there")
 
 
 def _refuse_unknown_exposures(sources: Sources, scale: Scale) -> None:

@@ -25,10 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
-from engine.capture.align import Alignment, Grey, align, reduced, reduction
+from engine.capture.align import Alignment, Grey, align, reduced, reduction, with_control_points
 from engine.capture.assumptions import compare_azimuths
 from engine.capture.decode import Photograph
 from engine.capture.exposures import Exposure
+from engine.capture.framing import framing_matrix, inside_all, samples_per_side
 from engine.capture.import_plan import ImportSettings, Plan, planned
 from engine.capture.import_record import (
     about_lights,
@@ -88,10 +89,13 @@ class _Read:
 class _Output:
     """The two .npy files of a stack, to which lights are added in order."""
 
-    def __init__(self, files: ExitStack, place: Path, count: int, region: Region) -> None:
+    def __init__(
+        self, files: ExitStack, place: Path, count: int, region: Region, frame: NDArray[np.float64], fine: bool
+    ) -> None:
         shape = (count, region.height, region.width)
         require_space(place, math.prod(shape) * 13 + (1 << 20))
         self.region = region
+        self._frame, self._fine = frame, fine
         self.tallies: list[Tally] = []
         self._count = count
         self._radiance, self._saturated = (
@@ -107,13 +111,15 @@ class _Output:
     def add(
         self, radiance: NDArray[np.float32], saturated: NDArray[np.bool_], matrix: NDArray[np.float64]
     ) -> Steps[None]:
-        """Warp one light by `matrix`, band by band, into the files."""
+        """Warp one light by its alignment `matrix` and the frame at once, band by band, into the files."""
         region, index = self.region, len(self.tallies)
+        whole = matrix @ self._frame
+        samples = samples_per_side(whole, region.width, region.height) if self._fine else 1
         tally = Tally(grid_step(region.height, region.width))
         rows = max(1, _BAND_PIXELS // region.width)
         for first in range(0, region.height, rows):
             yield Step((index + first / region.height) / self._count, f"Writing {index + 1} of {self._count}")
-            band, mask = warp(radiance, saturated, matrix, region, first, min(first + rows, region.height))
+            band, mask = warp(radiance, saturated, whole, region, first, min(first + rows, region.height), samples)
             self._radiance.write(band.data)
             self._saturated.write(mask.data)
             tally.add(band, mask, first)
@@ -131,12 +137,9 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
         with ExitStack() as files:
             last = 1.0 if plan.still else 0.55
             read = yield from part(_read_all(plan, place, files), 0.1, last)
-            if plan.still:
-                alignment = _unmoved(len(plan.names))
-            else:
-                alignment = yield from part(
-                    align(read.greys, plan.names, plan.settings.motion, reduction(*read.shape)), last, 0.75
-                )
+            alignment = _unmoved(len(plan.names))
+            if not plan.still:
+                alignment = yield from part(_aligned(plan, read), last, 0.75)
                 yield from part(_write_aligned(plan, read, alignment, place, files), 0.75, 1.0)
         assert read.output is not None
         record = _record(plan, read, alignment, read.output)
@@ -252,7 +255,7 @@ def _keep(plan: Plan, read: _Read, photograph: Photograph, place: Path, files: E
     count = len(plan.names)
     if plan.still:
         if read.output is None:
-            read.output = _Output(files, place, count, _region(plan, _unmoved(count), read.shape))
+            read.output = _output(plan, _unmoved(count), read.shape, place, files)
         yield from read.output.add(photograph.radiance, photograph.saturated, np.eye(3))
         return
     if read.scratch is None:
@@ -266,13 +269,25 @@ def _keep(plan: Plan, read: _Read, photograph: Photograph, place: Path, files: E
         release(scratch)
 
 
+def _aligned(plan: Plan, read: _Read) -> Steps[Alignment]:
+    alignment = _unmoved(len(plan.names))
+    if plan.settings.motion != "none":
+        alignment = yield from align(read.greys, plan.names, plan.settings.motion, reduction(*read.shape))
+    return _control_points(plan, alignment)
+
+
 def _write_aligned(plan: Plan, read: _Read, alignment: Alignment, place: Path, files: ExitStack) -> Steps[None]:
     assert read.scratch is not None
-    read.output = _Output(files, place, len(plan.names), _region(plan, alignment, read.shape))
+    read.output = _output(plan, alignment, read.shape, place, files)
     for radiance, saturated, matrix in zip(*read.scratch, alignment.matrix, strict=True):
         yield from read.output.add(radiance, saturated, matrix)
         for scratch in read.scratch:
             release(scratch)
+
+
+def _output(plan: Plan, alignment: Alignment, size: tuple[int, int], place: Path, files: ExitStack) -> _Output:
+    region, frame = _framed(plan, alignment, size)
+    return _Output(files, place, len(plan.names), region, frame, plan.settings.framing is not None)
 
 
 def _unmoved(count: int) -> Alignment:
@@ -280,17 +295,27 @@ def _unmoved(count: int) -> Alignment:
     return Alignment(np.tile(np.eye(3), (count, 1, 1)), nothing, np.zeros(count, bool), np.zeros(count), 0)
 
 
-def _region(plan: Plan, alignment: Alignment, size: tuple[int, int]) -> Region:
+def _framed(plan: Plan, alignment: Alignment, size: tuple[int, int]) -> tuple[Region, NDArray[np.float64]]:
+    """The pixels of the picture, and the matrix (3, 3) from them to pixels of the reference photograph."""
+    place, framing, crop = plan.sources.photographs[0].parent, plan.settings.framing, plan.settings.crop
+    if framing is not None:
+        if not inside_all(framing, list(alignment.matrix), *size):
+            raise InputError(place, "the frame reaches beyond what all photographs show", "Draw its corners inwards")
+        return Region(0, 0, framing.width_px, framing.height_px), framing_matrix(framing)
     shared = valid_region(alignment.matrix, *size)
-    crop = plan.settings.crop
     if crop is None:
-        return shared
+        return shared, np.eye(3)
     cut = shared.intersected(Region(*crop))
     if cut.width < 1 or cut.height < 1:
         problem = f"the crop {','.join(map(str, crop))} lies outside what all {size[1]} × {size[0]} px show"
-        place = plan.sources.photographs[0].parent
         raise InputError(place, problem, "Give left,top,width,height within the photographs")
-    return cut
+    return cut, np.eye(3)
+
+
+def _control_points(plan: Plan, alignment: Alignment) -> Alignment:
+    marked = {plan.names.index(name): pairs for name, pairs in plan.settings.control_points.items()}
+    motion = plan.settings.motion if plan.settings.motion != "none" else "homography"
+    return with_control_points(alignment, marked, plan.names, motion) if marked else alignment
 
 
 def _luminance(radiance: NDArray[np.float32]) -> Grey:
@@ -301,7 +326,10 @@ def _luminance(radiance: NDArray[np.float32]) -> Grey:
 
 
 def _small(radiance: NDArray[np.float32]) -> NDArray[np.float32]:
+    """A picture of at most `_THUMBNAIL_SIDE`, from some four samples to a pixel along each side."""
     height, width = radiance.shape[:2]
     scale = min(1.0, _THUMBNAIL_SIDE / max(height, width))
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
-    return cv2.resize(radiance, size, interpolation=cv2.INTER_AREA)
+    step = max(1, math.floor(0.25 / scale))
+    some = np.ascontiguousarray(radiance[::step, ::step])
+    return cv2.resize(some, size, interpolation=cv2.INTER_AREA)

@@ -63,20 +63,20 @@ def find_sphere(mean_image: NDArray[np.float32]) -> Circle:
 def _outermost(image: NDArray[np.float32], found: Circle) -> Circle:
     """The outline around `found`, which may be the horizon that the sphere mirrors, at sqrt(1/2) of its radius.
 
-    Steps along 360 rays are averaged with their sign, so that the texture around the sphere cancels.
+    Steps along 360 rays are averaged with their sign, so that the texture around the sphere cancels. The strongest is
+    a horizon if another stands out at sqrt(2) times its distance.
     """
-    reach = np.linspace(0.8, 1.6, 161)
     angles = np.radians(np.arange(360.0))[:, None]
-    columns = found.column + found.radius * reach * np.cos(angles)
-    rows = found.row + found.radius * reach * np.sin(angles)
-    inside = (columns > 0) & (columns < image.shape[1]) & (rows > 0) & (rows < image.shape[0])
+    reach = found.radius * np.linspace(0.8, 1.8, 201)[None, :]
+    columns, rows = found.column + reach * np.cos(angles), found.row + reach * np.sin(angles)
     rays = cv2.remap(image, np.float32(columns - 0.5), np.float32(rows - 0.5), cv2.INTER_LINEAR)
-    steps = np.gradient(cv2.GaussianBlur(rays, (9, 1), 2.0), axis=1)
-    strength = np.abs(np.where(inside, steps, 0).sum(axis=0)) / np.maximum(inside.sum(axis=0), 1)
-    near, far = (np.abs(reach - share) < 0.1 for share in (1.0, np.sqrt(2.0)))
-    if inside[:, far].mean() < 0.75 or strength[far].max() < 0.35 * strength[near].max():
-        return found
-    return Circle(found.column, found.row, found.radius * float(reach[far][strength[far].argmax()]))
+    strength = np.abs(np.gradient(cv2.GaussianBlur(rays, (9, 1), 2.0), axis=1).mean(axis=0))
+    inner = float(reach[0, :81][strength[:81].argmax()])
+    outer = np.abs(reach[0] / (np.sqrt(2.0) * inner) - 1)
+    stands_out = strength[outer < 0.03].max() > 2 * strength[(outer > 0.08) & (outer < 0.12)].max()
+    if stands_out and strength[outer < 0.03].max() > 0.2 * strength[:81].max():
+        return Circle(found.column, found.row, float(np.sqrt(2.0)) * inner)
+    return found
 
 
 def _refined(image: NDArray[np.float32], start: Circle) -> Circle:

@@ -65,7 +65,9 @@ class ImageStack:
 
     @property
     def elevation_deg(self) -> NDArray[np.float64]:
-        return np.degrees(self.elevation)
+        """Degrees without the last digits, which radians cannot keep: 30, not 29.999999999999996."""
+        degrees: NDArray[np.float64] = np.degrees(self.elevation).round(9)
+        return degrees
 
 
 class StackRecord(BaseModel):

@@ -98,7 +98,7 @@ def test_interrupted_import_leaves_nothing(lightarc, photographs, tmp_path, monk
     def interrupted(*_arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(import_stack, "_qualities", interrupted)
+    monkeypatch.setattr(import_stack, "_record", interrupted)
     assert lightarc("import", photographs, "-o", tmp_path / "s").code == 4
     assert list(tmp_path.iterdir()) == []
 

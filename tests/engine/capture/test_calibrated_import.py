@@ -1,0 +1,238 @@
+"""Calibration steps of the import against captures whose truth is known: R3, R8, lights, white balance, framing."""
+
+import json
+import math
+import time
+
+import numpy as np
+import psutil
+import pytest
+
+from engine.capture.framing import cropped
+from engine.capture.grey_patch import GreyPatch
+from engine.capture.import_stack import ImportSettings, import_stack
+from engine.capture.mirror_sphere import Circle
+from engine.capture.sources import find
+from engine.capture.warp import Region
+from engine.errors import InputError
+from engine.files import untrusted
+from engine.images.decode import read_image
+from engine.render.arc import EXPOSURE_S, LightArc, sphere
+from engine.render.simulate import simulate
+from engine.steps import drain
+
+SNR = 100.0
+
+
+def radians(*degrees):
+    return tuple(math.radians(angle) for angle in degrees)
+
+
+def captured(folder, **settings):
+    """A capture, and its truth by file name."""
+    arc = LightArc(**{"size": 96, "misalignment_px": 0.0, "elevation": radians(30, 60, 90), **settings})
+    drain(simulate(arc, folder))
+    records = json.loads((folder / "truth" / "truth.json").read_text())["photographs"]
+    return arc, {record["file"]: record for record in records}
+
+
+def imported(folder, sources=None, **settings):
+    found = find([folder]) if sources is None else sources
+    chosen = ImportSettings(**{"motion": "none", **settings})
+    return drain(import_stack(found, chosen, folder.parent / "stack"))
+
+
+def errors(stack, folder, truth, noise, scale=1.0):
+    """Relative errors where the signal-to-noise ratio of one photograph of the scale 1 is high, and nothing clipped."""
+    for name, radiance, saturated in zip(stack.sources, stack.radiance, stack.saturated, strict=True):
+        clean = read_image(folder / "truth" / truth[name]["radiance"]).pixels
+        strong = (clean >= SNR * noise * np.sqrt(0.99 * clean + 0.01)) & (clean < 1) & ~saturated[..., None]
+        assert strong.sum() > 1000
+        yield radiance[strong] * scale / clean[strong] - 1
+
+
+@pytest.mark.parametrize("format_", ["tiff", "dng"])
+def test_fall_off_and_dark_signal_are_taken_out(tmp_path, format_):
+    _, truth = captured(tmp_path / "c", format=format_, corner_loss=0.4, dark=0.02, calibration=True, sample="plain")
+    stack = imported(tmp_path / "c")
+    assert (stack.provenance["dark"], stack.provenance["flat"]) == tuple(
+        f"{kind}{'.dng' if format_ == 'dng' else '.tif'}" for kind in ("dark", "flat")
+    )
+    scale = 1 / np.median(1 + np.concatenate(list(errors(stack, tmp_path / "c", truth, 0.004))))
+    assert 1.0 < scale < 1.6
+    for error in errors(stack, tmp_path / "c", truth, 0.004, scale):
+        assert np.sqrt(np.mean(error**2)) < 0.01
+    plain = imported(tmp_path / "c", flat="none", dark="none")
+    assert np.sqrt(np.mean(next(errors(plain, tmp_path / "c", truth, 0.004)) ** 2)) > 0.05
+
+
+def test_what_a_flat_field_cannot_tell_is_masked_and_frames_of_another_size_are_named(tmp_path):
+    folder = tmp_path / "c"
+    captured(folder, format="tiff", calibration=True, corner_loss=0.3)
+    from engine.images.encode import write_tiff16
+
+    flat = np.full((96, 96, 3), 40000, np.uint16)
+    flat[10:20, 30:40] = 0
+    write_tiff16(folder / "flat.tif", flat, transfer="linear")
+    stack = imported(folder)
+    assert stack.saturated[:, 10:20, 30:40].all()
+    assert stack.saturated.mean() < 0.1
+    write_tiff16(folder / "flat.tif", flat[:50], transfer="linear")
+    with pytest.raises(InputError, match=r"flat.tif: has not the size of the dark frame dark.tif"):
+        imported(folder)
+    with pytest.raises(InputError, match=r"woven_30.tif: has 96 × 96 px, but the flat field has 96 × 50 px"):
+        imported(folder, dark="none")
+    write_tiff16(folder / "flat.tif", np.zeros_like(flat), transfer="linear")
+    with pytest.raises(InputError, match=r"flat.tif: is no usable flat field: .*not brighter"):
+        imported(folder, dark="none")
+
+
+def test_a_near_lamp_is_evened_out(tmp_path):
+    arc, _ = captured(tmp_path / "c", sample="plain", noise=0.0, lamp_distance=1.5, azimuth=(0.5,), size=128)
+    inner = np.s_[8:-8, 8:-8]
+    for settings, bound in (({}, (0.0, 0.01)), ({"lamp_distance": math.inf}, (0.05, 1.0))):
+        stack = imported(tmp_path / "c", **settings)
+        assert stack.provenance["lamp_distance_widths"] == (None if settings else arc.lamp_distance)
+        for radiance, saturated in zip(stack.radiance, stack.saturated, strict=True):
+            card = radiance[inner][~saturated[inner]].astype(float)
+            unevenness = card.std() / card.mean()
+            assert bound[0] <= unevenness <= bound[1] or not settings
+            assert settings or unevenness < 0.01
+    assert stack.azimuth is not None
+
+
+def test_R8_exposures_of_one_light_are_merged(tmp_path):
+    """Radiance 1 is the white level of the reference exposure, which of equally frequent ones is the shortest."""
+    folder = tmp_path / "c"
+    _, truth = captured(folder, sample="hammered", exposure=(1.0, 0.25, 4.0))
+    stack = imported(folder)
+    assert len(stack.sources) == 3
+    reference = stack.provenance["reference_exposure_s"]
+    assert reference == pytest.approx(0.25 * EXPOSURE_S, rel=1e-2)
+    assert [len(one["exposures"]) for one in stack.provenance["photographs"]] == [3, 3, 3]
+    for error in errors(stack, folder, truth, 0.004, EXPOSURE_S / reference):
+        assert np.sqrt(np.mean(error**2)) < 0.01
+        assert abs(np.median(error)) < 0.002
+    assert any("Exposures differ" in finding.text for finding in stack.health.findings)
+
+
+def test_R8_merging_with_a_dark_frame_and_fall_off(tmp_path):
+    folder = tmp_path / "c"
+    _, truth = captured(folder, exposure=(1.0, 4.0), calibration=True, dark=0.03, corner_loss=0.3, format="dng",
+                        sample="plain")  # fmt: skip
+    stack = imported(folder)
+    scale = 1 / np.median(1 + np.concatenate(list(errors(stack, folder, truth, 0.004))))
+    for error in errors(stack, folder, truth, 0.004, scale):
+        assert np.sqrt(np.mean(error**2)) < 0.02
+
+
+def test_photographs_of_different_exposure_come_to_one_scale(tmp_path, dng):
+    folder = tmp_path / "c"
+    folder.mkdir()
+    mosaic = np.random.default_rng(0).integers(300, 800, (64, 80)).astype(float)
+    for name, light, time_s in (("a_20deg", 1.0, 10), ("b_40deg", 1.5, 10), ("c_60deg", 3.0, 20)):
+        samples = 64 + (mosaic - 64) * light * 10 / time_s
+        (folder / f"{name}.dng").write_bytes(dng(np.rint(samples).astype(np.uint16), exposure=(1, time_s)))
+    stack = imported(folder)
+    assert stack.mean_radiance / stack.mean_radiance[0] == pytest.approx([1, 1.5, 3], rel=2e-3)
+    assert stack.provenance["reference_exposure_s"] == pytest.approx(0.1)
+    (folder / "c_60deg.dng").write_bytes(dng(np.rint(1.2 * mosaic).astype(np.uint16)))
+    warnings = imported(folder).health.warnings
+    assert any("the exposure of c_60deg.dng is unknown" in warning for warning in warnings)
+
+
+def test_lights_are_measured_on_a_mirror_sphere(tmp_path):
+    folder = tmp_path / "c"
+    arc, truth = captured(folder, sphere=True, size=256, elevation=radians(15, 50, 85), azimuth=(2.0,))
+    stack = imported(folder)
+    assert stack.angle_source == "mirror sphere"
+    for name, elevation, azimuth in zip(stack.sources, stack.elevation, stack.azimuth, strict=True):
+        found = [math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation)]
+        assert math.degrees(math.acos(min(1.0, np.dot(found, truth[name]["sphere_light"])))) < 1.0
+    ball = sphere(arc)
+    (folder / "capture.toml").unlink()
+    for outline in (Circle(ball.column, ball.row, ball.radius), "auto"):
+        again = imported(folder, find([folder], sphere=outline))
+        assert np.degrees(np.abs(again.elevation - stack.elevation)).max() < (1e-6 if outline != "auto" else 3.0)
+
+
+def test_highlights_can_be_corrected_and_failures_name_the_photograph(tmp_path):
+    folder = tmp_path / "c"
+    arc, _ = captured(folder, sphere=True, size=256)
+    ball = sphere(arc)
+    text = (folder / "capture.toml").read_text()
+    corrected = text.replace(
+        "elevation_deg = 60.0", f"elevation_deg = 60.0\nhighlight_px = [{ball.column}, {ball.row}]"
+    )
+    (folder / "capture.toml").write_text(corrected)
+    stack = imported(folder)
+    assert stack.elevation_deg[-1] == pytest.approx(90.0)
+    assert any("measured at 90.0° on the sphere, but said to be at 60.0°" in text for text in stack.health.warnings)
+    (folder / "capture.toml").write_text(corrected.replace(f"column_px = {ball.column}", "column_px = 128.0"))
+    with pytest.raises(InputError, match=r"woven_\d\d.tif: .*highlight"):
+        imported(folder)
+
+
+def test_a_grey_patch_balances_raw_and_pictures(tmp_path, dng):
+    folder = tmp_path / "c"
+    folder.mkdir()
+    camera = np.array([0.5, 1.0, 0.7])
+    for angle, light in ((20, 600), (40, 1600), (60, 9000)):
+        mosaic = np.empty((64, 80))
+        for (row, column), colour in zip(((0, 0), (0, 1), (1, 0), (1, 1)), (0, 1, 1, 2), strict=True):
+            mosaic[row::2, column::2] = 64 + light * camera[colour]
+        (folder / f"card_{angle}deg.dng").write_bytes(dng(np.rint(mosaic.clip(0, 4095)).astype(np.uint16)))
+    stack = imported(folder, white_balance=GreyPatch(10, 12, 20, 16))
+    assert stack.provenance["photographs"][0]["white_balance"] == pytest.approx(1 / camera, rel=2e-3)
+    assert stack.radiance[1].std(axis=(0, 1)).max() < 1e-3
+    assert np.ptp(stack.radiance[1].mean(axis=(0, 1))) < 1e-3
+    with pytest.raises(InputError, match="outside"):
+        imported(folder, white_balance=GreyPatch(70, 0, 20, 20))
+
+
+def test_a_grey_patch_balances_pictures(tmp_path):
+    from engine.images.encode import write_tiff16
+
+    folder = tmp_path / "c"
+    folder.mkdir()
+    for angle in (20, 40, 60):
+        codes = np.broadcast_to(np.array([0.4, 0.5, 0.2]) * 655 * angle, (40, 50, 3)).astype(np.uint16).copy()
+        codes[0, 0] = angle
+        write_tiff16(folder / f"card_{angle}deg.tif", codes, transfer="linear")
+    stack = imported(folder, white_balance=GreyPatch(4, 4, 30, 30))
+    assert stack.provenance["picture_balance"] == pytest.approx([1.25, 1, 2.5], rel=1e-3)
+    assert np.ptp(stack.radiance[1:, 5:].mean(axis=(1, 2)), axis=1).max() < 1e-3
+
+
+def test_a_framing_is_resampled_once_and_control_points_are_followed(tmp_path):
+    folder = tmp_path / "c"
+    captured(folder, misalignment_px=3.0)
+    whole = imported(folder)
+    framed = imported(folder, framing=cropped(Region(10, 20, 50, 40)))
+    assert np.array_equal(framed.radiance, whole.radiance[:, 20:60, 10:60])
+    half = imported(folder, framing=cropped(Region(10, 20, 50, 40), 25, 20))
+    assert half.radiance.shape == (3, 20, 25, 3)
+    assert half.mean_radiance == pytest.approx(framed.mean_radiance, rel=1e-3)
+    with pytest.raises(InputError, match="beyond what all"):
+        imported(folder, framing=cropped(Region(60, 20, 50, 40)))
+    pairs = [[x, y, x + 5, y - 2] for x, y in ((10, 10), (80, 15), (70, 85), (12, 70))]
+    moved = imported(folder, control_points={"woven_60.tif": pairs})
+    assert moved.radiance.shape[1:3] == (94, 91)
+    assert np.allclose(moved.radiance[1], whole.radiance[1, :94, 5:], atol=1e-4)
+    with pytest.raises(InputError, match=r"holds no other\.tif"):
+        imported(folder, control_points={"other.tif": pairs})
+
+
+def test_fault_17_cancelling_while_a_photograph_is_decoded_takes_less_than_a_second(tmp_path, monkeypatch):
+    folder = tmp_path / "c"
+    captured(folder)
+    monkeypatch.setattr("engine.capture.read_ahead.PATIENCE_S", 0.01)
+    steps = import_stack(find([folder]), ImportSettings(motion="none"), tmp_path / "stack")
+    while "Reading 1 of" not in next(steps).note:
+        pass
+    busy = [child.process.pid for child in untrusted._running]
+    start = time.monotonic()
+    steps.close()
+    assert time.monotonic() - start < 1.0
+    assert not (tmp_path / "stack").exists()
+    assert all(not psutil.pid_exists(pid) or pid in {c.process.pid for c in untrusted._idle} for pid in busy)
