@@ -74,7 +74,11 @@ class Project:
     stack: ImageStack | None = None
     excluded: frozenset[str] = field(default_factory=frozenset)
     slices: int = 8
+    tileable: bool = False
     scale: Scale = "last-slice"
+    exponent_bits: Literal[8, 16, 32] = 32
+    mixed: bool = False
+    error_bound_percent: float = 5.0
     material: Material = field(default_factory=lambda: Material(None, None, brdf=BRDF, name="Untitled"))
     built_from: tuple[Any, ...] = ()
     mesh: Mesh | None = None
@@ -85,7 +89,8 @@ class Project:
     @property
     def recipe(self) -> tuple[Any, ...]:
         """What the material depends on; it is out of date where this differs from `built_from`."""
-        return (self.stack, self.excluded, self.slices, self.scale)
+        bound = self.error_bound_percent if self.mixed else None
+        return (self.stack, self.excluded, self.slices, self.tileable, self.scale, self.exponent_bits, bound)
 
     @property
     def has_map(self) -> bool:

@@ -234,7 +234,7 @@ def part_sizes(project: Project) -> dict[str, int]:
     shading_map, power_law = project.material.shading_map, project.material.power_law
     return {
         "slices": shading_map.slices.nbytes if shading_map is not None else 0,
-        "power-law": power_law.scale.nbytes + power_law.exponent.nbytes if power_law is not None else 0,
+        "power-law": power_law.size_bytes if power_law is not None else 0,
     }
 
 

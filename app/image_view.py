@@ -12,6 +12,7 @@ from app import theme
 from app.pictures import Picture
 
 LARGEST_ZOOM = 64.0
+CLOSE = 8.0
 MARGIN = 12
 
 
@@ -70,6 +71,11 @@ class ImageView(QWidget):
         """One pixel of the picture is one pixel of the screen."""
         self.fitted = False
         self._set_zoom(1.0 / self.devicePixelRatioF(), self.centre)
+
+    def look_at(self, column: int, row: int) -> None:
+        """Bring one texel to the middle, large enough to be seen."""
+        self.fitted = False
+        self._set_zoom(max(self.zoom, CLOSE), QPointF(column + 0.5, row + 0.5))
 
     def _set_zoom(self, zoom: float, centre: QPointF) -> None:
         self.zoom, self.centre = zoom, centre

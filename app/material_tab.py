@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import reduce
+from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
@@ -11,24 +12,31 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QStackedWidget,
 from app.document import Project
 from app.image_view import ImageView
 from app.latest import Latest
+from app.number_field import NumberField
 from app.panels import EmptyState, Panel, Segments, button, enable, side_by_side, text
 from app.param_form import Slider
 from app.pictures import Picture, photograph, scalar_map
 from app.plots import ColourBar, RadiancePlot, TexelPlot, colour_table
 from app.report import Report
 from app.status_bar import size_text
+from app.texel_panel import TexelFigures, WorstTexels, worst
 from app.theme import PADDING, STEP, role
 from app.workbench import Workbench
 from engine.health import Health
+from engine.material_pictures import repeated
+from engine.shading.power_law import PowerLawMap
 from engine.steps import Step, Steps
 
 SLICE_CHOICES = (4, 6, 8, 12, 16, 24, 32)
 CURVE_POINTS = 48
 
+EXPONENT_BITS = ((32, "32 bits"), (16, "16 bits"), (8, "8 bits"))
+
 SHOWS = (
     ("slices", "Slices", "The shading map at the chosen r, interpolated between two slices"),
     ("power-law", "Power law", "The compressed pair at the chosen r"),
     ("error", "Error", "Root mean square difference of the two over all slices, per texel"),
+    ("tiles", "3 × 3", "How the material looks where it repeats"),
 )
 
 
@@ -43,11 +51,16 @@ class MaterialTab(QWidget):
         self.bench = bench
         self.latest = Latest(bench.jobs, "Preparing the picture")
         self.share = 1.0
+        self.place: tuple[int, int] | None = None
         self.image = ImageView()
-        self.image.picked.connect(self._pick)
+        self.image.picked.connect(self._picked)
         self.bar = ColourBar(colour_table())
         self.radiance = RadiancePlot()
         self.texel = TexelPlot()
+        self.texel_figures = TexelFigures()
+        self.worst_texels = WorstTexels()
+        self.worst_texels.chosen.connect(self._go_to)
+        self.finding = Latest(bench.jobs, "Finding the worst texels")
         self.report = Report()
         self.empty = self._make_empty()
         self.pages = QStackedWidget()
@@ -131,6 +144,15 @@ class MaterialTab(QWidget):
             self.slices.addItem(str(count), count)
         self.slices.currentIndexChanged.connect(self._slices_chosen)
         settings.row("Slices", self.slices, "How many slices the photographs are resampled to")
+        self.edges = Segments(
+            (
+                ("plain", "As cut", "The whole sample; its edges do not meet"),
+                ("tileable", "Tileable", "Cut along a path that is hard to see, so that opposite edges meet"),
+            )
+        )
+        self.edges.chosen.connect(lambda value: self._set("Edges", tileable=value == "tileable"))
+        settings.row("Edges", self.edges)
+        self.seams = settings.figure("Seams", "Steps across the seams of a tile beside those inside the sample")
         self.resolution = settings.figure("Size")
         self.r_max = settings.figure("Largest r", "Mean luminance of the brightest photograph, a_max")
         self.deviation = settings.figure("Evenness", "Largest distance of a slice's mean from its target")
@@ -144,6 +166,28 @@ class MaterialTab(QWidget):
             self.scale,
             "Last slice: as in the paper, exact at the largest r. Least squares: never worse",
         )
+        self.bits = QComboBox()
+        for bits, words in EXPONENT_BITS:
+            self.bits.addItem(words, bits)
+        self.bits.activated.connect(
+            lambda _index: self._set("Bits of the exponent", exponent_bits=self.bits.currentData())
+        )
+        compression.row("Exponent", self.bits, "How many bits an exponent takes; with 8 or 16 the scale takes 16 too")
+        self.rounding = compression.figure(
+            "Rounding", "How much fewer bits change a texel, at most, in units of radiance"
+        )
+        self.mode = Segments(
+            (
+                ("power-law", "Power law", "Six numbers for every texel"),
+                ("mixed", "Mixed", "Tiles in which a texel's error reaches the bound keep their slices"),
+            )
+        )
+        self.mode.chosen.connect(lambda value: self._set("Compression", mixed=value == "mixed"))
+        compression.row("Mode", self.mode)
+        self.bound = NumberField(5.0, 0.0, 100.0, unit="%")
+        self.bound.edited.connect(self._bound_edited)
+        compression.row("Error bound", self.bound)
+        self.kept = compression.figure("Kept tiles", "Share of the tiles that keep their slices")
         self.rms = compression.figure("RMS error", "Over all texels, slices and channels, in units of radiance")
         self.relative = compression.figure("Of largest r")
         self.worst = compression.figure("Worst texel")
@@ -151,6 +195,8 @@ class MaterialTab(QWidget):
         self.size_slices = sizes.figure("Slices")
         self.size_pair = sizes.figure("Power law")
         self.saved = sizes.figure("Saved")
+        panel.section("Texel").wide(self.texel_figures)
+        panel.section("Worst texels").wide(self.worst_texels)
         report = panel.section("Report")
         report.wide(self.report)
         self.build = button("Rebuild material", "primary")
@@ -166,11 +212,16 @@ class MaterialTab(QWidget):
         self.pages.setCurrentIndex(1 if new.has_map else 0)
         self.slices.setCurrentIndex(max(0, self.slices.findData(new.slices)))
         self.scale.setCurrentIndex(max(0, self.scale.findData(new.scale)))
+        self.bits.setCurrentIndex(self.bits.findData(new.exponent_bits))
+        self.edges.choose("tileable" if new.tileable else "plain")
+        self.mode.choose("mixed" if new.mixed else "power-law")
+        self.bound.show_value(new.error_bound_percent)
         same = (old.material.shading_map, old.material.power_law) == (new.material.shading_map, new.material.power_law)
         if not same:
             self._show_figures(new)
             self._show_plots(new)
             self._load_picture()
+            self.finding.ask(lambda: worst(new.material.power_law), self.worst_texels.show_texels)
         self._update_buttons()
 
     def _show_figures(self, project: Project) -> None:
@@ -183,7 +234,10 @@ class MaterialTab(QWidget):
         height, width = (power_law.scale if power_law is not None else shading_map.slices[0]).shape[:2]  # type: ignore[union-attr]
         self.resolution.setText(f"{width} × {height} px")
         self.r_max.setText(f"{either.r_max:.4f}")
-        pair_bytes = 2 * height * width * 3 * 4
+        pair_bytes = power_law.size_bytes if power_law is not None else 0
+        self._show_compression(power_law)
+        seams = shading_map.health.figures.get("seam_error") if shading_map is not None else None
+        self.seams.setText("not tileable" if seams is None else f"{seams:.2f} × inside")
         self.size_pair.setText(size_text(pair_bytes) if power_law is not None else "–")
         self.size_slices.setText(size_text(shading_map.slices.nbytes) if shading_map is not None else "–")
         both = shading_map is not None and power_law is not None
@@ -202,20 +256,28 @@ class MaterialTab(QWidget):
         if not self.show_what.buttons[self.show_what.value or "slices"].isEnabled():
             self.show_what.choose("slices" if shading_map is not None else "power-law")
 
+    def _show_compression(self, power_law: PowerLawMap | None) -> None:
+        storage = power_law.storage if power_law is not None else None
+        rounded = storage is not None and storage.exponent_bits < 32
+        self.rounding.setText(f"≤ {storage.bound:.2g}" if storage is not None and rounded else "none")
+        kept = power_law.kept if power_law is not None else None
+        self.kept.setText("none" if kept is None else f"{100 * float((kept.place >= 0).mean()):.1f} %")
+
     def _show_plots(self, project: Project) -> None:
         shading_map = project.material.shading_map
         if shading_map is not None:
             self.radiance.show_slices(shading_map.target_radiance, shading_map.mean_radiance)
         if project.has_map:
             height, width = _shape(project)
-            place = self.image.probe
+            place = self.place
             if place is None or place[0] >= width or place[1] >= height:
                 place = (width // 2, height // 2)
             self._pick(*place)
 
     def _pick(self, column: int, row: int) -> None:
         """Plot one texel over r."""
-        self.image.show_probe((column, row))
+        self.place = (column, row)
+        self._show_place()
         material = self.bench.document.project.material
         either = material.shading_map or material.power_law
         if either is None:
@@ -228,6 +290,23 @@ class MaterialTab(QWidget):
         r = slices.target_radiance if slices is not None else np.array([0.0, either.r_max])
         values = np.asarray(slices.slices[:, row, column], float) if slices is not None else None
         self.texel.show_texel(r, values, fitted)
+        self.texel_figures.show_texel(material, column, row)
+
+    def _picked(self, column: int, row: int) -> None:
+        if self.show_what.value != "tiles":
+            self._pick(column, row)
+
+    def _show_place(self) -> None:
+        """Mark the picked texel, but not where pictures are repeated and smaller."""
+        self.image.show_probe(self.place if self.show_what.value != "tiles" else None)
+
+    def _go_to(self, column: int, row: int) -> None:
+        """Bring a texel of the list to the middle, in the map of errors unless another whole picture is shown."""
+        if self.show_what.value == "tiles":
+            self.show_what.choose("error")
+            self._load_picture()
+        self._pick(column, row)
+        self.image.look_at(column, row)
 
     def _slid(self, ticks: int) -> None:
         self.share = ticks / self.slider.maximum()
@@ -247,6 +326,7 @@ class MaterialTab(QWidget):
         assert either is not None
         r = self.share * either.r_max
         self.radiance.show_current(r if what != "error" else None)
+        self._show_place()
         self.r_figure.setText(f"{r:.4f} of {either.r_max:.4f}")
         high = _error_scale(project) if what == "error" else 0.0
         self.bar.show_scale(high, "RMS error")
@@ -262,6 +342,18 @@ class MaterialTab(QWidget):
         if scale != self.bench.document.project.scale:
             self.bench.document.change(f"Scale from {self.scale.currentText().lower()}", scale=scale)
 
+    def _bound_edited(self, percent: float, final: bool) -> None:
+        document = self.bench.document
+        if percent != document.project.error_bound_percent:
+            document.change("Error bound", gesture="error bound", error_bound_percent=percent)
+        if final:
+            document.end_gesture()
+
+    def _set(self, words: str, **parts: Any) -> None:
+        document = self.bench.document
+        if any(getattr(document.project, name) != value for name, value in parts.items()):
+            document.change(words, **parts)
+
     def _update_buttons(self) -> None:
         project, building = self.bench.document.project, self.bench.building
         why_not = ""
@@ -272,8 +364,14 @@ class MaterialTab(QWidget):
         elif project.built_from == project.recipe:
             why_not = "The material is up to date"
         enable(self.build, why_not, "Linearise and compress with these settings")
-        for box in (self.slices, self.scale):
-            enable(box, "Needs the photographs of the capture" if project.stack is None else "")
+        no_stack = "Needs the photographs of the capture" if project.stack is None else ""
+        for box in (self.slices, self.scale, self.bits, self.edges, self.mode):
+            enable(box, no_stack)
+        enable(
+            self.bound,
+            no_stack or ("" if project.mixed else "Only the mixed mode has a bound"),
+            "Of the largest r: tiles in which a texel's error reaches it keep their slices",
+        )
 
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
@@ -303,6 +401,7 @@ def _picture(project: Project, what: str, r: float, high: float) -> Steps[Pictur
     if what == "error":
         assert material.power_law is not None
         return (yield from scalar_map(material.power_law.error_map, high, colour_table()))
-    chosen = material.shading_map if what == "slices" else material.power_law
+    chosen = material.power_law if what == "power-law" else material.shading_map or material.power_law
     assert chosen is not None
-    return (yield from photograph(chosen.slice_image(r)))
+    image = chosen.slice_image(r)
+    return (yield from photograph(repeated(image) if what == "tiles" else image))

@@ -10,6 +10,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -26,6 +27,10 @@ from engine.material import Material
 from engine.mesh import Mesh
 from engine.shapes import SHAPES, open_mesh
 from engine.steps import Step, Steps, part
+
+if TYPE_CHECKING:
+    from engine.shading.power_law import PowerLawMap
+    from engine.shading.shading_map import ShadingMap
 
 log = logging.getLogger(__name__)
 
@@ -220,13 +225,15 @@ def load_shape(name_or_path: str) -> Steps[Mesh]:
 
 def _material(project: Project) -> Steps[Material]:
     yield Step(0.0, "preparing kernels")
-    from engine.shading.power_law import fit
     from engine.shading.shading_map import build
+    from engine.shading.tile import make_tile
 
     assert project.stack is not None
     stack = yield from part(without(project.stack, project.excluded), 0.0, 0.2)
-    shading_map = yield from part(build(stack, project.slices), 0.2, 0.5)
-    power_law = yield from part(fit(shading_map, project.scale), 0.5, 1.0)
+    shading_map = yield from part(build(stack, project.slices), 0.2, 0.4)
+    if project.tileable:
+        shading_map = (yield from part(make_tile(stack, shading_map), 0.4, 0.6)).shading_map
+    power_law = yield from part(_compressed(project, shading_map), 0.6, 1.0)
     return Material(
         shading_map=shading_map,
         power_law=power_law,
@@ -234,6 +241,21 @@ def _material(project: Project) -> Steps[Material]:
         name=project.name,
         health=stack.health.merged(shading_map.health).merged(power_law.health),
     )
+
+
+def _compressed(project: Project, shading_map: ShadingMap) -> Steps[PowerLawMap]:
+    """The power law of `shading_map`, rounded and with kept slices as the project says."""
+    from engine.shading.mixed import keep_tiles
+    from engine.shading.power_law import fit
+    from engine.shading.quantise import quantise
+
+    power_law = yield from part(fit(shading_map, project.scale), 0.0, 0.6)
+    if project.exponent_bits != 32:
+        power_law = yield from part(quantise(power_law, shading_map, project.exponent_bits), 0.6, 0.8)
+    if project.mixed:
+        bound = project.error_bound_percent / 100.0 * shading_map.r_max
+        power_law = yield from part(keep_tiles(power_law, shading_map, bound), 0.8, 1.0)
+    return power_law
 
 
 def _export(project: Project, path: Path, include: frozenset[str], preview: bytes) -> Steps[Exported]:

@@ -37,6 +37,11 @@ def tile_preview(shading_map: ShadingMap) -> Picture:
     return np.tile(shown, (REPEATS, REPEATS, 1))
 
 
+def repeated(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Linear radiance (H, W, 3), reduced to `PREVIEW_SIDE` and 3 x 3 times."""
+    return np.tile(_reduced(image), (REPEATS, REPEATS, 1))
+
+
 def _reduced(image: NDArray[np.float32]) -> NDArray[np.float32]:
     height, width = image.shape[:2]
     share = PREVIEW_SIDE / max(height, width)
