@@ -178,12 +178,16 @@ def align(images: Sequence[Grey], names: Sequence[str], motion: str = "euclidean
     joined = sorted({reference, *np.flatnonzero(confidence), *unlike})
     if len(joined) >= LEAST_PHOTOGRAPHS:
         together = _together([images[n] for n in joined], matrix[joined], joined.index(reference), supported)
-        matrix[joined], residual[joined], confidence[joined], creep = yield from part(together, 0.5, 1.0)
+        matrix[joined], residual[joined], confidence[joined], creep, doubt = yield from part(together, 0.5, 1.0)
         unlike = {
             index: Finding(Verdict.WARNING, _REFUSED.format("it stays unlike what the others predict"), names[index])
             for index in joined
             if not confidence[index]
         }
+        unsure = [names[index] for index, one in zip(joined, doubt, strict=True) if one * factor >= 1.0]
+        if unsure:
+            text = _UNDETERMINED.format(", ".join(unsure), doubt.max() * factor)
+            findings.append(Finding(Verdict.WARNING, text))
         if creep * factor >= 1.0:
             findings.append(Finding(Verdict.NOTE, _CREEPS.format(creep * factor)))
     findings += unlike.values()
@@ -200,22 +204,27 @@ _CREEPS = (
     "The photographs seem to creep by {:.1f} px along one smooth curve from light to light, as shading makes relief "
     "seem to. This was not followed; if the camera did creep, mark control points"
 )
+_UNDETERMINED = (
+    "The shifts of {} are not determined to better than about {:.1f} px: the camera moved, and shading seems to move "
+    "relief as well. Check these, and mark control points where it matters"
+)
 _AMBIGUOUS = "repeats: a shift that differs by {:.0f} px fits as well. The smallest was taken; check it"
 
 
 def _together(
     images: list[Grey], start: Matrix, reference: int, motion: str
-) -> Steps[tuple[Matrix, NDArray[np.float64], NDArray[np.float64], float]]:
-    """Matrices, residuals and confidences of photographs aligned together, and how far they seem to creep in pixels.
+) -> Steps[tuple[Matrix, NDArray[np.float64], NDArray[np.float64], float, NDArray[np.float64]]]:
+    """Matrices, residuals and confidences of photographs aligned together, how far they seem to creep in pixels, and
+    how far off each may be because of that (standard deviation).
 
     Motions too small to be worth the blur of resampling are left out; what fits badly stays as it was.
     """
     shape = images[0].shape
     pictures = [band_passed(image) for image in images]
-    matrix, found = start, start
+    matrix, found, doubt = start, start, np.zeros(len(images))
     if not one_light(pictures, start):
         motions = yield from part(arc_motion(images, start, reference, motion, "Aligning all together"), 0.0, 0.7)
-        matrix, found = jumps(motions, reference, motion, shape), motions.matrix
+        (matrix, doubt), found = jumps(motions, reference, motion, shape), motions.matrix
     still = np.array([_largest_move(one, shape) < _STILL_PX for one in matrix])
     matrix = np.where(still[:, None, None], np.eye(3), matrix)
     mixtures, confidence = yield from part(predicted(pictures, matrix), 0.7, 0.9)
@@ -233,7 +242,7 @@ def _together(
     there, kept = (places[:, :2] / places[:, 2:] for places in (found @ middle, matrix @ middle))
     crept = (there - kept)[confidence > 0]
     creep = float(np.hypot(*(crept.max(axis=0) - crept.min(axis=0)))) if len(crept) else 0.0
-    return matrix, residual, confidence, creep
+    return matrix, residual, confidence, creep, np.where(confidence > 0, doubt, 0.0)
 
 
 def supported_motion(image: Grey, motion: str) -> str:

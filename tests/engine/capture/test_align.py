@@ -208,6 +208,14 @@ def test_most_of_one_knock_is_undone_under_a_sinking_lamp():
     assert result.aligned.all()
 
 
+def test_a_camera_that_moves_with_the_lamp_is_told_how_far_its_shifts_can_be_known():
+    shifts = np.random.default_rng(3).uniform(-6, 6, (7, 2))
+    result = aligned(*relief_arc(shifts))
+    told = [finding.text for finding in result.findings if "not determined to better than" in finding.text]
+    assert len(told) == 1
+    assert f"p{result.reference}" not in told[0].split(" are ")[0]
+
+
 @pytest.mark.parametrize("motion", ["translation", "euclidean", "affine", "homography"])
 def test_AL3_holds_for_a_stack_in_one_light(motion):
     shifts = [(0, 0), (0.37, -0.81), (1.2, 0.4), (1.9, 0.9), (-2.2, 3.1), (12.6, -7.2)]
