@@ -34,18 +34,31 @@ def develop(samples, black, scale, white, colours, matrix, radiance, saturated):
     the camera's colours to those of the result. Tables are (2, 2) and repeat from row 0, column 0.
     """
     height, width = samples.shape
-    lines = np.empty((5, width + 4), np.float32)
-    clipped = np.empty((5, width + 4), np.bool_)
+    lines = np.zeros((5, 2, width // 2 + 3), np.float32)
+    clipped = np.zeros((5, width + 4), np.bool_)
     any_clipped = np.zeros(5, np.bool_)
+    planes = np.empty((3, width // 2 + 1), np.float32)
     for row in range(-2, height + 2):
         slot = (row + 2) % 5
         any_clipped[slot] = _read(samples, _mirrored(row, height), black, scale, white, lines[slot], clipped[slot])
         if row >= 2:
             at = row - 2
-            a, b, c, d, e = at % 5, (at + 1) % 5, (at + 2) % 5, (at + 3) % 5, (at + 4) % 5
-            _interpolate(lines[a], lines[b], lines[c], lines[d], lines[e], colours[at % 2], colours[1 - at % 2],
-                         matrix, radiance[at])  # fmt: skip
+            for parity in range(2):
+                colour, beside, across = (
+                    colours[at % 2, parity],
+                    colours[at % 2, 1 - parity],
+                    colours[1 - at % 2, parity],
+                )
+                count = (width + 1 - parity) // 2
+                _interpolate(lines, at, parity, colour == 1, count, planes)
+                if colour == 1:
+                    _mixed(planes, matrix[:, beside], matrix[:, 1], matrix[:, across], count, radiance[at, parity::2])
+                else:
+                    _mixed(
+                        planes, matrix[:, colour], matrix[:, 1], matrix[:, 2 - colour], count, radiance[at, parity::2]
+                    )
             if any_clipped.any():
+                a, b, c, d, e = at % 5, (at + 1) % 5, (at + 2) % 5, (at + 3) % 5, (at + 4) % 5
                 _spread(clipped[a], clipped[b], clipped[c], clipped[d], clipped[e], saturated[at])
             else:
                 saturated[at, :] = False
@@ -58,48 +71,73 @@ def _mirrored(place, size):  # type: ignore[no-untyped-def]
 
 @scalar
 def _read(samples, row, black, scale, white, line, clipped):  # type: ignore[no-untyped-def]
-    """Linear values of one row with two mirrored ones at either end, and whether any is saturated."""
+    """Linear values of one row and two mirrored ones at either end, and whether any is saturated.
+
+    Column x lies at line[x % 2, x // 2 + 1] and clipped[x + 2].
+    """
     width = samples.shape[1]
-    some = False
+    some = 0
     for parity in range(2):
         dark, gain, full = black[row % 2, parity], scale[row % 2, parity], white[row % 2, parity]
-        for column in range(parity, width, 2):
-            sample = samples[row, column]
-            line[column + 2] = np.float32((sample - dark) * gain)
-            clipped[column + 2] = sample >= full
-            some = some or clipped[column + 2]
-    for beyond in range(1, 3):
-        line[2 - beyond], line[width + 1 + beyond] = line[2 + beyond], line[width + 1 - beyond]
-        clipped[2 - beyond], clipped[width + 1 + beyond] = clipped[2 + beyond], clipped[width + 1 - beyond]
-    return some
+        own = line[parity]
+        for half in range((width + 1 - parity) // 2):
+            sample = samples[row, 2 * half + parity]
+            own[half + 1] = np.float32((sample - dark) * gain)
+            some += sample >= full
+    if some == 0:
+        clipped[:] = False
+    else:
+        for column in range(width):
+            clipped[column + 2] = samples[row, column] >= white[row % 2, column % 2]
+    for beyond in (-2, -1, width, width + 1):
+        inside = _mirrored(beyond, width)
+        line[beyond % 2, (beyond + 2) // 2] = line[inside % 2, inside // 2 + 1]
+        clipped[beyond + 2] = clipped[inside + 2]
+    return some > 0
 
 
 @scalar
-def _interpolate(a, b, c, d, e, own, other, matrix, result):  # type: ignore[no-untyped-def]
-    """One row of the result from its own row `c` and the two above and below; `own`, `other`: colours of the rows."""
-    width = result.shape[0]
-    for parity in range(2):
-        colour, beside, across = own[parity], own[1 - parity], other[parity]
-        red, green, blue = (beside, colour, across) if colour == 1 else (colour, 1, 2 - colour)
-        m = matrix
-        for column in range(parity, width, 2):
-            x = column + 2
-            middle = c[x]
-            near_row, near_column = c[x - 1] + c[x + 1], b[x] + d[x]
-            far_row, far_column = c[x - 2] + c[x + 2], a[x] + e[x]
-            diagonal = b[x - 1] + b[x + 1] + d[x - 1] + d[x + 1]
-            if colour == 1:
-                first = (_FIVE * middle + _FOUR * near_row - diagonal - far_row + _HALF * far_column) * _EIGHTH
-                second = middle
-                third = (_FIVE * middle + _FOUR * near_column - diagonal - far_column + _HALF * far_row) * _EIGHTH
-            else:
-                first = middle
-                second = (_FOUR * middle + _TWO * (near_row + near_column) - far_row - far_column) * _EIGHTH
-                third = (_SIX * middle + _TWO * diagonal - _SIDE * (far_row + far_column)) * _EIGHTH
-            for channel in range(3):
-                result[column, channel] = (
-                    m[channel, red] * first + m[channel, green] * second + m[channel, blue] * third
-                )
+def _interpolate(lines, at, parity, green, count, planes):  # type: ignore[no-untyped-def]
+    """The three colours of the columns of one `parity` of row `at`.
+
+    At green: the colour of its row, green, the colour of its column; else its own colour, green, the opposite one.
+    """
+    a, b, c, d, e = at % 5, (at + 1) % 5, (at + 2) % 5, (at + 3) % 5, (at + 4) % 5
+    other = 1 - parity
+    above, over, own, under, below = (
+        lines[a, parity],
+        lines[b, parity],
+        lines[c, parity],
+        lines[d, parity],
+        lines[e, parity],
+    )
+    over_beside, beside, under_beside = lines[b, other], lines[c, other], lines[d, other]
+    first, second, third = planes[0], planes[1], planes[2]
+    for x in range(count):
+        middle = own[x + 1]
+        near_row, near_column = beside[x + parity] + beside[x + parity + 1], over[x + 1] + under[x + 1]
+        far_row, far_column = own[x] + own[x + 2], above[x + 1] + below[x + 1]
+        diagonal = (over_beside[x + parity] + over_beside[x + parity + 1]) + (
+            under_beside[x + parity] + under_beside[x + parity + 1]
+        )
+        if green:
+            first[x] = (_FIVE * middle + _FOUR * near_row - diagonal - far_row + _HALF * far_column) * _EIGHTH
+            second[x] = middle
+            third[x] = (_FIVE * middle + _FOUR * near_column - diagonal - far_column + _HALF * far_row) * _EIGHTH
+        else:
+            first[x] = middle
+            second[x] = (_FOUR * middle + _TWO * (near_row + near_column) - far_row - far_column) * _EIGHTH
+            third[x] = (_SIX * middle + _TWO * diagonal - _SIDE * (far_row + far_column)) * _EIGHTH
+
+
+@scalar
+def _mixed(planes, one, two, three, count, result):  # type: ignore[no-untyped-def]
+    """`planes` times the columns `one`, `two`, `three` of the colour matrix."""
+    first, second, third = planes[0], planes[1], planes[2]
+    for channel in range(3):
+        m, n, o = one[channel], two[channel], three[channel]
+        for x in range(count):
+            result[x, channel] = m * first[x] + n * second[x] + o * third[x]
 
 
 @scalar
