@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+from math import hypot
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from app import icons
-from app.document import ImportChoices, Project
-from app.image_view import ImageView
+from app.document import Project
+from app.framing_view import Corners, FramingView
+from app.import_panel import ImportPanel, is_upright
 from app.jobs import Job
-from app.panels import EmptyState, Panel, button, enable, side_by_side, text, tool
+from app.panels import EmptyState, Panel, Segments, button, enable, side_by_side, text, tool
 from app.photograph_list import PhotographList, Row, file_name
 from app.pictures import Picture, photograph, rgb_image
 from app.plots import ElevationPlot
@@ -22,6 +25,7 @@ from app.report import Report
 from app.theme import PADDING, STEP, role
 from app.workbench import Workbench
 from engine.health import Finding, Health, Verdict
+from engine.steps import Step, Steps
 
 LIST_WIDTH = 232
 PICTURES_KEPT = 6
@@ -35,33 +39,11 @@ ANGLES = {
 }
 
 
-IMPORT_CHOICES = {
-    "motion": (
-        "Alignment",
-        (
-            ("auto", "Automatic"),
-            ("none", "Off"),
-            ("translation", "Shift"),
-            ("euclidean", "Shift and turn"),
-            ("affine", "Affine"),
-            ("homography", "Perspective"),
-        ),
-        "How photographs may have moved against each other",
-    ),
-    "white_balance": (
-        "White bal.",
-        (("camera", "As the camera set it"), ("none", "None")),
-        "Of RAW files",
-    ),
-    "transfer": (
-        "Coding",
-        (("auto", "Automatic"), ("srgb", "sRGB"), ("linear", "Linear")),
-        "How 8- and 16-bit files are coded; automatic takes them as sRGB unless capture.toml says linear",
-    ),
-}
-
+#: Share of the photograph that a new framing leaves out at each edge.
+INSET = 0.1
 
 if TYPE_CHECKING:
+    from engine.capture.framing import Framing
     from engine.capture.import_stack import ThumbnailReady
 
 
@@ -81,9 +63,12 @@ class CaptureTab(QWidget):
         self.list = PhotographList()
         self.list.chosen.connect(self._choose)
         self.list.photographs.angle_edited.connect(self._angle_edited)
-        self.image = ImageView()
+        self.image = FramingView()
+        self.image.corners_moved.connect(self._corners_moved)
+        self.image.patch_drawn.connect(lambda patch: self._choose_import("Grey patch", patch=patch))
         self.plot = ElevationPlot()
         self.plot.selected.connect(self.list.choose)
+        self.plot.toggled.connect(self._toggle_place)
         self.report = Report()
         self.report.show_source.connect(self._show_source)
         self.empty = self._make_empty()
@@ -164,6 +149,20 @@ class CaptureTab(QWidget):
         row.setSpacing(STEP)
         for action in (self.previous, self.next, self.fit_action, self.actual, self.marks, self.exclude):
             row.addWidget(tool(action))
+        self.when = Segments(
+            (
+                (
+                    "before",
+                    "Before",
+                    "The photograph as it was taken, with handles to frame it",
+                ),
+                ("after", "After", "Calibrated, aligned and framed"),
+            )
+        )
+        self.when.choose("after")
+        self.when.chosen.connect(lambda _value: self._load_picture())
+        row.addSpacing(2 * STEP)
+        row.addWidget(self.when)
         row.addStretch(1)
         self.readout = text("", "secondary")
         self.zoom = text("", "secondary")
@@ -198,14 +197,11 @@ class CaptureTab(QWidget):
         self.angle_words = text("", "warning", wrap=True)
         capture.wide(self.angle_words)
         settings = panel.section("Import")
-        self.options: dict[str, QComboBox] = {}
-        for name, (label, choices, hint) in IMPORT_CHOICES.items():
-            box = QComboBox()
-            for value, words in choices:
-                box.addItem(words, value)
-            box.currentIndexChanged.connect(lambda _index: self._update_buttons())
-            settings.row(label, box, hint)
-            self.options[name] = box
+        self.options = ImportPanel()
+        self.options.chosen.connect(lambda words, parts: self._choose_import(words, **parts))
+        self.options.framing_wanted.connect(self._frame)
+        self.options.patch_wanted.connect(self._draw_patch)
+        settings.wide(self.options)
         self.again = button("Import again")
         self.again.clicked.connect(self._import_again)
         settings.wide(self.again)
@@ -232,6 +228,7 @@ class CaptureTab(QWidget):
             self.image.show_picture(None)
             self._choose(self.list.currentIndex().row())
         self.plot.setVisible(new.stack is not None)
+        self._show_choices(new)
         self._update_buttons()
 
     def _show_rows(self, project: Project) -> None:
@@ -274,8 +271,6 @@ class CaptureTab(QWidget):
             "No angles were found, so even steps are assumed. Double-click an angle to correct it."
         )
         self.report.show_health(stack.health if stack is not None else None)
-        for name, box in self.options.items():
-            box.setCurrentIndex(max(0, box.findData(getattr(project.import_choices, name))))
 
     def _show_plot(self) -> None:
         project = self.bench.document.project
@@ -306,6 +301,13 @@ class CaptureTab(QWidget):
             self._show_small()
             return
         place, key = stack.sources.index(self.current), (id(stack), self.current)
+        before = self._file_of_current() if self.when.value == "before" else None
+        if before is not None:
+            self._loading = self.bench.jobs.submit("Reading the photograph", lambda: _as_taken(before), heavy=False)
+            self._loading.succeeded.connect(self.image.show_picture)
+            self._show_choices(self.bench.document.project)
+            return
+        self._show_choices(self.bench.document.project)
         if key in self._pictures:
             self.image.show_picture(self._pictures[key])
             return
@@ -346,7 +348,7 @@ class CaptureTab(QWidget):
 
     def _show_readout(self, column: int, row: int) -> None:
         stack = self.bench.document.project.stack
-        if stack is None or column < 0 or self.current not in stack.sources:
+        if stack is None or column < 0 or self.current not in stack.sources or self.when.value == "before":
             self.readout.setText("")
             return
         place = stack.sources.index(self.current)
@@ -368,6 +370,83 @@ class CaptureTab(QWidget):
         if self.current is not None:
             self.bench.set_excluded(self.current, self.current not in self.bench.document.project.excluded)
 
+    def _toggle_place(self, place: int) -> None:
+        project = self.bench.document.project
+        if project.stack is not None:
+            name = project.stack.sources[place]
+            self.bench.set_excluded(name, name not in project.excluded)
+
+    def _file_of_current(self) -> Path | None:
+        """The file of the photograph on screen, None where the stack was opened without its photographs."""
+        sources = self.bench.document.project.sources
+        paths = sources.photographs if sources is not None else ()
+        return next((path for path in paths if file_name(path) == self.current), None)
+
+    def _show_choices(self, project: Project) -> None:
+        """What will be imported, and the handles for it on the photograph as it was taken."""
+        choices, before = project.import_choices, self.when.value == "before"
+        size = (project.stack.radiance.shape[2], project.stack.radiance.shape[1]) if project.stack is not None else None
+        self.options.show_choices(choices, size)
+        framing = choices.framing
+        self.image.show_corners(
+            framing.corners if framing is not None and before else None, upright=is_upright(framing)
+        )
+        self.image.show_patch(choices.patch if before else None)
+        taken = "" if project.sources is not None and project.stack is not None else "Needs the photographs"
+        self.when.disable("before", taken)
+        if taken:
+            self.when.choose("after")
+        self.options.disable(taken)
+
+    def _look_before(self) -> None:
+        """Show the photograph that the others are aligned to, as it was taken."""
+        stack = self.bench.document.project.stack
+        names = [row.name for row in self.list.photographs.rows]
+        reference = stack.provenance.get("aligned_to") if stack is not None else None
+        if self.when.value != "before":
+            self.when.choose("before")
+            if reference in names and reference != self.current:
+                self.list.choose(names.index(str(reference)))
+            else:
+                self._load_picture()
+
+    def _frame(self, how: str, width_px: int | None) -> None:
+        """Begin, change or end a framing: 'all', 'crop' or 'corners'."""
+        if how == "all":
+            self._choose_import("Whole picture", framing=None)
+            return
+        self._look_before()
+        framing = self.bench.document.project.import_choices.framing
+        path = self._file_of_current()
+        if path is None:
+            return
+        job = self.bench.jobs.submit(
+            "Looking at the photograph", lambda: _framed(path, framing, how, width_px), heavy=False
+        )
+        job.succeeded.connect(lambda made: self._choose_import("Frame the picture", framing=made))
+
+    def _corners_moved(self, corners: Corners, final: bool) -> None:
+        """Handles were dragged: one step for the whole gesture."""
+        from engine.capture.framing import Framing, estimated_aspect
+
+        old = self.bench.document.project.import_choices.framing
+        if old is not None and self.image.picture is not None:
+            width, height = self.image.picture.size
+            width_px, height_px = _natural_size(corners, estimated_aspect(corners, (height, width)), self.image.upright)
+            self._choose_import("Frame the picture", "framing", framing=Framing(corners, width_px, height_px))
+        if final:
+            self.bench.document.end_gesture()
+
+    def _draw_patch(self) -> None:
+        self._look_before()
+        self.image.draw_patch(True)
+
+    def _choose_import(self, words: str, gesture: str = "", **parts: Any) -> None:
+        document = self.bench.document
+        choices = dataclasses.replace(document.project.import_choices, **parts)
+        if choices != document.project.import_choices:
+            document.change(words, gesture=gesture, import_choices=choices)
+
     def _angle_edited(self, place: int, angle_deg: float) -> None:
         sources = self.bench.document.project.sources
         if sources is None:
@@ -381,17 +460,17 @@ class CaptureTab(QWidget):
             elevation=elevation[order],
             azimuth=None if sources.azimuth is None else sources.azimuth[order],
             exposure_s=tuple(sources.exposure_s[index] for index in order),
+            exposures=tuple(sources.exposures[index] for index in order),
+            highlights_px=tuple(sources.highlights_px[index] for index in order) if sources.highlights_px else (),
             angle_source="user",
         )
-        self.bench.import_photographs(changed)
-
-    def _choices(self) -> ImportChoices:
-        return ImportChoices(**{name: box.currentData() for name, box in self.options.items()})
+        self.bench.import_photographs(changed, name=self.bench.document.project.name)
 
     def _import_again(self) -> None:
         sources = self.bench.document.project.sources
         if sources is not None:
-            self.bench.import_photographs(sources, self._choices())
+            self.when.choose("after")
+            self.bench.import_photographs(sources, name=self.bench.document.project.name)
 
     def _update_buttons(self) -> None:
         project = self.bench.document.project
@@ -406,7 +485,7 @@ class CaptureTab(QWidget):
             return "There are no photographs to read again"
         if _running(self.bench.importing):
             return "The photographs are being imported"
-        return "" if self._choices() != project.import_choices else "Nothing was changed"
+        return "" if project.import_choices != project.imported_with else "Nothing was changed"
 
     def _why_not_build(self, project: Project) -> str:
         if project.stack is None:
@@ -443,3 +522,37 @@ def _worst(health: Health, name: str) -> tuple[Verdict, str]:
     findings: list[Finding] = [finding for finding in health.findings if finding.source == name]
     worst = max(findings, key=lambda finding: finding.verdict, default=None)
     return (worst.verdict, worst.text) if worst is not None else (Verdict.GOOD, "")
+
+
+def _as_taken(path: Path) -> Steps[Picture]:
+    yield Step(0.0, "reading the photograph")
+    from engine.capture.decode import read_photograph
+
+    return (yield from photograph(read_photograph(path).radiance))
+
+
+def _framed(path: Path, framing: Framing | None, how: str, width_px: int | None) -> Steps[Framing]:
+    """A framing of the photograph to begin with, or `framing` at another width."""
+    yield Step(0.0, "reading the photograph")
+    from engine.capture.decode import read_photograph
+    from engine.capture.framing import Framing
+
+    if framing is not None and is_upright(framing) == (how == "crop"):
+        across = width_px or framing.width_px
+        return Framing(framing.corners, across, max(1, round(across * framing.height_px / framing.width_px)))
+    height, width = read_photograph(path).saturated.shape
+    left, top = round(INSET * width), round(INSET * height)
+    across, along = width - 2 * left, height - 2 * top
+    lean = 0.0 if how == "crop" else 0.25 * left
+    low, right, bottom = top - 0.5, left + across - 0.5, top + along - 0.5
+    corners = ((left - 0.5 + lean, low), (right - lean, low), (right, bottom), (left - 0.5, bottom))
+    return Framing(corners, across, along)
+
+
+def _natural_size(corners: Corners, aspect: float, upright: bool) -> tuple[int, int]:
+    """Width and height in pixels at which nothing of the figure between `corners` is made coarser."""
+    sides = [hypot(x1 - x0, y1 - y0) for (x0, y0), (x1, y1) in zip(corners, corners[1:] + corners[:1], strict=True)]
+    if upright:
+        return max(1, round(sides[0])), max(1, round(sides[1]))
+    width = max(sides[0], sides[2], max(sides[1], sides[3]) * aspect)
+    return max(1, round(width)), max(1, round(width / aspect))

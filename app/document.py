@@ -9,7 +9,8 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass, field
 from math import radians
-from typing import Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
@@ -26,17 +27,35 @@ from engine.scene import Lookup, Source
 from engine.shading.lookup import Above
 from engine.shading.power_law import Scale
 
+if TYPE_CHECKING:
+    from engine.capture.framing import Framing
+
 #: Reflectance of a new project: a soft sheen, as most cloth, leather and metal that was worked by hand has.
 BRDF = "ggx:alpha=0.5"
 
 
 @dataclass(frozen=True)
 class ImportChoices:
-    """How photographs are read: what the window offers of `engine.capture.import_stack.ImportSettings`."""
+    """How photographs are read: what the window offers of `engine.capture.import_stack.ImportSettings`.
+
+    Attributes
+    ----------
+    dark, flat : calibration frames: 'auto' for those found beside the photographs, 'none', or a file.
+    lamp_distance : of a near lamp in widths of the picture; None for what the sources say.
+    sphere : measure the lights on a mirror sphere in the picture.
+    patch : (left, top, width, height) in pixels of a grey patch, which then decides the white balance.
+    framing : the part of the photographs that becomes the picture, and its size; None for all.
+    """
 
     motion: str = "auto"
     white_balance: Literal["camera", "none"] = "camera"
     transfer: str = "auto"
+    dark: Path | Literal["auto", "none"] = "auto"
+    flat: Path | Literal["auto", "none"] = "auto"
+    lamp_distance: float | None = None
+    sphere: bool = False
+    patch: tuple[int, int, int, int] | None = None
+    framing: Framing | None = None
 
 
 @dataclass(frozen=True)
@@ -71,6 +90,7 @@ class Project:
 
     sources: Sources | None = None
     import_choices: ImportChoices = ImportChoices()
+    imported_with: ImportChoices | None = None
     stack: ImageStack | None = None
     excluded: frozenset[str] = field(default_factory=frozenset)
     slices: int = 8

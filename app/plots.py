@@ -54,9 +54,13 @@ class Plot(pg.PlotWidget):
 
 
 class ElevationPlot(Plot):
-    """Mean radiance of the photographs against the light's elevation. A click on a point selects its photograph."""
+    """Mean radiance of the photographs against the light's elevation.
+
+    A click on a point selects its photograph; a click on the handle below it excludes it or takes it in again.
+    """
 
     selected = Signal(int)
+    toggled = Signal(int)
 
     def __init__(self) -> None:
         super().__init__("Elevation of the light / °", "Mean radiance")
@@ -64,6 +68,10 @@ class ElevationPlot(Plot):
         self.points = pg.ScatterPlotItem(size=9, hoverable=True, hoverSize=11, tip=None)
         self.points.sigClicked.connect(self._clicked)
         self.addItem(self.points)
+        self.handles = pg.ScatterPlotItem(size=8, symbol="t1", hoverable=True, hoverSize=12, tip=None)
+        self.handles.sigClicked.connect(self._handle_clicked)
+        self.addItem(self.handles)
+        self.setToolTip("Click a point to show its photograph, the triangle below it to exclude or include it")
 
     def show_means(
         self, elevation_deg: ArrayLike, mean: ArrayLike, excluded: Sequence[bool], current: int | None
@@ -86,12 +94,24 @@ class ElevationPlot(Plot):
             ],
         )
         if len(elevation):
-            self.setYRange(0.0, max(float(radiance.max()) * 1.08, 1e-6), padding=0)
+            top = max(float(radiance.max()) * 1.08, 1e-6)
+            self.handles.setData(
+                x=elevation,
+                y=np.full(len(elevation), -0.06 * top),
+                data=list(range(len(elevation))),
+                brush=[pg.mkBrush(QColor(colours.secondary) if use else panel) for use in used],
+                pen=pg.mkPen(colours.secondary, width=1.2),
+            )
+            self.setYRange(-0.12 * top, top, padding=0)
             self.setXRange(float(elevation.min()) - 3, float(elevation.max()) + 3, padding=0)
 
     def _clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
         if len(clicked):
             self.selected.emit(int(clicked[0].data()))
+
+    def _handle_clicked(self, _handles: Any, clicked: Sequence[Any], _event: Any) -> None:
+        if len(clicked):
+            self.toggled.emit(int(clicked[0].data()))
 
 
 class RadiancePlot(Plot):

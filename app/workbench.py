@@ -100,21 +100,24 @@ class Workbench(QObject):
         choices = choices or self.document.project.import_choices
         self._imports += 1
         target = self.folder / f"stack-{self._imports}"
-        self.document.change(f"Open {len(sources.photographs)} photographs", sources=sources, import_choices=choices)
+        if sources is not self.document.project.sources:
+            words = f"Open {len(sources.photographs)} photographs"
+            self.document.change(words, sources=sources, import_choices=choices)
         if self.importing is not None:
             self.jobs.cancel(self.importing)
         job = self.jobs.submit("Importing photographs", lambda: _import(sources, choices, target))
         job.progressed.connect(self._show_partial)
         name = name or sources.photographs[0].parent.name or "Untitled"
-        job.succeeded.connect(lambda stack: self._imported(stack, name))
+        job.succeeded.connect(lambda stack: self._imported(stack, name, choices))
         self.importing = job
 
     def _show_partial(self, step: Step) -> None:
         if step.partial is not None:
             self.partial.emit(step.partial)
 
-    def _imported(self, stack: ImageStack, name: str) -> None:
-        self.document.change("Import photographs", stack=stack, excluded=frozenset(), name=name)
+    def _imported(self, stack: ImageStack, name: str, choices: ImportChoices | None = None) -> None:
+        excluded = self.document.project.excluded & frozenset(stack.sources)
+        self.document.change("Import photographs", stack=stack, excluded=excluded, name=name, imported_with=choices)
         self.said.emit(f"{len(stack.sources)} photographs imported")
         self.build_material()
 
@@ -200,9 +203,21 @@ def _sample(folder: Path) -> Steps[Sources]:
 
 def _import(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
     yield Step(0.0, "preparing the import")
+    from engine.capture.grey_patch import GreyPatch
     from engine.capture.import_stack import ImportSettings, import_stack
 
-    return (yield from import_stack(sources, ImportSettings(**dataclasses.asdict(choices)), target))
+    settings = ImportSettings(
+        motion=choices.motion,
+        white_balance=choices.white_balance if choices.patch is None else GreyPatch(*choices.patch),
+        transfer=choices.transfer,
+        dark=choices.dark,
+        flat=choices.flat,
+        lamp_distance=choices.lamp_distance,
+        framing=choices.framing,
+    )
+    if choices.sphere and sources.sphere is None:
+        sources = dataclasses.replace(sources, sphere="auto")
+    return (yield from import_stack(sources, settings, target))
 
 
 def _stack(folder: Path) -> Steps[ImageStack]:

@@ -1,0 +1,183 @@
+"""What is asked of an import: alignment, colours, calibration frames, the lamp, and the part of the picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QFileDialog
+
+from app.document import ImportChoices
+from app.number_field import NumberField
+from app.panels import Rows, Segments, enable
+
+if TYPE_CHECKING:
+    from engine.capture.framing import Framing
+
+IMPORT_CHOICES = {
+    "motion": (
+        "Alignment",
+        (
+            ("auto", "Automatic"),
+            ("none", "Off"),
+            ("translation", "Shift"),
+            ("euclidean", "Shift and turn"),
+            ("affine", "Affine"),
+            ("homography", "Perspective"),
+        ),
+        "How photographs may have moved against each other",
+    ),
+    "white_balance": (
+        "White bal.",
+        (("camera", "As the camera set it"), ("none", "None"), ("patch", "Grey patch…")),
+        "Of RAW files; a grey patch counts for all",
+    ),
+    "transfer": (
+        "Coding",
+        (("auto", "Automatic"), ("srgb", "sRGB"), ("linear", "Linear")),
+        "How 8- and 16-bit files are coded; automatic takes them as sRGB unless capture.toml says linear",
+    ),
+}
+
+FRAMES = {
+    "dark": ("Dark frame", "A photograph without light, which is subtracted"),
+    "flat": ("Flat field", "A photograph of an even white surface, which is divided out"),
+}
+
+FRAMINGS = (("all", "All that they share"), ("crop", "Crop"), ("corners", "Four corners"))
+
+
+class ImportPanel(Rows):
+    """Rows of the Capture panel. `chosen(words, parts)` asks for a change of these parts of `ImportChoices`.
+
+    `framing_wanted(how, width)` asks for 'all', 'crop' or 'corners', `patch_wanted` to draw the grey patch.
+    """
+
+    chosen = Signal(str, object)
+    framing_wanted = Signal(str, object)
+    patch_wanted = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.choices = ImportChoices()
+        self.boxes: dict[str, QComboBox] = {}
+        for name, (label, choices, hint) in IMPORT_CHOICES.items():
+            box = self._box(name, label, hint)
+            for value, words in choices:
+                box.addItem(words, value)
+        for name, (label, hint) in FRAMES.items():
+            self._box(name, label, hint)
+        self.sphere = Segments(
+            (
+                ("stated", "As stated", "From capture.toml, an .lp file, the file names, or entered"),
+                ("sphere", "Sphere", "Measured on a mirror sphere that is seen in the picture"),
+            )
+        )
+        self.sphere.chosen.connect(lambda value: self.chosen.emit("Lights", {"sphere": value == "sphere"}))
+        self.row("Lights", self.sphere)
+        self.lamp = Segments(
+            (
+                ("stated", "As stated", "Distant, unless capture.toml says how near"),
+                ("near", "Near", "Its light falls off over the sample, which is corrected"),
+            )
+        )
+        self.lamp.chosen.connect(self._lamp_chosen)
+        self.row("Lamp", self.lamp)
+        self.distance = NumberField(1.5, 0.51, 1000.0, unit="widths", log=True)
+        self.distance.edited.connect(self._lamp_at)
+        self.row("Distance", self.distance)
+        self.framing = QComboBox()
+        for value, words in FRAMINGS:
+            self.framing.addItem(words, value)
+        self.framing.activated.connect(lambda _index: self.framing_wanted.emit(self.framing.currentData(), None))
+        self.row("Framing", self.framing)
+        self.width_field = NumberField(1024.0, 1.0, 32768.0, unit="px", log=True)
+        self.width_field.edited.connect(self._width_edited)
+        self.row("Width", self.width_field)
+        self.size_figure = self.figure("Size", "Of the picture that is made")
+
+    def _box(self, name: str, label: str, hint: str) -> QComboBox:
+        box = QComboBox()
+        box.activated.connect(lambda _index: self._box_chosen(name))
+        self.row(label, box, hint)
+        self.boxes[name] = box
+        return box
+
+    def show_choices(self, choices: ImportChoices, size: tuple[int, int] | None) -> None:
+        """Show `choices` without emitting; `size` is that of the picture which is there now."""
+        self.choices = choices
+        for name in FRAMES:
+            self._fill_frame(name)
+        for name, box in self.boxes.items():
+            if name not in FRAMES:
+                box.setCurrentIndex(max(0, box.findData(getattr(choices, name))))
+        if choices.patch is not None:
+            box = self.boxes["white_balance"]
+            box.setCurrentIndex(box.findData("patch"))
+        self.sphere.choose("sphere" if choices.sphere else "stated")
+        self.lamp.choose("stated" if choices.lamp_distance is None else "near")
+        if choices.lamp_distance is not None:
+            self.distance.show_value(choices.lamp_distance)
+        framing = choices.framing
+        how = "all" if framing is None else "crop" if is_upright(framing) else "corners"
+        self.framing.setCurrentIndex(self.framing.findData(how))
+        if framing is not None:
+            size = (framing.width_px, framing.height_px)
+        if size is not None:
+            self.width_field.show_value(float(size[0]))
+            self.size_figure.setText(f"{size[0]} × {size[1]} px")
+
+    def disable(self, why_not: str) -> None:
+        """Disable everything and say why, or, for an empty `why_not`, what has nothing to act on."""
+        for name, box in self.boxes.items():
+            enable(box, why_not, (IMPORT_CHOICES.get(name) or FRAMES[name])[-1])
+        for segments in (self.sphere, self.lamp):
+            enable(segments, why_not)
+        enable(self.framing, why_not, "What becomes the picture: drag the handles on the photograph")
+        distant = "" if self.choices.lamp_distance is not None else "Only a near lamp has a distance"
+        enable(self.distance, why_not or distant, "From the middle of the sample to the lamp, in widths of the picture")
+        whole = "" if self.choices.framing is not None else "Only a framed picture has a size of its own"
+        enable(self.width_field, why_not or whole, "Of the picture that is made; its height follows")
+
+    def _fill_frame(self, name: str) -> None:
+        box, value = self.boxes[name], getattr(self.choices, name)
+        box.clear()
+        box.addItem("As found", "auto")
+        box.addItem("None", "none")
+        if isinstance(value, Path):
+            box.addItem(value.name, value)
+        box.addItem("Choose a file…", "choose")
+        box.setCurrentIndex(2 if isinstance(value, Path) else 1 if value == "none" else 0)
+
+    def _box_chosen(self, name: str) -> None:
+        value, label = self.boxes[name].currentData(), (IMPORT_CHOICES.get(name) or FRAMES[name])[0]
+        if value == "choose":
+            path, _ = QFileDialog.getOpenFileName(self, label)
+            value = Path(path) if path else getattr(self.choices, name)
+        if value == "patch":
+            self.patch_wanted.emit()
+        elif name == "white_balance":
+            self.chosen.emit("White balance", {"white_balance": value, "patch": None})
+        else:
+            self.chosen.emit(label, {name: value})
+        self.show_choices(self.choices, None)
+
+    def _lamp_chosen(self, how: str) -> None:
+        self.chosen.emit("Lamp", {"lamp_distance": self.distance.value if how == "near" else None})
+
+    def _lamp_at(self, distance: float, final: bool) -> None:
+        if final:
+            self.chosen.emit("Distance of the lamp", {"lamp_distance": distance})
+
+    def _width_edited(self, width: float, final: bool) -> None:
+        if final:
+            self.framing_wanted.emit(self.framing.currentData(), max(1, round(width)))
+
+
+def is_upright(framing: Framing | None) -> bool:
+    """Whether the corners are those of a rectangle along the edges of the photograph."""
+    if framing is None:
+        return False
+    (x0, y0), (x1, y1), (x2, y2), (x3, y3) = framing.corners
+    return (x0, y0, x1, y2) == (x3, y1, x2, y3)

@@ -1,0 +1,114 @@
+"""The Capture workspace: handles in the plot and on the photograph, calibration, and what an import is asked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+
+from app.document import ImportChoices
+from app.main_window import MainWindow
+
+
+@pytest.fixture
+def imported(window: MainWindow, qtbot: Any, photographs: Path) -> MainWindow:
+    window.open([photographs])
+    qtbot.waitUntil(
+        lambda: window.bench.document.project.has_map and not window.bench.jobs.active,
+        timeout=240_000,
+    )
+    return window
+
+
+def choices(window: MainWindow) -> ImportChoices:
+    return window.bench.document.project.import_choices
+
+
+def pick(window: MainWindow, name: str, value: str) -> None:
+    panel = window.capture.options
+    box = panel.framing if name == "framing" else panel.boxes[name]
+    box.setCurrentIndex(box.findData(value))
+    box.activated.emit(box.currentIndex())
+
+
+def drag(widget: Any, start: QPointF, end: QPointF) -> None:
+    QTest.mousePress(widget, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, start.toPoint())
+    for step in range(1, 6):
+        QTest.mouseMove(widget, (start + (end - start) * step / 5).toPoint())
+    QTest.mouseRelease(widget, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, end.toPoint())
+
+
+def test_the_handle_below_a_point_excludes_its_photograph(imported: MainWindow, qtbot: Any) -> None:
+    plot, document = imported.capture.plot, imported.bench.document
+    handle = plot.handles.points()[1]
+    qtbot.wait(100)
+    place = plot.mapFromScene(plot.getPlotItem().getViewBox().mapViewToScene(handle.pos()))
+    for expected in ({"felt_30deg.png"}, set()):
+        QTest.mouseClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(int(place.x()), int(place.y())))
+        assert document.project.excluded == expected
+        qtbot.wait(600)
+
+
+def test_four_corners_are_dragged_in_one_step_and_cut_the_picture(imported: MainWindow, qtbot: Any) -> None:
+    tab, document = imported.capture, imported.bench.document
+    assert not tab.options.width_field.isEnabled()
+    pick(imported, "framing", "corners")
+    qtbot.waitUntil(lambda: choices(imported).framing is not None and not imported.bench.jobs.active, timeout=60_000)
+    assert tab.when.value == "before"
+    before, steps = choices(imported).framing, document.undo_stack.count()
+    drag(tab.image, tab.image.handle(2), tab.image.handle(2) - QPointF(40, 30))
+    framing = choices(imported).framing
+    assert document.undo_stack.count() == steps + 1
+    assert framing.corners[:2] == before.corners[:2]
+    assert framing.corners[2][0] == pytest.approx(before.corners[2][0] - 40 / tab.image.zoom, abs=1.5 / tab.image.zoom)
+    assert tab.again.isEnabled()
+    qtbot.mouseClick(tab.again, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: not imported.bench.jobs.active, timeout=240_000)
+    assert document.project.stack.radiance.shape[1:3] == (framing.height_px, framing.width_px)
+    assert document.project.name == "Felt sample"
+    assert tab.when.value == "after"
+    assert tab.again.toolTip() == "Nothing was changed"
+
+
+def test_a_crop_stays_upright(imported: MainWindow, qtbot: Any) -> None:
+    tab = imported.capture
+    pick(imported, "framing", "crop")
+    qtbot.waitUntil(lambda: choices(imported).framing is not None and not imported.bench.jobs.active, timeout=60_000)
+    drag(tab.image, tab.image.handle(0), tab.image.handle(0) + QPointF(30, 20))
+    framing = choices(imported).framing
+    (left, top), (right, upper), (_, bottom), (lower, _) = framing.corners
+    assert (upper, lower) == (top, left)
+    assert (framing.width_px, framing.height_px) == (right - left, bottom - top)
+    assert tab.options.framing.currentData() == "crop"
+
+
+def test_a_grey_patch_is_drawn_and_decides_the_white_balance(imported: MainWindow, qtbot: Any) -> None:
+    tab = imported.capture
+    pick(imported, "white_balance", "patch")
+    qtbot.waitUntil(lambda: not imported.bench.jobs.active, timeout=60_000)
+    middle = QPointF(tab.image.width() / 2, tab.image.height() / 2)
+    drag(tab.image, middle, middle + QPointF(20, 10) * tab.image.zoom)
+    assert choices(imported).patch[2:] == pytest.approx((20, 10), abs=1)
+    assert tab.options.boxes["white_balance"].currentData() == "patch"
+    imported.undo.trigger()
+    assert choices(imported).patch is None
+
+
+def test_dark_frame_lamp_and_sphere_are_asked_for(
+    imported: MainWindow, qtbot: Any, photographs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    panel, dark = imported.capture.options, photographs / "felt_10deg.png"
+    monkeypatch.setattr("app.import_panel.QFileDialog.getOpenFileName", lambda *_: (str(dark), ""))
+    pick(imported, "dark", "choose")
+    assert choices(imported).dark == dark
+    assert panel.boxes["dark"].currentText() == "felt_10deg.png"
+    assert not panel.distance.isEnabled()
+    qtbot.mouseClick(panel.lamp.buttons["near"], Qt.MouseButton.LeftButton)
+    panel.distance.edited.emit(2.0, True)
+    assert choices(imported).lamp_distance == 2.0
+    qtbot.mouseClick(panel.sphere.buttons["sphere"], Qt.MouseButton.LeftButton)
+    assert choices(imported).sphere
+    assert imported.bench.document.undo_stack.undoText() == "Lights"
