@@ -45,6 +45,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--transfer", default="auto", choices=("auto", "srgb", "linear"), help="of 8- and 16-bit files (auto)"
     )
     parser.add_argument("--crop", type=_crop, metavar="LEFT,TOP,WIDTH,HEIGHT", help="in pixels of the photographs")
+    parser.add_argument(
+        "--corners",
+        type=_corners,
+        metavar="X,Y,X,Y,X,Y,X,Y",
+        help="of a rectangle to be seen straight, in pixels of the photograph that the others are aligned to, "
+        "clockwise from its top left",
+    )
+    parser.add_argument(
+        "--size", type=_size, metavar="WIDTHxHEIGHT", help="of the pictures in the stack, with --corners or --crop"
+    )
     parser.add_argument("--dark", type=Path, metavar="FILE", help="photograph without light, which is subtracted")
     flat = parser.add_mutually_exclusive_group()
     flat.add_argument("--flat", type=Path, metavar="FILE", help="photograph of an even white surface: fall-off")
@@ -86,7 +96,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
             motion="none" if arguments.no_align else arguments.motion,
             white_balance=_balance(arguments.white_balance),
             transfer=arguments.transfer,
-            crop=arguments.crop,
+            crop=arguments.crop if arguments.size is None else None,
+            framing=_framing(arguments.crop, arguments.corners, arguments.size),
             dark=arguments.dark or "auto",
             flat="none" if arguments.no_flat else arguments.flat or "auto",
             lamp_distance=arguments.lamp_distance,
@@ -188,6 +199,36 @@ def _crop(text: str) -> tuple[int, ...]:
     if len(numbers) != 4 or min(numbers[:2]) < 0 or min(numbers[2:]) < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not LEFT,TOP,WIDTH,HEIGHT with a size of at least 1 × 1")
     return numbers
+
+
+def _corners(text: str) -> tuple[tuple[float, float], ...]:
+    numbers = _numbers(text)
+    if len(numbers) != 8:
+        raise argparse.ArgumentTypeError(f"{text!r} is not four corners X,Y,X,Y,X,Y,X,Y")
+    return tuple(zip(numbers[::2], numbers[1::2], strict=True))
+
+
+def _size(text: str) -> tuple[int, ...]:
+    numbers = tuple(int(number) for number in text.lower().split("x"))
+    if len(numbers) != 2 or min(numbers) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT with a size of at least 1x1")
+    return numbers
+
+
+def _framing(crop: Any, corners: Any, size: Any) -> Any:
+    """None without corners and size; the corners alone where the size is to follow from them."""
+    from engine.capture.framing import Framing, cropped
+    from engine.capture.warp import Region
+
+    if crop is not None and corners is not None:
+        raise ValueError("--crop and --corners cannot both be followed")
+    if size is None:
+        return corners
+    if corners is not None:
+        return Framing(corners, *size)
+    if crop is None:
+        raise ValueError("--size needs --corners or --crop, whose part of the photographs gets this size")
+    return cropped(Region(*crop), *size)
 
 
 def _white_balance(text: str) -> str | tuple[float, ...]:

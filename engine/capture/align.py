@@ -74,7 +74,7 @@ class Alignment:
         cannot be measured: not aligned, or texture in one direction only.
     aligned : (N,) bool.
     confidence : (N,) correlation with the reference after alignment, in [0, 1].
-    reference : index of the best-textured photograph.
+    reference : index of the photograph that the others lie on.
     findings : what was flagged, naming the photographs.
     """
 
@@ -140,18 +140,25 @@ def texture(image: Grey) -> float:
     return max(0.0, float(slope(image, 2.0).mean(dtype=np.float64)) - _noise_slope(image))
 
 
-def align(images: Sequence[Grey], names: Sequence[str], motion: str = "euclidean", factor: int = 1) -> Steps[Alignment]:
-    """Align `images` (luminance, equal sizes, at most about `WORK_PIXELS`, reduced by `factor`) to the best of them.
+def align(
+    images: Sequence[Grey],
+    names: Sequence[str],
+    motion: str = "euclidean",
+    factor: int = 1,
+    reference: int | None = None,
+) -> Steps[Alignment]:
+    """Align `images` (luminance, equal sizes, at most about `WORK_PIXELS`, reduced by `factor`) to one of them.
 
-    `names` are the photographs' for the findings. The matrices and residuals are in pixels before the reduction.
-    Raises ValueError for an unknown motion or images of different sizes.
+    Without `reference` that is the best textured one. `names` are the photographs' for the findings. The matrices and
+    residuals are in pixels before the reduction. Raises ValueError for an unknown motion or images of different sizes.
     """
     if motion not in MOTIONS:
         raise ValueError(f"unknown motion {motion!r}; known are {', '.join(MOTIONS)}")
     if len({image.shape for image in images}) != 1 or len(images) != len(names):
         raise ValueError("images to align need one size and a name each")
     count = len(images)
-    reference = int(np.argmax([texture(image) for image in images]))
+    if reference is None:
+        reference = int(np.argmax([texture(image) for image in images]))
     target = _pyramid(images[reference])
     supported = supported_motion(images[reference], motion)
     findings = [] if supported == motion else [Finding(Verdict.NOTE, _UNSUPPORTED.format(motion), names[reference])]

@@ -4,6 +4,7 @@
     transfer = "linear"            # of 8- and 16-bit files: "srgb" or "linear"
     dark = "dark.tif"              # optional; photograph without light
     flat = "flat.tif"              # optional; photograph of an even white surface
+    reference = "woven_05.tif"     # optional; the photograph that the others are aligned to
     lamp_distance = 1.5            # optional; of a near lamp from the middle of the picture, in its widths
 
     [[photographs]]
@@ -12,12 +13,14 @@
     azimuth_deg = 0.0              # optional; 0 = right, 90 = up in the picture
     exposure_s = 0.5               # optional; replaces what the camera noted
     highlight_px = [95.0, 431.5]   # optional; column and row of the lamp's reflection, where it is not found rightly
+    control_points = [[12, 30, 15, 28], [400, 310, 402, 309]]    # optional; where it is not aligned rightly
 
     [sphere]                       # optional; outline of a mirror sphere in the picture
     column_px = 80.5
     row_px = 450.0
     radius_px = 40.0
 
+A control point is x and y in the reference, then x and y in the photograph; pixel centres are at integers.
 Entries with equal angles and different exposures are exposures of one light.
 A table [simulation] is kept for the virtual light arc. Misspelt keys are refused, because a key that is silently
 ignored is an angle that is silently wrong.
@@ -50,6 +53,7 @@ class PhotographEntry(BaseModel):
     azimuth_deg: float | None = Field(default=None, ge=-360.0, le=360.0)
     exposure_s: float | None = Field(default=None, gt=0.0)
     highlight_px: tuple[float, float] | None = None
+    control_points: tuple[tuple[float, float, float, float], ...] = Field(default=(), max_length=1000)
 
 
 class SphereEntry(BaseModel):
@@ -71,6 +75,7 @@ class CaptureFile(BaseModel):
     transfer: Literal["srgb", "linear"] | None = None
     dark: str | None = Field(default=None, min_length=1)
     flat: str | None = Field(default=None, min_length=1)
+    reference: str | None = Field(default=None, min_length=1)
     lamp_distance: float | None = Field(default=None, gt=0.5)
     photographs: tuple[PhotographEntry, ...] = ()
     sphere: SphereEntry | None = None

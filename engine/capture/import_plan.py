@@ -8,7 +8,7 @@ and with a mirror sphere or a grey patch each is decoded once more.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -17,10 +17,10 @@ from engine.capture.align import MOTIONS
 from engine.capture.calibration import Calibration, read_calibration
 from engine.capture.decode import WhiteBalance, read_photograph
 from engine.capture.exposures import Noted, Scale, exposure_scale, noted_exposure
-from engine.capture.framing import Framing
+from engine.capture.framing import Corners, Framing
 from engine.capture.grey_patch import GreyPatch, balance_of
 from engine.capture.mirror_sphere import Circle
-from engine.capture.sources import ONE_ARC, Sources, azimuth_spread, printable
+from engine.capture.sources import ONE_ARC, Pairs, Sources, azimuth_spread, printable
 from engine.capture.sphere_lights import measured_lights
 from engine.errors import InputError
 from engine.steps import Step, Steps, part
@@ -37,9 +37,12 @@ class ImportSettings:
     white_balance : of RAW files: 'camera', 'none', or multipliers of red, green, blue; of all files: a grey patch.
     transfer : of 8- and 16-bit files: 'auto', 'srgb' or 'linear'.
     crop : (left, top, width, height) in pixels of the upright photographs, None for all that they share.
-    framing : instead of a crop, the part of the reference photograph that becomes the picture, and its size.
+    framing : instead of a crop, the part of the reference photograph that becomes the picture, and its size; four
+        corners alone are those of a rectangle, whose aspect is estimated and which becomes as large as it is seen.
+    reference : file name of the photograph that the others are aligned to; None for what the sources say, else the
+        best textured.
     control_points : by file name, pairs (x and y in the reference photograph, x and y in this one) that a person
-        marked where alignment fails.
+        marked where alignment fails; they are added to those that the sources give, or replace them.
     dark, flat : calibration frames: 'auto' for those found among the sources, 'none', or a file.
     lamp_distance : of a near lamp in widths of the picture, infinite for a distant one; None for what the sources say.
     """
@@ -48,8 +51,9 @@ class ImportSettings:
     white_balance: WhiteBalance | GreyPatch = "camera"
     transfer: str = "auto"
     crop: tuple[int, int, int, int] | None = None
-    framing: Framing | None = None
-    control_points: Mapping[str, Sequence[Sequence[float]]] = field(default_factory=dict)
+    framing: Framing | Corners | None = None
+    reference: str | None = None
+    control_points: Mapping[str, Pairs] = field(default_factory=dict)
     dark: Path | Literal["auto", "none"] = "auto"
     flat: Path | Literal["auto", "none"] = "auto"
     lamp_distance: float | None = None
@@ -63,6 +67,8 @@ class ImportSettings:
             raise ValueError(f"crop {self.crop} needs left and top from 0, width and height from 1")
         if self.crop is not None and self.framing is not None:
             raise ValueError("a crop and a framing cannot both be followed")
+        if self.framing is not None and not isinstance(self.framing, Framing):
+            Framing(self.framing, 1, 1)
         if self.lamp_distance is not None and not self.lamp_distance > 0.5:
             raise ValueError(f"lamp_distance {self.lamp_distance:g} is not above half a width of the picture")
 
@@ -86,6 +92,7 @@ class Plan:
     def as_json(self) -> dict[str, Any]:
         """What was decided, for the provenance."""
         patch, sphere, distance = self.settings.white_balance, self.sources.sphere, self.calibration.lamp_distance
+        marked = self.settings.control_points
         return {
             "notes": self.sources.notes,
             "angle_source": self.sources.angle_source,
@@ -99,7 +106,13 @@ class Plan:
             else None,
             "picture_balance": list(self.calibration.balance),
             "motion": self.settings.motion,
+            "control_points_px": {name: [list(map(float, one)) for one in pairs] for name, pairs in marked.items()},
         }
+
+    @property
+    def reference(self) -> int | None:
+        """The index of the photograph that the others are to be aligned to, if one was named."""
+        return self.names.index(self.settings.reference) if self.settings.reference else None
 
     @property
     def still(self) -> bool:
@@ -143,9 +156,17 @@ def _frame(choice: Path | str, found: Path | None) -> Path | None:
 
 
 def _decided(settings: ImportSettings, sources: Sources) -> ImportSettings:
-    if settings.motion != "auto":
-        return settings
-    return replace(settings, motion="euclidean" if azimuth_spread(sources.azimuth) <= ONE_ARC else "none")
+    told = {printable(path): pairs for path, pairs in sources.control_points.items()}
+    return replace(
+        settings,
+        motion=settings.motion if settings.motion != "auto" else _usual_motion(sources),
+        reference=settings.reference or (printable(sources.reference) if sources.reference else None),
+        control_points={**told, **settings.control_points},
+    )
+
+
+def _usual_motion(sources: Sources) -> str:
+    return "euclidean" if azimuth_spread(sources.azimuth) <= ONE_ARC else "none"
 
 
 def _noted(sources: Sources) -> Steps[dict[Path, Noted]]:
@@ -161,7 +182,16 @@ def _noted(sources: Sources) -> Steps[dict[Path, Noted]]:
 
 
 def _refuse_unknown_names(settings: ImportSettings, sources: Sources) -> None:
-    unknown = [name for name in settings.control_points if name not in map(printable, sources.photographs)]
+    """Marks are of photographs that are there, one for each light, and not of the reference itself."""
+    known, reference = [printable(path) for path in sources.photographs], settings.reference
+    place = sources.photographs[0].parent
+    if reference is not None and reference not in known:
+        problem = f"holds no {reference}, to which the others are to be aligned"
+        raise InputError(place, problem, "Name a photograph that is there, the shortest exposure of its light")
+    if reference in settings.control_points:
+        problem = f"gives control points for {reference}, to which the others are aligned"
+        raise InputError(place, problem, "Remove them, or name another reference")
+    unknown = [name for name in settings.control_points if name not in known]
     if unknown:
         problem = f"holds no {', '.join(unknown)}, for which control points are given"
         raise InputError(sources.photographs[0].parent, problem, "Mark points in the photographs that are there")

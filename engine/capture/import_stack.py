@@ -29,7 +29,6 @@ from engine.capture.align import Alignment, Grey, align, reduced, reduction, wit
 from engine.capture.assumptions import compare_azimuths
 from engine.capture.decode import Photograph
 from engine.capture.exposures import Exposure
-from engine.capture.framing import framing_matrix, inside_all, samples_per_side
 from engine.capture.import_plan import ImportSettings, Plan, planned
 from engine.capture.import_record import (
     about_lights,
@@ -44,7 +43,8 @@ from engine.capture.report import grid_step, leave_one_out, middle, noise_and_sh
 from engine.capture.sources import Sources, printable
 from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, StackRecord, npy_header, open_stack
 from engine.capture.tally import Tally
-from engine.capture.warp import Region, valid_region, warp
+from engine.capture.view import View, view_of
+from engine.capture.warp import warp
 from engine.colour import LUMINANCE, to_display8
 from engine.errors import InputError
 from engine.files.atomic import atomic_file, atomic_folder, require_space, write_bytes
@@ -89,13 +89,10 @@ class _Read:
 class _Output:
     """The two .npy files of a stack, to which lights are added in order."""
 
-    def __init__(
-        self, files: ExitStack, place: Path, count: int, region: Region, frame: NDArray[np.float64], fine: bool
-    ) -> None:
-        shape = (count, region.height, region.width)
+    def __init__(self, files: ExitStack, place: Path, count: int, view: View) -> None:
+        shape = (count, view.region.height, view.region.width)
         require_space(place, math.prod(shape) * 13 + (1 << 20))
-        self.region = region
-        self._frame, self._fine = frame, fine
+        self.view = view
         self.tallies: list[Tally] = []
         self._count = count
         self._radiance, self._saturated = (
@@ -111,15 +108,14 @@ class _Output:
     def add(
         self, radiance: NDArray[np.float32], saturated: NDArray[np.bool_], matrix: NDArray[np.float64]
     ) -> Steps[None]:
-        """Warp one light by its alignment `matrix` and the frame at once, band by band, into the files."""
-        region, index = self.region, len(self.tallies)
-        whole = matrix @ self._frame
-        samples = samples_per_side(whole, region.width, region.height) if self._fine else 1
+        """Warp one light by its alignment `matrix` and the view at once, band by band, into the files."""
+        view, region, index = self.view, self.view.region, len(self.tallies)
+        whole = matrix @ view.matrix
         tally = Tally(grid_step(region.height, region.width))
         rows = max(1, _BAND_PIXELS // region.width)
         for first in range(0, region.height, rows):
             yield Step((index + first / region.height) / self._count, f"Writing {index + 1} of {self._count}")
-            band, mask = warp(radiance, saturated, whole, region, first, min(first + rows, region.height), samples)
+            band, mask = warp(radiance, saturated, whole, region, first, min(first + rows, region.height), view.samples)
             self._radiance.write(band.data)
             self._saturated.write(mask.data)
             tally.add(band, mask, first)
@@ -148,7 +144,7 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
 
 
 def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> StackRecord:
-    region, sources, names = output.region, plan.sources, plan.names
+    region, sources, names = output.view.region, plan.sources, plan.names
     pixels = region.width * region.height
     mean_radiance = np.array([one.mean_radiance(pixels) for one in output.tallies])
     grid = np.stack([np.concatenate(one.grid) for one in output.tallies])
@@ -173,7 +169,7 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
             "cameras": sorted({one.camera for light in read.photographs for one in light if one.camera}),
             **plan.as_json(),
             "aligned_to": names[alignment.reference] if alignment.aligned.any() else None,
-            "crop_px": [region.left, region.top, region.width, region.height],
+            **output.view.as_json(),
             "photographs": about_lights(read.photographs, alignment),
         },
         health=HealthRecord.of(health),
@@ -270,9 +266,10 @@ def _keep(plan: Plan, read: _Read, photograph: Photograph, place: Path, files: E
 
 
 def _aligned(plan: Plan, read: _Read) -> Steps[Alignment]:
-    alignment = _unmoved(len(plan.names))
+    alignment = _unmoved(len(plan.names), plan.reference or 0)
     if plan.settings.motion != "none":
-        alignment = yield from align(read.greys, plan.names, plan.settings.motion, reduction(*read.shape))
+        factor = reduction(*read.shape)
+        alignment = yield from align(read.greys, plan.names, plan.settings.motion, factor, plan.reference)
     return _control_points(plan, alignment)
 
 
@@ -286,34 +283,21 @@ def _write_aligned(plan: Plan, read: _Read, alignment: Alignment, place: Path, f
 
 
 def _output(plan: Plan, alignment: Alignment, size: tuple[int, int], place: Path, files: ExitStack) -> _Output:
-    region, frame = _framed(plan, alignment, size)
-    return _Output(files, place, len(plan.names), region, frame, plan.settings.framing is not None)
+    view = view_of(plan.settings, alignment.matrix, size, plan.sources.photographs[0].parent)
+    return _Output(files, place, len(plan.names), view)
 
 
-def _unmoved(count: int) -> Alignment:
+def _unmoved(count: int, reference: int = 0) -> Alignment:
     nothing = np.full(count, np.nan)
-    return Alignment(np.tile(np.eye(3), (count, 1, 1)), nothing, np.zeros(count, bool), np.zeros(count), 0)
-
-
-def _framed(plan: Plan, alignment: Alignment, size: tuple[int, int]) -> tuple[Region, NDArray[np.float64]]:
-    """The pixels of the picture, and the matrix (3, 3) from them to pixels of the reference photograph."""
-    place, framing, crop = plan.sources.photographs[0].parent, plan.settings.framing, plan.settings.crop
-    if framing is not None:
-        if not inside_all(framing, list(alignment.matrix), *size):
-            raise InputError(place, "the frame reaches beyond what all photographs show", "Draw its corners inwards")
-        return Region(0, 0, framing.width_px, framing.height_px), framing_matrix(framing)
-    shared = valid_region(alignment.matrix, *size)
-    if crop is None:
-        return shared, np.eye(3)
-    cut = shared.intersected(Region(*crop))
-    if cut.width < 1 or cut.height < 1:
-        problem = f"the crop {','.join(map(str, crop))} lies outside what all {size[1]} × {size[0]} px show"
-        raise InputError(place, problem, "Give left,top,width,height within the photographs")
-    return cut, np.eye(3)
+    return Alignment(np.tile(np.eye(3), (count, 1, 1)), nothing, np.zeros(count, bool), np.zeros(count), reference)
 
 
 def _control_points(plan: Plan, alignment: Alignment) -> Alignment:
     marked = {plan.names.index(name): pairs for name, pairs in plan.settings.control_points.items()}
+    if alignment.reference in marked:
+        problem = "has control points, but is the one that the others are aligned to"
+        remedy = "Say which photograph is the reference: reference in capture.toml"
+        raise InputError(plan.sources.photographs[alignment.reference], problem, remedy)
     motion = plan.settings.motion if plan.settings.motion != "none" else "homography"
     return with_control_points(alignment, marked, plan.names, motion) if marked else alignment
 

@@ -11,8 +11,8 @@ import os
 import re
 import stat
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -42,6 +42,8 @@ _UNREAD_PICTURES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm tga web
 ONE_ARC = math.radians(5.0)
 #: What `angle_source` says of lights that a mirror sphere shows.
 SPHERE = "mirror sphere"
+#: Points marked in two photographs: x and y in the one, x and y in the other.
+Pairs = Sequence[Sequence[float]]
 
 _ARCHIVES = _suffixes("zip 7z rar tar gz tgz")
 _SET_ASIDE = re.compile(
@@ -65,6 +67,8 @@ class Sources:
     lamp_distance : of a near lamp, in widths of the picture; None for a distant one.
     sphere : outline of a mirror sphere from which the lights are to be measured, 'auto' to find it, or None.
     highlights_px : (N,) column and row of the lamp's reflection where `capture.toml` corrects it.
+    reference : the photograph that the others are to be aligned to, where `capture.toml` says so.
+    control_points : by photograph, points (x and y in the reference, x and y in it) that `capture.toml` gives.
     transfer : 'srgb' or 'linear' where `capture.toml` says so.
     notes : the capture's notes.
     findings : what was set aside, assumed, or needs a look.
@@ -81,6 +85,8 @@ class Sources:
     lamp_distance: float | None = None
     sphere: Circle | Literal["auto"] | None = None
     highlights_px: tuple[tuple[float, float] | None, ...] = ()
+    reference: Path | None = None
+    control_points: Mapping[Path, Pairs] = field(default_factory=dict)
     transfer: str | None = None
     notes: str = ""
     findings: tuple[Finding, ...] = ()
@@ -151,6 +157,8 @@ def find(
         lamp_distance=capture.lamp_distance if capture else None,
         sphere=sphere,
         highlights_px=tuple(light[0].highlight_px for light in lights),
+        reference=_stated(place, files.kept, capture.reference) if capture and capture.reference else None,
+        control_points=_control_points(photographs, capture),
         transfer=capture.transfer if capture else None,
         notes=capture.notes if capture else "",
         findings=(*files.findings, *told, *about_azimuth(azimuth)),
@@ -160,6 +168,12 @@ def find(
 def _without(files: list[Path], aside: Sequence[Path]) -> list[Path]:
     taken = {os.path.realpath(path) for path in aside}
     return [file for file in files if os.path.realpath(file) not in taken]
+
+
+def _control_points(photographs: Sequence[Path], capture: CaptureFile | None) -> dict[Path, Pairs]:
+    entries = capture.photographs if capture is not None else ()
+    told = {comparable(entry.file): entry.control_points for entry in entries if entry.control_points}
+    return {path: told[comparable(path.name)] for path in photographs if comparable(path.name) in told}
 
 
 def _outline(capture: CaptureFile) -> Circle | None:

@@ -70,6 +70,32 @@ def test_table_for_people(lightarc, photographs, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("words", "size"),
+    [
+        (("--corners", "5,12,95,12,95,72,5,72"), (60, 90)),
+        (("--corners", "5,12,95,14,90,72,8,70", "--size", "40x30"), (30, 40)),
+        (("--crop", "10,20,60,40", "--size", "30x20"), (20, 30)),
+    ],
+)
+def test_pictures_are_framed(lightarc, photographs, tmp_path, words, size):
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--no-align", "--json", *words)
+    assert done.code == 0
+    result = json.loads(done.out)
+    assert (result["height_px"], result["width_px"]) == size
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("--corners", "0,0,1,1"), ("--corners", "0,0,0,9,9,9,9,0"), ("--size", "3"), ("--size", "30x20"),
+     ("--corners", "5,12,95,12,95,72,5,72", "--crop", "1,1,9,9")],
+)  # fmt: skip
+def test_impossible_frames_are_wrong_usage(lightarc, photographs, tmp_path, words):
+    done = lightarc("import", photographs, "-o", tmp_path / "s", *words)
+    assert (done.code, done.out) == (2, "")
+    assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize(
     "words",
     [
         ("--angles", "10,x"), ("--crop", "1,2,3"), ("--crop", "0,0,0,5"), ("--motion", "spline"),
