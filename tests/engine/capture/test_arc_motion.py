@@ -7,9 +7,9 @@ from engine.capture.arc_motion import without_creep
 
 COUNT, REFERENCE = 10, 9
 DISTANCE = np.linspace(0.0, 1.5, COUNT)
-#: Creep as simulated leather shows it: a bump of one and a half pixels, with some error.
+#: Creep as simulated leather shows it, a bump of one and a half pixels, and errors for which small jumps fit better.
 CREEP = np.stack([1.5 * np.sin(np.pi * DISTANCE / 1.5), 0.4 * DISTANCE], axis=1)
-CREEP += np.random.default_rng(1).normal(0, 0.03, CREEP.shape)
+CREEP += np.random.default_rng(1).normal(0, 0.08, CREEP.shape)
 
 
 def found(jumps):
