@@ -1,14 +1,15 @@
 """The one way in for files that the program did not write itself.
 
 `read_bytes` opens regular files only, looks at the size before it reads, and notices when a file changes meanwhile.
-`decode_in_child` hands the bytes to a decoder in another interpreter (`engine.files.decoder_child`), so that a crash,
+`decode_in_child` hands the file to a decoder in another interpreter (`engine.files.decoder_child`), so that a crash,
 a hang or a huge allocation in a decoder written in C costs one file and never the program. Decoders get bytes, not
-paths: a file name of any spelling works on every system.
+paths: a file name of any spelling works on every system. The child reads them from the file that the parent opened and
+checked (by its name under /proc), or from the pipe.
 
 Protocol, in both directions: one line of JSON, then the raw bytes it announces; an empty line before a reply says
 that the request has arrived. Arrays come through memory that both share (`engine.files.shared`) where the system has
 it. There is no pickle anywhere.
-Cost: about 0.3 s for the first file of each child (its start), afterwards one copy of the file.
+Cost: about 0.3 s for the first file of each child (its start), afterwards next to nothing.
 """
 
 from __future__ import annotations
@@ -48,26 +49,49 @@ AGAIN = "Copy it again from the camera or card, or export it again from the prog
 
 def read_bytes(path: str | os.PathLike[str], limit_bytes: int = FILE_LIMIT_BYTES) -> bytes:
     """The content of a regular file of at most `limit_bytes`, unchanged while it was read; else InputError."""
+    with _opened(path, limit_bytes) as (file, size_bytes):
+        return _content(path, file, size_bytes)
+
+
+def _content(path: str | os.PathLike[str], file: IO[bytes], size_bytes: int) -> bytes:
+    try:
+        content = file.read(size_bytes)
+        grown = file.read(1)
+    except OSError as error:
+        raise _unreadable(path, error) from None
+    if grown or len(content) != size_bytes:
+        raise _changed(path)
+    return content
+
+
+@contextlib.contextmanager
+def _opened(path: str | os.PathLike[str], limit_bytes: int) -> Iterator[tuple[IO[bytes], int]]:
+    """The regular file `path` and its size; InputError if it has changed when the block ends."""
     try:
         _check_kind(path, os.stat(path), limit_bytes)  # noqa: PTH116 - a Path refuses some odd names
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-        with open(os.open(path, flags), "rb") as file:  # noqa: PTH123 - opened by descriptor
-            before = os.fstat(file.fileno())
-            _check_kind(path, before, limit_bytes)
-            content = file.read(before.st_size)
-            grown = file.read(1)
-            after = os.fstat(file.fileno())
+        file = open(os.open(path, flags), "rb")  # noqa: PTH123, SIM115 - opened by descriptor, closed below
     except ValueError as error:
         raise InputError(path, f"is not a possible file name ({error})", "Rename the file") from None
     except OSError as error:
-        raise InputError(path, _reason(error), "Check that the file exists and may be read") from None
-    if (
-        grown
-        or len(content) != before.st_size
-        or (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns)
-    ):
-        raise InputError(path, "changed while it was being read", "Wait until it is complete and try again")
-    return content
+        raise _unreadable(path, error) from None
+    with file:
+        before = os.fstat(file.fileno())
+        _check_kind(path, before, limit_bytes)
+        try:
+            yield file, before.st_size
+        finally:
+            after = os.fstat(file.fileno())
+            if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
+                raise _changed(path)
+
+
+def _changed(path: str | os.PathLike[str]) -> InputError:
+    return InputError(path, "changed while it was being read", "Wait until it is complete and try again")
+
+
+def _unreadable(path: str | os.PathLike[str], error: OSError) -> InputError:
+    return InputError(path, _reason(error), "Check that the file exists and may be read")
 
 
 def _reason(error: OSError) -> str:
@@ -147,9 +171,14 @@ def decode_in_child(
 
     Raises InputError for a file that cannot be read or decoded, also when the decoder crashes or takes too long.
     """
-    content = read_bytes(path, limit_bytes)
-    limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s, "cancellation": cancellation}
-    return decode_content(decoder, path, content, **limits, **options)
+    limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s}
+    with _opened(path, limit_bytes) as (file, size_bytes):
+        source = f"/proc/{os.getpid()}/fd/{file.fileno()}"
+        if Path(source).exists():
+            request = _request(decoder, path, options, limits, source, size_bytes)
+            return _decoded(request, b"", cancellation)
+        content = _content(path, file, size_bytes)
+    return _decoded(_request(decoder, path, options, limits, None, size_bytes), content, cancellation)
 
 
 def decode_content(
@@ -159,21 +188,30 @@ def decode_content(
     *,
     memory_bytes: int = DECODER_MEMORY_BYTES,
     timeout_s: float = 60.0,
-    cancellation: Cancellation | None = None,
     **options: Any,
 ) -> dict[str, Any]:
     """As `decode_in_child`, for `content` that has been read already (a member of a bundle); `path` names it."""
-    request = {
-        "decoder": decoder,
-        "name": os.fspath(path),
-        "options": options,
-        "memory_bytes": memory_bytes,
-        "timeout_s": timeout_s,
-        "content_bytes": len(content),
-    }
+    limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s}
+    return _decoded(_request(decoder, path, options, limits, None, len(content)), content, None)
+
+
+def _request(
+    decoder: str,
+    path: str | os.PathLike[str],
+    options: dict[str, Any],
+    limits: dict[str, Any],
+    source: str | None,
+    size_bytes: int,
+) -> dict[str, Any]:
+    """What the child is told. It reads the file `source`, which the parent holds open, or the content comes after."""
+    content = {"source": source, "content_bytes": size_bytes}
+    return {"decoder": decoder, "name": os.fspath(path), "options": options, **limits, **content}
+
+
+def _decoded(request: dict[str, Any], content: bytes, cancellation: Cancellation | None) -> dict[str, Any]:
     reply = _answered(request, content, cancellation or Cancellation())
     if "problem" in reply:
-        raise InputError(path, reply["problem"], reply["remedy"])
+        raise InputError(request["name"], reply["problem"], reply["remedy"])
     return reply
 
 
