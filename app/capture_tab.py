@@ -320,7 +320,7 @@ class CaptureTab(QWidget):
         while len(self._pictures) >= PICTURES_KEPT:
             self._pictures.pop(next(iter(self._pictures)))
         self._pictures[key] = picture
-        if key[1] == self.current:
+        if key[1] == self.current and self.when.value == "after":
             self.image.show_picture(picture)
 
     def _show_small(self) -> None:

@@ -57,6 +57,11 @@ class ImportChoices:
     patch: tuple[int, int, int, int] | None = None
     framing: Framing | None = None
 
+    @property
+    def for_another_capture(self) -> ImportChoices:
+        """What holds for other photographs as well: no places in these pictures, and none of their frames or lamps."""
+        return ImportChoices(self.motion, self.white_balance, self.transfer)
+
 
 @dataclass(frozen=True)
 class Look:

@@ -76,7 +76,7 @@ class Workbench(QObject):
         """The capture that the program brings along."""
         self.wanted.emit("capture")
         job = self.jobs.submit("Preparing the sample capture", lambda: _sample(self.folder.parent / "lightarc-sample"))
-        job.succeeded.connect(lambda sources: self.import_photographs(sources, name="Woven sample"))
+        job.succeeded.connect(lambda sources: self._import_others(sources, "Woven sample"))
 
     def _open_recognised(self, found: Recognised) -> None:
         if found.kind == "mesh":
@@ -93,7 +93,10 @@ class Workbench(QObject):
         else:
             self.wanted.emit("capture")
             job = self.jobs.submit("Looking for photographs", lambda: _found(found.paths))
-            job.succeeded.connect(self.import_photographs)
+            job.succeeded.connect(self._import_others)
+
+    def _import_others(self, sources: Sources, name: str = "") -> None:
+        self.import_photographs(sources, self.document.project.import_choices.for_another_capture, name)
 
     def import_photographs(self, sources: Sources, choices: ImportChoices | None = None, name: str = "") -> None:
         """Import `sources` into the working folder, then build the material."""

@@ -112,3 +112,16 @@ def test_dark_frame_lamp_and_sphere_are_asked_for(
     qtbot.mouseClick(panel.sphere.buttons["sphere"], Qt.MouseButton.LeftButton)
     assert choices(imported).sphere
     assert imported.bench.document.undo_stack.undoText() == "Lights"
+
+
+def test_places_in_one_capture_do_not_cut_the_next(imported: MainWindow, qtbot: Any, photographs: Path) -> None:
+    document = imported.bench.document
+    asked = ImportChoices(motion="none", patch=(1, 2, 30, 40), lamp_distance=2.0, sphere=True)
+    document.change("Ask", import_choices=asked)
+    stack = document.project.stack
+    imported.open([photographs])
+    qtbot.waitUntil(
+        lambda: document.project.stack is not stack and not imported.bench.jobs.active,
+        timeout=240_000,
+    )
+    assert choices(imported) == document.project.imported_with == ImportChoices(motion="none")
