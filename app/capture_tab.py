@@ -499,6 +499,7 @@ class CaptureTab(QWidget):
         for action in self.actions():
             action.setIcon(icons.icon(str(action.data())))
         self.empty.apply_theme()
+        self.options.fold.apply_theme()
         self.report.show_health(self.report.health)
         self.plot.apply_theme()
         self._show_plot()

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QComboBox, QFileDialog
 
 from app.document import ImportChoices
 from app.number_field import NumberField
-from app.panels import Rows, Segments, enable
+from app.panels import Fold, Rows, Segments, enable
 
 if TYPE_CHECKING:
     from engine.capture.framing import Framing
@@ -45,6 +45,7 @@ FRAMES = {
     "flat": ("Flat field", "A photograph of an even white surface, which is divided out"),
 }
 
+CALIBRATION = ("dark", "flat", "lamp_distance", "sphere")
 FRAMINGS = (("all", "All that they share"), ("crop", "Crop"), ("corners", "Four corners"))
 
 
@@ -63,11 +64,14 @@ class ImportPanel(Rows):
         self.choices = ImportChoices()
         self.boxes: dict[str, QComboBox] = {}
         for name, (label, choices, hint) in IMPORT_CHOICES.items():
-            box = self._box(name, label, hint)
+            box = self._box(name, label, hint, self)
             for value, words in choices:
                 box.addItem(words, value)
+        self.fold = Fold("Calibration")
+        self.wide(self.fold)
+        calibration = self.fold.rows
         for name, (label, hint) in FRAMES.items():
-            self._box(name, label, hint)
+            self._box(name, label, hint, calibration)
         self.sphere = Segments(
             (
                 ("stated", "As stated", "From capture.toml, an .lp file, the file names, or entered"),
@@ -75,7 +79,7 @@ class ImportPanel(Rows):
             )
         )
         self.sphere.chosen.connect(lambda value: self.chosen.emit("Lights", {"sphere": value == "sphere"}))
-        self.row("Lights", self.sphere)
+        calibration.row("Lights", self.sphere)
         self.lamp = Segments(
             (
                 ("stated", "As stated", "Distant, unless capture.toml says how near"),
@@ -83,10 +87,10 @@ class ImportPanel(Rows):
             )
         )
         self.lamp.chosen.connect(self._lamp_chosen)
-        self.row("Lamp", self.lamp)
+        calibration.row("Lamp", self.lamp)
         self.distance = NumberField(1.5, 0.51, 1000.0, unit="widths", log=True)
         self.distance.edited.connect(self._lamp_at)
-        self.row("Distance", self.distance)
+        calibration.row("Distance", self.distance)
         self.framing = QComboBox()
         for value, words in FRAMINGS:
             self.framing.addItem(words, value)
@@ -97,16 +101,19 @@ class ImportPanel(Rows):
         self.row("Width", self.width_field)
         self.size_figure = self.figure("Size", "Of the picture that is made")
 
-    def _box(self, name: str, label: str, hint: str) -> QComboBox:
+    def _box(self, name: str, label: str, hint: str, rows: Rows) -> QComboBox:
         box = QComboBox()
         box.activated.connect(lambda _index: self._box_chosen(name))
-        self.row(label, box, hint)
+        rows.row(label, box, hint)
         self.boxes[name] = box
         return box
 
     def show_choices(self, choices: ImportChoices, size: tuple[int, int] | None) -> None:
         """Show `choices` without emitting; `size` is that of the picture which is there now."""
         self.choices = choices
+        plain = ImportChoices()
+        if any(getattr(choices, name) != getattr(plain, name) for name in CALIBRATION):
+            self.fold.head.setChecked(True)
         for name in FRAMES:
             self._fill_frame(name)
         for name, box in self.boxes.items():

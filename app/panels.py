@@ -127,6 +127,36 @@ class Rows(QWidget):
         return widget
 
 
+class Fold(QWidget):
+    """Rows that are seldom needed, behind a line that opens and closes them."""
+
+    def __init__(self, title: str) -> None:
+        super().__init__()
+        self.rows = Rows()
+        self.rows.hide()
+        self.head = QToolButton()
+        self.head.setText(title)
+        self.head.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.head.setIconSize(QSize(icons.SMALL, icons.SMALL))
+        self.head.setCheckable(True)
+        self.head.toggled.connect(self._toggled)
+        role(self.head, "fold")
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(STEP)
+        column.addWidget(self.head)
+        column.addWidget(self.rows)
+        self.apply_theme()
+
+    def _toggled(self, opened: bool) -> None:
+        self.rows.setVisible(opened)
+        self.apply_theme()
+
+    def apply_theme(self) -> None:
+        """Draw the arrow in the colour of the current theme."""
+        self.head.setIcon(icons.icon("chevron-down" if self.head.isChecked() else "chevron-right"))
+
+
 class Segments(QWidget):
     """A few choices side by side, exactly one of them active. `chosen` is emitted for clicks and keys only."""
 

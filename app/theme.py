@@ -202,6 +202,8 @@ QPushButton[role="link"]:focus {{ text-decoration: underline; }}
 QToolButton {{ background: transparent; border: none; border-radius: 4px; padding: 4px; }}
 QToolButton:hover {{ background: {theme.hover}; }}
 QToolButton:checked {{ background: {theme.line}; }}
+QToolButton[role="fold"] {{ color: {theme.secondary}; padding: 3px 4px 3px 0; }}
+QToolButton[role="fold"]:checked {{ background: transparent; }}
 QToolButton:focus {{ background: {theme.hover}; }}
 QToolButton[role="workspace"] {{ padding: 2px 14px 0 14px; min-height: 33px; border-radius: 0; color: {theme.secondary};
   border-bottom: 2px solid transparent; }}

@@ -102,6 +102,9 @@ def test_dark_frame_lamp_and_sphere_are_asked_for(
 ) -> None:
     panel, dark = imported.capture.options, photographs / "felt_10deg.png"
     monkeypatch.setattr("app.import_panel.QFileDialog.getOpenFileName", lambda *_: (str(dark), ""))
+    assert not panel.lamp.isVisible()
+    qtbot.mouseClick(panel.fold.head, Qt.MouseButton.LeftButton)
+    assert panel.lamp.isVisible()
     pick(imported, "dark", "choose")
     assert choices(imported).dark == dark
     assert panel.boxes["dark"].currentText() == "felt_10deg.png"
