@@ -3,7 +3,8 @@
     python packaging/screenshots.py FOLDER --readme packaging/screenshots/view.png
 
 needs a display with OpenGL (Xvfb does). Pictures come at 1280 × 800 and 1920 × 1080, dark; a few also light.
-`--readme`, which may be left out, also writes the picture at the top of the README: the View workspace with the material on a model.
+`--readme`, which may be left out, also writes the picture at the top of the README: the View workspace with the
+material on a model.
 """
 
 from __future__ import annotations

@@ -79,8 +79,8 @@ def test_missing_parent_folder_is_named(lightarc, tmp_path):
 
 
 def test_the_verb_offers_what_the_engine_has():
-    from engine.render.height_fields import SAMPLES
     from engine.render.arc import ELEVATIONS_DEG, FORMATS, LightArc
+    from engine.render.height_fields import SAMPLES
 
     parser = argparse.ArgumentParser()
     simulate.add_arguments(parser)
