@@ -57,6 +57,22 @@ def import_large() -> Measure:
     return Measure("import-large", result["time_s"], limit_s, "decoding the ten photographs", memory)
 
 
+def import_raw() -> Measure:
+    """`engine.bench.capture.import_raw` in a working folder."""
+    from engine.bench import capture
+
+    with tempfile.TemporaryDirectory() as name:
+        return capture.import_raw(Path(name))
+
+
+def import_tiff() -> Measure:
+    """`engine.bench.capture.import_tiff` in a working folder."""
+    from engine.bench import capture
+
+    with tempfile.TemporaryDirectory() as name:
+        return capture.import_tiff(Path(name))
+
+
 @cache
 def _window() -> dict[str, Any]:
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):

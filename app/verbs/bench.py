@@ -28,11 +28,17 @@ MEASURES = {
     "window-start": "app.bench_program:window_start",
     "window-block": "app.bench_program:window_block",
     "import-large": "app.bench_program:import_large",
+    "import-raw-24mp": "app.bench_program:import_raw",
+    "import-tiff-24mp": "app.bench_program:import_tiff",
+    "align-24mp": "engine.bench.capture:align_large",
 }
-LARGE = "import-large"
+LARGE = ("import-large", "import-raw-24mp", "import-tiff-24mp", "align-24mp")
 
 #: Name of a group of errors and the function that finds them in a working folder.
-ACCURACIES = {"capture-truth": "engine.bench.capture_truth:measures"}
+ACCURACIES = {
+    "capture-truth": "engine.bench.capture_truth:measures",
+    "alignment-accuracy": "engine.bench.capture:alignment",
+}
 
 log = logging.getLogger(__name__)
 
@@ -40,11 +46,13 @@ log = logging.getLogger(__name__)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     names = (*MEASURES, *ACCURACIES)
     parser.add_argument("--only", nargs="+", choices=names, metavar="NAME", help=", ".join(names))
-    parser.add_argument("--large", action="store_true", help="also import ten photographs of 24 megapixels (minutes)")
+    parser.add_argument(
+        "--large", action="store_true", help="also import and align ten photographs of 24 megapixels (minutes)"
+    )
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    chosen = arguments.only or [name for name in (*MEASURES, *ACCURACIES) if arguments.large or name != LARGE]
+    chosen = arguments.only or [name for name in (*MEASURES, *ACCURACIES) if arguments.large or name not in LARGE]
     measures = []
     for index, name in enumerate(name for name in chosen if name in MEASURES):
         show(Step(index / len(chosen), f"measuring {name}"))

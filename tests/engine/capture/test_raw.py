@@ -161,6 +161,25 @@ def test_R12_every_truncation_of_a_dng_is_an_error(tmp_path, dng, compression):
         read_photograph(path)
 
 
+@pytest.mark.parametrize(("rows", "value", "words"), [
+    (np.s_[95:], 0, "its last rows all hold the value 0"),
+    (np.s_[40:44], 0, "some of its rows all hold the value 0"),
+    (np.s_[30:50], 700, "some of its rows all hold the value 700"),
+])  # fmt: skip
+def test_R12_rows_that_were_never_filled_are_an_error(read, rows, value, words):
+    mosaic = noise((96, 128))
+    mosaic[rows] = value
+    with pytest.raises(InputError, match=words):
+        read(mosaic)
+
+
+@pytest.mark.parametrize("value", [64, 4095])
+def test_R12_rows_at_black_or_at_white_are_no_damage(read, value):
+    mosaic = noise((96, 128))
+    mosaic[40:60] = value
+    assert read(mosaic).radiance.shape == (96, 128, 3)
+
+
 @pytest.mark.parametrize("name", ["raw/RAW_KODAK_DC50.KDC", "raw/canon_eos_6d.dng"])
 def test_R12_every_truncation_of_real_raw_is_an_error_or_harmless(tmp_path, shared_data, name):
     source = shared_data(name)

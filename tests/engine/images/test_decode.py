@@ -350,3 +350,16 @@ def test_real_files(shared_data, name, shape, mean):
 def test_fault5_damaged_real_exr_is_refused(shared_data, name):
     with pytest.raises(InputError, match="damaged"):
         read_image(shared_data(f"hdr/damaged/{name}"))
+
+
+@pytest.mark.parametrize(("rows", "words"), [(np.s_[30:], "its last ones among them"), (np.s_[10:13], "3 of 37 rows")])
+def test_fault5_rows_of_zeros_are_warned_of(tmp_path, rows, words):
+    samples = CODES16.copy()
+    samples[rows] = 0
+    path = tmp_path / "zeros.tif"
+    path.write_bytes(tiff(samples))
+    assert any(words in warning and "check that it is complete" in warning for warning in read_image(path).warnings)
+    path.write_bytes(tiff(CODES16))
+    assert read_image(path).warnings == ()
+    path.write_bytes(tiff(np.zeros_like(CODES16)))
+    assert read_image(path).warnings == ()
