@@ -12,7 +12,7 @@ from engine.errors import InputError
 from engine.steps import Step, drain
 
 HELP = "Import photographs of a material under a moving lamp: decode, align, crop and report."
-EXAMPLE = "lightarc import photographs -o stack --angles 10,20,30,40,50,60,70,80,90"
+EXAMPLE = "lightarc import photographs -o stack --angles-deg 10,20,30,40,50,60,70,80,90"
 
 _MOTIONS = ("auto", "translation", "euclidean", "affine", "homography")
 
@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("photographs", nargs="+", type=Path, metavar="FOLDER", help="a folder, or the photographs")
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="STACK", help="folder of the stack")
     parser.add_argument(
-        "--angles",
+        "--angles-deg",
         type=_numbers,
         metavar="A,B,…",
         help="elevations of the light in degrees, one per photograph in the order of the file names; "
@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     start = time.perf_counter()
     memory = _Memory(show)
     frames = [path for path in (arguments.dark, arguments.flat) if path is not None]
-    sources = find(arguments.photographs, arguments.angles, sphere=_outline(arguments.sphere), aside=frames)
+    sources = find(arguments.photographs, arguments.angles_deg, sphere=_outline(arguments.sphere), aside=frames)
     _refuse_inside(arguments.output, arguments.photographs)
     settings = usage(
         lambda: ImportSettings(

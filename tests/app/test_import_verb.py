@@ -45,7 +45,7 @@ def photographs(tmp_path_factory):
 
 
 def test_json_has_the_promised_keys_and_photographs_in_the_order_of_elevation(lightarc, photographs, tmp_path):
-    done = lightarc("import", photographs, "-o", tmp_path / "s", "--angles", "10,30,70,50", "--no-align", "--json")
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--angles-deg", "10,30,70,50", "--no-align", "--json")
     assert done.code == 0
     result = json.loads(done.out)
     assert list(result) == KEYS
@@ -98,7 +98,7 @@ def test_impossible_frames_are_wrong_usage(lightarc, photographs, tmp_path, word
 @pytest.mark.parametrize(
     "words",
     [
-        ("--angles", "10,x"), ("--crop", "1,2,3"), ("--crop", "0,0,0,5"), ("--motion", "spline"),
+        ("--angles-deg", "10,x"), ("--crop", "1,2,3"), ("--crop", "0,0,0,5"), ("--motion", "spline"),
         ("--white-balance", "1,2"), ("--white-balance", "1,0,nan"), ("--transfer", "gamma"),
     ],
 )  # fmt: skip
@@ -110,7 +110,7 @@ def test_wrong_usage(lightarc, photographs, tmp_path, words):
 
 
 def test_bad_input_names_file_and_remedy(lightarc, photographs, tmp_path):
-    for words in ((tmp_path / "nowhere",), (photographs, "--angles", "1,2"), (photographs, "-o", photographs)):
+    for words in ((tmp_path / "nowhere",), (photographs, "--angles-deg", "1,2"), (photographs, "-o", photographs)):
         done = lightarc("import", "-o", tmp_path / "s", *words)
         assert (done.code, done.out) == (3, "")
         assert done.err.count("\n") == 1
