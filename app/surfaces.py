@@ -22,7 +22,8 @@ from engine.scene import Scene
 from engine.steps import Step, Steps
 
 #: How long a frame may take: while something moves, when it is still, and when it is still and no job runs either.
-MOVING_S, STILL_S, IDLE_S = 0.03, 0.045, 0.25
+#: The last is long enough for software to draw every pixel once: a picture at rest that stays coarse is worse.
+MOVING_S, STILL_S, IDLE_S = 0.03, 0.045, 0.6
 
 #: Sub-pixels along a side of a pixel, and the fraction of pixels that is drawn, from best to quickest.
 QUALITIES = ((2, 1), (1, 1), (1, 2), (1, 3), (1, 4), (1, 6), (1, 9))

@@ -169,7 +169,13 @@ def test_absent_input_ends_with_3_and_writes_nothing(words: list[str], tmp_path:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_cancels_and_leaves_nothing(number: signal.Signals, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "app", "simulate", "-o", str(tmp_path / "capture"), "--size", "2048"]
-    with subprocess.Popen(command, cwd=PROJECT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+
+    def heed() -> None:
+        """A shell in the background ignores interrupts, and so does all that it starts."""
+        signal.signal(number, signal.SIG_DFL)
+
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, cwd=PROJECT, stdout=pipe, stderr=pipe, text=True, preexec_fn=heed) as process:
         while not list(tmp_path.iterdir()):
             assert process.poll() is None
         process.send_signal(number)
