@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app import theme
+from app import cli, theme
 from app.surfaces import request_format
 from engine.images.encode import encode_png
 
@@ -126,3 +127,17 @@ def drop() -> Callable[[QWidget, list[Path]], None]:
             assert event.isAccepted()
 
     return send
+
+
+@pytest.fixture
+def lightarc(capsys: pytest.CaptureFixture[str]) -> Callable[..., SimpleNamespace]:
+    """Runs the command line in this process; gives exit code, standard output and standard error."""
+
+    def run(*words: object) -> SimpleNamespace:
+        try:
+            code = cli.main(list(map(str, words)))
+        except SystemExit as stop:
+            code = stop.code
+        return SimpleNamespace(code=code, **dict(zip(("out", "err"), capsys.readouterr(), strict=True)))
+
+    return run

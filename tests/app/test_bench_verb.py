@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 import os
 import sys
-from types import SimpleNamespace
 
 import pytest
 
-from app import cli
 from app.verbs import bench
 from engine.bench import capture_truth, shading
 from engine.bench.capture_truth import Accuracy
@@ -17,21 +15,6 @@ from engine.bench.measure import Measure, best_of
 from engine.steps import Step
 
 KEYS = ["name", "time_s", "limit_s", "limit", "ratio"]
-
-
-@pytest.fixture
-def lightarc(capsys, monkeypatch):
-    """Runs the command line with this verb alone; gives exit code, standard output and standard error."""
-    monkeypatch.setattr(cli, "VERBS", (("bench", "app.verbs.bench"),))
-
-    def run(*words):
-        try:
-            code = cli.main(list(map(str, words)))
-        except SystemExit as stop:
-            code = stop.code
-        return SimpleNamespace(code=code, **dict(zip(("out", "err"), capsys.readouterr(), strict=True)))
-
-    return run
 
 
 @pytest.fixture

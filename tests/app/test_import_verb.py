@@ -2,34 +2,17 @@
 
 import argparse
 import json
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
-from app import cli
 from app.verbs import import_
 
 KEYS = [
     "images", "height_px", "width_px", "elevations_deg", "angle_source", "alignment_residual_px", "clipped_fraction",
     "black_fraction", "mean_radiance", "warnings", "time_s", "peak_memory_bytes",
 ]  # fmt: skip
-
-
-@pytest.fixture
-def lightarc(capsys, monkeypatch):
-    """Runs the command line with this verb alone; gives exit code, standard output and standard error."""
-    monkeypatch.setattr(cli, "VERBS", (("import", "app.verbs.import_"),))
-
-    def run(*words):
-        try:
-            code = cli.main(list(map(str, words)))
-        except SystemExit as stop:
-            code = stop.code
-        return SimpleNamespace(code=code, **dict(zip(("out", "err"), capsys.readouterr(), strict=True)))
-
-    return run
 
 
 @pytest.fixture(scope="module")

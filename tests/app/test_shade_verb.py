@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
-from app import cli
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.sources import find
 from engine.files.bundle import describe_bundle, open_bundle
@@ -22,21 +20,6 @@ KEYS = [
     "quantisation_error_radiance", "max_error_radiance", "kept_tile_fraction", "seam_error", "tile_width_px",
     "tile_height_px", "worst_texels",
 ]  # fmt: skip
-
-
-@pytest.fixture
-def lightarc(capsys, monkeypatch):
-    """Runs the command line with this verb alone; gives exit code, standard output and standard error."""
-    monkeypatch.setattr(cli, "VERBS", (("shade", "app.verbs.shade"),))
-
-    def run(*words):
-        try:
-            code = cli.main(list(map(str, words)))
-        except SystemExit as stop:
-            code = stop.code
-        return SimpleNamespace(code=code, **dict(zip(("out", "err"), capsys.readouterr(), strict=True)))
-
-    return run
 
 
 def make_stack(folder, levels):

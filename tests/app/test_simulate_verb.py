@@ -4,27 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
-from types import SimpleNamespace
 
 import pytest
 
-from app import cli
 from app.verbs import simulate
-
-
-@pytest.fixture
-def lightarc(capsys, monkeypatch):
-    """Runs the command line with this verb alone; gives exit code, standard output and standard error."""
-    monkeypatch.setattr(cli, "VERBS", (("simulate", "app.verbs.simulate"),))
-
-    def run(*words):
-        try:
-            code = cli.main(list(map(str, words)))
-        except SystemExit as stop:
-            code = stop.code
-        return SimpleNamespace(code=code, **dict(zip(("out", "err"), capsys.readouterr(), strict=True)))
-
-    return run
 
 
 def test_json_names_what_was_made(lightarc, tmp_path):
