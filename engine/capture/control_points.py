@@ -27,12 +27,17 @@ _ITERATIONS = 20
 
 @dataclass(frozen=True, eq=False)
 class MarkedMotion:
-    """`matrix` (3, 3) from the reference to the photograph, the kind of `motion` it is, and the root mean square
-    distance in pixels by which the points miss it (0 where there are no more points than needed)."""
+    """`matrix` (3, 3) from the reference to the photograph, the kind of `motion` it is, and `missed_px` (N,), the
+    distance in pixels by which each point misses it (0 where there are no more points than needed)."""
 
     matrix: Matrix
     motion: str
-    rms_px: float
+    missed_px: NDArray[np.float64]
+
+    @property
+    def rms_px(self) -> float:
+        """Root mean square of the distances."""
+        return float(np.sqrt((self.missed_px**2).mean()))
 
 
 def marked_motion(pairs: Sequence[Sequence[float]], motion: str = "homography") -> MarkedMotion:
@@ -54,8 +59,7 @@ def marked_motion(pairs: Sequence[Sequence[float]], motion: str = "homography") 
             matrix = _FITS[kind](here, there)
             if kind == "translation" or _sound(matrix, here):
                 break
-    missed = _moved(matrix, here) - there
-    return MarkedMotion(matrix, kind, float(np.sqrt((missed**2).sum(axis=1).mean())))
+    return MarkedMotion(matrix, kind, np.hypot(*(moved(matrix, here) - there).T))
 
 
 def _determines(here: Points, there: Points, motion: str) -> bool:
@@ -87,7 +91,8 @@ def _sound(matrix: Matrix, here: Points) -> bool:
     )
 
 
-def _moved(matrix: Matrix, points: Points) -> Points:
+def moved(matrix: Matrix, points: Points) -> Points:
+    """Where `matrix` (3, 3) takes `points` (N, 2)."""
     there = points @ matrix[:, :2].T + matrix[:, 2]
     places: Points = there[:, :2] / there[:, 2:]
     return places
@@ -119,7 +124,7 @@ def _euclidean(here: Points, there: Points) -> Matrix:
 
 def _affine(here: Points, there: Points) -> Matrix:
     unit = _unit(here)
-    table = np.hstack([_moved(unit, here), np.ones((len(here), 1))])
+    table = np.hstack([moved(unit, here), np.ones((len(here), 1))])
     matrix = np.eye(3)
     matrix[:2] = np.linalg.lstsq(table, there, rcond=None)[0].T
     return matrix @ unit
@@ -128,7 +133,7 @@ def _affine(here: Points, there: Points) -> Matrix:
 def _homography(here: Points, there: Points) -> Matrix:
     """Direct linear transform, then Gauss-Newton on the distances in the photograph."""
     from_unit, to_unit = _unit(here), _unit(there)
-    one, other = _moved(from_unit, here), _moved(to_unit, there)
+    one, other = moved(from_unit, here), moved(to_unit, there)
     rows = []
     for (x, y), (u, v) in zip(one, other, strict=True):
         rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y, -u], [0, 0, 0, x, y, 1, -v * x, -v * y, -v]]
@@ -146,12 +151,12 @@ def _homography(here: Points, there: Points) -> Matrix:
 def _newton_step(matrix: Matrix, here: Points, there: Points) -> Matrix:
     """The change of the nine entries of least size that lowers the distances most."""
     whole = np.hstack([here, np.ones((len(here), 1))])
-    moved = whole @ matrix.T
-    u, v, w = moved.T
+    seen = whole @ matrix.T
+    u, v, w = seen.T
     zero = np.zeros_like(whole)
     by_u = np.hstack([whole, zero, -(u / w)[:, None] * whole]) / w[:, None]
     by_v = np.hstack([zero, whole, -(v / w)[:, None] * whole]) / w[:, None]
-    missed = there - moved[:, :2] / w[:, None]
+    missed = there - seen[:, :2] / w[:, None]
     change = np.linalg.lstsq(np.vstack([by_u, by_v]), np.concatenate([missed[:, 0], missed[:, 1]]), rcond=1e-12)[0]
     step: Matrix = change.reshape(3, 3)
     return step

@@ -13,6 +13,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from engine.capture.align import MOTIONS
 from engine.capture.calibration import Calibration, read_calibration
 from engine.capture.decode import WhiteBalance, read_photograph
@@ -23,6 +26,7 @@ from engine.capture.mirror_sphere import Circle
 from engine.capture.sources import ONE_ARC, Pairs, Sources, azimuth_spread, printable
 from engine.capture.sphere_lights import measured_lights
 from engine.errors import InputError
+from engine.health import Finding, Verdict
 from engine.steps import Step, Steps, part
 
 
@@ -42,7 +46,8 @@ class ImportSettings:
     reference : file name of the photograph that the others are aligned to; None for what the sources say, else the
         best textured.
     control_points : by file name, pairs (x and y in the reference photograph, x and y in this one) that a person
-        marked where alignment fails; they are added to those that the sources give, or replace them.
+        marked where alignment fails; they are added to those that the sources give, or replace them. No pairs for a
+        name take those away that the sources give.
     dark, flat : calibration frames: 'auto' for those found among the sources, 'none', or a file.
     lamp_distance : of a near lamp in widths of the picture, infinite for a distant one; None for what the sources say.
     """
@@ -144,6 +149,7 @@ def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     else:
         balance = settings.white_balance
     distance = settings.lamp_distance or sources.lamp_distance or math.inf
+    sources = replace(sources, findings=(*sources.findings, *_about_near_lamp(distance, sources.azimuth)))
     options = {"white_balance": balance, "transfer": transfer}
     calibration = yield from part(read_calibration(dark, flat, distance, for_pictures, options), 0.9, 1.0)
     return Plan(sources, settings, dark, flat, calibration, scale, options)
@@ -159,14 +165,30 @@ def _decided(settings: ImportSettings, sources: Sources) -> ImportSettings:
     told = {printable(path): pairs for path, pairs in sources.control_points.items()}
     return replace(
         settings,
-        motion=settings.motion if settings.motion != "auto" else _usual_motion(sources),
+        motion=settings.motion if settings.motion != "auto" else _usual_motion(sources.azimuth),
         reference=settings.reference or (printable(sources.reference) if sources.reference else None),
-        control_points={**told, **settings.control_points},
+        control_points={name: pairs for name, pairs in {**told, **settings.control_points}.items() if len(pairs)},
     )
 
 
-def _usual_motion(sources: Sources) -> str:
-    return "euclidean" if azimuth_spread(sources.azimuth) <= ONE_ARC else "none"
+def _usual_motion(azimuth: NDArray[np.float64] | None) -> str:
+    return "euclidean" if azimuth_spread(azimuth) <= ONE_ARC else "none"
+
+
+def marked_kind(motion: str, azimuth: NDArray[np.float64] | None) -> str:
+    """The kind of motion that control points are fitted with, where an import is asked for `motion`."""
+    decided = motion if motion != "auto" else _usual_motion(azimuth)
+    return decided if decided != "none" else "homography"
+
+
+def _about_near_lamp(distance: float, azimuth: NDArray[np.float64] | None) -> list[Finding]:
+    if not math.isfinite(distance) or azimuth is not None:
+        return []
+    text = (
+        "The lamp is near, but nothing says on which side it stood: its fall-off is corrected as if it stood on the "
+        "right. State azimuth_deg in capture.toml, give an .lp file, or measure the lights on a mirror sphere"
+    )
+    return [Finding(Verdict.WARNING, text)]
 
 
 def _noted(sources: Sources) -> Steps[dict[Path, Noted]]:

@@ -29,7 +29,7 @@ from engine.capture.align import Alignment, Grey, align, reduced, reduction, wit
 from engine.capture.assumptions import compare_azimuths
 from engine.capture.decode import Photograph
 from engine.capture.exposures import Exposure
-from engine.capture.import_plan import ImportSettings, Plan, planned
+from engine.capture.import_plan import ImportSettings, Plan, marked_kind, planned
 from engine.capture.import_record import (
     about_lights,
     contradictions,
@@ -298,7 +298,7 @@ def _control_points(plan: Plan, alignment: Alignment) -> Alignment:
         problem = "has control points, but is the one that the others are aligned to"
         remedy = "Say which photograph is the reference: reference in capture.toml"
         raise InputError(plan.sources.photographs[alignment.reference], problem, remedy)
-    motion = plan.settings.motion if plan.settings.motion != "none" else "homography"
+    motion = marked_kind(plan.settings.motion, plan.sources.azimuth)
     return with_control_points(alignment, marked, plan.names, motion) if marked else alignment
 
 

@@ -40,6 +40,8 @@ PHOTOGRAPH_SUFFIXES = _suffixes(
 _UNREAD_PICTURES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm tga webp")
 #: Lights whose azimuths lie within this angle count as one arc.
 ONE_ARC = math.radians(5.0)
+#: How the findings begin that tell where unmeasured angles come from.
+FROM_NAMES, ASSUMED = "Elevations were read from the file names", "No angles were found"
 #: What `angle_source` says of lights that a mirror sphere shows.
 SPHERE = "mirror sphere"
 #: Points marked in two photographs: x and y in the one, x and y in the other.
@@ -370,7 +372,7 @@ def _from_names(place: Path, photographs: list[Path]) -> tuple[list[_Lit], str, 
         _refuse_impossible(path, angle)
     shown = ", ".join(f"{angle:g}°" for angle in sorted(angles))
     verdict = Verdict.WARNING if silent else Verdict.NOTE
-    finding = Finding(verdict, f"Elevations were read from the file names: {shown}. Check that they are right")
+    finding = Finding(verdict, f"{FROM_NAMES}: {shown}. Check that they are right")
     return [_Lit(path, angle) for path, angle in zip(photographs, angles, strict=True)], "file names", [finding]
 
 
@@ -378,7 +380,7 @@ def _assumed(photographs: list[Path]) -> tuple[list[_Lit], str, list[Finding]]:
     """Steps of 10°, or smaller ones where there are more than nine photographs, up to 90° at most."""
     step = min(10.0, 90.0 / len(photographs))
     text = (
-        f"No angles were found: elevations from {step:g}° to {step * len(photographs):g}° in steps of {step:g}° are "
+        f"{ASSUMED}: elevations from {step:g}° to {step * len(photographs):g}° in steps of {step:g}° are "
         "assumed, in the order of the file names. Give the real ones"
     )
     lit = [_Lit(path, min(90.0, step * (index + 1))) for index, path in enumerate(photographs)]

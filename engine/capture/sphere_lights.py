@@ -8,16 +8,17 @@ Cost: each photograph is decoded once more.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.mirror_sphere import Circle, find_highlight, find_sphere, light_direction
 from engine.capture.read_ahead import ReadAhead
-from engine.capture.sources import Sources, about_azimuth
+from engine.capture.sources import ASSUMED, FROM_NAMES, SPHERE, Sources, about_azimuth, printable
 from engine.colour import luminance
 from engine.errors import InputError
 from engine.files.scratch import release, scratch_array
@@ -27,7 +28,28 @@ from engine.steps import Steps
 #: Stated and measured elevations that differ by more are worth a warning.
 DISAGREEMENT = math.radians(3.0)
 
-_REMEDY = "Correct it with highlight_px in capture.toml, or leave the photograph out"
+_REMEDY = "Mark it by hand in the Capture workspace or as highlight_px in capture.toml, or leave the photograph out"
+
+
+def with_sphere(
+    sources: Sources, outline: Circle | Literal["auto"], highlights: Mapping[str, tuple[float, float]] | None = None
+) -> Sources:
+    """`sources` whose lights are to be measured on a sphere with this `outline`.
+
+    `highlights` are (column, row) by file name where a person corrected them; the others stay as they were.
+    Elevations that were only assumed are forgotten, so that what is measured is not held against them.
+    """
+    marked = highlights or {}
+    names = map(printable, sources.photographs)
+    assumed = sources.angle_source == "assumed"
+    return replace(
+        sources,
+        sphere=outline,
+        highlights_px=tuple(marked.get(name, old) for name, old in zip(names, sources.highlights_px, strict=True)),
+        elevation=np.zeros_like(sources.elevation) if assumed else sources.elevation,
+        angle_source=SPHERE,
+        findings=tuple(one for one in sources.findings if not one.text.startswith((ASSUMED, FROM_NAMES))),
+    )
 
 
 def measured_lights(sources: Sources, transfer: Any) -> Steps[Sources]:
@@ -35,10 +57,10 @@ def measured_lights(sources: Sources, transfer: Any) -> Steps[Sources]:
 
     Raises InputError that names the photograph in which no highlight is found, or where there is no sphere.
     """
-    pictures = yield from _luminances(sources, transfer)
+    pictures = yield from luminances(sources, transfer)
     outline = sources.sphere
     if not isinstance(outline, Circle):
-        outline = _found(sources, pictures)
+        outline = found_outline(sources, pictures)
     _check_inside(sources, outline, pictures[0])
     directions = np.array([_direction(sources, index, picture, outline) for index, picture in enumerate(pictures)])
     elevation = np.arcsin(np.clip(directions[:, 2], -1, 1))
@@ -59,8 +81,8 @@ def measured_lights(sources: Sources, transfer: Any) -> Steps[Sources]:
     )
 
 
-def _luminances(sources: Sources, transfer: Any) -> Steps[NDArray[np.float32]]:
-    """(N, H, W) luminance of the photographs."""
+def luminances(sources: Sources, transfer: Any) -> Steps[NDArray[np.float32]]:
+    """(N, H, W) luminance of the photographs, in a file where it is large."""
     count = len(sources.photographs)
     pictures: NDArray[np.float32] | None = None
     with closing(ReadAhead(sources.photographs, transfer=transfer)) as ahead:
@@ -78,14 +100,17 @@ def _luminances(sources: Sources, transfer: Any) -> Steps[NDArray[np.float32]]:
     return pictures
 
 
-def _found(sources: Sources, pictures: NDArray[np.float32]) -> Circle:
+def found_outline(sources: Sources, pictures: NDArray[np.float32]) -> Circle:
+    """The outline of the sphere in the mean of `pictures`; InputError where none is found."""
     mean = np.zeros(pictures.shape[1:], np.float32)
     for picture in pictures:
         mean += picture / np.float32(len(pictures))
     try:
         return find_sphere(mean)
     except ValueError as error:
-        remedy = "Give its outline: --sphere COLUMN,ROW,RADIUS, or [sphere] in capture.toml"
+        remedy = (
+            "Mark it by hand in the Capture workspace, or give --sphere COLUMN,ROW,RADIUS or [sphere] in capture.toml"
+        )
         raise InputError(sources.photographs[0].parent, str(error), remedy) from None
 
 
@@ -97,17 +122,19 @@ def _check_inside(sources: Sources, outline: Circle, picture: NDArray[np.float32
 
 
 def _direction(sources: Sources, index: int, picture: NDArray[np.float32], outline: Circle) -> NDArray[np.float64]:
-    given = sources.highlights_px[index]
     try:
-        left, top = (max(0, math.floor(at - outline.radius)) for at in (outline.column, outline.row))
-        right, bottom = (math.ceil(at + outline.radius) for at in (outline.column, outline.row))
-        square = np.ascontiguousarray(picture[top:bottom, left:right])
-        if given is None:
-            column, row = find_highlight(square, Circle(outline.column - left, outline.row - top, outline.radius))
-            given = column + left, row + top
-        return light_direction(outline, *given)
+        return light_direction(outline, *(sources.highlights_px[index] or highlight_in(picture, outline)))
     except ValueError as error:
         raise InputError(sources.photographs[index], str(error), _REMEDY) from None
+
+
+def highlight_in(picture: NDArray[np.float32], outline: Circle) -> tuple[float, float]:
+    """(column, row) of the lamp's reflection in luminance (H, W); ValueError where none stands out."""
+    left, top = (max(0, math.floor(at - outline.radius)) for at in (outline.column, outline.row))
+    right, bottom = (max(1, math.ceil(at + outline.radius)) for at in (outline.column, outline.row))
+    square = np.ascontiguousarray(picture[top:bottom, left:right])
+    column, row = find_highlight(square, Circle(outline.column - left, outline.row - top, outline.radius))
+    return column + left, row + top
 
 
 def _disagreements(sources: Sources, measured: NDArray[np.float64]) -> list[Finding]:

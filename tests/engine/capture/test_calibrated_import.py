@@ -13,6 +13,7 @@ from engine.capture.grey_patch import GreyPatch
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.mirror_sphere import Circle
 from engine.capture.sources import find
+from engine.capture.sphere_lights import with_sphere
 from engine.capture.warp import Region
 from engine.errors import InputError
 from engine.files import untrusted
@@ -236,3 +237,34 @@ def test_fault_17_cancelling_while_a_photograph_is_decoded_takes_less_than_a_sec
     assert time.monotonic() - start < 1.0
     assert not (tmp_path / "stack").exists()
     assert all(not psutil.pid_exists(pid) or pid in {c.process.pid for c in untrusted._idle} for pid in busy)
+
+
+def test_a_near_lamp_of_unknown_azimuth_is_warned_of(tmp_path):
+    """Nothing says on which side the lamp stood; the correction for the right side is announced in words."""
+    folder = tmp_path / "c"
+    captured(folder, sample="plain", lamp_distance=1.5, azimuth=(0.5,))
+    said = "nothing says on which side it stood"
+    assert not any(said in text for text in imported(folder).health.warnings)
+    (folder / "capture.toml").unlink()
+    known = find([folder], [30, 60, 90])
+    assert any(said in text for text in imported(folder, known, lamp_distance=1.5).health.warnings)
+    assert not any(said in text for text in imported(folder, known).health.warnings)
+
+
+def test_lights_assumed_or_named_are_forgotten_for_those_of_the_sphere(tmp_path):
+    folder = tmp_path / "c"
+    arc, truth = captured(folder, sphere=True, size=256, elevation=radians(30, 50, 70))
+    (folder / "capture.toml").unlink()
+    for number, name in enumerate(truth):
+        (folder / name).rename(folder / f"{'abc'[number]}.tif")
+    sources = find([folder])
+    assert sources.angle_source == "assumed"
+    ball = sphere(arc)
+    outline = Circle(ball.column, ball.row, ball.radius)
+    corrected = ball.column + 0.4 * ball.radius, ball.row
+    stack = imported(folder, with_sphere(sources, outline, {"b.tif": corrected}))
+    assert stack.angle_source == "mirror sphere"
+    assert not any("assumed" in text or "said to be" in text for text in stack.health.warnings)
+    elevation = dict(zip(stack.sources, stack.elevation_deg, strict=True))
+    assert elevation["b.tif"] == pytest.approx(90 - 2 * math.degrees(math.asin(0.4)), abs=1e-6)
+    assert elevation["a.tif"] == pytest.approx(30, abs=2)

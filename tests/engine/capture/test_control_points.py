@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from engine.capture.control_points import marked_motion
+from engine.capture.import_plan import marked_kind
 
 TURN = np.radians(3.0)
 TRUTH = {
@@ -85,3 +86,17 @@ def test_wrong_calls(wrong):
         marked_motion(wrong)
     with pytest.raises(ValueError, match="unknown motion"):
         marked_motion([[0, 0, 0, 0]], "spline")
+
+
+def test_each_point_says_by_how_much_it_misses_the_motion():
+    """One point of four is off by 4 px: a shift is their mean, so it misses by 3 px and the others by 1 px."""
+    pairs = [[0, 0, 5, 0], [50, 0, 55, 0], [0, 50, 5, 50], [50, 50, 55, 54]]
+    found = marked_motion(pairs, "translation")
+    assert found.missed_px == pytest.approx([1, 1, 1, 3])
+    assert found.rms_px == pytest.approx(np.sqrt(3))
+
+
+def test_the_kind_for_points_follows_what_the_import_is_asked_for():
+    assert marked_kind("auto", None) == "euclidean"
+    assert marked_kind("auto", np.array([0.0, 2.0])) == "homography"
+    assert (marked_kind("none", None), marked_kind("affine", None)) == ("homography", "affine")

@@ -144,3 +144,9 @@ def test_control_points_without_alignment_and_in_the_reference(tmp_path):
 def test_control_points_that_tear_the_photographs_apart_are_refused(tmp_path):
     with pytest.raises(InputError, match="no pixel is seen by all"):
         imported(refused(tmp_path / "a", "p0.png"), motion="none", control_points={"p2.png": [[0, 0, 9000, 0]]})
+
+
+def test_points_of_the_capture_file_are_taken_away_by_none(tmp_path):
+    stack = imported(refused(tmp_path / "a", "p0.png"), motion="translation", control_points={"p2.png": ()})
+    assert stack.provenance["control_points_px"] == {}
+    assert stack.quality[2].alignment_residual_px is None
