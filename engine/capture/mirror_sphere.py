@@ -15,6 +15,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+#: Circles that compete to be the outline: with a third of the points on it, all but certainly some are of those alone.
+_DRAWS = 400
+#: Rays whose steepest step is below this share of the steepest of all cross no outline that could be seen.
+_FLAT = 0.02
+
 
 @dataclass(frozen=True)
 class Circle:
@@ -80,21 +85,47 @@ def _outermost(image: NDArray[np.float32], found: Circle) -> Circle:
 
 
 def _refined(image: NDArray[np.float32], start: Circle) -> Circle:
-    """The circle through the steepest steps along 360 rays across `start`, the worst quarter left out."""
+    """The circle near `start` that most of the steepest steps along 360 rays lie on, fitted to those.
+
+    Part of an outline often drowns in the dark, or a highlight is steeper than it; so circles through three random
+    steps compete for the consent of the others (RANSAC, Fischler and Bolles 1981), always with the same random numbers.
+    """
     angles = np.radians(np.arange(360.0))[:, None]
     reach = start.radius * np.linspace(0.8, 1.2, 81)[None, :]
     columns, rows = start.column + reach * np.cos(angles), start.row + reach * np.sin(angles)
     rays = cv2.remap(image, np.float32(columns - 0.5), np.float32(rows - 0.5), cv2.INTER_LINEAR)
-    steepest = np.abs(np.gradient(cv2.GaussianBlur(rays, (9, 1), 2.0), axis=1)).argmax(axis=1)
-    x, y = columns[np.arange(360), steepest], rows[np.arange(360), steepest]
+    slope = np.abs(np.gradient(cv2.GaussianBlur(rays, (9, 1), 2.0), axis=1))
+    steepest, steepness = slope.argmax(axis=1), slope.max(axis=1)
+    step = np.flatnonzero((steepest > 0) & (steepest < 80) & (steepness > _FLAT * steepness.max()))
+    if len(step) < 3:
+        return start
+    x, y = columns[step, steepest[step]], rows[step, steepest[step]]
+    random = np.random.default_rng(0)
+    threes = (random.choice(len(step), 3, replace=False) for _ in range(_DRAWS))
+    drawn = (_through(x[three], y[three]) for three in threes)
+    near = (one for one in drawn if abs(one.radius / start.radius - 1) < 0.2)
+    circle = max(near, key=lambda one: int(_on(one, x, y).sum()), default=start)
     for _ in range(4):
-        design = np.column_stack([2 * x, 2 * y, np.ones_like(x)])
-        a, b, c = np.linalg.lstsq(design, x * x + y * y, rcond=None)[0]
-        circle = Circle(float(a), float(b), float(np.sqrt(c + a * a + b * b)))
-        miss = np.abs(np.hypot(x - circle.column, y - circle.row) - circle.radius)
-        keep = miss <= np.quantile(miss, 0.75)
-        x, y = x[keep], y[keep]
+        on = _on(circle, x, y)
+        if on.sum() < 3:
+            return start
+        circle = _through(x[on], y[on])
     return circle
+
+
+def _through(x: NDArray[np.float64], y: NDArray[np.float64]) -> Circle:
+    """The circle that fits points best (least squares of the squared distances; exact for three)."""
+    design = np.column_stack([2 * x, 2 * y, np.ones_like(x)])
+    a, b, c = np.linalg.lstsq(design, x * x + y * y, rcond=None)[0]
+    return Circle(float(a), float(b), float(np.sqrt(max(0.0, c + a * a + b * b))))
+
+
+def _on(circle: Circle, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which points lie on the circle, to a hundredth of its radius or a pixel."""
+    on: NDArray[np.bool_] = np.abs(np.hypot(x - circle.column, y - circle.row) - circle.radius) <= max(
+        1.0, 0.01 * circle.radius
+    )
+    return on
 
 
 def find_highlight(luminance: NDArray[np.float32], sphere: Circle) -> tuple[float, float]:
