@@ -50,7 +50,20 @@ AGAIN = "Copy it again from the camera or card, or export it again from the prog
 def read_bytes(path: str | os.PathLike[str], limit_bytes: int = FILE_LIMIT_BYTES) -> bytes:
     """The content of a regular file of at most `limit_bytes`, unchanged while it was read; else InputError."""
     with _opened(path, limit_bytes) as (file, size_bytes):
-        return _content(path, file, size_bytes)
+        content = _content(path, file, size_bytes)
+    _refuse_pointer(path, content)
+    return content
+
+
+def read_head(path: str | os.PathLike[str], most_bytes: int) -> tuple[bytes, int]:
+    """The first bytes of a regular file, at most `most_bytes`, and the size of the whole; else InputError."""
+    with _opened(path, FILE_LIMIT_BYTES) as (file, size_bytes):
+        try:
+            head = file.read(most_bytes)
+        except OSError as error:
+            raise _unreadable(path, error) from None
+    _refuse_pointer(path, head)
+    return head, size_bytes
 
 
 def _content(path: str | os.PathLike[str], file: IO[bytes], size_bytes: int) -> bytes:
@@ -84,6 +97,12 @@ def _opened(path: str | os.PathLike[str], limit_bytes: int) -> Iterator[tuple[IO
             after = os.fstat(file.fileno())
             if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns):
                 raise _changed(path)
+
+
+def _refuse_pointer(path: str | os.PathLike[str], head: bytes) -> None:
+    """Repositories with large files hold, under their names, a few lines of text until the files are fetched."""
+    if head.startswith(b"version https://git-lfs.github.com/spec/"):
+        raise InputError(path, "is a git-lfs pointer, not the data", "Fetch the data with `git lfs pull`")
 
 
 def _changed(path: str | os.PathLike[str]) -> InputError:

@@ -1,0 +1,107 @@
+"""Measured reflectance from files of any known format, recognised by content and never by the name alone.
+
+A format is a file of this package with `looks_like_…(head, size_bytes, name)` and `read_…(path)`, and a line in
+`FORMATS`. Readers give a BRDF, or `BrdfSamples` where the file is a scattered list, which `read_brdf` makes smooth.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from engine.brdf.brdf import MODELS, Brdf, brdf_from_text
+from engine.errors import InputError
+from engine.files.untrusted import read_head
+from engine.health import Health
+
+
+class MeasuredBrdf(Brdf, Protocol):
+    """A BRDF that was measured.
+
+    Attributes
+    ----------
+    name : what was measured, usually the stem of the file's name.
+    kind : how, in a short phrase for a person: "MERL table".
+    samples : measured directions that the file holds.
+    invalid_samples : how many of them could not be used; `health` says what became of them.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def kind(self) -> str: ...
+
+    @property
+    def samples(self) -> int: ...
+
+    @property
+    def invalid_samples(self) -> int: ...
+
+    @property
+    def health(self) -> Health: ...
+
+
+class Format(NamedTuple):
+    """A file format: its name for a person, whether a file looks like it, and its reader.
+
+    `looks_like` gets the first `HEAD_BYTES` of the file, its size in bytes and its name.
+    """
+
+    title: str
+    looks_like: Callable[[bytes, int, str], bool]
+    read: Callable[[Path], Any]
+
+
+#: How much of a file is looked at to recognise it.
+HEAD_BYTES = 4096
+
+#: Every format that is read; the first that recognises a file reads it, so the strictest come first.
+FORMATS: tuple[Format, ...] = ()
+
+
+def read_measurement(path: str | os.PathLike[str]) -> Any:
+    """What the file `path` holds as its reader gives it: a `MeasuredBrdf`, or `BrdfSamples` for a scattered list.
+
+    Raises InputError, in a sentence that lists the formats, for a file of none of them.
+    """
+    path = Path(path)
+    head, size_bytes = read_head(path, HEAD_BYTES)
+    for known in FORMATS:
+        if known.looks_like(head, size_bytes, path.name):
+            return known.read(path)
+    titles = ", ".join(known.title for known in FORMATS)
+    raise InputError(path, "is not a measured BRDF of a known format", f"These are read: {titles}")
+
+
+def read_brdf(path: str | os.PathLike[str]) -> MeasuredBrdf:
+    """The measured BRDF in the file `path`; InputError where there is none."""
+    measured: MeasuredBrdf = read_measurement(path)
+    return measured
+
+
+def open_brdf(text: str) -> Brdf:
+    """The BRDF that `text` names: an existing file, or a model such as `ggx:alpha=0.3`.
+
+    Raises
+    ------
+    InputError : the file is not a BRDF, or `text` is a path to nothing.
+    ValueError : `text` is neither a file nor a model, or its parameters are not possible.
+    """
+    stripped = text.strip()
+    if _exists(stripped):
+        return read_brdf(stripped)
+    if stripped.partition(":")[0] in MODELS:
+        return brdf_from_text(stripped)
+    if os.sep in stripped or "/" in stripped or Path(stripped).suffix[1:].isalpha():
+        raise InputError(stripped, "does not exist", f"Name a file, or a model: {', '.join(MODELS)}")
+    raise ValueError(f"{stripped!r} is neither a file nor a BRDF model; models are {', '.join(MODELS)}")
+
+
+def _exists(text: str) -> bool:
+    try:
+        return bool(text) and Path(text).exists()
+    except (OSError, ValueError):
+        return False
