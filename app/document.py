@@ -7,6 +7,7 @@ its part of old and new by identity and redraws when it is another object.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import radians
 from pathlib import Path
@@ -30,6 +31,9 @@ from engine.shading.power_law import Scale
 if TYPE_CHECKING:
     from engine.capture.framing import Framing
 
+#: A point in two photographs: x and y in the one, x and y in the other.
+Pair = tuple[float, float, float, float]
+
 #: Reflectance of a new project: a soft sheen, as most cloth, leather and metal that was worked by hand has.
 BRDF = "ggx:alpha=0.5"
 
@@ -43,6 +47,10 @@ class ImportChoices:
     dark, flat : calibration frames: 'auto' for those found beside the photographs, 'none', or a file.
     lamp_distance : of a near lamp in widths of the picture; None for what the sources say.
     sphere : measure the lights on a mirror sphere in the picture.
+    outline, highlights : column, row and radius of the sphere, and column and row of the lamp's reflection by file
+        name, where a person corrected what was found (pixels, the upper left corner of the picture is (0, 0)).
+    reference : file name of the photograph that the others are aligned to, None for what the sources say.
+    control_points : by file name, x and y in the reference and in the photograph (pixel centres at integers).
     patch : (left, top, width, height) in pixels of a grey patch, which then decides the white balance.
     framing : the part of the photographs that becomes the picture, and its size; None for all.
     """
@@ -54,6 +62,10 @@ class ImportChoices:
     flat: Path | Literal["auto", "none"] = "auto"
     lamp_distance: float | None = None
     sphere: bool = False
+    outline: tuple[float, float, float] | None = None
+    highlights: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    reference: str | None = None
+    control_points: Mapping[str, tuple[Pair, ...]] = field(default_factory=dict)
     patch: tuple[int, int, int, int] | None = None
     framing: Framing | None = None
 
@@ -91,7 +103,7 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Project:
-    """The photographs, what was made of them, and how it is shown."""
+    """The photographs, what was made of them, and how it is shown; `provenance` tells where the material came from."""
 
     sources: Sources | None = None
     import_choices: ImportChoices = ImportChoices()
@@ -106,6 +118,7 @@ class Project:
     error_bound_percent: float = 5.0
     material: Material = field(default_factory=lambda: Material(None, None, brdf=BRDF, name="Untitled"))
     built_from: tuple[Any, ...] = ()
+    provenance: Mapping[str, Any] = field(default_factory=dict)
     mesh: Mesh | None = None
     environment: EnvironmentMap | None = None
     look: Look = field(default_factory=Look)

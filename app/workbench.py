@@ -16,6 +16,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from app.document import Document, ImportChoices, Project
+from app.import_choices import lit_by, settings_of
 from app.jobs import Job, Jobs
 from app.recognise import Recognised, recognise
 from engine.capture.sources import Sources, find
@@ -206,21 +207,9 @@ def _sample(folder: Path) -> Steps[Sources]:
 
 def _import(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
     yield Step(0.0, "preparing the import")
-    from engine.capture.grey_patch import GreyPatch
-    from engine.capture.import_stack import ImportSettings, import_stack
+    from engine.capture.import_stack import import_stack
 
-    settings = ImportSettings(
-        motion=choices.motion,
-        white_balance=choices.white_balance if choices.patch is None else GreyPatch(*choices.patch),
-        transfer=choices.transfer,
-        dark=choices.dark,
-        flat=choices.flat,
-        lamp_distance=choices.lamp_distance,
-        framing=choices.framing,
-    )
-    if choices.sphere and sources.sphere is None:
-        sources = dataclasses.replace(sources, sphere="auto")
-    return (yield from import_stack(sources, settings, target))
+    return (yield from import_stack(lit_by(sources, choices), settings_of(choices), target))
 
 
 def _stack(folder: Path) -> Steps[ImageStack]:
