@@ -49,7 +49,7 @@ AGAIN = "Copy it again from the camera or card, or export it again from the prog
 
 def read_bytes(path: str | os.PathLike[str], limit_bytes: int = FILE_LIMIT_BYTES) -> bytes:
     """The content of a regular file of at most `limit_bytes`, unchanged while it was read; else InputError."""
-    with _opened(path, limit_bytes) as (file, size_bytes):
+    with opened(path, limit_bytes) as (file, size_bytes):
         content = _content(path, file, size_bytes)
     _refuse_pointer(path, content)
     return content
@@ -57,7 +57,7 @@ def read_bytes(path: str | os.PathLike[str], limit_bytes: int = FILE_LIMIT_BYTES
 
 def read_head(path: str | os.PathLike[str], most_bytes: int) -> tuple[bytes, int]:
     """The first bytes of a regular file, at most `most_bytes`, and the size of the whole; else InputError."""
-    with _opened(path, FILE_LIMIT_BYTES) as (file, size_bytes):
+    with opened(path, FILE_LIMIT_BYTES) as (file, size_bytes):
         try:
             head = file.read(most_bytes)
         except OSError as error:
@@ -78,7 +78,7 @@ def _content(path: str | os.PathLike[str], file: IO[bytes], size_bytes: int) -> 
 
 
 @contextlib.contextmanager
-def _opened(path: str | os.PathLike[str], limit_bytes: int) -> Iterator[tuple[IO[bytes], int]]:
+def opened(path: str | os.PathLike[str], limit_bytes: int) -> Iterator[tuple[IO[bytes], int]]:
     """The regular file `path` and its size; InputError if it has changed when the block ends."""
     try:
         _check_kind(path, os.stat(path), limit_bytes)  # noqa: PTH116 - a Path refuses some odd names
@@ -191,7 +191,7 @@ def decode_in_child(
     Raises InputError for a file that cannot be read or decoded, also when the decoder crashes or takes too long.
     """
     limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s}
-    with _opened(path, limit_bytes) as (file, size_bytes):
+    with opened(path, limit_bytes) as (file, size_bytes):
         source = f"/proc/{os.getpid()}/fd/{file.fileno()}"
         if Path(source).exists():
             request = _request(decoder, path, options, limits, source, size_bytes)
