@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.sources import usual_motion
+
 Matrix = NDArray[np.float64]
 Points = NDArray[np.float64]
 
@@ -60,6 +62,12 @@ def marked_motion(pairs: Sequence[Sequence[float]], motion: str = "homography") 
             if kind == "translation" or _sound(matrix, here):
                 break
     return MarkedMotion(matrix, kind, np.hypot(*(moved(matrix, here) - there).T))
+
+
+def marked_kind(motion: str, azimuth: NDArray[np.float64] | None) -> str:
+    """The kind of motion that control points are fitted with, where an import is asked for `motion`."""
+    decided = motion if motion != "auto" else usual_motion(azimuth)
+    return decided if decided != "none" else "homography"
 
 
 def _determines(here: Points, there: Points, motion: str) -> bool:

@@ -23,7 +23,7 @@ from engine.capture.exposures import Noted, Scale, exposure_scale, noted_exposur
 from engine.capture.framing import Corners, Framing
 from engine.capture.grey_patch import GreyPatch, balance_of
 from engine.capture.mirror_sphere import Circle
-from engine.capture.sources import ONE_ARC, Pairs, Sources, azimuth_spread, printable
+from engine.capture.sources import Pairs, Sources, printable, usual_motion
 from engine.capture.sphere_lights import measured_lights
 from engine.errors import InputError
 from engine.health import Finding, Verdict
@@ -165,20 +165,10 @@ def _decided(settings: ImportSettings, sources: Sources) -> ImportSettings:
     told = {printable(path): pairs for path, pairs in sources.control_points.items()}
     return replace(
         settings,
-        motion=settings.motion if settings.motion != "auto" else _usual_motion(sources.azimuth),
+        motion=settings.motion if settings.motion != "auto" else usual_motion(sources.azimuth),
         reference=settings.reference or (printable(sources.reference) if sources.reference else None),
         control_points={name: pairs for name, pairs in {**told, **settings.control_points}.items() if len(pairs)},
     )
-
-
-def _usual_motion(azimuth: NDArray[np.float64] | None) -> str:
-    return "euclidean" if azimuth_spread(azimuth) <= ONE_ARC else "none"
-
-
-def marked_kind(motion: str, azimuth: NDArray[np.float64] | None) -> str:
-    """The kind of motion that control points are fitted with, where an import is asked for `motion`."""
-    decided = motion if motion != "auto" else _usual_motion(azimuth)
-    return decided if decided != "none" else "homography"
 
 
 def _about_near_lamp(distance: float, azimuth: NDArray[np.float64] | None) -> list[Finding]:

@@ -27,9 +27,10 @@ from numpy.typing import NDArray
 import engine
 from engine.capture.align import Alignment, Grey, align, reduced, reduction, with_control_points
 from engine.capture.assumptions import compare_azimuths
+from engine.capture.control_points import marked_kind
 from engine.capture.decode import Photograph
 from engine.capture.exposures import Exposure
-from engine.capture.import_plan import ImportSettings, Plan, marked_kind, planned
+from engine.capture.import_plan import ImportSettings, Plan, planned
 from engine.capture.import_record import (
     about_lights,
     contradictions,

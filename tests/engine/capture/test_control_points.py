@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from engine.capture.control_points import marked_motion
-from engine.capture.import_plan import marked_kind
+from engine.capture.control_points import marked_kind, marked_motion
 
 TURN = np.radians(3.0)
 TRUTH = {
