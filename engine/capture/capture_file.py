@@ -29,6 +29,7 @@ ignored is an angle that is silently wrong.
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -80,6 +81,11 @@ class CaptureFile(BaseModel):
     photographs: tuple[PhotographEntry, ...] = ()
     sphere: SphereEntry | None = None
     simulation: dict[str, Any] = {}
+
+
+def capture_files(files: Iterable[Path]) -> list[Path]:
+    """Those of `files` that are called `capture.toml`, in any case of letters."""
+    return [path for path in files if path.name.lower() == NAME]
 
 
 def read_capture_file(path: Path) -> CaptureFile:

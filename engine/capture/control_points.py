@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.sources import usual_motion
+from engine.capture.one_arc import usual_motion
 
 Matrix = NDArray[np.float64]
 Points = NDArray[np.float64]

@@ -23,7 +23,8 @@ from engine.capture.exposures import Noted, Scale, exposure_scale, noted_exposur
 from engine.capture.framing import Corners, Framing
 from engine.capture.grey_patch import GreyPatch, balance_of
 from engine.capture.mirror_sphere import Circle
-from engine.capture.sources import Pairs, Sources, printable, usual_motion
+from engine.capture.one_arc import usual_motion
+from engine.capture.sources import Pairs, Sources, printable
 from engine.capture.sphere_lights import measured_lights
 from engine.errors import InputError
 from engine.health import Finding, Verdict

@@ -1,12 +1,10 @@
-"""Which photographs a capture consists of, and where the light stood in each.
+"""Which photographs a capture consists of, where the light stood in each (`stated_lights`), and what lies beside them.
 
-Angles come from what the user says, else from `capture.toml`, an `.lp` file, or numbers in the file names; where none
-of these exists, evenly spaced elevations are assumed and marked as such. Nothing is ever written beside photographs.
+Nothing is ever written beside photographs.
 """
 
 from __future__ import annotations
 
-import math
 import os
 import re
 import stat
@@ -20,11 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.capture_file import NAME as CAPTURE_FILE
-from engine.capture.capture_file import CaptureFile, read_capture_file
-from engine.capture.exposures import Exposure, noted_exposure
-from engine.capture.light_positions import comparable, read_light_positions
+from engine.capture.capture_file import CaptureFile, capture_files, read_capture_file
+from engine.capture.exposures import Exposure
+from engine.capture.light_positions import comparable
 from engine.capture.mirror_sphere import Circle
-from engine.capture.name_angles import angles_with_words, bare_angles, natural
+from engine.capture.name_angles import natural
+from engine.capture.one_arc import about_azimuth
+from engine.capture.stated_lights import by_light, listed, stated_lights
 from engine.errors import InputError
 from engine.health import Finding, Verdict
 
@@ -38,8 +38,6 @@ PHOTOGRAPH_SUFFIXES = _suffixes(
     "orf pef raf raw rw2 rwl sr2 srf srw x3f"
 )
 _UNREAD_PICTURES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm tga webp")
-#: How the findings begin that tell where unmeasured angles come from.
-FROM_NAMES, ASSUMED = "Elevations were read from the file names", "No angles were found"
 #: Points marked in two photographs: x and y in the one, x and y in the other.
 Pairs = Sequence[Sequence[float]]
 
@@ -222,7 +220,7 @@ def _stated(place: Path, files: list[Path], name: str) -> Path:
     for file in files:
         if comparable(file.name) == comparable(name):
             return file
-    where = _named(files, CAPTURE_FILE)
+    where = capture_files(files)
     raise InputError(where[0] if where else place, f"names {name}, which is not there", "Add the file, or correct it")
 
 
@@ -251,12 +249,8 @@ def _refuse_equal_names(place: Path, photographs: list[Path]) -> None:
         raise InputError(place, f"several photographs are called {listed(twice)}", "Give each a name of its own")
 
 
-def _named(files: list[Path], name: str) -> list[Path]:
-    return [path for path in files if path.name.lower() == name]
-
-
 def _capture_file(place: Path, files: list[Path]) -> CaptureFile | None:
-    found = _named(files, CAPTURE_FILE)
+    found = capture_files(files)
     if len(found) > 1:
         raise InputError(place, f"holds {len(found)} files called {CAPTURE_FILE}", "Keep the one that belongs")
     return read_capture_file(found[0]) if found else None

@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.mirror_sphere import Circle, find_highlight, find_sphere, light_direction
+from engine.capture.one_arc import about_azimuth
 from engine.capture.read_ahead import ReadAhead
-from engine.capture.sources import ASSUMED, FROM_NAMES, SPHERE, Sources, about_azimuth, printable
+from engine.capture.sources import Sources, printable
+from engine.capture.stated_lights import ASSUMED, FROM_NAMES, SPHERE
 from engine.colour import luminance
 from engine.errors import InputError
 from engine.files.scratch import release, scratch_array

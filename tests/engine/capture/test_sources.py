@@ -10,7 +10,8 @@ from engine.capture.exposures import Exposure, Noted, exposure_scale
 from engine.capture.light_positions import read_light_positions
 from engine.capture.mirror_sphere import Circle
 from engine.capture.name_angles import angles_with_words, bare_angles
-from engine.capture.sources import azimuth_spread, find
+from engine.capture.one_arc import azimuth_spread
+from engine.capture.sources import find
 from engine.errors import InputError
 from engine.health import Verdict
 
