@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import dataclasses
 import logging
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, get_args
 
-import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from app.document import Document, ImportChoices, Project
@@ -21,11 +21,11 @@ from app.jobs import Job, Jobs
 from app.recognise import Recognised, recognise
 from engine.capture.sources import Sources, find
 from engine.capture.stack import ImageStack, open_stack
-from engine.environment import CHOICE_ROWS, EnvironmentMap, chosen_lights, reduced
-from engine.errors import InputError
-from engine.files.scratch import release, scratch_array
-from engine.material import Material
+from engine.environment import EnvironmentMap, reduced
+from engine.light_tree import CELL_ROWS, chosen_lights
+from engine.material import Material, error_figures
 from engine.mesh import Mesh
+from engine.shading.power_law import Scale
 from engine.shapes import SHAPES, open_mesh
 from engine.steps import Step, Steps, part
 
@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from engine.shading.shading_map import ShadingMap
 
 log = logging.getLogger(__name__)
+
+#: Under which name the provenance of a bundle says how k_s was chosen.
+SCALE_NOTE = "power_law_scale"
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,7 @@ class Workbench(QObject):
             self.load_environment(str(found.paths[0]))
         elif found.kind == "bundle":
             job = self.jobs.submit("Opening the bundle", lambda: _bundle(found.paths[0]))
-            job.succeeded.connect(self._bundle_opened)
+            job.succeeded.connect(lambda opened: self._bundle_opened(*opened))
         elif found.kind == "stack":
             job = self.jobs.submit("Opening the stack", lambda: _stack(found.paths[0]))
             job.succeeded.connect(lambda stack: self._imported(stack, found.paths[0].stem))
@@ -142,9 +145,16 @@ class Workbench(QObject):
         self.building.succeeded.connect(lambda material: self._built(project, material))
 
     def _built(self, project: Project, material: Material) -> None:
-        now = self.document.project.material
-        material = dataclasses.replace(material, brdf=now.brdf, sigma=now.sigma)
-        self.document.change("Build material", material=material, built_from=project.recipe)
+        now = self.document.project
+        if now.stack is not project.stack or project.stack is None:
+            return  # undone, or another capture was opened in the meantime
+        material = dataclasses.replace(material, brdf=now.material.brdf, sigma=now.material.sigma)
+        provenance = {
+            **project.stack.provenance,
+            "excluded_photographs": sorted(project.excluded),
+            SCALE_NOTE: project.scale,
+        }
+        self.document.change("Build material", material=material, built_from=project.recipe, provenance=provenance)
         self.said.emit("Material built")
 
     def load_model(self, name_or_path: str) -> None:
@@ -168,9 +178,17 @@ class Workbench(QObject):
         project = self.document.project
         return self.jobs.submit("Writing the bundle", lambda: _export(project, path, include, preview))
 
-    def _bundle_opened(self, material: Material) -> None:
+    def _bundle_opened(self, material: Material, provenance: dict[str, Any]) -> None:
         self.document.change(
-            f"Open {material.name}", material=material, stack=None, sources=None, built_from=(), name=material.name
+            f"Open {material.name}",
+            material=material,
+            provenance=provenance,
+            stack=None,
+            sources=None,
+            excluded=frozenset(),
+            built_from=(),
+            name=material.name,
+            **_settings(material, provenance),
         )
         self.wanted.emit("view" if self.document.project.mesh is not None else "material")
         self.said.emit(f"Bundle {material.name} opened")
@@ -182,14 +200,14 @@ def _recognised(paths: tuple[Path, ...], lighting: bool) -> Steps[Recognised]:
 
 
 def _environment(name_or_path: str) -> Steps[EnvironmentMap]:
-    """The map at the size at which directions are chosen, so that a change of their number costs no frame."""
+    """The map no larger than directions need, and its tree of lights, so that a change of their number costs nothing."""
     yield Step(0.0, "reading the environment")
     from engine.environment_file import open_environment
 
     environment = open_environment(name_or_path)
     yield Step(0.7, "choosing directions")
-    small = reduced(environment, CHOICE_ROWS)
-    chosen_lights(small, 64)
+    small = reduced(environment, 2 * CELL_ROWS)
+    chosen_lights(small, 1)
     return small
 
 
@@ -217,11 +235,28 @@ def _stack(folder: Path) -> Steps[ImageStack]:
     return open_stack(folder)
 
 
-def _bundle(path: Path) -> Steps[Material]:
+def _bundle(path: Path) -> Steps[tuple[Material, dict[str, Any]]]:
     yield Step(0.0, "opening the bundle")
-    from engine.files.bundle import open_bundle
+    from engine.files.bundle import describe_bundle, open_bundle
 
-    return open_bundle(path)
+    return open_bundle(path), describe_bundle(path)["provenance"]
+
+
+def _settings(material: Material, provenance: dict[str, Any]) -> dict[str, Any]:
+    """The parts of a project that say how `material` was made, as far as it shows."""
+    settings: dict[str, Any] = {"mixed": False, "tileable": False, "exponent_bits": 32}
+    shading_map, power_law = material.shading_map, material.power_law
+    if shading_map is not None:
+        settings["slices"] = len(shading_map.slices)
+        settings["tileable"] = "seam_error" in shading_map.health.figures
+    if power_law is not None:
+        settings["exponent_bits"] = power_law.storage.exponent_bits
+        bound = power_law.health.figures.get("error_bound", math.nan)
+        if math.isfinite(bound):
+            settings |= {"mixed": True, "error_bound_percent": 100.0 * bound / power_law.r_max}
+    if provenance.get(SCALE_NOTE) in get_args(Scale):
+        settings["scale"] = provenance[SCALE_NOTE]
+    return settings
 
 
 def load_shape(name_or_path: str) -> Steps[Mesh]:
@@ -232,19 +267,19 @@ def load_shape(name_or_path: str) -> Steps[Mesh]:
 
 def _material(project: Project) -> Steps[Material]:
     yield Step(0.0, "preparing kernels")
-    from engine.shading.shading_map import build
+    from engine.shading.shading_map import build, included
     from engine.shading.tile import make_tile
 
     assert project.stack is not None
-    stack = yield from part(without(project.stack, project.excluded), 0.0, 0.2)
-    shading_map = yield from part(build(stack, project.slices), 0.2, 0.4)
+    stack, excluded = project.stack, project.excluded
+    shading_map = yield from part(build(stack, project.slices, excluded=excluded), 0.0, 0.3)
     if project.tileable:
-        shading_map = (yield from part(make_tile(stack, shading_map), 0.4, 0.6)).shading_map
+        shading_map = (yield from part(make_tile(stack, shading_map, excluded=excluded), 0.3, 0.6)).shading_map
     power_law = yield from part(_compressed(project, shading_map), 0.6, 1.0)
     return Material(
         shading_map=shading_map,
         power_law=power_law,
-        elevation_deg=tuple(float(angle) for angle in stack.elevation_deg),
+        elevation_deg=tuple(float(angle) for angle in stack.elevation_deg[included(stack, excluded)]),
         name=project.name,
         health=stack.health.merged(shading_map.health).merged(power_law.health),
     )
@@ -275,35 +310,10 @@ def _export(project: Project, path: Path, include: frozenset[str], preview: byte
         power_law=whole.power_law if "power-law" in include else None,
         name=path.name.removesuffix(".lightarc"),
     )
-    provenance = dict(project.stack.provenance) if project.stack is not None else {}
-    figures = {"rms_radiance": float(material.power_law.rms)} if material.power_law is not None else {}
-    saving = save_bundle(path, material, provenance=provenance, figures=figures, preview=preview or None)
+    figures = error_figures(material)
+    saving = save_bundle(path, material, provenance=project.provenance, figures=figures, preview=preview or None)
     yield from part(saving, 0.0, 0.85)
     yield Step(0.85, "verifying the bundle")
     problems = verify_bundle(path).problems
     members = describe_bundle(path)["members"] if not problems else {}
     return Exported(path, problems, {name: member["size_bytes"] for name, member in members.items()})
-
-
-def without(stack: ImageStack, excluded: frozenset[str]) -> Steps[ImageStack]:
-    """The stack without the photographs named in `excluded`; the others are copied, large ones to a scratch file."""
-    keep = np.array([source not in excluded for source in stack.sources])
-    if keep.all():
-        return stack
-    if keep.sum() < 2:
-        raise InputError(stack.folder or "the stack", "fewer than two photographs are left", "Include some of them")
-    chosen = np.flatnonzero(keep)
-    radiance = scratch_array((len(chosen), *stack.radiance.shape[1:]), np.float32, stack.folder)
-    for place, index in enumerate(chosen):
-        radiance[place] = stack.radiance[index]
-        release(radiance)
-        yield Step((place + 1) / len(chosen), "leaving out excluded photographs")
-    return dataclasses.replace(
-        stack,
-        radiance=radiance,
-        saturated=np.asarray(stack.saturated)[chosen],
-        elevation=stack.elevation[chosen],
-        azimuth=None if stack.azimuth is None else stack.azimuth[chosen],
-        mean_radiance=stack.mean_radiance[chosen],
-        sources=tuple(stack.sources[index] for index in chosen),
-    )

@@ -35,7 +35,7 @@ from engine.files.atomic import atomic_folder, make_folder, write_bytes, write_j
 from engine.files.bundle import save_bundle
 from engine.files.untrusted import read_bytes
 from engine.images.encode import encode_png
-from engine.material import Material
+from engine.material import Material, error_figures
 from engine.render import direct
 from engine.render.arc import LightArc
 from engine.render.capture_notes import MARKER as CAPTURE_MARKER
@@ -199,9 +199,8 @@ def _developed(radiance: NDArray[np.float32]) -> Picture:
 
 def _bundle(folder: Path, material: Material, stack: ImageStack, pictures: Mapping[Source, Picture]) -> Steps[Path]:
     preview = encode_png(pictures["slices"]) if pictures else None
-    figures = {"rms": material.power_law.rms} if material.power_law else {}
     path = folder / f"{material.name}.lightarc"
-    return save_bundle(path, material, provenance=stack.provenance, figures=figures, preview=preview)
+    return save_bundle(path, material, provenance=stack.provenance, figures=error_figures(material), preview=preview)
 
 
 def _drawn(folder: Path, shown: Shown, stages: tuple[Stage, ...]) -> Steps[Path]:

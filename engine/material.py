@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,6 +37,31 @@ class Material:
     elevation_deg: tuple[float, ...] = ()
     name: str = "material"
     health: Health = field(default_factory=Health)
+
+
+def error_figures(material: Material) -> dict[str, Any]:
+    """How far compression and tiling went and what they cost, for the manifest of a bundle and for scripts.
+
+    `rms`, `quantisation_*_radiance` and `max_error_radiance` are in units of radiance, `seam_error` is the ratio of
+    steps across the seams to steps inside the sample; None for what does not apply to `material`.
+    """
+    shading_map, power_law = material.shading_map, material.power_law
+    storage = power_law.storage if power_law is not None else None
+    rounded = storage if storage is not None and storage.exponent_bits < 32 else None
+    compressed: Mapping[str, float] = power_law.health.figures if power_law is not None else {}
+    seam_error = shading_map.health.figures.get("seam_error") if shading_map is not None else None
+    height, width = shading_map.slices.shape[1:3] if shading_map is not None and seam_error is not None else (None,) * 2
+    return {
+        "rms": power_law.rms if power_law is not None else None,
+        "exponent_bits": storage.exponent_bits if storage is not None else None,
+        "quantisation_bound_radiance": rounded.bound if rounded is not None else None,
+        "quantisation_error_radiance": rounded.measured if rounded is not None else None,
+        "max_error_radiance": compressed.get("error_bound"),
+        "kept_tile_fraction": compressed.get("kept_tile_fraction"),
+        "seam_error": seam_error,
+        "tile_width_px": width,
+        "tile_height_px": height,
+    }
 
 
 def auto_sigma(brdf: Brdf, elevation: ArrayLike, r_max: float) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from engine.shading.fit_error import Texel
     from engine.shading.power_law import PowerLawMap
     from engine.shading.shading_map import ShadingMap
-    from engine.shading.tile import Tile
 
 HELP = "Linearise a stack into a shading map, compress it and write the material."
 EXAMPLE = "lightarc shade woven.stack -o woven.lightarc --slices 8 --compress power-law --max-error 0.05"
@@ -71,8 +70,10 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from app.cli import usage
     from engine.capture.stack import open_stack
     from engine.files.bundle import check_replaceable, save_bundle
+    from engine.material import error_figures
     from engine.shading.prepare import prepare_kernels
     from engine.shading.shading_map import build, included
+    from engine.shading.tile import make_tile
 
     usage(_check, arguments)
     check_replaceable(Path(arguments.output))
@@ -81,20 +82,24 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     drain(part(prepare_kernels(), 0.0, 0.1), show)
     building = build(stack, arguments.slices, excluded=arguments.exclude)
     shading_map, linearise_s = _timed(part(building, 0.1, 0.2), show)
-    tile = _tile(arguments, stack, shading_map, show)
-    shading_map = tile.shading_map if tile else shading_map
+    if arguments.tileable:
+        making = make_tile(stack, shading_map, overlap=arguments.overlap, excluded=arguments.exclude)
+        shading_map = drain(part(making, 0.2, 0.5), show).shading_map
     power_law, fit_s = _compressed(arguments, shading_map, show)
     material = _material(arguments, stack, shading_map, power_law)
-    figures = _figures(arguments, power_law, tile)
-    provenance = {**stack.provenance, "excluded_photographs": arguments.exclude}
-    rms = {"rms": power_law.rms} if power_law else {}
-    saving = save_bundle(arguments.output, material, provenance=provenance, figures={**rms, **figures})
+    figures = error_figures(material)
+    provenance = {
+        **stack.provenance,
+        "excluded_photographs": arguments.exclude,
+        "power_law_scale": arguments.scale if power_law else None,
+    }
+    saving = save_bundle(arguments.output, material, provenance=provenance, figures=figures)
     drain(part(saving, 0.7, 1.0), show)
     worst = _pictures(arguments, shading_map, power_law)
     return {
         "slice_mean_radiance": shading_map.mean_radiance.tolist(),
         "slice_target_radiance": shading_map.target_radiance.tolist(),
-        "rms": power_law.rms if power_law else None,
+        "rms": figures["rms"],
         "rms_per_channel": power_law.rms_per_channel.tolist() if power_law else None,
         "size_bytes_slices": shading_map.slices.nbytes,
         "size_bytes_compressed": power_law.size_bytes if power_law else None,
@@ -145,17 +150,6 @@ def _timed(work: Steps[Any], show: Callable[[Step], None]) -> tuple[Any, float]:
     return drain(work, show), time.perf_counter() - start
 
 
-def _tile(
-    arguments: argparse.Namespace, stack: ImageStack, shading_map: ShadingMap, show: Callable[[Step], None]
-) -> Tile | None:
-    if not arguments.tileable:
-        return None
-    from engine.shading.tile import make_tile
-
-    making = make_tile(stack, shading_map, overlap=arguments.overlap, excluded=arguments.exclude)
-    return drain(part(making, 0.2, 0.5), show)
-
-
 def _compressed(
     arguments: argparse.Namespace, shading_map: ShadingMap, show: Callable[[Step], None]
 ) -> tuple[PowerLawMap | None, float | None]:
@@ -185,23 +179,6 @@ def _material(
     elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[included(stack, arguments.exclude)])
     name = stack.folder.name if stack.folder else "material"
     return Material(shading_map, power_law, elevation_deg=elevation_deg, name=name, health=health)
-
-
-def _figures(arguments: argparse.Namespace, power_law: PowerLawMap | None, tile: Tile | None) -> dict[str, Any]:
-    """What the bundle and the JSON object both say about compression and tiling; null for what was not asked for."""
-    bounded = power_law is not None and arguments.max_error is not None
-    quantised = power_law is not None and arguments.exponent_bits < 32
-    health: Mapping[str, float] = power_law.health.figures if power_law else {}
-    return {
-        "exponent_bits": power_law.storage.exponent_bits if power_law else None,
-        "quantisation_bound_radiance": power_law.storage.bound if power_law and quantised else None,
-        "quantisation_error_radiance": power_law.storage.measured if power_law and quantised else None,
-        "max_error_radiance": health["error_bound"] if bounded else None,
-        "kept_tile_fraction": health["kept_tile_fraction"] if bounded else None,
-        "seam_error": tile.source.seam_error if tile else None,
-        "tile_width_px": tile.source.row.shape[1] if tile else None,
-        "tile_height_px": tile.source.row.shape[0] if tile else None,
-    }
 
 
 def _pictures(
