@@ -75,11 +75,10 @@ def cole_frame(half: ArrayLike) -> tuple[Vectors, Vectors]:
     x, y, z = np.moveaxis(half, -1, 0)
     squared = y * y + z * z
     along = squared < ALONG_TANGENT
-    root = np.sqrt(np.where(along, 1.0, squared))
     towards = -np.copysign(1.0, x)
     limit = np.stack([-towards * z * x, -towards * z * y, towards * (x * x + y * y)], axis=-1)
-    limit /= np.where(along, np.sqrt(dot(limit, limit)), 1.0)[..., None]
-    r = np.where(along[..., None], limit, np.stack([squared / root, -x * y / root, -x * z / root], axis=-1))
+    r = np.where(along[..., None], limit, np.stack([squared, -x * y, -x * z], axis=-1))
+    r /= np.sqrt(dot(r, r))[..., None]
     return r, np.cross(half, r)
 
 
