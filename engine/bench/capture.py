@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 from engine.bench.capture_truth import Accuracy
 from engine.bench.measure import Measure
-from engine.capture.align import align, reduced, reduction
+from engine.capture.align import align
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.sources import find
+from engine.capture.texture import reduced, reduction
 from engine.files.atomic import make_folder, write_bytes
 from engine.files.untrusted import CHILDREN
 from engine.images.encode import write_tiff16

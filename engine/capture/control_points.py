@@ -8,13 +8,15 @@ Points that do not determine the motion, because there are too few or they lie o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.alignment import Alignment
 from engine.capture.one_arc import usual_motion
+from engine.health import Finding, Verdict
 
 Matrix = NDArray[np.float64]
 Points = NDArray[np.float64]
@@ -68,6 +70,35 @@ def marked_kind(motion: str, azimuth: NDArray[np.float64] | None) -> str:
     """The kind of motion that control points are fitted with, where an import is asked for `motion`."""
     decided = motion if motion != "auto" else usual_motion(azimuth)
     return decided if decided != "none" else "homography"
+
+
+def with_control_points(
+    alignment: Alignment, marked: Mapping[int, Sequence[Sequence[float]]], names: Sequence[str], motion: str
+) -> Alignment:
+    """The alignment with the motions of some photographs taken from points that a person marked.
+
+    `marked` maps the index of a photograph to pairs (x and y in the reference, x and y in it, pixels of the
+    photographs). Their residual is that of the points. Points that determine only a stiffer motion are reported.
+    """
+    matrix, residual, aligned = alignment.matrix.copy(), alignment.residual_px.copy(), alignment.aligned.copy()
+    confidence, findings = alignment.confidence.copy(), list(alignment.findings)
+    for index, pairs in marked.items():
+        found = marked_motion(pairs, motion)
+        matrix[index], residual[index], aligned[index], confidence[index] = found.matrix, found.rms_px, True, 1.0
+        findings = [one for one in findings if one.source != names[index]]
+        if found.motion != motion:
+            findings.append(Finding(Verdict.NOTE, _STIFFER.format(motion, found.motion), names[index]))
+    return replace(
+        alignment,
+        matrix=matrix,
+        residual_px=residual,
+        aligned=aligned,
+        confidence=confidence,
+        findings=tuple(findings),
+    )
+
+
+_STIFFER = "its control points do not determine a motion of kind {}: {} was used"
 
 
 def _determines(here: Points, there: Points, motion: str) -> bool:

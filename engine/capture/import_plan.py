@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.align import MOTIONS
+from engine.capture.alignment import MOTIONS
 from engine.capture.calibration import Calibration, read_calibration
 from engine.capture.decode import WhiteBalance, read_photograph
 from engine.capture.exposures import Noted, Scale, exposure_scale, noted_exposure

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.align import Alignment
+from engine.capture.alignment import Alignment
 from engine.capture.decode import Photograph
 from engine.capture.exposures import grouped
 from engine.capture.report import Quality

@@ -25,9 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
-from engine.capture.align import Alignment, Grey, align, reduced, reduction, with_control_points
+from engine.capture.align import align
+from engine.capture.alignment import Alignment
 from engine.capture.assumptions import compare_azimuths
-from engine.capture.control_points import marked_kind
+from engine.capture.control_points import marked_kind, with_control_points
 from engine.capture.decode import Photograph
 from engine.capture.exposures import Exposure
 from engine.capture.import_plan import ImportSettings, Plan, planned
@@ -44,6 +45,7 @@ from engine.capture.report import grid_step, leave_one_out, middle, noise_and_sh
 from engine.capture.sources import Sources, printable
 from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, StackRecord, npy_header, open_stack
 from engine.capture.tally import Tally
+from engine.capture.texture import Grey, reduced, reduction
 from engine.capture.view import View, view_of
 from engine.capture.warp import warp
 from engine.colour import LUMINANCE, to_display8

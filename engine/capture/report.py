@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.align import slope
+from engine.capture.texture import slope
 from engine.health import Finding, Health, Verdict
 
 #: Luminance below this part of the white level counts as black: less than one step of an 8-bit sRGB code.
