@@ -1,4 +1,4 @@
-"""Distant light all around: equirectangular environment maps and directions chosen by their importance.
+"""Distant light all around: equirectangular environment maps, and directional lights in their place.
 
 Layout as OpenEXR's latitude-longitude maps: linear radiance, +Y up, row 0 at +Y, the centre of the picture looks along
 +Z, +X at u = 1/4: u = atan2(x, -z) / 2 pi mod 1, v = acos(y) / pi. Texel solid angles are exact,
@@ -8,20 +8,17 @@ dw = (2 pi / W) (cos theta_top - cos theta_bottom), and enter an integral exactl
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.colour import luminance
+from engine.directions import normalize
 from engine.health import Health
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-#: Rows to which larger maps are averaged before directions are chosen: texels of 0.35 degrees, the sun's disc and less.
-CHOICE_ROWS = 512
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +84,18 @@ def map_coordinates(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64]
     return u, np.arccos(np.clip(direction[..., 1], -1, 1)) / np.pi
 
 
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Where the light of a map comes from, by cells of equal steps in longitude and latitude.
+
+    `flux` (R, C, 3) float64 is the irradiance that each brings to a surface that faces it, `moment` (R, C, 3) float64
+    the luminance of the same times its mean direction, so that a sun smaller than a cell stays where it is.
+    """
+
+    flux: NDArray[np.float64]
+    moment: NDArray[np.float64]
+
+
 def reduced(environment: EnvironmentMap, rows: int) -> EnvironmentMap:
     """The map averaged by area on the sphere to `rows` x 2 `rows` texels; itself where it is not larger.
 
@@ -95,11 +104,17 @@ def reduced(environment: EnvironmentMap, rows: int) -> EnvironmentMap:
     height, width = environment.radiance.shape[:2]
     if height <= rows and width <= 2 * rows:
         return environment
+    averaged = _averaged(environment.radiance, rows).astype(np.float32)
+    return EnvironmentMap(averaged, environment.name, environment.health)
+
+
+def _averaged(image: NDArray[Any], rows: int) -> NDArray[np.float64]:
+    """`image` (H, W, 3) averaged by area on the sphere to (`rows`, 2 `rows`, 3)."""
+    height, width = image.shape[:2]
     down = _overlaps(np.cos(np.linspace(0, np.pi, height + 1)), np.cos(np.linspace(0, np.pi, rows + 1)))
     across = _overlaps(np.linspace(0, 1, width + 1), np.linspace(0, 1, 2 * rows + 1))
-    summed = (down @ environment.radiance.reshape(height, -1)).reshape(rows, width, 3)
-    averaged = np.stack([(across @ summed[..., channel].T).T for channel in range(3)], axis=-1)
-    return EnvironmentMap(averaged.astype(np.float32), environment.name, environment.health)
+    summed = (down @ image.reshape(height, -1)).reshape(rows, width, 3)
+    return np.stack([(across @ summed[..., channel].T).T for channel in range(3)], axis=-1)
 
 
 def _overlaps(edges: NDArray[np.float64], wider: NDArray[np.float64]) -> csr_array:
@@ -112,48 +127,30 @@ def _overlaps(edges: NDArray[np.float64], wider: NDArray[np.float64]) -> csr_arr
     return csr_array(common / common.sum(axis=1, keepdims=True))
 
 
-@lru_cache(maxsize=4)
-def chosen_lights(environment: EnvironmentMap, count: int) -> DistantLights:
-    """`important_lights` of the map at no more than CHOICE_ROWS rows, remembered for the maps that are in use."""
-    return important_lights(reduced(environment, CHOICE_ROWS), count)
-
-
-def all_lights(environment: EnvironmentMap) -> DistantLights:
-    """Every texel as a light: the dense sum that a choice of directions is measured against."""
+def cells(environment: EnvironmentMap, rows: int) -> Cells:
+    """The light of the map in `rows` x 2 `rows` cells; any map is averaged or refined, and the whole flux is kept."""
     height, width = environment.radiance.shape[:2]
-    irradiance = environment.radiance * solid_angles(height, width)[..., None]
-    return DistantLights(texel_directions(height, width).reshape(-1, 3), irradiance.reshape(-1, 3))
+    seen_from = texel_directions(height, width) if height > rows else texel_directions(rows, 2 * rows)
+    radiance = environment.radiance.astype(np.float64)
+    if height <= rows:
+        radiance = _averaged(radiance, rows)
+    moment = luminance(radiance)[..., None].astype(np.float64) * seen_from
+    size = solid_angles(rows, 2 * rows)[..., None]
+    if height > rows:
+        radiance, moment = _averaged(radiance, rows), _averaged(moment, rows)
+    return Cells(radiance * size, moment * size)
 
 
-def important_lights(environment: EnvironmentMap, count: int, seed: int = 0) -> DistantLights:
-    """`count` directions drawn where the light is, by inversion of the luminance's distribution at Sobol points.
+def all_lights(environment: EnvironmentMap, rows: int | None = None) -> DistantLights:
+    """Every texel as a light: the dense sum that a choice of directions is measured against.
 
-    Each stands for an equal share of the luminous flux, so the estimate is unbiased over seeds; its error falls about
-    as 1 / count for smooth integrands. A map without any light gives lights of zero irradiance. Powers of two are
-    spread best. Raises ValueError for a count below 1.
+    With `rows`, every one of `cells` as a light, in the mean direction of what it holds: for integrands that bend
+    little over a cell as good as all texels, and quicker.
     """
-    if count < 1:
-        raise ValueError(f"{count} directions are too few")
     height, width = environment.radiance.shape[:2]
-    weight = luminance(environment.radiance).astype(np.float64) * solid_angles(height, width)
-    total = weight.sum()
-    from scipy.stats import qmc  # slow to load, and the window must open at once
-
-    points = qmc.Sobol(2, seed=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(count))))[:count]
-    if total == 0:
-        return DistantLights(direction_at(points[:, 0], points[:, 1]), np.zeros((count, 3)))
-    row, v = _invert(np.broadcast_to(weight.sum(axis=1), (count, height)), points[:, 1])
-    column, u = _invert(weight[row], points[:, 0])
-    colour = environment.radiance[row, column].astype(np.float64)
-    share = total / count / luminance(colour)
-    return DistantLights(direction_at(u, v), colour * share[:, None])
-
-
-def _invert(weights: NDArray[np.float64], points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Cell and continuous coordinate in [0, 1] at which each row of `weights` reaches the fraction in `points`."""
-    summed = np.cumsum(weights, axis=1)
-    target = points * summed[:, -1]
-    cell = np.minimum((summed <= target[:, None]).sum(axis=1), weights.shape[1] - 1)
-    before = np.take_along_axis(summed, cell[:, None], 1)[:, 0] - np.take_along_axis(weights, cell[:, None], 1)[:, 0]
-    inside = (target - before) / np.take_along_axis(weights, cell[:, None], 1)[:, 0]
-    return cell, (cell + np.clip(inside, 0, 1)) / weights.shape[1]
+    if rows is None:
+        irradiance = environment.radiance * solid_angles(height, width)[..., None]
+        return DistantLights(texel_directions(height, width).reshape(-1, 3), irradiance.reshape(-1, 3))
+    held = cells(environment, rows)
+    lit = held.flux.any(axis=-1)
+    return DistantLights(normalize(held.moment[lit]), held.flux[lit])

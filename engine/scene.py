@@ -30,7 +30,8 @@ import numpy as np
 from engine.brdf.brdf import Brdf
 from engine.camera import Camera
 from engine.directions import normalize
-from engine.environment import DistantLights, EnvironmentMap, chosen_lights
+from engine.environment import DistantLights, EnvironmentMap
+from engine.light_tree import chosen_lights
 from engine.material import Material, auto_sigma
 from engine.mesh import Mesh
 from engine.shading.lookup import Above

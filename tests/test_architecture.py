@@ -34,7 +34,7 @@ LAYERS = (
         "files.archive",
         "files.manifest",
     },
-    {"images", "environment", "environment_file", "camera", "drape"},
+    {"images", "environment", "environment_file", "light_tree", "camera", "drape"},
     {"mesh", "mesh_text", "shapes"},
     {"capture", "brdf"},
     {"shading"},

@@ -1,8 +1,9 @@
 """How far a few chosen directions are from the whole environment, on the view that is shown.
 
-The reference is the sum over every texel of the map, averaged by area to at most `REFERENCE_ROWS` rows, with the
-look-up inside the sum, at pixel centres drawn evenly among those that show the model. About 1 s per million pixels
-times texels: 2 s for the defaults and 256 pixels.
+The reference is the sum over all of the map in cells of `REFERENCE_ROWS` rows, each as a light in the mean direction of
+what it holds, with the look-up inside the sum, at pixel centres drawn evenly among those that show the model. About 1 s
+per million pixels times cells: 2 s for the defaults and 256 pixels. With 256 rows instead of 64 the errors of up to 512
+lights change by less than 0.05 % of the picture's radiance on a matt and 0.3 % on a shiny material.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.environment import DistantLights, all_lights, reduced
+from engine.environment import DistantLights, all_lights
 from engine.render.direct import Shader
 from engine.scene import Scene
 from engine.steps import Step, Steps
@@ -33,7 +34,7 @@ class DirectionsError:
     Attributes
     ----------
     rmse_rel : relative error, no unit; 0 where the reference is black too.
-    pixels : how many were compared; reference_size : (width, height) of the reference's map in texels.
+    pixels : how many were compared; reference_size : (width, height) of the reference in cells.
     """
 
     directions: int
@@ -58,16 +59,15 @@ def error_ladder(
         raise ValueError("a scene without an environment has no directions to choose")
     shade = Shader(scene, size)
     row, column = _pixels(shade, size, pixels, seed)
-    small = reduced(scene.environment, REFERENCE_ROWS)
-    lights = all_lights(small)
+    lights = all_lights(scene.environment, REFERENCE_ROWS)
     dense = DistantLights(lights.direction, lights.irradiance * scene.irradiance).turned(scene.environment_rotation)
     truth = yield from _summed(shade, row, column, dense)
-    height, width = small.radiance.shape[:2]
+    size_of_reference = (2 * REFERENCE_ROWS, REFERENCE_ROWS)
     errors = []
     for count in counts:
         chosen = dataclasses.replace(scene, directions=count).lights
         shown = yield from _summed(shade, row, column, chosen)
-        errors.append(DirectionsError(count, _relative(shown, truth), len(row), (width, height)))
+        errors.append(DirectionsError(count, _relative(shown, truth), len(row), size_of_reference))
     return errors
 
 

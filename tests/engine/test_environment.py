@@ -1,4 +1,4 @@
-"""Environment maps: where directions lie, what texels weigh, and lights chosen by importance."""
+"""Environment maps: where directions lie, what texels weigh, and their light gathered in cells."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from engine.environment import (
     EnvironmentMap,
     all_lights,
+    cells,
     direction_at,
-    important_lights,
     map_coordinates,
     solid_angles,
     texel_directions,
@@ -46,63 +46,24 @@ def test_constant_light_gives_pi_on_a_diffuse_receiver():
     np.testing.assert_allclose(irradiance.sum(axis=0), np.pi, rtol=1e-4)
 
 
-@pytest.fixture(scope="module")
-def sky():
-    y = texel_directions(64, 128)
-    sun = np.exp(400 * (y @ np.array([0.6, 0.64, 0.48]) - 1))
-    return EnvironmentMap(
-        np.float32((0.2 + 0.8 * np.clip(y[..., 1:2], 0, 1)) * [0.3, 0.5, 1.0] + 50 * sun[..., None] * [1.0, 0.9, 0.7])
-    )
+@pytest.mark.parametrize("size", [(1, 1), (2, 1), (1, 2), (7, 3), (64, 128), (96, 192), (300, 500)])
+def test_EN10_cells_hold_the_whole_light_of_any_map(size):
+    environment = EnvironmentMap(np.random.default_rng(0).uniform(0, 9, (*size, 3)).astype(np.float32))
+    held = cells(environment, 64)
+    assert held.flux.shape == held.moment.shape == (64, 128, 3)
+    np.testing.assert_allclose(held.flux.sum(axis=(0, 1)), all_lights(environment).irradiance.sum(axis=0), rtol=1e-12)
 
 
-def irradiance(lights, normal):
-    return (np.maximum(lights.direction @ normal, 0)[:, None] * lights.irradiance).sum(axis=0)
+def test_light_smaller_than_a_cell_stays_where_it_is():
+    radiance = np.zeros((512, 1024, 3), np.float32)
+    radiance[101, 333] = (1e6, 2e6, 3e6)
+    (direction,) = all_lights(EnvironmentMap(radiance), 16).direction
+    np.testing.assert_allclose(direction, texel_directions(512, 1024)[101, 333], atol=1e-12)
 
 
-def test_chosen_lights_carry_the_whole_flux(sky):
-    dense = all_lights(sky).irradiance @ [0.2126, 0.7152, 0.0722]
-    chosen = important_lights(sky, 64).irradiance @ [0.2126, 0.7152, 0.0722]
-    assert chosen.sum() == pytest.approx(dense.sum(), rel=1e-6)
-
-
-def test_error_falls_with_the_number_of_directions(sky):
-    normals = np.array([[0, 1, 0], [0.6, 0.8, 0], [0, 0.28, 0.96], [-0.48, 0.6, 0.64]])
-    truth = np.array([irradiance(all_lights(sky), normal) for normal in normals])
-
-    def error(count):
-        estimates = [[irradiance(important_lights(sky, count, seed), n) for n in normals] for seed in range(8)]
-        return np.sqrt(np.mean((np.array(estimates) / truth - 1) ** 2))
-
-    errors = [error(count) for count in (16, 64, 256, 1024)]
-    assert errors[0] > errors[1] > errors[2] > errors[3]
-    assert errors[3] < 0.01
-
-
-def test_the_average_over_seeds_is_the_dense_sum(sky):
-    normal = np.array([0.6, 0.8, 0.0])
-    estimates = np.array([irradiance(important_lights(sky, 32, seed), normal) for seed in range(200)])
-    deviation = estimates.std(axis=0) / np.sqrt(len(estimates))
-    assert (np.abs(estimates.mean(axis=0) - irradiance(all_lights(sky), normal)) < 4 * deviation).all()
-
-
-def test_equal_seeds_give_equal_lights(sky):
-    first, second = important_lights(sky, 50, 3), important_lights(sky, 50, 3)
-    np.testing.assert_array_equal(first.direction, second.direction)
-
-
-def test_darkness_gives_dark_lights():
-    lights = important_lights(EnvironmentMap(np.zeros((4, 8, 3), np.float32)), 5)
-    assert lights.irradiance.sum() == 0
-    assert np.isfinite(lights.direction).all()
-
-
-def test_a_single_bright_texel_is_always_chosen():
-    radiance = np.zeros((16, 32, 3), np.float32)
-    radiance[5, 7] = 3
-    lights = important_lights(EnvironmentMap(radiance), 9)
-    u, v = map_coordinates(lights.direction)
-    assert ((u * 32).astype(int) == 7).all()
-    assert ((v * 16).astype(int) == 5).all()
+def test_EN9_cells_of_a_constant_are_constant():
+    held = cells(EnvironmentMap(np.full((100, 200, 3), 0.7, np.float32)), 48)
+    np.testing.assert_allclose(held.flux / solid_angles(48, 96)[..., None], 0.7, rtol=1e-6)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -1.0])

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.environment import EnvironmentMap, all_lights, important_lights, reduced, solid_angles
+from engine.environment import EnvironmentMap, all_lights, reduced, solid_angles
 from engine.environment_file import BUILT_IN, open_environment, read_environment, repair
 from engine.errors import InputError
 from engine.images.encode import encode_png, rgb_channels, write_exr
+from engine.light_tree import chosen_lights
 
 
 def write(path: Path, radiance: Any) -> Path:
@@ -74,7 +75,7 @@ def test_EN10_other_layouts_are_refused_in_words(tmp_path: Path, shape: tuple[in
 
 def test_EN10_the_smallest_map_is_two_texels(tmp_path: Path) -> None:
     environment = read_environment(write(tmp_path / "a.exr", np.ones((1, 2, 3))))
-    assert important_lights(environment, 4).irradiance.sum() == pytest.approx(3 * 4 * np.pi)
+    assert chosen_lights(environment, 4).irradiance.sum() == pytest.approx(3 * 4 * np.pi)
 
 
 @pytest.mark.parametrize("value", [-1.0, np.nan])
