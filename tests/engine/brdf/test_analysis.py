@@ -1,0 +1,83 @@
+"""Figures and slices against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine.brdf.analysis import (
+    albedo,
+    albedo_curve,
+    half_difference_slice,
+    lobe,
+    maximum_albedo,
+    polar_slice,
+    reciprocity_error,
+)
+from engine.brdf.brdf import brdf_from_text
+from engine.directions import dot, surface_direction
+
+
+def test_albedo_of_lambert_is_its_parameter_and_black_below_the_horizon() -> None:
+    brdf = brdf_from_text("lambert:albedo=0.2/0.5/0.9")
+    seen = albedo(brdf, surface_direction(np.array([0.0, 1.0, 1.57, 2.0])))
+    assert seen[:3] == pytest.approx(np.broadcast_to([0.2, 0.5, 0.9], (3, 3)), rel=1e-12)
+    assert seen[3].tolist() == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("exponent", [5.0, 1000.0, 1e5])
+def test_albedo_of_phong_at_the_normal_is_kd_plus_ks(exponent: float) -> None:
+    brdf = brdf_from_text(f"phong:kd=0.2,ks=0.5,exponent={exponent}")
+    assert albedo(brdf, [0.0, 0.0, 1.0]) == pytest.approx([0.7] * 3, rel=2e-3)
+
+
+def test_maximum_albedo_says_where() -> None:
+    grazing = maximum_albedo(brdf_from_text("ggx:kd=0.9,alpha=0.1,f0=0.04"))
+    assert grazing.theta > np.radians(80)
+    assert grazing.albedo[1] > 1
+    normal = maximum_albedo(brdf_from_text("phong:kd=0,ks=0.5,exponent=50"))
+    assert normal.theta < np.radians(40)
+    assert max(normal.albedo) == pytest.approx(0.5, rel=0.01)
+
+
+def test_albedo_curve_equals_single_albedos() -> None:
+    brdf, theta = brdf_from_text("ggx:kd=0.1,alpha=0.3,f0=0.5"), np.array([0.1, 0.7, 1.4])
+    assert np.array_equal(albedo_curve(brdf, theta), [albedo(brdf, surface_direction(angle)) for angle in theta])
+
+
+def test_reciprocity_error_is_zero_for_reciprocal_models_and_found_where_not() -> None:
+    class OneWay:
+        isotropic, reciprocal, energy_conserving = True, False, True
+
+        def f(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+            wi, wo = np.broadcast_arrays(wi, wo)
+            return np.where((wi[..., 2:] > 0) & (wo[..., 2:] > 0), 1.0 + wi[..., 2:], 0.0) * np.ones(3)
+
+    assert reciprocity_error(brdf_from_text("phong:exponent=20")).largest < 1e-14
+    found = reciprocity_error(OneWay())
+    assert 0.1 < found.rms < 0.5
+    assert 0.5 < found.largest < 2 / 3
+
+
+def test_polar_slice_has_its_peak_in_the_mirror_direction() -> None:
+    theta, values = polar_slice(brdf_from_text("phong:kd=0,ks=0.5,exponent=500"), np.radians(30.0))
+    assert np.degrees(theta[np.argmax(values[:, 0])]) == pytest.approx(30.0, abs=0.5)
+    assert theta[0] == pytest.approx(-theta[-1])
+
+
+def test_half_difference_slice_has_the_highlight_on_the_left_and_grazing_on_top() -> None:
+    picture = half_difference_slice(brdf_from_text("ggx:kd=0,alpha=0.1,f0=0.04"), 90)
+    assert np.unravel_index(np.argmax(picture[45:, :, 0]), (45, 90))[1] == 0
+    assert picture[10, 0, 0] > picture[60, 0, 0]
+    beyond = half_difference_slice(brdf_from_text("lambert"), 90, phi_d=0.0)
+    assert beyond[0, 89].tolist() == [0.0, 0.0, 0.0]
+    assert beyond[89, 0] == pytest.approx([0.5 / np.pi] * 3)
+
+
+def test_lobe_covers_the_hemisphere_once() -> None:
+    wo, values = lobe(brdf_from_text("phong:kd=0.5,ks=0.3,exponent=30"), 0.6, 0.4, size=(32, 48))
+    assert wo.shape == values.shape == (32, 48, 3)
+    assert dot(wo, wo) == pytest.approx(1.0)
+    assert values[:, 0] == pytest.approx(values[:, -1])
+    peak = wo.reshape(-1, 3)[np.argmax(values[..., 0])]
+    assert dot(peak, surface_direction(0.6, 0.4 + np.pi)) > np.cos(np.radians(6))

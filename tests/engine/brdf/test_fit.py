@@ -1,0 +1,78 @@
+"""Fits find the parameters that made the data, and end no worse than they began."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine.brdf.brdf import MODELS, brdf_from_text
+from engine.brdf.fit import FitData, fit, fit_data, fit_error, residual_by_angle
+from engine.params import parameters
+from engine.steps import drain
+
+TRUTHS = (
+    "lambert:albedo=0.2/0.5/0.9",
+    "phong:kd=0.3/0.2/0.1,ks=0.4/0.3/0.2,exponent=35",
+    "blinn-phong:kd=0.1/0.2/0.3,ks=0.6/0.3/0.2,exponent=300",
+    "ggx:kd=0.3/0.2/0.1,alpha=0.12,f0=0.1/0.3/0.6",
+)
+
+
+@pytest.mark.parametrize("weighting", ["log", "cosine"])
+@pytest.mark.parametrize("text", TRUTHS)
+def test_parameters_that_made_the_data_are_found(text: str, weighting: Any) -> None:
+    truth = brdf_from_text(text)
+    found = drain(fit(fit_data(truth, count=2000), type(truth)(), weighting=weighting))
+    assert found.after.rmse_rel < 1e-4
+    for parameter in parameters(truth):
+        wanted, got = np.asarray(getattr(truth, parameter.name)), np.asarray(getattr(found.brdf, parameter.name))
+        assert got == pytest.approx(wanted, rel=2e-3, abs=2e-4), parameter.name
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_fit_never_ends_worse_than_it_began(name: str) -> None:
+    data = fit_data(brdf_from_text("ggx:kd=0.3/0.2/0.1,alpha=0.3,f0=0.04"), count=500)
+    found = drain(fit(data, MODELS[name]()))
+    assert found.after.objective <= found.before.objective
+    assert found.after == fit_error(found.brdf, data)
+
+
+def test_a_fit_repeats_and_keeps_fixed_parameters() -> None:
+    data = fit_data(brdf_from_text("phong:kd=0.3,ks=0.2,exponent=40"), count=500)
+    start = brdf_from_text("ggx:alpha=0.37")
+    first, again = (drain(fit(data, start, fixed=("alpha",), seed=4)).brdf for _ in range(2))
+    assert first == again
+    assert first.alpha == 0.37
+    with pytest.raises(ValueError, match="unknown parameter 'gloss'"):
+        drain(fit(data, start, fixed=("gloss",)))
+    with pytest.raises(ValueError, match="nothing is left"):
+        drain(fit(data, start, fixed=tuple(p.name for p in parameters(start))))
+
+
+def test_steps_carry_ever_better_models_and_a_fit_can_be_left() -> None:
+    data = fit_data(brdf_from_text("phong:kd=0.3,ks=0.2,exponent=40"), count=500)
+    steps = fit(data, brdf_from_text("blinn-phong"))
+    seen = [next(steps) for _ in range(6)]
+    assert all(fit_error(step.partial, data).objective >= 0 for step in seen)
+    assert [step.done for step in seen] == sorted(step.done for step in seen)
+    steps.close()
+
+
+def test_residual_by_angle_adds_up_to_the_whole() -> None:
+    data = fit_data(brdf_from_text("phong:kd=0.3,ks=0.2,exponent=40"), count=3000)
+    model = brdf_from_text("lambert:albedo=0.3")
+    whole = fit_error(model, data).rmse_rel
+    for residual in residual_by_angle(model, data).values():
+        assert residual.count.sum() == 3000
+        assert np.sqrt((residual.rms**2 * residual.count).sum() / 3000) == pytest.approx(whole, rel=1e-12)
+
+
+def test_black_data_and_a_single_sample_are_fitted() -> None:
+    up = np.array([[0.0, 0.0, 1.0]])
+    for value in (0.0, 0.2):
+        found = drain(fit(FitData(up, up, np.full((1, 3), value)), brdf_from_text("lambert")))
+        assert found.brdf.f(up, up) == pytest.approx(np.full((1, 3), value), abs=1e-4)
+    with pytest.raises(ValueError, match="finite"):
+        FitData(up, up, np.full((1, 3), np.nan))
