@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from app import icons
 from app.document import Project
 from app.framing_view import Corners, FramingView
 from app.import_panel import ImportPanel, is_upright
 from app.jobs import Job
-from app.panels import EmptyState, Panel, Segments, button, enable, side_by_side, text, tool
+from app.panels import EmptyState, Panel, Segments, button, enable, side_by_side, text, tool, with_empty_state
 from app.photograph_list import PhotographList, Row, file_name
 from app.pictures import Picture, photograph, rgb_image
 from app.plots import ElevationPlot
@@ -72,12 +72,7 @@ class CaptureTab(QWidget):
         self.report = Report()
         self.report.show_source.connect(self._show_source)
         self.empty = self._make_empty()
-        self.pages = QStackedWidget()
-        self.pages.addWidget(self.empty)
-        self.pages.addWidget(self._make_work())
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.pages)
+        self.pages = with_empty_state(self, self.empty, self._make_work())
         bench.document.changed.connect(self._changed)
         bench.partial.connect(self._show_thumbnail)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
@@ -104,16 +99,12 @@ class CaptureTab(QWidget):
         return action
 
     def _make_empty(self) -> EmptyState:
-        choose = button("Choose photographs…", "primary")
-        choose.clicked.connect(self.files_wanted)
-        sample = button("Try the sample capture", icon="sample")
-        sample.clicked.connect(self.sample_wanted)
         return EmptyState(
             "drop",
             "Drop photographs here, or try the sample capture",
             "About ten photographs of a flat sample under a lamp that moves along an arc: RAW, TIFF, PNG, JPEG, EXR "
             "or HDR. Angles are read from capture.toml, an .lp file or the file names.",
-            (choose, sample),
+            (("Choose photographs…", "", self.files_wanted), ("Try the sample capture", "sample", self.sample_wanted)),
         )
 
     def _make_work(self) -> QWidget:

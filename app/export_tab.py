@@ -14,15 +14,13 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QLineEdit,
-    QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
 from app.document import Project
 from app.image_view import ImageView
 from app.jobs import Job
-from app.panels import EmptyState, Panel, Rows, button, enable, text
+from app.panels import EmptyState, Panel, Rows, button, enable, text, with_empty_state
 from app.pictures import Picture
 from app.status_bar import size_text
 from app.theme import ROW, STEP, role
@@ -57,27 +55,18 @@ class ExportTab(QWidget):
         self.exporting: Job | None = None
         self.image = ImageView()
         self.empty = self._make_empty()
-        self.pages = QStackedWidget()
-        self.pages.addWidget(self.empty)
-        self.pages.addWidget(self._make_work())
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.pages)
+        self.pages = with_empty_state(self, self.empty, self._make_work())
         bench.document.changed.connect(self._changed)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
         self._changed(Project(), bench.document.project)
 
     def _make_empty(self) -> EmptyState:
-        capture = button("Go to Capture", "primary")
-        capture.clicked.connect(self.capture_wanted)
-        sample = button("Try the sample capture", icon="sample")
-        sample.clicked.connect(self.sample_wanted)
         return EmptyState(
             "bundle",
             "Nothing to export yet",
             "A bundle holds the material with everything that another program needs to show it. Import photographs "
             "first; the material is built from them.",
-            (capture, sample),
+            (("Go to Capture", "", self.capture_wanted), ("Try the sample capture", "sample", self.sample_wanted)),
         )
 
     def _make_work(self) -> QWidget:

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from app.document import Project
 from app.image_view import ImageView
 from app.latest import Latest
 from app.number_field import NumberField
-from app.panels import EmptyState, Panel, Segments, button, enable, side_by_side, text
+from app.panels import EmptyState, Panel, Segments, button, enable, side_by_side, text, with_empty_state
 from app.param_form import Slider
 from app.pictures import Picture, photograph, scalar_map
 from app.plots import ColourBar, RadiancePlot, TexelPlot, colour_table
@@ -63,27 +63,18 @@ class MaterialTab(QWidget):
         self.finding = Latest(bench.jobs, "Finding the worst texels")
         self.report = Report()
         self.empty = self._make_empty()
-        self.pages = QStackedWidget()
-        self.pages.addWidget(self.empty)
-        self.pages.addWidget(self._make_work())
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.pages)
+        self.pages = with_empty_state(self, self.empty, self._make_work())
         bench.document.changed.connect(self._changed)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
         self._changed(Project(), bench.document.project)
 
     def _make_empty(self) -> EmptyState:
-        capture = button("Go to Capture", "primary")
-        capture.clicked.connect(self.capture_wanted)
-        sample = button("Try the sample capture", icon="sample")
-        sample.clicked.connect(self.sample_wanted)
         return EmptyState(
             "material",
             "No material yet",
             "Photographs become slices whose mean radiance grows evenly, and a power law compresses them to six "
             "numbers per texel. Import photographs first, or drop a .lightarc bundle.",
-            (capture, sample),
+            (("Go to Capture", "", self.capture_wanted), ("Try the sample capture", "sample", self.sample_wanted)),
         )
 
     def _make_work(self) -> QWidget:

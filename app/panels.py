@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal, SignalInstance
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QButtonGroup,
@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
     QSizePolicy,
+    QStackedWidget,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -103,7 +104,7 @@ class Rows(QWidget):
         caption.setBuddy(widget)
         caption.setToolTip(hint)
         if hint:
-            widget.setToolTip(hint)
+            keep_hint(widget, hint)
         widget.setAccessibleName(label)
         if isinstance(widget, QComboBox):
             widget.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
@@ -173,7 +174,7 @@ class Segments(QWidget):
         for value, label, hint in choices:
             button = QToolButton()
             button.setText(label)
-            button.setToolTip(hint)
+            keep_hint(button, hint)
             button.setCheckable(True)
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             button.clicked.connect(lambda _checked, value=value: self.chosen.emit(value))
@@ -192,10 +193,7 @@ class Segments(QWidget):
 
     def disable(self, value: str, why: str) -> None:
         """Make one choice unavailable and let it say why; an empty `why` makes it available."""
-        button = self.buttons[value]
-        button.setEnabled(not why)
-        if why:
-            button.setToolTip(why)
+        enable(self.buttons[value], why)
 
 
 def text(words: str, look: str = "", *, wrap: bool = False) -> QLabel:
@@ -239,16 +237,32 @@ def tool(action: QAction) -> QToolButton:
     return made
 
 
+def keep_hint(widget: QWidget, hint: str) -> None:
+    """Explain `widget` where the mouse rests, whenever nothing is said against using it."""
+    widget.setProperty("hint", hint)
+    widget.setToolTip(hint)
+
+
 def enable(widget: QWidget, why_not: str, hint: str = "") -> None:
-    """Disable `widget` and let it say why, or enable it when there is no reason against it."""
+    """Disable `widget` and let it say why, or enable it when there is no reason against it.
+
+    `hint` explains it from now on; without one it keeps the one that it has. Choices side by side say why each.
+    """
+    if hint:
+        keep_hint(widget, hint)
     widget.setEnabled(not why_not)
-    widget.setToolTip(why_not or hint)
+    widget.setToolTip(why_not or str(widget.property("hint") or ""))
+    if isinstance(widget, Segments):
+        for choice in widget.buttons.values():
+            choice.setToolTip(why_not or str(choice.property("hint") or ""))
 
 
 class EmptyState(QWidget):
-    """What to do where there is nothing yet, and the buttons that do it."""
+    """What to do where there is nothing yet, and the buttons that do it: (label, icon, signal), the best one first."""
 
-    def __init__(self, icon_name: str, heading: str, words: str, buttons: Sequence[QPushButton] = ()) -> None:
+    def __init__(
+        self, icon_name: str, heading: str, words: str, offers: Sequence[tuple[str, str, SignalInstance]]
+    ) -> None:
         super().__init__()
         role(self, "canvas")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -264,7 +278,9 @@ class EmptyState(QWidget):
         actions = QHBoxLayout()
         actions.setSpacing(2 * STEP)
         actions.addStretch(1)
-        for made in buttons:
+        for place, (label, icon, wanted) in enumerate(offers):
+            made = button(label, "" if place else "primary", icon)
+            made.clicked.connect(wanted)
             actions.addWidget(made)
         actions.addStretch(1)
         column = QVBoxLayout(self)
@@ -281,3 +297,14 @@ class EmptyState(QWidget):
     def apply_theme(self) -> None:
         """Draw the icon in the colour of the current theme."""
         self.picture.setPixmap(icons.pixmap(self.icon_name, 48, theme.current().disabled, self.devicePixelRatioF()))
+
+
+def with_empty_state(tab: QWidget, empty: EmptyState, work: QWidget) -> QStackedWidget:
+    """Fill `tab` with two pages: 0 is `empty`, for as long as there is nothing to do `work` (1) on."""
+    pages = QStackedWidget()
+    pages.addWidget(empty)
+    pages.addWidget(work)
+    column = QVBoxLayout(tab)
+    column.setContentsMargins(0, 0, 0, 0)
+    column.addWidget(pages)
+    return pages
