@@ -25,8 +25,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.brdf.diffuse import Lambert
-from engine.brdf.microfacet import Ggx
 from engine.brdf.highlight import power_of_one_minus
+from engine.brdf.microfacet import Ggx
 from engine.brdf.phong import BlinnPhong, Phong
 from engine.colour import luminance
 from engine.directions import Vectors, dot, normalize, surface_direction
