@@ -1,0 +1,161 @@
+"""Plain tables of theta_i, phi_i, theta_o, phi_o in degrees, with R, G, B or one value in 1/sr without the cosine.
+
+A first line may name the columns, in any order; without it the order is the one above. Columns are separated by commas,
+semicolons, tabs or blanks; lines from `#` are comments. Decimal commas are read where semicolons, tabs or blanks
+separate, and refused with the line where commas do, because there nobody can tell. `read_directions` reads such a
+table without values.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.measurement_text import Line, head_lines, is_number, numbers, read_lines, refuse, table
+from engine.brdf.samples import BrdfSamples, samples_from_rows
+from engine.directions import Vectors, surface_direction
+from engine.errors import InputError
+from engine.files.untrusted import AGAIN
+from engine.health import Finding, Verdict
+
+ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
+_COLOUR = ("r", "g", "b")
+_GREY = ("value", "f", "brdf", "y", "grey", "gray")
+_OUTGOING = re.compile(r"(theta|phi)_?(o|out|r|s|v)")
+_INCIDENT = re.compile(r"(theta|phi)_?(i|in|l)")
+_IN_DEGREES = re.compile(r"[_ (\[]*(deg|degrees?|°)[)\]]?$")
+_IN_RADIANS = re.compile(r"[_ (\[]*(rad|radians?)[)\]]?$")
+_SEPARATORS = (";", "\t", ",", None)
+
+#: Angles beyond this many degrees are damage.
+_LARGEST_DEG = 3600.0
+
+
+def looks_like_csv(head: bytes, size_bytes: int, name: str) -> bool:
+    """True where the first lines are named columns with the four angles, or rows of five or seven numbers."""
+    lines = [line for line in head_lines(head) if line and not line.startswith("#")]
+    if not lines:
+        return False
+    words = _words(lines[0], _separator(lines[0]))
+    if _is_header(words):
+        return set(ANGLES) <= {_plain(word) for word in words}
+    # The last line may be cut.
+    rows = [_words(line, _separator(lines[0])) for line in lines[: max(len(lines) - 1, 1)]]
+    return all(len(row) in (5, 7) and all(is_number(word.replace(",", ".")) for word in row) for row in rows)
+
+
+def read_csv_samples(path: Path) -> BrdfSamples:
+    """The samples of a table with four angles and one or three values; InputError names the line that is wrong."""
+    columns, data = _read(path)
+    for values in (_COLOUR, *((grey,) for grey in _GREY)):
+        if set(values) <= set(columns):
+            break
+    else:
+        raise InputError(path, "has directions but no values R,G,B", "Add the columns R, G, B in 1/sr")
+    angles = data[:, [columns.index(angle) for angle in ANGLES]]
+    wi, wo = _directions(angles)
+    findings = []
+    if np.nanmax(np.abs(np.where(np.isfinite(angles), angles, np.nan)), initial=0.0) <= 2.0 * math.pi:
+        text = "no angle is above 6.3; this file is read in degrees, but looks like radians"
+        findings.append(Finding(Verdict.WARNING, text))
+    rgb = data[:, [columns.index(value) for value in values]]
+    return samples_from_rows(path, "CSV samples", wi, wo, rgb, findings=findings)
+
+
+def read_directions(path: Path) -> tuple[Vectors, Vectors]:
+    """Unit directions wi, wo (N, 3) of a table with four angles in degrees; other columns are not looked at.
+
+    Raises InputError naming the line that is wrong, also for an angle that is not finite.
+    """
+    columns, data = _read(path)
+    angles = data[:, [columns.index(angle) for angle in ANGLES]]
+    if not np.isfinite(angles).all():
+        row = int(np.flatnonzero(~np.isfinite(angles).all(axis=1))[0])
+        raise InputError(path, f"has an angle that is not finite in row {row + 1}", "Give all angles in degrees")
+    return _directions(angles)
+
+
+def _directions(angles_deg: NDArray[np.float64]) -> tuple[Vectors, Vectors]:
+    with np.errstate(invalid="ignore"):
+        theta_i, phi_i, theta_o, phi_o = np.deg2rad(angles_deg).T
+        return surface_direction(theta_i, phi_i), surface_direction(theta_o, phi_o)
+
+
+def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
+    """Names of the columns and the rows (N, columns)."""
+    lines = [line for line in read_lines(path) if not line.text.startswith("#")]
+    if not lines:
+        raise InputError(path, "holds no measurement", AGAIN)
+    separator = _separator(lines[0].text)
+    first = _words(lines[0].text, separator)
+    if _is_header(first):
+        columns = _named(path, lines[0], first)
+        lines = lines[1:]
+    else:
+        columns = _counted(path, lines[0], first)
+    rows = []
+    for line in lines:
+        words = _words(line.text, separator)
+        if len(words) != len(columns):
+            _refuse_width(path, line, len(words), str(len(columns)), separator)
+        if separator != ",":
+            words = [word.replace(",", ".") if word.count(",") == 1 and "." not in word else word for word in words]
+        values = numbers(path, line.number, words)
+        for name, value in zip(columns, values, strict=True):
+            if name in ANGLES and abs(value) > _LARGEST_DEG and math.isfinite(value):
+                refuse(path, line.number, f"has {name} = {value:g} degrees")
+        rows.append(values)
+    return columns, table(path, rows)
+
+
+def _separator(line: str) -> str | None:
+    return next(separator for separator in _SEPARATORS if separator is None or separator in line)
+
+
+def _words(line: str, separator: str | None) -> list[str]:
+    return [word.strip().strip("\"'") for word in line.split(separator)]
+
+
+def _is_header(words: list[str]) -> bool:
+    return any(re.match(r"\W*(theta|phi)", word.lower()) for word in words)
+
+
+def _plain(word: str) -> str:
+    """`theta_o` for every usual spelling of it, and so on; other words in small letters."""
+    name = _IN_DEGREES.sub("", word.lower().strip()).strip()
+    for pattern, letter in ((_OUTGOING, "o"), (_INCIDENT, "i")):
+        match = pattern.fullmatch(name)
+        if match:
+            return f"{match[1]}_{letter}"
+    return name
+
+
+def _named(path: Path, line: Line, words: list[str]) -> list[str]:
+    for word in words:
+        if _IN_RADIANS.search(word.lower()):
+            refuse(path, line.number, f"says that {word[:40]!r} is in radians", "Write degrees")
+    columns = [_plain(word) for word in words]
+    for angle in ANGLES:
+        if columns.count(angle) != 1:
+            refuse(path, line.number, f"names {angle} {columns.count(angle)} times; once is needed")
+    return columns
+
+
+def _counted(path: Path, line: Line, words: list[str]) -> list[str]:
+    """The columns of a file that names none."""
+    values: dict[int, tuple[str, ...]] = {4: (), 5: ("value",), 7: _COLOUR}
+    if len(words) not in values:
+        _refuse_width(path, line, len(words), "4 angles and 0, 1 or 3 values", _separator(line.text))
+    return [*ANGLES, *values[len(words)]]
+
+
+def _refuse_width(path: Path, line: Line, found: int, needed: str, separator: str | None) -> NoReturn:
+    remedy = f"Write one row of {', '.join(ANGLES)} in degrees and R, G, B"
+    if separator == "," and found in (8, 10, 14):
+        remedy = "If these are decimal commas, write decimal points, or separate the columns by semicolons"
+    refuse(path, line.number, f"has {found} columns where {needed} are needed", remedy)
