@@ -2,13 +2,14 @@
 
 The twin of `engine.render.direct`. `samples` sub-pixels along each side of a pixel are shaded and averaged (a box,
 symmetric about the pixel centre); with 1 the pixel centre alone. Pictures of any size are drawn in tiles of at most
-2048 sub-pixels along a side. Meshes, materials and lights are uploaded when they are other objects than the last time.
+2048 sub-pixels along a side, and where a window must go on meanwhile, band by band. Meshes, materials and lights are
+uploaded when they are other objects than the last time.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,9 @@ from engine.scene import Scene
 
 #: Longest side of the texture that is drawn into, in sub-pixels.
 TILE = 2048
+
+#: A part of a picture: left, top, width, height in pixels.
+Tile = tuple[int, int, int, int]
 
 log = logging.getLogger(__name__)
 
@@ -58,11 +62,24 @@ class DirectRenderer:
         self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2, display: Display | None = None
     ) -> None:
         """Draw `scene`, tone-mapped and sRGB-coded, over `framebuffer`, whose `size` is (width, height) in pixels."""
-        if self._tone_mapper is None:
-            self._tone_mapper = ToneMapper(self.context)
-        for (left, top, width, height), texture in self._tiles(scene, size, samples):
-            rectangle = (left, size[1] - top - height, width, height)
-            self._tone_mapper.draw(texture, framebuffer, rectangle, samples, display or Display())
+        for tile, texture in self._tiles(scene, size, samples):
+            self._show(tile, texture, framebuffer, size, samples, display)
+
+    def bands(
+        self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2, display: Display | None = None
+    ) -> Generator[None, int, None]:
+        """`draw` in pieces, for a thread that has more to do: each `send(rows)` draws so many rows of sub-pixels.
+
+        The picture is the same to the bit; `framebuffer` holds it when the generator ends. Other drawing with this
+        renderer in the meantime spoils it.
+        """
+        for tile in self._cut(size, samples):
+            done, rows = 0, tile[3] * samples
+            while done < rows:
+                wanted = yield
+                texture = self._shade(scene, size, tile, samples, (done, min(wanted, rows - done)))
+                done += wanted
+            self._show(tile, texture, framebuffer, size, samples, display)
 
     def radiance(self, scene: Scene, size: tuple[int, int], *, samples: int = 2) -> NDArray[np.float32]:
         """The picture (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
@@ -76,30 +93,54 @@ class DirectRenderer:
             picture[top : top + height, left : left + width] = blocks.mean(axis=(1, 3), dtype=np.float64)[::-1]
         return picture
 
-    def _tiles(
-        self, scene: Scene, size: tuple[int, int], samples: int
-    ) -> Iterator[tuple[tuple[int, int, int, int], Any]]:
-        """Draw tile by tile; yields (left, top, width, height) in pixels and the texture whose lower left holds it."""
+    def _tiles(self, scene: Scene, size: tuple[int, int], samples: int) -> Iterator[tuple[Tile, Any]]:
+        """Draw tile by tile; yields each and the texture whose lower left holds it."""
+        for tile in self._cut(size, samples):
+            yield tile, self._shade(scene, size, tile, samples, (0, tile[3] * samples))
+
+    def _cut(self, size: tuple[int, int], samples: int) -> Iterator[Tile]:
         if samples < 1:
             raise ValueError(f"samples = {samples} must be at least 1")
-        if min(size) < 1:
-            return
-        program = self._prepare(scene, size)
-        edge = max(1, min(TILE, self.limits.texture_size) // samples)
-        target = self._framebuffer((min(size[0], edge) * samples, min(size[1], edge) * samples))
-        clip_from_model = scene.camera.clip_from_model(scene.mesh.centre, scene.mesh.radius, size[0] / size[1])
+        edge = self._edge(samples)
         for top in range(0, size[1], edge):
             for left in range(0, size[0], edge):
-                tile = (left, top, min(edge, size[0] - left), min(edge, size[1] - top))
-                target.use()
-                target.viewport = (0, 0, tile[2] * samples, tile[3] * samples)
-                target.clear(0.0, 0.0, 0.0, 0.0)
-                self.context.enable_only(self.context.DEPTH_TEST)
-                matrix = _tile_from_clip(tile, size) @ clip_from_model
-                program["clip_from_model"].write(np.ascontiguousarray(matrix.T, np.float32))
-                assert self._mesh is not None
-                self._mesh[1].draw(program)
-                yield tile, target.color_attachments[0]
+                yield left, top, min(edge, size[0] - left), min(edge, size[1] - top)
+
+    def _edge(self, samples: int) -> int:
+        return max(1, min(TILE, self.limits.texture_size) // samples)
+
+    def _shade(self, scene: Scene, size: tuple[int, int], tile: Tile, samples: int, band: tuple[int, int]) -> Any:
+        """Draw the rows `band` (first, count) of sub-pixels of `tile`, from below; returns the texture they are in."""
+        program = self._prepare(scene, size)
+        edge = self._edge(samples)
+        target = self._framebuffer((min(size[0], edge) * samples, min(size[1], edge) * samples))
+        target.use()
+        target.viewport = (0, 0, tile[2] * samples, tile[3] * samples)
+        target.scissor = (0, band[0], tile[2] * samples, band[1])
+        target.clear(0.0, 0.0, 0.0, 0.0)
+        self.context.enable_only(self.context.DEPTH_TEST)
+        clip_from_model = scene.camera.clip_from_model(scene.mesh.centre, scene.mesh.radius, size[0] / size[1])
+        matrix = _tile_from_clip(tile, size) @ clip_from_model
+        program["clip_from_model"].write(np.ascontiguousarray(matrix.T, np.float32))
+        assert self._mesh is not None
+        self._mesh[1].draw(program)
+        target.scissor = None
+        return target.color_attachments[0]
+
+    def _show(
+        self,
+        tile: Tile,
+        texture: Any,
+        framebuffer: Any,
+        size: tuple[int, int],
+        samples: int,
+        display: Display | None,
+    ) -> None:
+        if self._tone_mapper is None:
+            self._tone_mapper = ToneMapper(self.context)
+        left, top, width, height = tile
+        rectangle = (left, size[1] - top - height, width, height)
+        self._tone_mapper.draw(texture, framebuffer, rectangle, samples, display or Display())
 
     def _prepare(self, scene: Scene, size: tuple[int, int]) -> Any:
         """Upload what changed, choose the program and set its uniforms."""
@@ -194,7 +235,7 @@ class DirectRenderer:
         self._programs.clear()
 
 
-def _tile_from_clip(tile: tuple[int, int, int, int], size: tuple[int, int]) -> NDArray[np.float64]:
+def _tile_from_clip(tile: Tile, size: tuple[int, int]) -> NDArray[np.float64]:
     """(4, 4) matrix that makes the tile (left, top, width, height) of a picture of `size` fill clip space."""
     left, top, width, height = tile
     matrix = np.eye(4)

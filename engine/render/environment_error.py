@@ -3,7 +3,7 @@
 The reference is the sum over all of the map in cells of `REFERENCE_ROWS` rows, each as a light in the mean direction of
 what it holds, with the look-up inside the sum, at pixel centres drawn evenly among those that show the model. About 1 s
 per million pixels times cells: 2 s for the defaults and 256 pixels. With 256 rows instead of 64 the errors of up to 512
-lights change by less than 0.05 % of the picture's radiance on a matt and 0.3 % on a shiny material.
+lights change by no more than 0.04 % of the picture on a matt and 0.5 % on a shiny material (Phong, exponent 100).
 """
 
 from __future__ import annotations

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import dataclasses
+import itertools
 import logging
 from typing import Any
 
@@ -14,6 +16,7 @@ import pytest
 from engine.brdf.brdf import brdf_from_text
 from engine.camera import Camera
 from engine.colour import OPERATORS
+from engine.environment_file import open_environment
 from engine.gl import program as program_module
 from engine.gl.context import Limits, create_context
 from engine.gl.direct import DirectRenderer
@@ -272,6 +275,33 @@ def test_tiles_fit_together(gl: Any, monkeypatch: pytest.MonkeyPatch, samples: i
     assert np.abs(tiled[inside] - whole[inside]).max() <= 2e-4
     assert np.mean(whole[..., 3] != tiled[..., 3]) < 0.01
     assert np.array_equal(shown(gl, what, Display(), samples=samples)[45, 60], displayed(tiled, Display())[45, 60])
+
+
+@pytest.mark.parametrize("lookup", LOOKUPS)
+@pytest.mark.parametrize("samples", [1, 2])
+def test_a_picture_in_bands_is_the_picture_to_the_bit(
+    gl: Any, monkeypatch: pytest.MonkeyPatch, lookup: str, samples: int
+) -> None:
+    """Bands of all heights, several tiles, and another size of target in between."""
+    monkeypatch.setattr("engine.gl.direct.TILE", 128)
+    what = scene("torus-knot", weave(), lookup=lookup, environment=open_environment("studio"), directions=16)
+    expected = shown(gl, what, Display(), samples=samples)
+    renderer = DirectRenderer(gl)
+    renderer.radiance(what, (7, 5), samples=1)
+    framebuffer = gl.simple_framebuffer(SIZE, 3)
+    rows = itertools.cycle((1, 2, 3, 7, 50, 1000))
+    bands = renderer.bands(what, framebuffer, SIZE, samples=samples, display=Display())
+    next(bands)
+    count = 0
+    with contextlib.suppress(StopIteration):
+        while True:
+            bands.send(next(rows))
+            gl.detect_framebuffer(0).use()
+            count += 1
+    pixels = np.frombuffer(framebuffer.read(alignment=1), np.uint8).reshape(SIZE[1], SIZE[0], 3)[::-1]
+    renderer.release()
+    assert count >= 5
+    assert np.array_equal(pixels, expected)
 
 
 def test_GL9_a_thousand_materials_leave_no_object_behind(gl: Any) -> None:
