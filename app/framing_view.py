@@ -62,7 +62,7 @@ class FramingView(ImageView):
         """The point of the picture under `point`, held inside it; its upper left corner is (0, 0)."""
         assert self.picture is not None
         width, height = self.picture.size
-        place = (point - QPointF(self.width() / 2, self.height() / 2)) / self.zoom + self.centre
+        place = self.place_at(point)
         return QPointF(min(max(place.x(), 0.0), width), min(max(place.y(), 0.0), height))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:

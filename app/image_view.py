@@ -77,16 +77,25 @@ class ImageView(QWidget):
         self.fitted = False
         self._set_zoom(max(self.zoom, CLOSE), QPointF(column + 0.5, row + 0.5))
 
+    def look_through(self, zoom: float, centre: QPointF) -> None:
+        """Show `centre` in the middle at `zoom`, as another view does."""
+        self.fitted = False
+        self._set_zoom(zoom, centre)
+
     def _set_zoom(self, zoom: float, centre: QPointF) -> None:
         self.zoom, self.centre = zoom, centre
         self.zoomed.emit(zoom * self.devicePixelRatioF())
         self.update()
 
+    def place_at(self, point: QPointF) -> QPointF:
+        """The place of the picture under `point`; its upper left corner is (0, 0)."""
+        return (point - QPointF(self.width() / 2, self.height() / 2)) / self.zoom + self.centre
+
     def texel_at(self, point: QPointF) -> tuple[int, int] | None:
         """(column, row) of the texel under `point`, None outside the picture."""
         if self.picture is None:
             return None
-        place = (point - QPointF(self.width() / 2, self.height() / 2)) / self.zoom + self.centre
+        place = self.place_at(point)
         column, row = math.floor(place.x()), math.floor(place.y())
         width, height = self.picture.size
         return (column, row) if 0 <= column < width and 0 <= row < height else None
@@ -143,7 +152,7 @@ class ImageView(QWidget):
             return
         factor = 2.0 ** (event.angleDelta().y() / 240.0)
         zoom = min(LARGEST_ZOOM, max(0.02, self.zoom * factor))
-        under = (event.position() - QPointF(self.width() / 2, self.height() / 2)) / self.zoom + self.centre
+        under = self.place_at(event.position())
         self.fitted = False
         self._set_zoom(zoom, under + (self.centre - under) * (self.zoom / zoom))
 

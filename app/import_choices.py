@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from app.document import Document, ImportChoices, Pair, Project
 from engine.capture.mirror_sphere import Circle
@@ -51,6 +54,23 @@ def lit_by(sources: Sources, choices: ImportChoices) -> Sources:
 def transfer_of(sources: Sources, choices: ImportChoices) -> Any:
     """How 8- and 16-bit files are taken to be coded."""
     return choices.transfer if choices.transfer != "auto" else sources.transfer or "auto"
+
+
+def with_angle(sources: Sources, place: int, angle_deg: float) -> Sources:
+    """`sources` with another elevation of photograph number `place`, in the order that follows."""
+    elevation = sources.elevation.copy()
+    elevation[place] = math.radians(angle_deg)
+    order = np.argsort(elevation, kind="stable")
+    return dataclasses.replace(
+        sources,
+        photographs=tuple(sources.photographs[index] for index in order),
+        elevation=elevation[order],
+        azimuth=None if sources.azimuth is None else sources.azimuth[order],
+        exposure_s=tuple(sources.exposure_s[index] for index in order),
+        exposures=tuple(sources.exposures[index] for index in order),
+        highlights_px=tuple(sources.highlights_px[index] for index in order) if sources.highlights_px else (),
+        angle_source="user",
+    )
 
 
 def path_of(project: Project, name: str | None) -> Path | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ from PySide6.QtWidgets import QComboBox, QFileDialog
 
 from app.document import ImportChoices
 from app.number_field import NumberField
-from app.panels import Fold, Rows, Segments, enable
+from app.panels import Fold, Rows, Segments, button, enable, text
 
 if TYPE_CHECKING:
     from engine.capture.framing import Framing
@@ -46,18 +47,21 @@ FRAMES = {
 }
 
 CALIBRATION = ("dark", "flat", "lamp_distance", "sphere")
+SPHERE_HINT = "Its outline, and the lamp's reflection in each photograph"
 FRAMINGS = (("all", "All that they share"), ("crop", "Crop"), ("corners", "Four corners"))
 
 
 class ImportPanel(Rows):
     """Rows of the Capture panel. `chosen(words, parts)` asks for a change of these parts of `ImportChoices`.
 
-    `framing_wanted(how, width)` asks for 'all', 'crop' or 'corners', `patch_wanted` to draw the grey patch.
+    `framing_wanted(how, width)` asks for 'all', 'crop' or 'corners', `patch_wanted` to draw the grey patch,
+    `tool_wanted` for 'points' or 'sphere' to be set by hand.
     """
 
     chosen = Signal(str, object)
     framing_wanted = Signal(str, object)
     patch_wanted = Signal()
+    tool_wanted = Signal(str)
 
     def __init__(self) -> None:
         super().__init__()
@@ -67,6 +71,11 @@ class ImportPanel(Rows):
             box = self._box(name, label, hint, self)
             for value, words in choices:
                 box.addItem(words, value)
+        self.points = button("Mark points…", hint="In the reference and in a photograph that is not aligned rightly")
+        self.points.clicked.connect(lambda: self.tool_wanted.emit("points"))
+        self.row("Points", self.points)
+        self.lost = text("", "warning", wrap=True)
+        self.wide(self.lost)
         self.fold = Fold("Calibration")
         self.wide(self.fold)
         calibration = self.fold.rows
@@ -80,6 +89,9 @@ class ImportPanel(Rows):
         )
         self.sphere.chosen.connect(lambda value: self.chosen.emit("Lights", {"sphere": value == "sphere"}))
         calibration.row("Lights", self.sphere)
+        self.correct = button("Correct by hand…")
+        self.correct.clicked.connect(lambda: self.tool_wanted.emit("sphere"))
+        calibration.row("Sphere", self.correct)
         self.lamp = Segments(
             (
                 ("stated", "As stated", "Distant, unless capture.toml says how near"),
@@ -135,8 +147,23 @@ class ImportPanel(Rows):
             self.width_field.show_value(float(size[0]))
             self.size_figure.setText(f"{size[0]} × {size[1]} px")
 
-    def disable(self, why_not: str) -> None:
-        """Disable everything and say why, or, for an empty `why_not`, what has nothing to act on."""
+    def show_points(self, counts: Mapping[str, int], lost: Sequence[str]) -> None:
+        """Say how many points are marked in how many photographs, and which photographs were not aligned."""
+        count = sum(counts.values())
+        where = f"{len(counts)} photograph{'s' * (len(counts) > 1)}"
+        self.points.setText(f"{count} point{'s' * (count > 1)} in {where}…" if count else "Mark points…")
+        waiting = [name for name in lost if name not in counts]
+        self.lost.setVisible(bool(waiting))
+        more = f" and {len(waiting) - 2} more" if len(waiting) > 2 else ""
+        self.lost.setText(f"{', '.join(waiting[:2])}{more} could not be aligned. Points marked by hand place them.")
+
+    def disable(self, why_not: str, *, measured: bool) -> None:
+        """Disable everything and say why, or, for an empty `why_not`, what has nothing to act on.
+
+        `measured` tells whether the lights are measured on a mirror sphere.
+        """
+        enable(self.points, why_not)
+        enable(self.correct, why_not or ("" if measured else "The lights are not measured on a sphere"), SPHERE_HINT)
         for name, box in self.boxes.items():
             enable(box, why_not, (IMPORT_CHOICES.get(name) or FRAMES[name])[-1])
         for segments in (self.sphere, self.lamp):

@@ -16,6 +16,11 @@ class Latest:
         self._running: Job | None = None
         self._next: tuple[Work, Callable[[Any], None]] | None = None
 
+    @property
+    def busy(self) -> bool:
+        """Whether something was asked for and has not ended."""
+        return self._running is not None
+
     def ask(self, work: Work, done: Callable[[Any], None]) -> None:
         """Run `work` and hand its result to `done`, unless something newer comes first."""
         self._next = (work, done)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,14 +10,26 @@ from pathlib import Path
 
 from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter
-from PySide6.QtWidgets import QLineEdit, QListView, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLineEdit,
+    QListView,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app import icons, theme
+from app.document import Project
 from app.number_field import number_from_text, plain
+from app.panels import button, text
 from app.status_bar import VERDICTS
-from app.theme import PADDING
-from engine.health import Verdict
+from app.theme import PADDING, STEP, role
+from engine.health import Health, Verdict
 
+LIST_WIDTH = 232
 ROW_HEIGHT = 52
 THUMBNAIL = QSize(56, 40)
 
@@ -38,6 +51,32 @@ class Row:
 def file_name(path: Path) -> str:
     """The name of a photograph as a stack records it: bytes that are no UTF-8 become replacement characters."""
     return os.fsencode(path.name).decode("utf-8", "replace")
+
+
+def rows_of(project: Project) -> list[Row]:
+    """A row for each photograph of `project`, from its stack or else from its sources, with its worst finding."""
+    stack = project.stack
+    health = stack.health if stack is not None else Health()
+    return [
+        Row(name, angle, *_worst(health, name), excluded=name in project.excluded, done=stack is not None)
+        for name, angle in _photographs(project)
+    ]
+
+
+def _photographs(project: Project) -> list[tuple[str, float]]:
+    """Names and elevations in degrees."""
+    if project.stack is not None:
+        return list(zip(project.stack.sources, map(float, project.stack.elevation_deg), strict=True))
+    if project.sources is None:
+        return []
+    angles = map(math.degrees, project.sources.elevation)
+    return list(zip(map(file_name, project.sources.photographs), angles, strict=True))
+
+
+def _worst(health: Health, name: str) -> tuple[Verdict, str]:
+    findings = [finding for finding in health.findings if finding.source == name]
+    worst = max(findings, key=lambda finding: finding.verdict, default=None)
+    return (worst.verdict, worst.text) if worst is not None else (Verdict.GOOD, "")
 
 
 class PhotographModel(QAbstractListModel):
@@ -121,6 +160,39 @@ class PhotographList(QListView):
     def choose(self, place: int) -> None:
         """Go to row `place`."""
         self.setCurrentIndex(self.photographs.index(place))
+
+
+class PhotographColumn(QWidget):
+    """The list below its title and count, and a link to other photographs."""
+
+    others_wanted = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        role(self, "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setFixedWidth(LIST_WIDTH)
+        self.list = PhotographList()
+        self.count = text("", "secondary")
+        more = button("Open other photographs…", "link")
+        more.clicked.connect(self.others_wanted)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, PADDING, 0, PADDING)
+        column.setSpacing(2 * STEP)
+        head, foot = QHBoxLayout(), QHBoxLayout()
+        for line in (head, foot):
+            line.setContentsMargins(PADDING, 0, PADDING, 0)
+        head.addWidget(text("Photographs", "title"))
+        head.addStretch(1)
+        head.addWidget(self.count)
+        foot.addWidget(more)
+        column.addLayout(head)
+        column.addWidget(self.list, 1)
+        column.addLayout(foot)
+
+    def show_count(self, there: int, used: int) -> None:
+        """How many photographs there are, and how many of them are used."""
+        self.count.setText(f"{there}" if used == there else f"{used} of {there}")
 
 
 class _Delegate(QStyledItemDelegate):

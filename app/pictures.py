@@ -35,6 +35,11 @@ class Picture:
         """Width and height in pixels of the full picture."""
         return self.levels[0].width(), self.levels[0].height()
 
+    @property
+    def bytes(self) -> int:
+        """How much memory the picture takes."""
+        return sum(image.sizeInBytes() for image in (*self.levels, *self.marks))
+
 
 def photograph(
     radiance: NDArray[np.float32], saturated: NDArray[np.bool_] | None = None, exposure_ev: float = 0.0
