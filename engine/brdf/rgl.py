@@ -35,7 +35,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from engine.brdf import rgl_kernel
 from engine.brdf.spectrum import srgb_from_spectra
@@ -237,31 +237,31 @@ class _Fields:
             problem = f"is a tensor_file without measured reflectance; its fields are {', '.join(sorted(arrays)[:12])}"
             raise InputError(path, problem, "Give a .bsdf file of the RGL database")
 
-    def array(self, name: str, dimensions: int, kinds: str = "f") -> NDArray[Any]:
+    def array(self, name: str, dimensions: int, dtype: DTypeLike = np.float32) -> NDArray[Any]:
         if name not in self.arrays:
             raise InputError(self.path, f"lacks the field {name!r} of an RGL measurement", _MEASURE)
         array = self.arrays[name]
-        if array.ndim != dimensions or array.dtype.kind not in kinds or not array.size:
+        if array.ndim != dimensions or array.dtype != dtype or not array.size:
             text = " × ".join(map(str, array.shape))
             raise InputError(self.path, f"has a field {name!r} of {text} {array.dtype.name}: it is damaged", AGAIN)
         return array
 
     def number(self, name: str) -> float:
-        array = self.array(name, 1, "uif")
+        array = self.array(name, 1, np.uint8)
         if array.size != 1:
             raise InputError(self.path, f"has {array.size} numbers as {name!r}, not one: it is damaged", AGAIN)
         return float(array[0])
 
     def axis(self, name: str, largest: float) -> Floats:
         """A rising list of finite numbers of magnitude at most `largest`."""
-        axis = self.array(name, 1).astype(np.float64)
+        axis = _double(self.array(name, 1))
         rising = np.isfinite(axis).all() and (np.diff(axis) > 0.0).all()
         if not rising or abs(axis).max() > largest + 1e-3:
             raise InputError(self.path, f"has {name!r} that are not angles in rising order: it is damaged", AGAIN)
         return _frozen(axis)
 
     def positive(self, name: str, dimensions: int) -> Floats:
-        array = self.array(name, dimensions).astype(np.float64)
+        array = _double(self.array(name, dimensions))
         if min(array.shape[-2:]) < 2 or not np.isfinite(array).all() or (array < 0.0).any():
             raise InputError(self.path, f"has {name!r} that is no table of positive numbers: it is damaged", AGAIN)
         return array
@@ -289,14 +289,14 @@ def _colours(fields: _Fields, grid: tuple[int, int]) -> tuple[NDArray[Any], Floa
     name = "spectra" if spectral else "rgb"
     measured = fields.array(name, 5)
     fields.check_grid(name, measured.shape, grid)
-    wavelengths = fields.array("wavelengths", 1, "uif").astype(np.float64) if spectral else np.arange(3.0)
+    wavelengths = _double(fields.array("wavelengths", 1)) if spectral else np.arange(3.0)
     if measured.shape[2] != wavelengths.size or min(measured.shape[3:]) < 2:
         problem = f"has {name!r} in {measured.shape[2]} bands, and {wavelengths.size} wavelengths: it is damaged"
         raise InputError(fields.path, problem, AGAIN)
     colours = np.empty((*grid, *measured.shape[3:], 3))
     for phi in range(grid[0]):
         # A slice at a time: spectra in float64 would take twice the file.
-        bands = np.moveaxis(measured[phi], 1, -1).astype(np.float64)
+        bands = _double(np.moveaxis(measured[phi], 1, -1))
         bands[~np.isfinite(bands)] = 0.0
         try:
             colours[phi] = srgb_from_spectra(wavelengths, bands) if spectral else bands
@@ -331,6 +331,12 @@ def _health(phi_i: Floats, theta_i: Floats, negative: int, broken: int, samples:
         findings.append(Finding(Verdict.WARNING, text))
     figures = {"negative": float(negative), "not finite": float(broken)}
     return Health(MappingProxyType(figures), tuple(findings))
+
+
+def _double(array: NDArray[Any]) -> Floats:
+    """A copy in float64; a NaN of the signalling kind is one more NaN, without a warning."""
+    with np.errstate(invalid="ignore"):
+        return array.astype(np.float64)
 
 
 def _frozen(array: Floats) -> Floats:
