@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text
+from engine.brdf.merl import looks_like_merl, read_merl
 from engine.brdf.rgl import looks_like_rgl, read_rgl
 from engine.errors import InputError
 from engine.files.untrusted import read_head
@@ -60,7 +61,10 @@ class Format(NamedTuple):
 HEAD_BYTES = 4096
 
 #: Every format that is read; the first that recognises a file reads it, so the strictest come first.
-FORMATS: tuple[Format, ...] = (Format("RGL (.bsdf)", looks_like_rgl, read_rgl),)
+FORMATS: tuple[Format, ...] = (
+    Format("RGL (.bsdf)", looks_like_rgl, read_rgl),
+    Format("MERL (.binary)", looks_like_merl, read_merl),
+)
 
 
 def read_measurement(path: str | os.PathLike[str]) -> Any:

@@ -40,6 +40,7 @@ class HalfDifferenceTable:
         theta_h = (π/2) ((k + ½)/H)², theta_d = (π/2) (j + ½)/D, phi_d = π (p + ½)/P; missing entries are filled in.
     missing : (H, D, P), which entries were not measured.
     name, kind : what it is, for a person. health : what was found wanting.
+    planes : what stood in the MERL file that it was read from, so that the same bytes can be written again.
     """
 
     values: NDArray[np.floating]
@@ -47,6 +48,7 @@ class HalfDifferenceTable:
     name: str = "table"
     kind: str = "table"
     health: Health = field(default_factory=Health)
+    planes: NDArray[np.float64] | None = field(default=None, repr=False)
 
     #: (H + 1, D + 1, P, 3): `values`, with the means that stand at theta_h = 0 and theta_d = 0 before them.
     lattice: NDArray[np.floating] = field(init=False, repr=False)

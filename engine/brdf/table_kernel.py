@@ -69,9 +69,7 @@ def _blend_half(lattice: Any, theta_h: float, theta_d: float, phi_d: float, valu
         value[c] = (1.0 - wh) * lower + wh * upper
 
 
-@parallel
-def look_up_half(lattice: Any, wi: Any, wo: Any, values: Any) -> None:
-    """Values (N, 3) for directions (N, 3) each; 0 at and below the horizon and for what is not a number."""
+def _look_up_half(lattice: Any, wi: Any, wo: Any, values: Any) -> None:
     for n in prange(len(wi)):
         total = 0.0
         for c in range(3):
@@ -82,9 +80,7 @@ def look_up_half(lattice: Any, wi: Any, wo: Any, values: Any) -> None:
             _blend_half(lattice, theta_h, theta_d, phi_d, values[n])
 
 
-@parallel
-def look_up_angles(lattice: Any, theta_h: Any, theta_d: Any, phi_d: Any, values: Any) -> None:
-    """Values (N, 3) for angles (N,) with theta in [0, π/2] and any finite phi_d."""
+def _look_up_angles(lattice: Any, theta_h: Any, theta_d: Any, phi_d: Any, values: Any) -> None:
     for n in prange(len(theta_h)):
         _blend_half(lattice, theta_h[n], theta_d[n], phi_d[n], values[n])
 
@@ -114,11 +110,9 @@ def _between_turns(phi: float, grid: Any) -> Any:
     return low % count, high, min((phi - start) / step, 1.0)
 
 
-@parallel
-def look_up_directions(
+def _look_up_directions(
     theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any, table: Any, wi: Any, wo: Any, values: Any
 ) -> None:
-    """Values (N, 3) of a four-dimensional table; with one phi_i, phi_o counts from the light's azimuth."""
     for n in prange(len(wi)):
         total = 0.0
         for c in range(3):
@@ -172,3 +166,28 @@ def fill_along_turns(values: Any, missing: Any) -> None:
                     start_value = values[row, at, c]
                     values[row, (at + k) % count, c] = start_value + weight * (values[row, p, c] - start_value)
             at = p
+
+
+#: Pairs from which on a second thread is worth its start; each look-up is compiled for fewer and for more.
+MANY = 512
+
+_HALF = scalar(_look_up_half), parallel(_look_up_half)
+_ANGLES = scalar(_look_up_angles), parallel(_look_up_angles)
+_DIRECTIONS = scalar(_look_up_directions), parallel(_look_up_directions)
+
+
+def look_up_half(lattice: Any, wi: Any, wo: Any, values: Any) -> None:
+    """Fill `values` (N, 3) for directions (N, 3) each; 0 at and below the horizon and for what is not a number."""
+    _HALF[len(wi) >= MANY](lattice, wi, wo, values)
+
+
+def look_up_angles(lattice: Any, theta_h: Any, theta_d: Any, phi_d: Any, values: Any) -> None:
+    """Fill `values` (N, 3) for angles (N,) with theta in [0, π/2] and any finite phi_d."""
+    _ANGLES[len(theta_h) >= MANY](lattice, theta_h, theta_d, phi_d, values)
+
+
+def look_up_directions(
+    theta_i: Any, phi_i: Any, theta_o: Any, phi_o: Any, table: Any, wi: Any, wo: Any, values: Any
+) -> None:
+    """Fill `values` (N, 3) from a four-dimensional table; with one phi_i, phi_o counts from the light's azimuth."""
+    _DIRECTIONS[len(wi) >= MANY](theta_i, phi_i, theta_o, phi_o, table, wi, wo, values)
