@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Literal
 
 from engine.capture.sources import PHOTOGRAPH_SUFFIXES
 from engine.errors import InputError
+from engine.files.unpack import is_archive, zip_names
 from engine.mesh import SUFFIXES as MESH_SUFFIXES
 
 Kind = Literal["photographs", "stack", "bundle", "mesh", "environment"]
@@ -61,7 +61,7 @@ def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
     raise InputError(
         paths[0],
         "is nothing that Lightarc can open",
-        "Drop a folder of photographs, a mesh (OBJ, PLY, STL, glTF), or a .lightarc bundle",
+        "Drop a folder or an archive of photographs, a mesh (OBJ, PLY, STL, glTF), or a .lightarc bundle",
     )
 
 
@@ -72,7 +72,9 @@ def _kind(path: Path) -> Kind | None:
         return None
     start = _start(path)
     if start.startswith(b"PK"):
-        return "bundle" if zipfile.is_zipfile(path) else None
+        return "bundle" if path.suffix.lower() == ".lightarc" or "manifest.json" in zip_names(path) else "photographs"
+    if is_archive(path):
+        return "photographs"
     if start.startswith(_PICTURE_STARTS):
         return "photographs"
     if start.startswith(_MESH_STARTS) or path.suffix.lower() in MESH_SUFFIXES:

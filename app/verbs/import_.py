@@ -18,7 +18,9 @@ _MOTIONS = ("auto", "translation", "euclidean", "affine", "homography")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("photographs", nargs="+", type=Path, metavar="FOLDER", help="a folder, or the photographs")
+    parser.add_argument(
+        "photographs", nargs="+", type=Path, metavar="FOLDER", help="a folder, the photographs, or a zip or tar of them"
+    )
     parser.add_argument("-o", "--output", required=True, type=Path, metavar="STACK", help="folder of the stack")
     parser.add_argument(
         "--angles-deg",
@@ -82,14 +84,26 @@ resident memory of this process plus that of its decoder processes."""
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from app.session import close_session, open_session
+
+    folder = open_session()
+    try:
+        return _imported(arguments, show, folder)
+    finally:
+        close_session(folder)
+
+
+def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scratch: Path) -> dict[str, Any]:
+    """Import what `arguments` say; archives are unpacked in the folder `scratch`."""
     from app.cli import usage
     from engine.capture.import_stack import ImportSettings, import_stack
-    from engine.capture.sources import find
+    from engine.capture.packed import find_packed
 
     start = time.perf_counter()
     memory = _Memory(show)
     frames = [path for path in (arguments.dark, arguments.flat) if path is not None]
-    sources = find(arguments.photographs, arguments.angles_deg, sphere=_outline(arguments.sphere), aside=frames)
+    outline, angles_deg = _outline(arguments.sphere), arguments.angles_deg
+    sources = drain(find_packed(arguments.photographs, angles_deg, sphere=outline, aside=frames, scratch=scratch), show)
     _refuse_inside(arguments.output, arguments.photographs)
     settings = usage(
         lambda: ImportSettings(

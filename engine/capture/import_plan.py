@@ -98,10 +98,11 @@ class Plan:
     def as_json(self) -> dict[str, Any]:
         """What was decided, for the provenance."""
         patch, sphere, distance = self.settings.white_balance, self.sources.sphere, self.calibration.lamp_distance
-        marked = self.settings.control_points
+        marked, unpacked = self.settings.control_points, self.sources.unpacked
         return {
             "notes": self.sources.notes,
             "angle_source": self.sources.angle_source,
+            "archive": printable(unpacked.archive) if unpacked else None,
             "sphere_px": [sphere.column, sphere.row, sphere.radius] if isinstance(sphere, Circle) else None,
             "dark": printable(self.dark) if self.dark else None,
             "flat": printable(self.flat) if self.flat else None,

@@ -6,7 +6,7 @@ Cost: none worth mentioning; all figures were taken while the pixels were read a
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from engine.capture.alignment import Alignment
 from engine.capture.decode import Photograph
 from engine.capture.exposures import grouped
 from engine.capture.report import Quality
-from engine.capture.sources import printable
+from engine.capture.sources import as_text, printable
 from engine.capture.tally import Tally
 from engine.errors import InputError
 from engine.health import Finding, Verdict
@@ -95,11 +95,15 @@ def qualities(
     ]
 
 
-def about_lights(lights: Sequence[Light], alignment: Alignment) -> list[dict[str, Any]]:
-    """JSON values: what was assumed of the photographs of each light, and how they were moved."""
+def about_lights(lights: Sequence[Light], alignment: Alignment, members: Mapping[str, str]) -> list[dict[str, Any]]:
+    """JSON values: what was assumed of the photographs of each light, and how they were moved.
+
+    `members` are the places of files in the archive that they come from.
+    """
     return [
         {
             "file": printable(light[0].path),
+            **_member(light[0].path, members),
             "camera": light[0].camera,
             "container": light[0].container,
             "bit_depth": light[0].bit_depth,
@@ -110,8 +114,15 @@ def about_lights(lights: Sequence[Light], alignment: Alignment) -> list[dict[str
             "black_level": list(light[0].black_level),
             "white_level": list(light[0].white_level),
             "white_balance": list(light[0].white_balance),
-            "exposures": [{"file": printable(one.path), "exposure_s": one.exposure_s} for one in light],
+            "exposures": [
+                {"file": printable(one.path), **_member(one.path, members), "exposure_s": one.exposure_s}
+                for one in light
+            ],
             "alignment_matrix": [float(value) for value in matrix.ravel()],
         }
         for light, matrix in zip(lights, alignment.matrix, strict=True)
     ]
+
+
+def _member(path: Path, members: Mapping[str, str]) -> dict[str, str]:
+    return {"member": as_text(members[path.name])} if path.name in members else {}

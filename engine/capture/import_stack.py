@@ -173,7 +173,9 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
             **plan.as_json(),
             "aligned_to": names[alignment.reference] if alignment.aligned.any() else None,
             **output.view.as_json(),
-            "photographs": about_lights(read.photographs, alignment),
+            "photographs": about_lights(
+                read.photographs, alignment, sources.unpacked.members if sources.unpacked else {}
+            ),
         },
         health=HealthRecord.of(health),
     )

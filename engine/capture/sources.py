@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -41,10 +42,19 @@ _UNREAD_PICTURES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm tga web
 #: Points marked in two photographs: x and y in the one, x and y in the other.
 Pairs = Sequence[Sequence[float]]
 
-_ARCHIVES = _suffixes("zip 7z rar tar gz tgz")
 _SET_ASIDE = re.compile(
     r"(?P<white>(white|flat)[ _-]?(field|frame|ref(erence)?)?)|(?P<dark>(dark|bias)[ _-]?(field|frame)?)|mask", re.I
 )
+
+
+@dataclass(frozen=True, eq=False)
+class Unpacked:
+    """The `archive` that photographs come from, the `members` by the name of the unpacked file, and their folder, which
+    vanishes with the last reference to it."""
+
+    archive: Path
+    members: Mapping[str, str]
+    folder: TemporaryDirectory[str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +77,7 @@ class Sources:
     control_points : by photograph, points (x and y in the reference, x and y in it) that `capture.toml` gives.
     transfer : 'srgb' or 'linear' where `capture.toml` says so.
     notes : the capture's notes.
+    unpacked : what is known of the archive that the photographs come from, if they do.
     findings : what was set aside, assumed, or needs a look.
     """
 
@@ -85,7 +96,14 @@ class Sources:
     control_points: Mapping[Path, Pairs] = field(default_factory=dict)
     transfer: str | None = None
     notes: str = ""
+    unpacked: Unpacked | None = None
     findings: tuple[Finding, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """What the folder or archive of the photographs is called."""
+        place = self.photographs[0].parent
+        return place.name if self.unpacked is None else place.name.split(".", 1)[0]
 
 
 class _Files(NamedTuple):
@@ -167,7 +185,7 @@ def _expanded(paths: Sequence[Path]) -> list[Path]:
     """The files meant by `paths` in natural order; of folders the photographs and what describes them."""
     found: dict[str, Path] = {}
     for path in paths:
-        given = [path] if not path.is_dir() else [entry for entry in _entries(path) if _belongs(entry)]
+        given = [path] if not path.is_dir() else [entry for entry in _entries(path) if belongs(entry)]
         found.update((os.path.realpath(file), file) for file in given)
     return sorted(found.values(), key=lambda path: (natural(path.name), str(path)))
 
@@ -180,7 +198,8 @@ def _entries(folder: Path) -> list[Path]:
         raise InputError(folder, problem, "Check the permissions of the folder") from None
 
 
-def _belongs(entry: Path) -> bool:
+def belongs(entry: Path) -> bool:
+    """Whether a file of this name is taken for a photograph or describes some."""
     suffix = entry.suffix.lower()
     known = PHOTOGRAPH_SUFFIXES | _UNREAD_PICTURES | {".lp"}
     return not entry.name.startswith(".") and (suffix in known or entry.name.lower() == CAPTURE_FILE)
@@ -195,8 +214,6 @@ def _sorted_out(place: Path, files: list[Path], capture: CaptureFile | None) -> 
         aside = _SET_ASIDE.fullmatch(re.sub(r"[ _.-]?\d*$", "", file.stem))
         if file in frames.values():
             continue
-        if file.suffix.lower() in _ARCHIVES:
-            raise InputError(file, "is an archive", "Unpack it and give the folder")
         if file.suffix.lower() in _UNREAD_PICTURES:
             text = f"a {file.suffix.lower()} file is not read; convert it to TIFF or PNG"
             findings.append(Finding(Verdict.WARNING, text, file.name))
@@ -258,4 +275,9 @@ def _capture_file(place: Path, files: list[Path]) -> CaptureFile | None:
 
 def printable(path: Path) -> str:
     """The file name as text that can be stored: bytes that are no UTF-8 become replacement characters."""
-    return os.fsencode(path.name).decode("utf-8", "replace")
+    return as_text(path.name)
+
+
+def as_text(name: str) -> str:
+    """A name with replacement characters for bytes that are no UTF-8."""
+    return os.fsencode(name).decode("utf-8", "replace")

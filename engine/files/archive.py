@@ -33,8 +33,12 @@ IGNORED = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 
 _DIRECTORY_LIMIT_BYTES = 400 * MEMBER_LIMIT
 _END, _END_64, _LOCATOR_64 = b"PK\5\6", b"PK\6\6", b"PK\6\7"
+#: As much of the end of a zip as can hold its end record with a comment.
+TAIL_BYTES = 22 + 76 + 65535
+
 _REMEDY = "Ask for the bundle again from where it came"
-_DAMAGE = (
+#: What reading a damaged zip may raise.
+DAMAGE = (
     zipfile.BadZipFile, zlib.error, struct.error, EOFError, NotImplementedError, OSError, OverflowError, RuntimeError,
     ValueError,
 )  # fmt: skip
@@ -60,8 +64,8 @@ class Archive:
         try:
             with zipfile.ZipFile(io.BytesIO(self.content)) as archive, archive.open(mode="r", name=name) as member:
                 content = member.read(self.sizes[name] + 1)
-        except _DAMAGE as error:
-            raise InputError(self.path, f"{name} is damaged ({_one_line(error)})", _REMEDY) from None
+        except DAMAGE as error:
+            raise InputError(self.path, f"{name} is damaged ({one_line(error)})", _REMEDY) from None
         if len(content) != self.sizes[name]:
             raise InputError(self.path, f"{name} is damaged (its size is not the declared one)", _REMEDY)
         return content
@@ -72,7 +76,7 @@ def open_archive(path: str | os.PathLike[str], known: Collection[str]) -> Archiv
     try:
         is_folder = stat.S_ISDIR(os.stat(path).st_mode)  # noqa: PTH116 - a Path refuses some odd names
     except (OSError, ValueError) as error:
-        raise InputError(path, f"cannot be read ({_one_line(error)})", "Check that it exists and may be read") from None
+        raise InputError(path, f"cannot be read ({one_line(error)})", "Check that it exists and may be read") from None
     return _open_folder(Path(path), known) if is_folder else _open_zip(Path(path), known)
 
 
@@ -85,7 +89,7 @@ def _open_folder(path: Path, known: Collection[str]) -> Archive:
             if name in IGNORED or (stat.S_ISDIR(status.st_mode) and member in folders):
                 continue
             if not stat.S_ISREG(status.st_mode):
-                raise InputError(path, f"{_shown(member)} is not a regular file", _REMEDY)
+                raise InputError(path, f"{shown(member)} is not a regular file", _REMEDY)
             sizes[member] = status.st_size
     _check(path, sizes, known)
     return Archive(path, MappingProxyType(sizes), sum(sizes.values()), None)
@@ -103,26 +107,26 @@ def _listing(folder: Path) -> list[tuple[str, os.stat_result]]:
                 if len(found) > MEMBER_LIMIT:
                     raise InputError(folder, f"holds more than {MEMBER_LIMIT:,} files", "Choose a bundle")
     except OSError as error:
-        raise InputError(folder, f"cannot be read ({_one_line(error)})", "Check its permissions") from None
+        raise InputError(folder, f"cannot be read ({one_line(error)})", "Check its permissions") from None
     return found
 
 
 def _open_zip(path: Path, known: Collection[str]) -> Archive:
     content = read_bytes(path, TOTAL_LIMIT_BYTES)
-    _check_end_record(path, content)
+    check_end_record(path, content, content, len(content), "Give a .lightarc file or a bundle folder")
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             entries = archive.infolist()
-    except _DAMAGE as error:
-        raise InputError(path, f"is a damaged zip archive ({_one_line(error)})", _REMEDY) from None
+    except DAMAGE as error:
+        raise InputError(path, f"is a damaged zip archive ({one_line(error)})", _REMEDY) from None
     folders = {f"{PurePosixPath(name).parent}/" for name in known}
     sizes: dict[str, int] = {}
     for entry in entries:
         if entry.orig_filename in folders and entry.file_size == 0:
             continue
         if entry.orig_filename in sizes:
-            raise InputError(path, f"holds {_shown(entry.orig_filename)} twice", _REMEDY)
-        _check_entry(path, entry)
+            raise InputError(path, f"holds {shown(entry.orig_filename)} twice", _REMEDY)
+        check_entry(path, entry, _REMEDY)
         sizes[entry.orig_filename] = entry.file_size
     _check(path, sizes, known)
     if sum(sizes.values()) > RATIO_LIMIT * len(content) + RATIO_FLOOR_BYTES:
@@ -130,51 +134,65 @@ def _open_zip(path: Path, known: Collection[str]) -> Archive:
     return Archive(path, MappingProxyType(sizes), len(content), content)
 
 
-def _check_end_record(path: Path, content: bytes) -> None:
-    """Refuse what is no zip, is cut short, has data before or after it, or lists too much, by its last bytes alone."""
-    start = len(content) - 22
-    if start < 0 or content[start : start + 4] != _END:
-        kind = "is cut short or has data after its end" if content[:4] == b"PK\3\4" else "is no zip archive"
-        raise InputError(path, kind, "Give a .lightarc file or a bundle folder")
-    _, disk, first_disk, _, count, size, offset, _ = struct.unpack("<4s4H2LH", content[start:])
-    if content[max(0, start - 20) : start][:4] == _LOCATOR_64:
+def check_end_record(path: Path, head: bytes, tail: bytes, size_bytes: int, remedy: str, comment: bool = False) -> None:
+    """Refuse what is no zip, is cut short, has data before or after it, or lists too much, by its last bytes alone.
+
+    `head` is how the file of `size_bytes` begins, and `tail` how it ends: at least 98 bytes, or all; `TAIL_BYTES` where
+    a `comment` may follow the record.
+    """
+    start = tail.rfind(_END) if comment else len(tail) - 22
+    after = tail[start + 22 :] if start >= 0 else b""
+    if start < 0 or tail[start : start + 4] != _END or len(tail) < start + 22 or _length(tail, start) != len(after):
+        kind = "is cut short or has data after its end" if head[:4] == b"PK\3\4" else "is no zip archive"
+        raise InputError(path, kind, remedy)
+    _, disk, first_disk, _, count, size, offset, _ = struct.unpack("<4s4H2LH", tail[start : start + 22])
+    if tail[max(0, start - 20) : start][:4] == _LOCATOR_64:
         start -= 20 + 56
-        if content[start : start + 4] != _END_64:
-            raise InputError(path, "is a damaged zip archive (no 64-bit end record)", _REMEDY)
-        count, size, offset = struct.unpack("<3Q", content[start + 32 : start + 56])
+        if start < 0 or tail[start : start + 4] != _END_64:
+            raise InputError(path, "is a damaged zip archive (no 64-bit end record)", remedy)
+        count, size, offset = struct.unpack("<3Q", tail[start + 32 : start + 56])
     if count > MEMBER_LIMIT or size > _DIRECTORY_LIMIT_BYTES:
-        raise InputError(path, f"lists {count:,} members in {size:,} bytes, more than a bundle may", _REMEDY)
-    if disk or first_disk or offset + size != start:
-        raise InputError(path, "is a damaged zip archive (its end record does not fit its length)", _REMEDY)
+        raise InputError(path, f"lists {count:,} members in {size:,} bytes, more than an archive may", remedy)
+    if disk or first_disk or offset + size != size_bytes - len(tail) + start:
+        raise InputError(path, "is a damaged zip archive (its end record does not fit its length)", remedy)
 
 
-def _check_entry(path: Path, entry: zipfile.ZipInfo) -> None:
-    shown = _shown(entry.orig_filename)
+def _length(tail: bytes, start: int) -> int:
+    """Of the comment after the end record at `start`."""
+    length: int = struct.unpack("<H", tail[start + 20 : start + 22])[0]
+    return length
+
+
+def check_entry(path: Path, entry: zipfile.ZipInfo, remedy: str) -> None:
+    """Refuse a member that is no plain file, is encrypted, packed by an unknown method, or inflates too much."""
+    name = shown(entry.orig_filename)
     kind = stat.S_IFMT(entry.external_attr >> 16)
     if entry.orig_filename != entry.filename:
-        raise InputError(path, f"holds a member with an impossible name, {shown}", _REMEDY)
+        raise InputError(path, f"holds a member with an impossible name, {name}", remedy)
     if kind not in (0, stat.S_IFREG):
-        raise InputError(path, f"{shown} is not a regular file", _REMEDY)
+        raise InputError(path, f"{name} is not a regular file", remedy)
     if entry.flag_bits & 0x1:
-        raise InputError(path, f"{shown} is encrypted", "Ask for the bundle without a password")
+        raise InputError(path, f"{name} is encrypted", "Ask for it without a password")
     if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise InputError(path, f"{shown} is packed by an unknown method", "Pack it with deflate or not at all")
+        raise InputError(path, f"{name} is packed by an unknown method", "Pack it with deflate or not at all")
     if entry.file_size > RATIO_LIMIT * entry.compress_size + RATIO_FLOOR_BYTES:
-        raise InputError(path, f"{shown} would unpack to more than {RATIO_LIMIT} times its size", _REMEDY)
+        raise InputError(path, f"{name} would unpack to more than {RATIO_LIMIT} times its size", remedy)
 
 
 def _check(path: Path, sizes: Mapping[str, int], known: Collection[str]) -> None:
     unknown = sorted(name for name in sizes if name not in known)
     if unknown:
         more = f" and {len(unknown) - 1} more" if len(unknown) > 1 else ""
-        raise InputError(path, f"holds what no bundle holds: {_shown(unknown[0])}{more}", _REMEDY)
+        raise InputError(path, f"holds what no bundle holds: {shown(unknown[0])}{more}", _REMEDY)
     if sum(sizes.values()) > TOTAL_LIMIT_BYTES:
         raise InputError(path, f"would unpack to more than {TOTAL_LIMIT_BYTES >> 30} GiB", _REMEDY)
 
 
-def _shown(name: str) -> str:
+def shown(name: str) -> str:
+    """A name of a stranger, harmless and short."""
     return ascii(name) if len(name) <= 80 else f"{name[:80]!a}… ({len(name)} characters)"
 
 
-def _one_line(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
+    """What an error says, on one line."""
     return " ".join((getattr(error, "strerror", None) or str(error) or type(error).__name__).split())[:120]

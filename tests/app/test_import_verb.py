@@ -2,6 +2,8 @@
 
 import argparse
 import json
+import shutil
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -101,6 +103,10 @@ def test_bad_input_names_file_and_remedy(lightarc, photographs, tmp_path):
     assert len(list(photographs.iterdir())) == 4
 
 
+def left(folder):
+    return sorted(path.name for path in folder.rglob("*") if path.is_file())
+
+
 def test_interrupted_import_leaves_nothing(lightarc, photographs, tmp_path, monkeypatch):
     from engine.capture import import_stack
 
@@ -109,7 +115,7 @@ def test_interrupted_import_leaves_nothing(lightarc, photographs, tmp_path, monk
 
     monkeypatch.setattr(import_stack, "_record", interrupted)
     assert lightarc("import", photographs, "-o", tmp_path / "s").code == 4
-    assert list(tmp_path.iterdir()) == []
+    assert left(tmp_path) == []
 
 
 def test_help_says_what_the_lists_mean():
@@ -117,3 +123,24 @@ def test_help_says_what_the_lists_mean():
     import_.add_arguments(parser)
     for key in KEYS:
         assert key in parser.format_help()
+
+
+def test_an_archive_is_imported_and_nothing_of_it_is_left_behind(lightarc, photographs, tmp_path):
+    archive = Path(shutil.make_archive(str(tmp_path / "shots"), "gztar", photographs))
+    words = ("--angles-deg", "10,30,70,50", "--no-align", "--json")
+    done = lightarc("import", archive, "-o", tmp_path / "s", *words)
+    assert done.code == 0
+    assert json.loads(done.out)["images"] == 4
+    provenance = json.loads((tmp_path / "s" / "stack.json").read_text())["provenance"]
+    assert provenance["archive"] == "shots.tar.gz"
+    assert [one["member"] for one in provenance["photographs"]] == [f"IMG_{n:04}.png" for n in (0, 1, 3, 2)]
+    assert left(tmp_path) == ["radiance.npy", "saturated.npy", "shots.tar.gz", "stack.json"]
+
+
+def test_a_damaged_archive_is_refused_in_a_sentence(lightarc, photographs, tmp_path):
+    archive = Path(shutil.make_archive(str(tmp_path / "shots"), "zip", photographs))
+    archive.write_bytes(archive.read_bytes()[:-40])
+    done = lightarc("import", archive, "-o", tmp_path / "s")
+    assert done.code == 3
+    assert "shots.zip: is cut short" in done.err
+    assert not (tmp_path / "s").exists()

@@ -154,7 +154,7 @@ def test_fault_8_a_million_members_cost_nothing(tmp_path: Path) -> None:
     end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, 10, 10, len(directory), 0, 0)
     (tmp_path / "million.lightarc").write_bytes(directory + end)
     tracemalloc.start()
-    with pytest.raises(InputError, match="more than a bundle may"):
+    with pytest.raises(InputError, match="more than an archive may"):
         open_archive(tmp_path / "million.lightarc", KNOWN)
     assert tracemalloc.get_traced_memory()[1] < 2 * (len(directory) + 1_000_000)
     tracemalloc.stop()
