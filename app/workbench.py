@@ -19,6 +19,7 @@ from app.document import Document, ImportChoices, Project
 from app.import_choices import lit_by, settings_of
 from app.jobs import Job, Jobs
 from app.recognise import Recognised, recognise
+from engine.capture.packed import find_packed
 from engine.capture.sources import Sources, find
 from engine.capture.stack import ImageStack, open_stack
 from engine.environment import EnvironmentMap, reduced
@@ -96,7 +97,7 @@ class Workbench(QObject):
             job.succeeded.connect(lambda stack: self._imported(stack, found.paths[0].stem))
         else:
             self.wanted.emit("capture")
-            job = self.jobs.submit("Looking for photographs", lambda: _found(found.paths))
+            job = self.jobs.submit("Looking for photographs", lambda: _found(found.paths, self.folder))
             job.succeeded.connect(self._import_others)
 
     def _import_others(self, sources: Sources, name: str = "") -> None:
@@ -114,7 +115,7 @@ class Workbench(QObject):
             self.jobs.cancel(self.importing)
         job = self.jobs.submit("Importing photographs", lambda: _import(sources, choices, target))
         job.progressed.connect(self._show_partial)
-        name = name or sources.photographs[0].parent.name or "Untitled"
+        name = name or sources.name or "Untitled"
         job.succeeded.connect(lambda stack: self._imported(stack, name, choices))
         self.importing = job
 
@@ -211,9 +212,8 @@ def _environment(name_or_path: str) -> Steps[EnvironmentMap]:
     return small
 
 
-def _found(paths: tuple[Path, ...]) -> Steps[Sources]:
-    yield Step(0.0, "looking for photographs")
-    return find(paths)
+def _found(paths: tuple[Path, ...], folder: Path) -> Steps[Sources]:
+    return (yield from find_packed(paths, scratch=folder))
 
 
 def _sample(folder: Path) -> Steps[Sources]:
