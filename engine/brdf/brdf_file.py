@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, Protocol
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text
 from engine.brdf.merl import looks_like_merl, read_merl
 from engine.brdf.rgl import looks_like_rgl, read_rgl
+from engine.brdf.utia import looks_like_utia, read_utia
 from engine.errors import InputError
 from engine.files.untrusted import read_head
 from engine.health import Health
@@ -64,6 +65,7 @@ HEAD_BYTES = 4096
 FORMATS: tuple[Format, ...] = (
     Format("RGL (.bsdf)", looks_like_rgl, read_rgl),
     Format("MERL (.binary)", looks_like_merl, read_merl),
+    Format("UTIA (.bin)", looks_like_utia, read_utia),
 )
 
 
