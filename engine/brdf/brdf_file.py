@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, Protocol
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text
 from engine.brdf.merl import looks_like_merl, read_merl
 from engine.brdf.rgl import looks_like_rgl, read_rgl
+from engine.brdf.table_file import looks_like_table, read_table
 from engine.brdf.utia import looks_like_utia, read_utia
 from engine.errors import InputError
 from engine.files.untrusted import read_head
@@ -64,6 +65,7 @@ HEAD_BYTES = 4096
 #: Every format that is read; the first that recognises a file reads it, so the strictest come first.
 FORMATS: tuple[Format, ...] = (
     Format("RGL (.bsdf)", looks_like_rgl, read_rgl),
+    Format("tables of this program (.exr)", looks_like_table, read_table),
     Format("MERL (.binary)", looks_like_merl, read_merl),
     Format("UTIA (.bin)", looks_like_utia, read_utia),
 )
