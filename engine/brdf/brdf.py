@@ -10,11 +10,15 @@ from typing import Protocol
 
 from numpy.typing import ArrayLike
 
-from engine.brdf.diffuse import Lambert
-from engine.brdf.microfacet import Ggx
+from engine.brdf.ashikhmin_shirley import AshikhminShirley
+from engine.brdf.diffuse import Lambert, OrenNayar
+from engine.brdf.lafortune import Lafortune, LafortuneThreeLobes
+from engine.brdf.microfacet import CookTorrance, Ggx, GgxAnisotropic, MetallicRoughness
 from engine.brdf.phong import BlinnPhong, Phong
+from engine.brdf.presets import find_preset, text_of_preset
+from engine.brdf.ward import Ward
 from engine.directions import Vectors
-from engine.params import parse, unparse
+from engine.params import parameters, parse, unparse
 
 
 class Brdf(Protocol):
@@ -34,8 +38,24 @@ class Brdf(Protocol):
         ...
 
 
-#: The analytic models by the name that files, the command line and the shaders use.
-MODELS: dict[str, type] = {"lambert": Lambert, "phong": Phong, "blinn-phong": BlinnPhong, "ggx": Ggx}
+#: The analytic models by the name that the window, the shaders and saved files use.
+MODELS: dict[str, type] = {
+    "lambert": Lambert,
+    "oren-nayar": OrenNayar,
+    "phong": Phong,
+    "blinn-phong": BlinnPhong,
+    "lafortune": Lafortune,
+    "lafortune-three-lobes": LafortuneThreeLobes,
+    "ward": Ward,
+    "ashikhmin-shirley": AshikhminShirley,
+    "cook-torrance": CookTorrance,
+    "ggx": Ggx,
+    "ggx-anisotropic": GgxAnisotropic,
+    "metallic-roughness": MetallicRoughness,
+}
+
+#: Names that stand for two models: the parameters that are given decide which is meant.
+SECOND_FORMS = {"ggx": "ggx-anisotropic", "lafortune": "lafortune-three-lobes"}
 
 
 def model_name(brdf: Brdf) -> str:
@@ -47,14 +67,32 @@ def model_name(brdf: Brdf) -> str:
 
 
 def brdf_from_text(text: str) -> Brdf:
-    """Make a BRDF from `model` or `model:name=value,…`, e.g. `phong:exponent=20`; ValueError says what is known."""
+    """Make a BRDF from `model`, `model:name=value,…` or `model:preset=name`; ValueError says what is known.
+
+    `ggx:alpha=0.3` is isotropic, `ggx:alpha_x=0.1,alpha_y=0.4` is not.
+    """
     name, _, values = text.strip().partition(":")
     if name not in MODELS:
         raise ValueError(f"unknown BRDF {name!r}; known are {', '.join(MODELS)}")
-    brdf: Brdf = parse(MODELS[name], values)
+    given = [piece.partition("=")[0].strip() for piece in values.split(",")]
+    if "preset" in given:
+        if len(given) > 1:
+            raise ValueError("a preset stands alone; known are model:preset=name and model:name=value,…")
+        return find_preset(name, values.partition("=")[2].strip()).brdf
+    brdf: Brdf = parse(MODELS[_form(name, given)], values)
     return brdf
 
 
+def _form(name: str, given: list[str]) -> str:
+    """`name`, or its second form where a parameter is given that only that one has."""
+    if name not in SECOND_FORMS:
+        return name
+    first, second = ({p.name for p in parameters(MODELS[form])} for form in (name, SECOND_FORMS[name]))
+    return SECOND_FORMS[name] if (second - first) & set(given) else name
+
+
 def brdf_to_text(brdf: Brdf) -> str:
-    """The text that `brdf_from_text` turns back into `brdf`, with every parameter."""
-    return f"{model_name(brdf)}:{unparse(brdf)}"
+    """The text that `brdf_from_text` turns back into `brdf`: its preset, or every parameter."""
+    name = model_name(brdf)
+    named = {second: first for first, second in SECOND_FORMS.items()}.get(name, name)
+    return text_of_preset(brdf) or f"{named}:{unparse(brdf)}"

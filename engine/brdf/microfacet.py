@@ -1,4 +1,8 @@
-"""Microfacet models. GLSL twins: resources/shaders/brdf/."""
+"""Microfacet models. GLSL twins: resources/shaders/brdf/.
+
+With H = wi + wo, not normalised, the distributions are written so that neither a small width nor the horizon makes
+them cancel: sin²θ_h = (Hx² + Hy²)/|H|², cos²θ_h = Hz²/|H|². G₂/(4 n·l n·v) is one quotient, not three.
+"""
 
 from __future__ import annotations
 
@@ -6,20 +10,58 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from engine.brdf.diffuse import above_horizon
-from engine.directions import Vectors, dot
+from engine.brdf.evaluate import channels, evaluate
+from engine.brdf.highlight import reflects_no_more_than_it_receives, schlick, sum_of_directions
+from engine.directions import Vectors
 from engine.params import Colour, check, param
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CookTorrance:
+    """f = kd/π + ks F D G/(4 n·l n·v): Schlick's F, Beckmann's D, the V-groove G (Cook and Torrance 1982).
+
+    The factor is 4, with which D is a distribution of facets; the paper's own π is for its differently scaled D.
+    G/(4 n·l n·v) = min(1/(4 n·l n·v), Hz/(|H|² max(n·l, n·v))), in which no cosine is divided by itself.
+    """
+
+    kd: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Diffuse reflectance.")
+    ks: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Strength of the highlight.")
+    m: float = param(0.2, 1e-4, 1.0, doc="Root mean square slope of the facets.", slider=(0.02, 1.0), log=True)
+    f0: Colour = param((0.04, 0.04, 0.04), 0.0, 1.0, doc="Reflectance of the facets at normal incidence.")
+
+    isotropic: ClassVar[bool] = True
+    reciprocal: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def energy_conserving(self) -> bool:
+        """Facets in V-grooves reflect what they receive (Heitz 2014), times ks and F."""
+        return reflects_no_more_than_it_receives(self.kd, self.ks)
+
+    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
+        """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
+        return evaluate(self._formula, wi, wo)
+
+    def _formula(self, wi: Floats, wo: Floats) -> Floats:
+        both, length, _ = sum_of_directions(wi, wo)
+        slope2 = (both[0] / both[2]) ** 2 + (both[1] / both[2]) ** 2
+        distribution = np.exp(-slope2 / self.m**2) * (1.0 + slope2) ** 2 / (np.pi * self.m**2)
+        grooves = np.minimum(0.25 / (wi[2] * wo[2]), both[2] / (length**2 * np.maximum(wi[2], wo[2])))
+        fresnel = _fresnel(self.f0, schlick(wi, wo, length))
+        return channels(self.kd) / np.pi + channels(self.ks) * fresnel * (distribution * grooves)
 
 
 @dataclass(frozen=True)
 class Ggx:
     """f = kd/π + F D G₂/(4 n·l n·v): Walter et al. 2007 with Schlick's Fresnel term and Smith's height-correlated G₂.
 
-    `alpha` is the width itself, not its root. D is written α²/(π (sin²θ_h + α² cos²θ_h)²) and G₂ over the four
-    cosines (Heitz 2014) so that neither cancels at small alpha or at the horizon; h·wi is |wi + wo| / 2, which does not
-    change when the two are exchanged.
+    `alpha` is the width itself, not its root; G₂ over the four cosines is Heitz 2014.
     """
 
     kd: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Diffuse reflectance.")
@@ -39,23 +81,106 @@ class Ggx:
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
-        wi, wo, visible = above_horizon(wi, wo)
-        wi = np.where(visible[..., None], wi, (0.0, 0.0, 1.0))
-        wo = np.where(visible[..., None], wo, (0.0, 0.0, 1.0))
-        alpha2 = self.alpha**2
-        half = wi + wo
-        length = np.sqrt(dot(half, half))
-        half = half / length[..., None]
-        width = half[..., 0] ** 2 + half[..., 1] ** 2 + alpha2 * half[..., 2] ** 2
-        distribution = alpha2 / (np.pi * width**2)
-        visibility = 0.5 / (wi[..., 2] * _slope_length(wo, alpha2) + wo[..., 2] * _slope_length(wi, alpha2))
-        grazing = np.maximum(1.0 - 0.5 * length, 0.0)
-        fresnel = np.asarray(self.f0) + (1.0 - np.asarray(self.f0)) * (grazing**5)[..., None]
-        value = np.asarray(self.kd) / np.pi + fresnel * (distribution * visibility)[..., None]
-        return np.where(visible[..., None], value, 0.0)
+        return evaluate(self._formula, wi, wo)
+
+    def _formula(self, wi: Floats, wo: Floats) -> Floats:
+        lobe, grazing = _ggx(wi, wo, self.alpha, self.alpha)
+        return channels(self.kd) / np.pi + _fresnel(self.f0, grazing) * lobe
 
 
-def _slope_length(direction: Vectors, alpha2: float) -> np.ndarray:
-    """√(cos²θ + α² sin²θ)."""
-    x, y, z = np.moveaxis(direction, -1, 0)
-    return np.sqrt(z * z + alpha2 * (x * x + y * y))
+@dataclass(frozen=True)
+class GgxAnisotropic:
+    """GGX with a width for each direction of the surface: D = 1/(π αx αy (hx²/αx² + hy²/αy² + hz²)²) (Heitz 2014).
+
+    In texts it goes by the name `ggx`, with `alpha_x` and `alpha_y` in place of `alpha`.
+    """
+
+    kd: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Diffuse reflectance.")
+    alpha_x: float = param(0.1, 1e-4, 1.0, doc="Width along the tangent.", slider=(0.02, 1.0), log=True)
+    alpha_y: float = param(0.4, 1e-4, 1.0, doc="Width across the tangent.", slider=(0.02, 1.0), log=True)
+    f0: Colour = param((0.04, 0.04, 0.04), 0.0, 1.0, doc="Reflectance at normal incidence.")
+
+    isotropic: ClassVar[bool] = False
+    reciprocal: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def energy_conserving(self) -> bool:
+        """As for `Ggx`."""
+        return not any(self.kd)
+
+    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
+        """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
+        return evaluate(self._formula, wi, wo)
+
+    def _formula(self, wi: Floats, wo: Floats) -> Floats:
+        lobe, grazing = _ggx(wi, wo, self.alpha_x, self.alpha_y)
+        return channels(self.kd) / np.pi + _fresnel(self.f0, grazing) * lobe
+
+
+@dataclass(frozen=True)
+class MetallicRoughness:
+    """glTF 2.0, Appendix B.3: GGX of width α = roughness² over a diffuse part that gets what is not reflected.
+
+    c = (1 − metallic) base_color, f0 = lerp(0.04, base_color, metallic), F Schlick(f0),
+    f = (1 − F) c/π + F D G/(4 n·l n·v) with the appendix's G, the product of two Smith terms. This is the appendix's
+    combined form; mixing its metal and its dielectric gives the same at metallic 0 and 1.
+    """
+
+    base_color: Colour = param((0.5, 0.5, 0.5), 0.0, 1.0, doc="Colour of the diffuse part, or of the metal.")
+    metallic: float = param(0.0, 0.0, 1.0, doc="0 for dielectrics, 1 for metals.")
+    roughness: float = param(0.5, 0.01, 1.0, doc="Root of the width of the highlight.", slider=(0.1, 1.0))
+
+    isotropic: ClassVar[bool] = True
+    reciprocal: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def energy_conserving(self) -> bool:
+        """Metals and black dielectrics are; a diffuse part exceeds 1 towards grazing, where the highlight goes to 1."""
+        return self.metallic == 1.0 or not any(self.base_color)
+
+    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
+        """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
+        return evaluate(self._formula, wi, wo)
+
+    def _formula(self, wi: Floats, wo: Floats) -> Floats:
+        alpha = self.roughness**2
+        both, length, _ = sum_of_directions(wi, wo)
+        shadowing = (wi[2] + _slope_length(wi, alpha, alpha)) * (wo[2] + _slope_length(wo, alpha, alpha))
+        lobe = _ggx_distribution(both, length, alpha, alpha) / shadowing
+        base = channels(self.base_color)
+        f0 = 0.04 + (base - 0.04) * self.metallic
+        fresnel = f0 + (1.0 - f0) * schlick(wi, wo, length)
+        return (1.0 - fresnel) * ((1.0 - self.metallic) / np.pi * base) + fresnel * lobe
+
+
+def _fresnel(f0: Colour, grazing: Floats) -> Floats:
+    """Schlick's term (3, n) for (1 − h·wi)⁵ (n,)."""
+    return channels(f0) + (1.0 - channels(f0)) * grazing
+
+
+def _ggx(wi: Floats, wo: Floats, alpha_x: float, alpha_y: float) -> tuple[Floats, Floats]:
+    """D G₂/(4 n·l n·v) and (1 − h·wi)⁵, (n,) each."""
+    both, length, _ = sum_of_directions(wi, wo)
+    slopes = wi[2] * _slope_length(wo, alpha_x, alpha_y) + wo[2] * _slope_length(wi, alpha_x, alpha_y)
+    return 0.5 * _ggx_distribution(both, length, alpha_x, alpha_y) / slopes, schlick(wi, wo, length)
+
+
+def _ggx_distribution(both: Floats, length: Floats, alpha_x: float, alpha_y: float) -> Floats:
+    """D(h), (n,): 1/(π αx αy (hx²/αx² + hy²/αy² + hz²)²), with the widths taken out of the denominators."""
+    product = alpha_x * alpha_y
+    x, y, z = both / length
+    width = x * x * (alpha_y / alpha_x) + y * y * (alpha_x / alpha_y) + z * z * product
+    distribution: Floats = product / (np.pi * width**2)
+    return distribution
+
+
+def _slope_length(direction: Floats, alpha_x: float, alpha_y: float) -> Floats:
+    """√(cos²θ + αx² x² + αy² y²), (n,)."""
+    x, y, z = direction
+    return np.sqrt(z * z + (alpha_x * x) ** 2 + (alpha_y * y) ** 2)

@@ -1,9 +1,6 @@
 """The modified Phong model (Lewis 1993) and Blinn–Phong, normalised. GLSL twins: resources/shaders/brdf/.
 
-Both raise a cosine to a power. The cosine c near 1 is what matters at high exponents, and there 1 − c is known far
-better than c; so the power is taken as exp(n log1p(−(1 − c))) with 1 − c from differences of components. For unit
-vectors this is the printed formula; the relative error stays near (2 + n |ln c|) u. 0⁰ is 1, as in numpy: exponent 0
-makes Phong's lobe the constant ks / π.
+0⁰ is 1, as in numpy: exponent 0 makes Phong's lobe the constant ks / π.
 """
 
 from __future__ import annotations
@@ -14,21 +11,15 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.brdf.diffuse import above_horizon
+from engine.brdf.evaluate import evaluate
+from engine.brdf.highlight import (
+    diffuse_and_highlight,
+    power_of_one_minus,
+    reflects_no_more_than_it_receives,
+    sum_of_directions,
+)
 from engine.directions import Vectors
 from engine.params import Colour, check, param
-
-
-def power_of_one_minus(deficit: NDArray[np.float64], exponent: float) -> NDArray[np.float64]:
-    """max(0, 1 − deficit)^exponent for deficit >= 0, with 0⁰ = 1."""
-    if exponent == 0.0:
-        return np.ones_like(deficit)
-    positive = deficit < 1.0
-    return np.where(positive, np.exp(exponent * np.log1p(-np.where(positive, deficit, 0.0))), 0.0)
-
-
-def _reflects_no_more_than_it_receives(kd: Colour, ks: Colour) -> bool:
-    return all(diffuse + specular <= 1.0 for diffuse, specular in zip(kd, ks, strict=True))
 
 
 @dataclass(frozen=True)
@@ -48,16 +39,17 @@ class Phong:
     @property
     def energy_conserving(self) -> bool:
         """The lobe's albedo is ks at normal incidence and less elsewhere."""
-        return _reflects_no_more_than_it_receives(self.kd, self.ks)
+        return reflects_no_more_than_it_receives(self.kd, self.ks)
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
-        wi, wo, visible = above_horizon(wi, wo)
-        difference = wi * (-1.0, -1.0, 1.0) - wo
-        lobe = power_of_one_minus(0.5 * np.sum(difference**2, axis=-1), self.exponent)
-        lobe *= (self.exponent + 2.0) / (2.0 * np.pi)
-        value = np.asarray(self.kd) / np.pi + np.asarray(self.ks) * lobe[..., None]
-        return np.where(visible[..., None], value, 0.0)
+        return evaluate(self._formula, wi, wo)
+
+    def _formula(self, wi: NDArray[np.float64], wo: NDArray[np.float64]) -> NDArray[np.float64]:
+        """1 − r·wo is half the square of r − wo."""
+        deficit = 0.5 * ((wi[0] + wo[0]) ** 2 + (wi[1] + wo[1]) ** 2 + (wi[2] - wo[2]) ** 2)
+        lobe = (self.exponent + 2.0) / (2.0 * np.pi) * power_of_one_minus(deficit, self.exponent)
+        return diffuse_and_highlight(self.kd, self.ks, lobe)
 
 
 @dataclass(frozen=True)
@@ -77,7 +69,7 @@ class BlinnPhong:
     @property
     def energy_conserving(self) -> bool:
         """The lobe's albedo is ks at normal incidence and less elsewhere."""
-        return _reflects_no_more_than_it_receives(self.kd, self.ks)
+        return reflects_no_more_than_it_receives(self.kd, self.ks)
 
     @property
     def normalisation(self) -> float:
@@ -86,11 +78,8 @@ class BlinnPhong:
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """Value in 1/sr without the cosine, (..., 3), for unit directions (..., 3) in the surface frame."""
-        wi, wo, visible = above_horizon(wi, wo)
-        sum_of_both = np.where(visible[..., None], wi + wo, (0.0, 0.0, 1.0))
-        across = sum_of_both[..., 0] ** 2 + sum_of_both[..., 1] ** 2
-        length = np.sqrt(across + sum_of_both[..., 2] ** 2)
-        lobe = power_of_one_minus(across / (length * (length + sum_of_both[..., 2])), self.exponent)
-        lobe *= self.normalisation
-        value = np.asarray(self.kd) / np.pi + np.asarray(self.ks) * lobe[..., None]
-        return np.where(visible[..., None], value, 0.0)
+        return evaluate(self._formula, wi, wo)
+
+    def _formula(self, wi: NDArray[np.float64], wo: NDArray[np.float64]) -> NDArray[np.float64]:
+        _, _, deficit = sum_of_directions(wi, wo)
+        return diffuse_and_highlight(self.kd, self.ks, self.normalisation * power_of_one_minus(deficit, self.exponent))
