@@ -65,6 +65,22 @@ def import_raw() -> Measure:
         return capture.import_raw(Path(name))
 
 
+def import_aligned() -> Measure:
+    """`engine.bench.capture.import_aligned` in a working folder."""
+    from engine.bench import capture
+
+    with tempfile.TemporaryDirectory() as name:
+        return capture.import_aligned(Path(name))
+
+
+def import_bracketed() -> Measure:
+    """`engine.bench.capture.import_bracketed` in a working folder."""
+    from engine.bench import capture
+
+    with tempfile.TemporaryDirectory() as name:
+        return capture.import_bracketed(Path(name))
+
+
 def import_tiff() -> Measure:
     """`engine.bench.capture.import_tiff` in a working folder."""
     from engine.bench import capture

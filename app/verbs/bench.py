@@ -30,9 +30,11 @@ MEASURES = {
     "import-large": "app.bench_program:import_large",
     "import-raw-24mp": "app.bench_program:import_raw",
     "import-tiff-24mp": "app.bench_program:import_tiff",
+    "import-aligned-24mp": "app.bench_program:import_aligned",
+    "import-bracketed-24mp": "app.bench_program:import_bracketed",
     "align-24mp": "engine.bench.capture:align_large",
 }
-LARGE = ("import-large", "import-raw-24mp", "import-tiff-24mp", "align-24mp")
+LARGE = tuple(name for name in MEASURES if name.endswith(("-large", "-24mp")))
 
 #: Name of a group of errors and the function that finds them in a working folder.
 ACCURACIES = {

@@ -35,21 +35,40 @@ MEMORY_LIMIT_BYTES = 2 * 2**30
 ALIGNMENT_LIMIT_S = 1.0
 SHIFT_LIMIT_PX = 0.05
 _LEVELS = Levels(black=((512, 512), (512, 512)), white=16383)
+_STILL = ImportSettings(motion="none")
+_EXPOSURES_S = (1 / 240, 1 / 60)
 
 
 def import_raw(folder: Path) -> Measure:
     """Ten RAW files without alignment, against LibRaw alone on the same files; all lie in the working `folder`."""
     files = _photographs(folder / "raw", ".dng", _write_dng)
     limit_s = _timed(lambda: _libraw(files))
-    time_s, memory = _import(files[0].parent)
+    time_s, memory = _import(files[0].parent, _STILL)
     return Measure("import-raw-24mp", time_s, limit_s, "LibRaw alone decoding the ten files, two at once", memory)
+
+
+def import_aligned(folder: Path) -> Measure:
+    """Ten RAW files a pixel or two apart, aligned, against importing them as they lie."""
+    files = _photographs(folder / "raw", ".dng", _write_dng, wander=True)
+    limit_s, _ = _import(files[0].parent, _STILL)
+    time_s, memory = _import(files[0].parent, ImportSettings(motion="euclidean"))
+    memory["alignment_s_per_photograph"] = (time_s - limit_s) / len(files)
+    return Measure("import-aligned-24mp", time_s, limit_s, "importing the same files without alignment", memory)
+
+
+def import_bracketed(folder: Path) -> Measure:
+    """Five lights with two exposures each, merged, against LibRaw alone on the same files."""
+    files = _brackets(folder / "raw")
+    limit_s = _timed(lambda: _libraw(files))
+    time_s, memory = _import(files[0].parent, _STILL)
+    return Measure("import-bracketed-24mp", time_s, limit_s, "LibRaw alone decoding the files, two at once", memory)
 
 
 def import_tiff(folder: Path) -> Measure:
     """Ten 16-bit TIFFs without alignment, against reading and writing as many bytes."""
     files = _photographs(folder / "tiff", ".tif", _write_tiff)
     limit_s = _timed(lambda: _copied(files, folder / "copy"))
-    time_s, memory = _import(files[0].parent)
+    time_s, memory = _import(files[0].parent, _STILL)
     limit = "reading the files and writing as many bytes as the stack has"
     return Measure("import-tiff-24mp", time_s, limit_s, limit, memory)
 
@@ -89,7 +108,7 @@ def _timed(work: Callable[[], object]) -> float:
     return time.perf_counter() - start
 
 
-def _import(folder: Path) -> tuple[float, dict[str, int]]:
+def _import(folder: Path, settings: ImportSettings) -> tuple[float, dict[str, float]]:
     """Seconds, and the largest sum of the memory of this process (beyond what it had) and of its decoders."""
     own = psutil.Process()
     before, largest = own.memory_info().rss, 0
@@ -98,10 +117,10 @@ def _import(folder: Path) -> tuple[float, dict[str, int]]:
         nonlocal largest
         largest = max(largest, own.memory_info().rss + sum(_resident(child) for child in own.children()))
 
-    sources, still = find([folder]), ImportSettings(motion="none")
-    first = find(list(sources.photographs[:2]))
-    drain(import_stack(first, still, folder.parent / "first"))  # compiles what a new installation has to
-    steps = import_stack(sources, still, folder.parent / "stack")
+    sources = find([folder])
+    first = find(list(sources.photographs[:2]), [10.0, 20.0])
+    drain(import_stack(first, settings, folder.parent / "first"))  # compiles what a new installation has to
+    steps = import_stack(sources, settings, folder.parent / "stack")
     time_s = _timed(lambda: drain(steps, watch))
     return time_s, {
         "peak_memory_bytes": largest,
@@ -142,11 +161,27 @@ def _copied(files: list[Path], target: Path) -> None:
         write_bytes(target, (content * 3)[: HEIGHT * WIDTH * 13])
 
 
-def _photographs(folder: Path, suffix: str, write: Callable[[Path, NDArray[np.float32], int], None]) -> list[Path]:
+def _photographs(
+    folder: Path, suffix: str, write: Callable[[Path, NDArray[np.float32], int], None], wander: bool = False
+) -> list[Path]:
     make_folder(folder)
     files = [folder / f"cloth_{9 * index + 5:02}deg{suffix}" for index in range(COUNT)]
     for index, path in enumerate(files):
-        write(path, _picture(index, 0, 0), index)
+        write(path, _picture(index, index % 3 * wander, -(index % 2) * wander), index)
+    return files
+
+
+def _brackets(folder: Path) -> list[Path]:
+    """As many photographs, of each light one to an exposure, and the `capture.toml` that says so."""
+    make_folder(folder)
+    files, notes = [], []
+    for index in range(COUNT):
+        light, exposure_s = index // len(_EXPOSURES_S), _EXPOSURES_S[index % len(_EXPOSURES_S)]
+        files.append(folder / f"cloth_{index:02}.dng")
+        _write_dng(files[-1], np.float32(exposure_s * 60) * _picture(light, 0, 0), index)
+        notes.append(f"[[photographs]]\nfile = '{files[-1].name}'\nelevation_deg = {9 * light + 5}")
+        notes.append(f"exposure_s = {exposure_s}\n")
+    write_bytes(folder / "capture.toml", "\n".join(notes).encode())
     return files
 
 

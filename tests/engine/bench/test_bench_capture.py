@@ -6,9 +6,17 @@ from engine.bench import capture
 from engine.steps import drain
 
 
-@pytest.mark.parametrize(("measure", "name"), [(capture.import_raw, "raw"), (capture.import_tiff, "tiff")])
+@pytest.mark.parametrize(
+    ("measure", "name"),
+    [
+        (capture.import_raw, "raw"),
+        (capture.import_tiff, "tiff"),
+        (capture.import_aligned, "aligned"),
+        (capture.import_bracketed, "bracketed"),
+    ],
+)
 def test_imports_are_measured_with_their_memory(tmp_path, monkeypatch, measure, name):
-    for key, value in (("COUNT", 3), ("HEIGHT", 80), ("WIDTH", 96)):
+    for key, value in (("COUNT", 4), ("HEIGHT", 80), ("WIDTH", 96)):
         monkeypatch.setattr(capture, key, value)
     taken = measure(tmp_path)
     assert taken.name == f"import-{name}-24mp"
