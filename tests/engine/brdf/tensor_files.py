@@ -77,21 +77,26 @@ def directions(x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
     return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
 
 
-def drawn(density: NDArray[np.float64], x: float, y: float) -> tuple[float, float]:
-    """Where a bilinear density (Y, X) sends (x, y), by interpolating its integrals on a grid 64 times as fine."""
-    rows = density.mean(axis=1) - 0.5 * (density[:, 0] + density[:, -1]) / density.shape[1]
-    row = _inverse(rows, y)
-    place = row * (len(density) - 1)
-    low = min(int(place), len(density) - 2)
-    line = density[low] + (place - low) * (density[low + 1] - density[low])
-    return _inverse(line, x), row
+def drawn(density: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Where a bilinear density (Y, X) sends a grid of count × count numbers: (2, count, count), x and y.
+
+    By interpolating its integrals on a grid 64 times as fine.
+    """
+    shares = np.linspace(0.0, 1.0, count)
+    rows = _inverse(density.sum(axis=1) - 0.5 * (density[:, 0] + density[:, -1]), shares)
+    places = np.empty((2, count, count))
+    for index, place in enumerate(rows * (len(density) - 1)):
+        low = min(int(place), len(density) - 2)
+        line = density[low] + (place - low) * (density[low + 1] - density[low])
+        places[:, index] = _inverse(line, shares), np.full(count, rows[index])
+    return places
 
 
-def _inverse(nodes: NDArray[np.float64], share: float) -> float:
+def _inverse(nodes: NDArray[np.float64], shares: NDArray[np.float64]) -> NDArray[np.float64]:
     at = np.linspace(0.0, 1.0, 64 * (len(nodes) - 1) + 1)
     values = np.interp(at, np.linspace(0.0, 1.0, len(nodes)), nodes)
     summed = np.concatenate([[0.0], np.cumsum(values[1:] + values[:-1])])
-    return float(np.interp(share, summed / summed[-1], at))
+    return np.interp(shares, summed / summed[-1], at) if summed[-1] > 0.0 else shares
 
 
 class AnisotropicGgx:
@@ -121,7 +126,7 @@ class AnisotropicGgx:
         theta_i: NDArray[np.float64],
         *,
         nodes: int = 64,
-        colours: int = 24,
+        colours: int = 32,
         relative: bool = False,
         **more: Any,
     ) -> dict[str, NDArray[Any]]:
@@ -136,13 +141,12 @@ class AnisotropicGgx:
                 wi = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
                 turned = _turned(half, phi) if relative else half
                 vndf[p, t] = np.maximum(turned @ wi, 0.0) * self.normals(turned) * jacobian
-                for j, v in enumerate(np.linspace(0, 1, colours)):
-                    for i, u in enumerate(np.linspace(0, 1, colours)):
-                        facet = directions(*drawn(vndf[p, t], u, v))
-                        facet = _turned(facet, phi) if relative else facet
-                        wo = 2.0 * (wi @ facet) * facet - wi
-                        # f cos(theta_o) 4 sigma(wi) / D(h), which has a limit at the horizon
-                        values[p, t, :, j, i] = self.bands * max(wo[2], 0.0) / self.area(wo) if wo[2] > 0 else 0.0
+                facets = directions(*drawn(vndf[p, t], colours))
+                facets = _turned(facets, phi) if relative else facets
+                wo = 2.0 * (facets @ wi)[..., None] * facets - wi
+                # f cos(theta_o) 4 sigma(wi) / D(h), which has a limit at the horizon
+                shape = np.where(wo[..., 2] > 0.0, wo[..., 2] / self.area(wo * np.sign(wo[..., 2:])), 0.0)
+                values[p, t] = self.bands[:, None, None] * shape
         tables = {"ndf": self.normals(half), "sigma": self.area(half), "jacobian": 1}
         return fields_of(phi_i, theta_i, vndf=vndf, values=values, **tables, **more)
 

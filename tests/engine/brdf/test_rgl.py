@@ -5,7 +5,9 @@ bilinear density itself. Mitsuba 3 computes in float32, and errs by up to percen
 low. There 1 − x of the place x in the grid is a difference of nearly equal numbers, and as colours vanish at x = 1, the
 horizon, that difference is the value; or the visible normals end between two rows of their table, and the place depends
 on the half vector's azimuth by leaps. Both are shown pair by pair: its error is no larger than what moving those places
-by some roundings of float32 does to the exact value.
+by some roundings of float32 does to the exact value. For isotropic files it also uses a symmetry that it never set
+(`m_reduction` of its source), which turns the incident direction by chance; that shows where sigma depends on the
+azimuth, as it must not in an isotropic file, and in no real one.
 """
 
 from __future__ import annotations
@@ -17,10 +19,13 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import stats
 
-from engine.brdf.rgl import read_rgl
+from engine.brdf.rgl import RglBrdf, looks_like_rgl, read_rgl
+from engine.brdf.spectrum import srgb_from_spectra
 from engine.brdf.tensor_file import read_tensor_file
-from tests.engine.brdf.tensor_files import tensor_bytes
+from engine.errors import InputError
+from tests.engine.brdf.tensor_files import AnisotropicGgx, fields_of, tensor_bytes
 
 FILES = ("cc_ibiza_sunset_rgb", "colodur_napoli_4f_rgb", "paper_white_rgb", "satin_rosaline_rgb")
 WAVELENGTHS = np.array([400.0, 460.0, 500.0, 560.0, 600.0, 680.0])
@@ -177,3 +182,306 @@ def test_real_files_equal_mitsuba(shared_data: Callable[[str], Path], mitsuba: A
         roundings = [{key: sign * step} for key in ("azimuth", "grid") for sign in (-1.0, 1.0)]
         effect = sum(np.abs(reference.spectrum(*pair, **rounding) - exact) for rounding in roundings)
         assert np.abs(other[index] - exact).max() < 1e-4 * exact.max() + np.max(effect), (pair, exact, other[index])
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_real_files_are_sampled_as_mitsuba_does(shared_data: Callable[[str], Path], mitsuba: Any, name: str) -> None:
+    """Directions to 1e-4 (one in 1000 to 1e-3) and densities to 1e-3 (one in 1000 to 5e-3), from the same numbers.
+
+    Mitsuba's density is negative where a facet was drawn that faces away; there it belongs to the mirrored facet.
+    """
+    path = shared_data(f"brdf/rgl/{name}.bsdf")
+    mitsuba.set_variant("scalar_rgb")
+    plugin = mitsuba.load_dict({"type": "measured", "filename": str(path)})
+    context, surface = mitsuba.BSDFContext(), mitsuba.SurfaceInteraction3f()
+    wo, _ = pairs(2000)
+    u = np.random.default_rng(2).random((2000, 2)).astype(np.float32).astype(np.float64)
+    drawn, density = np.empty((2000, 3)), np.empty(2000)
+    for index, (viewer, uniform) in enumerate(zip(wo.tolist(), u.tolist(), strict=True)):
+        surface.wi = mitsuba.Vector3f(*viewer)
+        sample, _ = plugin.sample(context, surface, 0.0, mitsuba.Point2f(*uniform))
+        drawn[index], density[index] = list(sample.wo), sample.pdf
+    brdf = read_rgl(path)
+    wi = brdf.sample(wo, u)
+    error = np.abs(wi - drawn).max(axis=1)
+    assert (error < 1e-4).mean() > 0.999
+    assert error.max() < 1e-3
+    error = np.abs(brdf.pdf(wi, wo) / np.abs(density) - 1.0)
+    assert (error < 1e-3).mean() > 0.999
+    assert error.max() < 5e-3
+
+
+def affine(circle: float, *, spectral: bool = False) -> dict[str, NDArray[Any]]:
+    """A file whose value times the outgoing cosine is linear in everything it is interpolated in.
+
+    The visible normals are equal everywhere, so that the place in the grid is the half vector's own.
+    """
+    phi_i, theta_i = -np.pi + np.linspace(0.0, circle, 5), np.radians([0.0, 20.0, 50.0, 90.0])
+    phi, theta, y, x = np.meshgrid(phi_i, theta_i, np.linspace(0, 1, 4), np.linspace(0, 1, 4), indexing="ij")
+    base = AFFINE @ np.stack([np.ones_like(x), phi, theta, y, x]).reshape(5, -1)
+    bands = len(WAVELENGTHS) if spectral else 3
+    values = base.reshape(1, *x.shape) * (1.0 + np.arange(bands)).reshape(-1, 1, 1, 1, 1)
+    return fields_of(
+        phi_i,
+        theta_i,
+        vndf=np.full((5, 4, 7, 6), 0.3),
+        values=np.moveaxis(values, 0, 2),
+        wavelengths=WAVELENGTHS if spectral else None,
+    )
+
+
+#: Coefficients of 1, phi_i, theta_i, y and x; positive in all.
+AFFINE = np.array([4.0, 0.7, 0.5, 0.6, 0.8])
+
+
+def affine_value(wi: NDArray[np.float64], wo: NDArray[np.float64], circle: str) -> NDArray[np.float64]:
+    """f of the first band for pairs (N, 3)."""
+    wi, wo = wi.copy(), wo.copy()
+    if circle == "half turn":
+        turned = wi[:, 1] > 0
+        wi[turned, :2] *= -1.0
+        wo[turned, :2] *= -1.0
+    if circle == "two mirrors":
+        for axis in (0, 1):
+            mirrored = wi[:, axis] > 0
+            wi[mirrored, axis] *= -1.0
+            wo[mirrored, axis] *= -1.0
+    half = (wi + wo) / np.linalg.norm(wi + wo, axis=1, keepdims=True)
+    phi, theta = np.arctan2(wi[:, 1], wi[:, 0]), np.arccos(wi[:, 2])
+    x = np.sqrt(np.arccos(half[:, 2]) * 2 / np.pi)
+    y = (np.arctan2(half[:, 1], half[:, 0]) + np.pi) / (2 * np.pi)
+    return np.asarray(AFFINE @ np.stack([np.ones_like(x), phi, theta, y, x]) / wo[:, 2])
+
+
+@pytest.mark.parametrize("circle", CIRCLES)
+def test_a_known_anisotropic_file_is_exact(tmp_path: Path, circle: str) -> None:
+    brdf = read_rgl(saved(tmp_path, affine(CIRCLES[circle])))
+    assert not brdf.isotropic
+    assert brdf.health.verdict == 0
+    wi, wo = pairs(2000)
+    wi, wo = (vectors / np.linalg.norm(vectors, axis=1, keepdims=True) for vectors in (wi, wo))
+    truth = affine_value(wi, wo, circle)
+    np.testing.assert_allclose(brdf.f(wi, wo), truth[:, None] * [1.0, 2.0, 3.0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("circle", CIRCLES)
+def test_a_known_anisotropic_file_equals_mitsuba(tmp_path: Path, mitsuba: Any, circle: str) -> None:
+    path = saved(tmp_path, affine(CIRCLES[circle]))
+    wi, wo = pairs(2000)
+    np.testing.assert_allclose(read_rgl(path).f(wi, wo), in_mitsuba(mitsuba, path, wi, wo), rtol=1e-5)
+
+
+@pytest.mark.parametrize("circle", CIRCLES)
+def test_a_known_spectral_file_is_exact(tmp_path: Path, circle: str) -> None:
+    brdf = read_rgl(saved(tmp_path, affine(CIRCLES[circle], spectral=True)))
+    assert brdf.kind == "spectral RGL measurement"
+    wi, wo = pairs(500)
+    wi, wo = (vectors / np.linalg.norm(vectors, axis=1, keepdims=True) for vectors in (wi, wo))
+    colour = srgb_from_spectra(WAVELENGTHS, np.arange(1.0, 7.0))
+    np.testing.assert_allclose(brdf.f(wi, wo), affine_value(wi, wo, circle)[:, None] * np.maximum(colour, 0), rtol=1e-6)
+
+
+def test_a_spectral_file_equals_mitsuba_band_by_band(tmp_path: Path, mitsuba: Any) -> None:
+    material = AnisotropicGgx(0.5, 0.5, 0.3 + 0.1 * np.arange(6))
+    path = saved(tmp_path, material.fields(np.array([0.0]), THETA, wavelengths=WAVELENGTHS, nodes=32))
+    mitsuba.set_variant("scalar_spectral")
+    plugin = mitsuba.load_dict({"type": "measured", "filename": str(path)})
+    context, surface = mitsuba.BSDFContext(), mitsuba.SurfaceInteraction3f()
+    wi, wo = high_pairs(500)
+    spectra = np.empty((len(wi), len(WAVELENGTHS)))
+    for index, (incident, outgoing) in enumerate(zip(wi.tolist(), wo.tolist(), strict=True)):
+        surface.wi = mitsuba.Vector3f(*incident)
+        for start in (0, 2):
+            surface.wavelengths = WAVELENGTHS[start : start + 4]
+            spectra[index, start : start + 4] = list(plugin.eval(context, surface, mitsuba.Vector3f(*outgoing)))
+    truth = np.maximum(srgb_from_spectra(WAVELENGTHS, spectra / wo[:, 2:]), 0.0)
+    np.testing.assert_allclose(read_rgl(path).f(wi, wo), truth, rtol=1e-4)
+
+
+THETA = np.radians(np.linspace(0.0, 90.0, 10))
+
+
+def high_pairs(count: int) -> Pairs:
+    """Pairs higher than 10°, at unit length."""
+    wi, wo = pairs(4 * count, 4)
+    chosen = np.flatnonzero(np.minimum(wi[:, 2], wo[:, 2]) > np.sin(np.radians(10.0)))[:count]
+    return wi[chosen], wo[chosen]
+
+
+def ggx(circle: str) -> AnisotropicGgx:
+    """The material of `ggx_files`: six bands where they are spectral, RGB in the others."""
+    return AnisotropicGgx(0.4, 0.6, 0.3 + 0.1 * np.arange(6.0) if circle == "half turn" else [0.3, 0.5, 0.8])
+
+
+@pytest.fixture(scope="module")
+def ggx_files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """An anisotropic GGX measured every 22.5° over a quarter and half of the circle, or all of it; one is spectral."""
+    files = {}
+    for (circle, width), azimuths in zip(CIRCLES.items(), (17, 9, 5), strict=True):
+        more: dict[str, Any] = {"wavelengths": WAVELENGTHS} if circle == "half turn" else {}
+        fields = ggx(circle).fields(-np.pi + np.linspace(0.0, width, azimuths), THETA, **more)
+        files[circle] = saved(tmp_path_factory.mktemp("ggx"), fields)
+    return files
+
+
+@pytest.mark.parametrize("circle", CIRCLES)
+def test_an_anisotropic_material_comes_back(ggx_files: dict[str, Path], circle: str) -> None:
+    """Measured in 32 × 32 directions for light every 10° and 22.5°: better for that light than between."""
+    brdf = read_rgl(ggx_files[circle])
+    wi, wo = high_pairs(2000)
+    random = np.random.default_rng(3)
+    theta, phi = random.choice(THETA[:9], 2000), random.choice(np.radians(np.arange(-180.0, 180.0, 22.5)), 2000)
+    measured = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1)
+    for incident, median, most in ((measured, 0.003, 0.02), (wi, 0.006, 0.05)):
+        truth = ggx(circle).f(incident, wo)
+        truth = srgb_from_spectra(WAVELENGTHS, truth) if circle == "half turn" else truth
+        error = relative_error(brdf.f(incident, wo), np.maximum(truth, 0.0))
+        assert np.median(error) < median
+        assert np.percentile(error, 90) < most
+
+
+@pytest.mark.parametrize("circle", ["whole", "two mirrors"])
+def test_an_anisotropic_material_equals_mitsuba(ggx_files: dict[str, Path], mitsuba: Any, circle: str) -> None:
+    wi, wo = high_pairs(2000)
+    other = in_mitsuba(mitsuba, ggx_files[circle], wi, wo)
+    np.testing.assert_allclose(read_rgl(ggx_files[circle]).f(wi, wo), other, rtol=1e-4)
+
+
+def test_an_isotropic_material_may_be_turned(tmp_path: Path) -> None:
+    brdf = read_rgl(saved(tmp_path, AnisotropicGgx(0.5, 0.5, [0.2, 0.4, 0.6]).fields(np.array([0.0]), THETA, nodes=32)))
+    assert brdf.isotropic
+    wi, wo = high_pairs(500)
+    cosine, sine = np.cos(2.1), np.sin(2.1)
+    turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(brdf.f(wi @ turn.T, wo @ turn.T), brdf.f(wi, wo), rtol=1e-9)
+
+
+@pytest.mark.parametrize("source", ["paper_white_rgb", "cc_ibiza_sunset_rgb", "whole", "two mirrors"])
+@pytest.mark.parametrize("theta", [0.3, 1.2])
+def test_samples_follow_their_density(
+    shared_data: Callable[[str], Path], ggx_files: dict[str, Path], source: str, theta: float
+) -> None:
+    """Chi-square over the whole sphere, below the horizon too, at a level of 1e-4 for each of the 8 cases."""
+    brdf = read_rgl(ggx_files[source] if source in ggx_files else shared_data(f"brdf/rgl/{source}.bsdf"))
+    wo = np.array([np.sin(theta) * np.cos(0.7), np.sin(theta) * np.sin(0.7), np.cos(theta)])
+    count, rows, columns, fine = 40_000, 16, 24, 24
+    wi = brdf.sample(wo, np.random.default_rng(7).random((count, 3)))
+    np.testing.assert_allclose(np.linalg.norm(wi, axis=1), 1.0, atol=1e-12)
+    z = np.linspace(-1.0, 1.0, rows * fine * 2 + 1)[1::2]
+    phi = np.linspace(-np.pi, np.pi, columns * fine * 2 + 1)[1::2]
+    radius = np.sqrt(1.0 - z**2)[:, None]
+    grid = np.stack(np.broadcast_arrays(radius * np.cos(phi), radius * np.sin(phi), z[:, None]), axis=-1)
+    density = brdf.pdf(grid, wo).reshape(rows, fine, columns, fine).mean(axis=(1, 3))
+    expected = density.ravel() * 4.0 * np.pi / (rows * columns) * count
+    assert abs(expected.sum() / count - 1.0) < 0.01
+    seen, *_ = np.histogram2d(wi[:, 2], np.arctan2(wi[:, 1], wi[:, 0]), (rows, columns), ((-1, 1), (-np.pi, np.pi)))
+    order = np.argsort(expected)
+    pool = np.searchsorted(np.cumsum(expected[order]), 20.0) + 1
+    pooled = [np.append(cells[order][pool:], cells[order][:pool].sum()) for cells in (seen.ravel(), expected)]
+    statistic = ((pooled[0] - pooled[1]) ** 2 / pooled[1]).sum()
+    assert stats.chi2.sf(statistic, len(pooled[0]) - 1) > 1e-4, (statistic, len(pooled[0]))
+
+
+def test_BR9_values_are_finite_everywhere(shared_data: Callable[[str], Path], ggx_files: dict[str, Path]) -> None:
+    """Zero at and below the horizon and for what is no direction; never NaN, negative or infinite."""
+    edge = np.array([0.0, -0.0, 1e-300, 1e-9, 1e-4, 0.5, 1.0])
+    z = np.concatenate([edge, -edge, [np.nan, np.inf]])
+    radius = np.sqrt(np.maximum(1.0 - np.nan_to_num(z, posinf=0.0) ** 2, 0.0))
+    every = np.concatenate([np.stack([radius * np.cos(phi), radius * np.sin(phi), z], -1) for phi in (0.0, 1.0, np.pi)])
+    files = [shared_data("brdf/rgl/cc_ibiza_sunset_rgb.bsdf"), *ggx_files.values()]
+    for brdf in map(read_rgl, files):
+        values = brdf.f(every[:, None], every)
+        above = every[:, 2] > 0.0
+        assert values.shape == (len(every), len(every), 3)
+        assert np.isfinite(values).all()
+        assert (values >= 0.0).all()
+        assert (values[~(above & np.isfinite(every[:, 2]))] == 0.0).all()
+        assert (values[:, ~(above & np.isfinite(every[:, 2]))] == 0.0).all()
+        u = np.random.default_rng(0).random((len(every), 3))
+        assert np.isfinite(brdf.sample(every, u)).all()
+        assert (brdf.pdf(every[:, None], every) >= 0.0).all()
+
+
+def test_negative_values_are_counted_and_give_no_negative_light(shared_data: Callable[[str], Path]) -> None:
+    path = shared_data("brdf/rgl/cc_ibiza_sunset_rgb.bsdf")
+    brdf = read_rgl(path)
+    rgb = read_tensor_file(path, 1 << 26)["rgb"]
+    count = int((rgb < 0.0).any(axis=2).sum())
+    assert brdf.invalid_samples == brdf.health.figures["negative"] == count > 0
+    assert brdf.samples == 8 * 32 * 32
+    assert brdf.name == "TeckWrap vinyl wrapping film (Ibiza Sunset RD02)"
+    assert f"{count} of 8192 measured directions have a negative value" in brdf.health.findings[0].text
+    wi, wo = pairs(5000)
+    reference = Reference(path)
+    negative = [reference.spectrum(*pair).min() <= 0.0 for pair in zip(wi[:300], wo[:300], strict=True)]
+    assert any(negative)
+    assert ((brdf.f(wi, wo)[:300] == 0.0).any(axis=1) == negative).all()
+
+
+def test_values_that_are_not_finite_count_as_zero(tmp_path: Path) -> None:
+    fields = affine(CIRCLES["whole"])
+    fields["rgb"][1, 2, 0, 3, 3] = np.nan
+    brdf = read_rgl(saved(tmp_path, fields))
+    assert brdf.invalid_samples == brdf.health.figures["not finite"] == 1
+    assert brdf.health.warnings == [
+        "1 of 320 measured directions have a value that is not a finite number; it is taken as 0"
+    ]
+    assert np.isfinite(brdf.f(*pairs(2000))).all()
+
+
+def test_unmeasured_light_is_told(tmp_path: Path) -> None:
+    fields = affine(CIRCLES["half turn"])
+    fields["theta_i"] = np.radians(np.float32([10.0, 20.0, 50.0, 70.0]))
+    fields["phi_i"] = fields["phi_i"] + np.float32(0.5)
+    assert read_rgl(saved(tmp_path, fields)).health.warnings == [
+        "light was measured from 10° to 70°; beyond, the nearest measurement is taken",
+        "azimuths were measured from -151° to 29°; beyond, the nearest measurement is taken",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (
+            {"rgb": None},
+            "is a tensor_file without measured reflectance; its fields are description, jacobian, luminance",
+        ),
+        ({"vndf": None}, "lacks the field 'vndf' of an RGL measurement"),
+        ({"ndf": np.ones((2, 2))}, "has a field 'ndf' of 2 × 2 float64: it is damaged"),
+        ({"theta_i": np.float32([0, 2, 1, 3])}, "has 'theta_i' that are not angles in rising order: it is damaged"),
+        ({"theta_i": np.float32([0, 1, 2, 3])}, "has 'theta_i' that are not angles in rising order: it is damaged"),
+        ({"phi_i": np.float32([0, 0.5, 1, 1.5, 2])}, "covers 115° of azimuth, and 360, 180 or 90 are known"),
+        (
+            {"vndf": np.zeros((5, 4, 2, 2), np.float32)},
+            "has 'vndf' that is 0 for some incident direction: it is damaged",
+        ),
+        ({"sigma": np.float32([[1, -1], [1, 1]])}, "has 'sigma' that is no table of positive numbers: it is damaged"),
+        ({"jacobian": np.uint8([1, 1])}, "has 2 numbers as 'jacobian', not one: it is damaged"),
+        ({"rgb": np.ones((5, 4, 2, 4, 4), np.float32)}, "has 'rgb' in 2 bands, and 3 wavelengths: it is damaged"),
+        (
+            {"luminance": np.ones((4, 4, 2, 2), np.float32)},
+            "has 'luminance' for 4 × 4 incident directions, and 5 × 4 of them: it is damaged",
+        ),
+        (
+            {"spectra": np.ones((5, 4, 2, 4, 4), np.float32), "wavelengths": np.float32([900, 950])},
+            "has wavelengths that cannot be used: no wavelength lies between 380 and 780 nm",
+        ),
+    ],
+)
+def test_fault7_fields_that_contradict_each_other(tmp_path: Path, change: dict[str, Any], problem: str) -> None:
+    fields = {name: field for name, field in (affine(CIRCLES["whole"]) | change).items() if field is not None}
+    with pytest.raises(InputError) as caught:
+        read_rgl(saved(tmp_path, fields))
+    assert caught.value.problem.startswith(problem)
+
+
+def test_a_tensor_file_is_recognised_by_its_content() -> None:
+    content = tensor_bytes(affine(CIRCLES["whole"]))
+    assert looks_like_rgl(content[:4096], len(content), "some.binary")
+    assert not looks_like_rgl(b"MERL" + content[:4092], len(content), "some.bsdf")
+
+
+def test_BR9_arrays_are_read_only(tmp_path: Path) -> None:
+    brdf: RglBrdf = read_rgl(saved(tmp_path, affine(CIRCLES["whole"])))
+    tables = (brdf.phi_i, brdf.theta_i, brdf.ndf, brdf.sigma, brdf.colours, brdf.visible.density, brdf.luminance.rows)
+    assert not any(table.flags.writeable for table in tables)
