@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.brdf.brdf import model_name
+from engine.brdf.brdf import MODELS, model_name
 from engine.gl.context import Limits, limits
 from engine.gl.light_texture import LightTexture
 from engine.gl.material_textures import MaterialTextures
 from engine.gl.mesh_buffers import MeshBuffers
 from engine.gl.program import ShaderError, load_program, set_uniforms
+from engine.gl.table_texture import SOURCE, TableTexture
 from engine.gl.tonemap import ToneMapper
 from engine.params import parameters
 from engine.render.display import Display
@@ -55,6 +56,7 @@ class DirectRenderer:
         self._mesh: tuple[Any, MeshBuffers] | None = None
         self._material: tuple[Any, MaterialTextures] | None = None
         self._lights: tuple[Any, LightTexture] | None = None
+        self._table: tuple[Any, TableTexture] | None = None
         self._target: tuple[tuple[int, int], Any] | None = None
         self._tone_mapper: ToneMapper | None = None
 
@@ -160,8 +162,8 @@ class DirectRenderer:
             "layers": float(textures.layers) if textures else 0.0,
             "light_count": len(scene.lights.direction),
         }
-        brdf = {f"brdf_{parameter.name}": getattr(scene.brdf, parameter.name) for parameter in parameters(scene.brdf)}
-        set_uniforms(program, values | brdf)
+        set_uniforms(program, values)
+        self._set_brdf(program, scene)
         if textures:
             textures.bind(program)
         if self._lights is None or self._lights[0] is not scene.lights:
@@ -170,6 +172,22 @@ class DirectRenderer:
             self._lights = (scene.lights, LightTexture(self.context, scene.lights))
         self._lights[1].bind(program)
         return program
+
+    def _set_brdf(self, program: Any, scene: Scene) -> None:
+        """The parameters of a model as uniforms, or the table of any other BRDF as a texture."""
+        brdf = scene.brdf
+        if type(brdf) in MODELS.values():
+            set_uniforms(
+                program, {f"brdf_{parameter.name}": getattr(brdf, parameter.name) for parameter in parameters(brdf)}
+            )
+            return
+        if self._table is None or self._table[0] is not brdf:
+            if self._table is not None:
+                self._table[1].release()
+                self._table = None
+            self._table = (brdf, TableTexture(self.context, brdf, self.limits))
+        self._table[1].bind(program)
+        self.messages += self._table[1].messages
 
     def _upload(self, scene: Scene) -> MaterialTextures | None:
         shading = scene.shading
@@ -183,7 +201,7 @@ class DirectRenderer:
     def _program(self, scene: Scene, textures: MaterialTextures | None) -> Any:
         """The program for this kind of scene; the last good one, with a log entry, where it does not compile."""
         definitions = {
-            "BRDF": f"brdf/{model_name(scene.brdf)}.glsl",
+            "BRDF": f"brdf/{model_name(scene.brdf) if type(scene.brdf) in MODELS.values() else SOURCE}.glsl",
             textures.source if textures else "SOURCE_NONE": "1",
         }
         definitions |= {f"LOOKUP_{scene.lookup.upper()}": "1", f"ABOVE_{scene.above.upper()}": "1"}
@@ -223,7 +241,7 @@ class DirectRenderer:
 
     def release(self) -> None:
         """Free everything; the renderer can be used again afterwards and uploads anew."""
-        for owner in (self._mesh, self._material, self._lights):
+        for owner in (self._mesh, self._material, self._lights, self._table):
             if owner is not None:
                 owner[1].release()
         for program in {id(program): program for program in self._programs.values()}.values():
@@ -231,7 +249,7 @@ class DirectRenderer:
         if self._tone_mapper is not None:
             self._tone_mapper.release()
         self._release_target()
-        self._mesh = self._material = self._lights = self._tone_mapper = self._last_good = None
+        self._mesh = self._material = self._lights = self._table = self._tone_mapper = self._last_good = None
         self._programs.clear()
 
 

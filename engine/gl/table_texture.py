@@ -1,0 +1,55 @@
+"""A reflectance without a shader of its own, as a texture: its table in half and difference angles, in float32.
+
+Another BRDF than such a table is resampled to one first, which takes about a second; a window that must not wait makes
+the table beforehand (`engine.brdf.resample`). What that costs in accuracy, and what it cannot show, are messages.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engine.brdf.brdf import Brdf
+from engine.brdf.resample import SHAPE, table_from
+from engine.brdf.table import HalfDifferenceTable
+from engine.gl.context import Limits
+
+#: Texture unit, above those of a material and the lights.
+UNIT = 5
+
+#: The shader that looks the table up.
+SOURCE = "table"
+
+
+class TableTexture:
+    """Owns the texture of one BRDF; `messages` tells where it is not the BRDF itself that is shown."""
+
+    def __init__(self, context: Any, brdf: Brdf, limits: Limits) -> None:
+        self.messages: list[str] = []
+        table = brdf if isinstance(brdf, HalfDifferenceTable) else None
+        if table is None or not _fits(table, limits):
+            table = table_from(brdf, SHAPE, dtype=np.float32)
+            error = 100.0 * table.health.figures["resampling_rms_rel"]
+            self.messages.append(f"The measured reflectance is shown from a table that errs by {error:.2g} % RMS.")
+        if not brdf.isotropic:
+            self.messages.append(
+                "The reflectance is anisotropic and is shown as its mean over all azimuths; "
+                "the renderer on the processor (--renderer cpu) shows it as it is."
+            )
+        layers, height, width = table.lattice.shape[:3]
+        texels = np.ascontiguousarray(table.lattice, np.float32)
+        self.texture = context.texture_array((width, height, layers), 3, texels, dtype="f4")
+        self.texture.filter = (context.NEAREST, context.NEAREST)
+
+    def bind(self, program: Any) -> None:
+        self.texture.use(UNIT)
+        program["brdf_table"].value = UNIT
+
+    def release(self) -> None:
+        self.texture.release()
+
+
+def _fits(table: HalfDifferenceTable, limits: Limits) -> bool:
+    layers, height, width = table.lattice.shape[:3]
+    return layers <= limits.layers and max(height, width) <= limits.texture_size

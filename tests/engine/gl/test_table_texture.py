@@ -1,0 +1,101 @@
+"""A table on the graphics device: the same numbers as in Python, in a shader by itself and in a picture."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine.brdf.brdf import brdf_from_text
+from engine.brdf.resample import table_from
+from engine.brdf.table import HalfDifferenceTable
+from engine.camera import frame
+from engine.gl.context import Limits, limits
+from engine.gl.direct import DirectRenderer
+from engine.gl.program import load_program
+from engine.gl.table_texture import TableTexture
+from engine.render.direct import radiance
+from engine.scene import Scene
+from engine.shapes import open_mesh
+from engine.steps import drain
+from tests.engine.brdf.models import pairs
+from tests.engine.brdf.test_table import direction_table, random_table
+
+SOURCE = (
+    '#version 330 core\n#include "brdf/table.glsl"\nin vec3 wi;\nin vec3 wo;\nout vec3 value;\n'
+    "void main()\n{\n    value = brdf(wi, wo);\n}\n"
+)
+
+
+def evaluate(gl: Any, table: HalfDifferenceTable, wi: np.ndarray, wo: np.ndarray, shader: Any) -> np.ndarray:
+    folder = shader("evaluate.vert", SOURCE)
+    program = load_program(gl, "evaluate.vert", None, folder=folder, varyings=["value"])
+    texture = TableTexture(gl, table, limits(gl))
+    texture.bind(program)
+    given = gl.buffer(np.concatenate([wi, wo], axis=1).astype("f4").tobytes())
+    result = gl.buffer(reserve=12 * len(wi))
+    array = gl.vertex_array(program, [(given, "3f 3f", "wi", "wo")])
+    framebuffer = gl.simple_framebuffer((1, 1))
+    framebuffer.use()
+    array.transform(result, gl.POINTS, vertices=len(wi))
+    values = np.frombuffer(result.read(), np.float32).reshape(-1, 3)
+    for item in (framebuffer, array, result, given, program, texture):
+        item.release()
+    return values
+
+
+@pytest.mark.parametrize("text", ["ggx:kd=0.2/0.3/0.4,alpha=0.1,f0=0.5", "phong:exponent=20", "lambert"])
+def test_the_look_up_agrees_with_python_to_1e_5(gl: Any, text: str, shader: Callable[[str, str], Any]) -> None:
+    table = table_from(brdf_from_text(text), dtype=np.float32)
+    wi, wo = (w.astype(np.float32) for w in pairs(100_000, seed=9))
+    expected = table.f(wi, wo)
+    on_gpu = evaluate(gl, table, wi, wo, shader)
+    lit = expected > 1e-6 * expected.max()
+    assert np.abs(on_gpu[lit] / expected[lit] - 1.0).max() <= 1e-5
+    assert np.abs(on_gpu[~lit] - expected[~lit]).max(initial=0.0) <= 1e-5 * expected.max()
+
+
+def test_a_rough_table_of_other_dimensions_agrees_too(gl: Any, shader: Callable[[str, str], Any]) -> None:
+    """Neighbours differ by all they can, so an error of position shows most; it is that of float32 angles."""
+    table = random_table((6, 5, 8), np.float32)
+    wi, wo = (w.astype(np.float32) for w in pairs(100_000, seed=3))
+    wo[:50] = wi[:50]
+    wo[50:100] = wi[50:100] * (-1, -1, 1)
+    expected = table.f(wi, wo)
+    on_gpu = evaluate(gl, table, wi, wo, shader)
+    assert np.abs(on_gpu - expected).max() <= 1e-5 * expected.max()
+
+
+def test_a_picture_of_a_table_is_the_same_on_both_renderers(gl: Any) -> None:
+    mesh = open_mesh("sphere")
+    table = table_from(brdf_from_text("ggx:kd=0.2/0.3/0.4,alpha=0.3,f0=0.5"), (45, 45, 90), dtype=np.float32)
+    scene = Scene(mesh, frame(mesh.positions, 1.0), table)
+    renderer = DirectRenderer(gl)
+    drawn = renderer.radiance(scene, (96, 96), samples=1)
+    assert renderer.messages == []
+    wanted = drain(radiance(scene, (96, 96), samples=1))
+    inside = (drawn[..., 3] == 1.0) & (wanted[..., 3] == 1.0)
+    assert inside.sum() > 2000
+    assert np.abs(drawn - wanted)[inside].max() <= 2e-4 * wanted.max()
+    model = dataclasses.replace(scene, brdf=brdf_from_text("ggx:kd=0.2/0.3/0.4,alpha=0.3,f0=0.5"))
+    smooth = renderer.radiance(model, (96, 96), samples=1)
+    assert np.median(np.abs(smooth - drawn)[inside]) < 0.01 * smooth.max()
+    again = renderer.radiance(scene, (96, 96), samples=1)
+    assert np.array_equal(again, drawn)
+    renderer.release()
+
+
+def test_what_is_not_such_a_table_is_shown_with_a_message(gl: Any) -> None:
+    mesh = open_mesh("sphere")
+    scene = Scene(mesh, frame(mesh.positions, 1.0), direction_table())
+    renderer = DirectRenderer(gl)
+    assert renderer.radiance(scene, (16, 16), samples=1).max() > 0.0
+    assert any("errs by" in message for message in renderer.messages)
+    assert any("anisotropic" in message for message in renderer.messages)
+    renderer.release()
+    small = TableTexture(gl, random_table((40, 5, 8), np.float32), Limits(2048, 16))
+    assert "errs by" in small.messages[0]
+    small.release()
