@@ -88,12 +88,8 @@ class CaptureTab(QWidget):
         for one in (self.points, self.sphere):
             one.done.connect(self.close_tool)
         self.panel = CapturePanel(self.bench)
-        self.options, self.again, self.report, self.build = (
-            self.panel.options,
-            self.panel.again,
-            self.panel.report,
-            self.panel.build,
-        )
+        self.options, self.again = self.panel.options, self.panel.again
+        self.report, self.build = self.panel.report, self.panel.build
         self.options.chosen.connect(lambda words, parts: choose(self.bench.document, words, **parts))
         self.options.framing_wanted.connect(self._frame)
         self.options.patch_wanted.connect(self._draw_patch)
@@ -119,7 +115,8 @@ class CaptureTab(QWidget):
         self.when = self.bar.when
         self.when.chosen.connect(lambda _value: self._load_picture())
         self.image.pointed.connect(self._show_readout)
-        self.image.zoomed.connect(self._show_zoom)
+        for view in (self.image, *self.points.views, self.sphere.view):
+            view.zoomed.connect(self._show_zoom)
         pictures = QSplitter(Qt.Orientation.Vertical)
         pictures.setHandleWidth(1)
         pictures.addWidget(self.image)
@@ -327,6 +324,7 @@ class CaptureTab(QWidget):
         if why_not:
             self.when.choose("after")
         self.when.setVisible(self._tool() is None)
+        self.marks.setEnabled(self._tool() is None)
 
     def _look_before(self) -> None:
         """Show the photograph that the others are aligned to, as it was taken."""

@@ -31,6 +31,7 @@ class ImageView(QWidget):
         self.zoom = 1.0
         self.centre = QPointF()
         self.fitted = True
+        self._size = (0, 0)
         self._grabbed: QPointF | None = None
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
@@ -41,11 +42,12 @@ class ImageView(QWidget):
         return QSize(640, 480)
 
     def show_picture(self, picture: Picture | None) -> None:
-        """Replace the picture; zoom and place stay where the size is the same."""
-        same = picture is not None and self.picture is not None and picture.size == self.picture.size
+        """Replace the picture; zoom and place stay where the size is that of the last one."""
         self.picture = picture
-        if picture is not None and (self.fitted or not same):
-            self.fit()
+        if picture is not None:
+            same, self._size = picture.size == self._size, picture.size
+            if self.fitted or not same:
+                self.fit()
         self.update()
 
     def show_marks(self, visible: bool) -> None:

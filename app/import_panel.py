@@ -47,6 +47,7 @@ FRAMES = {
 }
 
 CALIBRATION = ("dark", "flat", "lamp_distance", "sphere")
+POINTS_HINT = "In the reference and in a photograph that is not aligned rightly"
 SPHERE_HINT = "Its outline, and the lamp's reflection in each photograph"
 FRAMINGS = (("all", "All that they share"), ("crop", "Crop"), ("corners", "Four corners"))
 
@@ -71,7 +72,7 @@ class ImportPanel(Rows):
             box = self._box(name, label, hint, self)
             for value, words in choices:
                 box.addItem(words, value)
-        self.points = button("Mark points…", hint="In the reference and in a photograph that is not aligned rightly")
+        self.points = button("Mark points…", hint=POINTS_HINT)
         self.points.clicked.connect(lambda: self.tool_wanted.emit("points"))
         self.row("Points", self.points)
         self.lost = text("", "warning", wrap=True)
@@ -150,8 +151,9 @@ class ImportPanel(Rows):
     def show_points(self, counts: Mapping[str, int], lost: Sequence[str]) -> None:
         """Say how many points are marked in how many photographs, and which photographs were not aligned."""
         count = sum(counts.values())
-        where = f"{len(counts)} photograph{'s' * (len(counts) > 1)}"
-        self.points.setText(f"{count} point{'s' * (count > 1)} in {where}…" if count else "Mark points…")
+        self.points.setText(f"{count} point{'s' * (count > 1)}…" if count else "Mark points…")
+        marked = "\n".join(f"{name}: {number}" for name, number in counts.items())
+        enable(self.points, "", f"{POINTS_HINT}\n{marked}".strip())
         waiting = [name for name in lost if name not in counts]
         self.lost.setVisible(bool(waiting))
         more = f" and {len(waiting) - 2} more" if len(waiting) > 2 else ""

@@ -13,6 +13,7 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent,
 
 from app import theme
 from app.image_view import ImageView
+from app.pictures import Picture
 
 Place = tuple[float, float]
 
@@ -55,6 +56,12 @@ class MarkerView(ImageView):
         self.setAccessibleName(name)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.CrossCursor)
+
+    def show_picture(self, picture: Picture | None) -> None:
+        """Replace the picture; without one, nothing is held any more."""
+        if picture is None:
+            self._held = self._pressed = None
+        super().show_picture(picture)
 
     def show_markers(self, markers: Sequence[Place], current: int | None, pending: Place | None = None) -> None:
         """Show numbered `markers`, of which number `current` is chosen, and one that waits for its counterpart."""
@@ -180,7 +187,7 @@ class MarkerView(ImageView):
 
 def draw_marker(painter: QPainter, at: QPointF, label: str, *, chosen: bool) -> None:
     """A ring with a gap in its middle, through which the texel is seen, and a label beside it."""
-    colour = QColor(theme.current().accent)
+    colour = QColor(theme.LINES[0])
     painter.setBrush(Qt.BrushStyle.NoBrush)
     for pen in (
         QPen(QColor(0, 0, 0, 190), 4.0 if chosen else 3.0),
@@ -197,5 +204,5 @@ def draw_marker(painter: QPainter, at: QPointF, label: str, *, chosen: bool) -> 
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(255, 255, 255) if chosen else colour)
         painter.drawRoundedRect(tag, 3, 3)
-        painter.setPen(QColor("#101418") if chosen else QColor(theme.current().on_accent))
+        painter.setPen(QColor("#101418"))
         painter.drawText(tag, Qt.AlignmentFlag.AlignCenter, label)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PySide6.QtCore import QPointF, Qt, Signal
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from app.document import Pair, Project
@@ -19,7 +19,7 @@ from app.import_choices import choose, path_of, points_of, reference_of, stated_
 from app.marker_view import MarkerView
 from app.panels import button, enable, side_by_side, text
 from app.shelf import Shelf, as_taken
-from app.theme import PADDING, STEP, role
+from app.theme import PADDING, ROW, STEP, role
 from app.workbench import Workbench
 from engine.capture.control_points import LEAST_POINTS, MarkedMotion, marked_kind, marked_motion, moved
 from engine.capture.sources import printable
@@ -88,12 +88,15 @@ class PointsTool(QWidget):
         self.delete.clicked.connect(self._delete)
         self.reset.clicked.connect(self._remove_all)
         self.close_button.clicked.connect(self.done)
-        for keys, run in (("Del", self._delete), ("Ins", self._add_in_the_middle), ("Esc", self._escape)):
-            action = QAction(self)
-            action.setShortcut(QKeySequence(keys))
-            action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-            action.triggered.connect(run)
-            self.addAction(action)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """What pictures and table leave: Del, Ins and Esc, as the buttons say."""
+        keys = {Qt.Key.Key_Delete: self._delete, Qt.Key.Key_Insert: self._add_in_the_middle}
+        run = {**keys, Qt.Key.Key_Escape: self._escape}.get(Qt.Key(event.key()))
+        if run is None:
+            super().keyPressEvent(event)
+        else:
+            run()
 
     def _lay_out(self) -> None:
         halves = side_by_side(
@@ -123,7 +126,8 @@ class PointsTool(QWidget):
         whole.setChildrenCollapsible(False)
         whole.addWidget(halves)
         whole.addWidget(below)
-        whole.setStretchFactor(0, 1)
+        whole.setStretchFactor(0, 4)
+        whole.setStretchFactor(1, 1)
         whole.setSizes([500, 230])
         outer = QVBoxLayout(self)
         outer.setContentsMargins(0, 0, 0, 0)
@@ -131,6 +135,7 @@ class PointsTool(QWidget):
 
     def show_photograph(self, name: str | None) -> None:
         """Mark points in the photograph `name`."""
+        self.bench.document.end_gesture()
         if name != self.name:
             self.name, self.current, self.waiting = name, None, None
         self._load()
@@ -365,13 +370,15 @@ def _captioned(view: QWidget, *caption: QWidget) -> QWidget:
     column = QVBoxLayout(holder)
     column.setContentsMargins(0, 0, 0, 0)
     column.setSpacing(0)
-    row = QHBoxLayout()
-    row.setContentsMargins(PADDING, STEP, PADDING, STEP)
+    head = QWidget()
+    head.setFixedHeight(ROW + 2 * STEP)
+    row = QHBoxLayout(head)
+    row.setContentsMargins(PADDING, 0, PADDING, 0)
     row.setSpacing(2 * STEP)
     for widget in caption:
         row.addWidget(widget)
     row.addStretch(1)
-    column.addLayout(row)
+    column.addWidget(head)
     column.addWidget(view, 1)
     return holder
 

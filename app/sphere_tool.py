@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from app.document import Project
@@ -35,7 +35,7 @@ from engine.steps import Step, Steps, part
 if TYPE_CHECKING:
     from app.image_view import ImageView
 
-HEADINGS = ("Photograph", "Reflection", "Elevation", "Azimuth", "")
+HEADINGS = ("Photograph", "Reflection", "Elevation", "Azimuth", "Source")
 
 #: Where no sphere is found, an outline of this share of the shorter side waits in the middle.
 WAITING_SHARE = 0.15
@@ -67,6 +67,7 @@ class SphereTool(QWidget):
         self.looked: Looked | None = None
         self._looked_at: tuple[Any, ...] | None = None
         self._found_for: Outline | None = None
+        self._near_at_first = True
         self.looking = Latest(bench.jobs, "Looking at the sphere")
         self.view = SphereView()
         self.view.outline_moved.connect(self._outline_moved)
@@ -85,12 +86,14 @@ class SphereTool(QWidget):
         self.again.clicked.connect(self._find_again)
         self.close_button = button("Done", "primary", hint="Back to the pictures (Esc)")
         self.close_button.clicked.connect(self.done)
-        action = QAction(self)
-        action.setShortcut(QKeySequence("Esc"))
-        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        action.triggered.connect(self.done)
-        self.addAction(action)
         self._lay_out()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc leaves."""
+        if event.key() == Qt.Key.Key_Escape:
+            self.done.emit()
+        else:
+            super().keyPressEvent(event)
 
     @property
     def main_view(self) -> ImageView:
@@ -121,7 +124,8 @@ class SphereTool(QWidget):
         whole.setChildrenCollapsible(False)
         whole.addWidget(self.view)
         whole.addWidget(below)
-        whole.setStretchFactor(0, 1)
+        whole.setStretchFactor(0, 4)
+        whole.setStretchFactor(1, 1)
         whole.setSizes([480, 250])
         outer = QVBoxLayout(self)
         outer.setContentsMargins(0, 0, 0, 0)
@@ -129,6 +133,7 @@ class SphereTool(QWidget):
 
     def show_photograph(self, name: str | None) -> None:
         """Show the sphere in the photograph `name`."""
+        self.bench.document.end_gesture()
         self.name = name
         project = self.bench.document.project
         if self.looked is None and not self.looking.busy:
@@ -152,8 +157,12 @@ class SphereTool(QWidget):
         transfer = transfer_of(sources, project.import_choices)
         if self._looked_at != (sources.photographs, transfer):
             self._looked_at, self.looked, self._found_for = (sources.photographs, transfer), None, None
+            self._near_at_first = True
             self.looking.ask(lambda: _look(sources, transfer), self._seen)
         outline, sure = self._outline(project)
+        if self._near_at_first and sure and outline is not None and self.view.picture is not None:
+            self._near_at_first = False
+            self.view.look_near(outline)
         highlight = self._highlights(project).get(self.name or "")
         self.view.show_sphere(outline, highlight, sure=sure)
         self._show_figures(project, outline)
@@ -209,7 +218,7 @@ class SphereTool(QWidget):
                     name,
                     f"{spot[0]:.1f}, {spot[1]:.1f} px" if spot is not None else "–",
                     f"{light[0]:.1f}°" if light is not None else "–",
-                    f"{light[1]:.1f}°" if light is not None else "–",
+                    f"{light[1]:.1f}°".replace("-", "−") if light is not None else "–",
                     "by hand" if name in by_hand else "found" if spot is not None else "not found",
                 )
             )
@@ -220,14 +229,15 @@ class SphereTool(QWidget):
         if outline is None:
             return "Looking for the sphere in the photographs…", "secondary"
         if self.looked is not None and not self._outline(project)[1]:
-            return "No sphere was found by itself: drag the circle onto it, by its middle and its rim.", "warning"
+            return "No sphere was found by itself: drag the circle and its rim onto it.", "warning"
         spots = self._highlights(project)
         lost = [name for name in self._names() if light_on(outline, spots.get(name)) is None]
         if self.looked is not None and lost:
             more = f" and {len(lost) - 2} more" if len(lost) > 2 else ""
             words = f"No light from {', '.join(lost[:2])}{more}: click the lamp's reflection inside the circle."
             return words, "warning"
-        return "Drag the circle by its middle or rim, and the reflection of the lamp in each photograph.", "secondary"
+        words = "Drag the circle and its rim onto the sphere, and the marker onto the lamp in each picture."
+        return words, "secondary"
 
     def _outline_moved(self, outline: Outline, final: bool) -> None:
         choose(self.bench.document, "Move the sphere", "sphere", outline=outline, sphere=True)

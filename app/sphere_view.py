@@ -11,11 +11,14 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent,
 from app import theme
 from app.image_view import ImageView
 from app.marker_view import CLICK_PX, REACH_PX, STEPS, draw_marker
+from app.pictures import Picture
 
 Spot = tuple[float, float]
 Outline = tuple[float, float, float]
 
 RIM_PX, HANDLE_PX, SMALLEST_PX = 8.0, 5.0, 3.0
+#: How much of the view a sphere fills that is looked at.
+SHARE = 0.6
 
 
 class SphereView(ImageView):
@@ -23,7 +26,7 @@ class SphereView(ImageView):
 
     Signals
     -------
-    outline_moved(outline, final) : its middle or its rim was dragged.
+    outline_moved(outline, final) : it was dragged by its inside or its rim.
     highlight_moved(column, row, final) : the reflection was dragged, set by a click inside the outline, or moved by
         the arrow keys (Ctrl: by a tenth of a pixel, Shift: by ten).
     """
@@ -36,7 +39,7 @@ class SphereView(ImageView):
         self.outline: Outline | None = None
         self.highlight: Spot | None = None
         self.sure = True
-        self._held: Literal["", "middle", "rim", "highlight", "inside"] = ""
+        self._held: Literal["", "rim", "highlight", "inside"] = ""
         self._offset = QPointF()
         self._pressed = QPointF()
         self._dragged = False
@@ -44,10 +47,21 @@ class SphereView(ImageView):
         self.setAccessibleName("Mirror sphere")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
+    def show_picture(self, picture: Picture | None) -> None:
+        """Replace the picture; without one, nothing is held any more."""
+        if picture is None:
+            self._held = ""
+        super().show_picture(picture)
+
     def show_sphere(self, outline: Outline | None, highlight: Spot | None, *, sure: bool) -> None:
         """Show the outline, dashed where it is not `sure`, and the reflection."""
         self.outline, self.highlight, self.sure = outline, highlight, sure
         self.update()
+
+    def look_near(self, outline: Outline) -> None:
+        """Show the sphere large, with what lies around it."""
+        column, row, radius = outline
+        self.look_through(SHARE * min(self.width(), self.height()) / (2.0 * radius), QPointF(column, row))
 
     def middle(self) -> QPointF:
         """The middle of the outline on the screen."""
@@ -64,7 +78,7 @@ class SphereView(ImageView):
         assert self.highlight is not None
         return self._to_screen(QPointF(*self.highlight))
 
-    def _under(self, point: QPointF) -> Literal["", "middle", "rim", "highlight", "inside"]:
+    def _under(self, point: QPointF) -> Literal["", "rim", "highlight", "inside"]:
         """What would be dragged from `point`."""
         if self.outline is None:
             return ""
@@ -73,24 +87,22 @@ class SphereView(ImageView):
         from_middle, radius = _apart(self.middle(), point), self.outline[2] * self.zoom
         if abs(from_middle - radius) <= RIM_PX and from_middle > radius / 2:
             return "rim"
-        if from_middle <= REACH_PX:
-            return "middle"
-        return "inside" if from_middle < radius else ""
+        return "inside" if from_middle < max(radius, REACH_PX) else ""
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         super().mousePressEvent(event)
         if self.picture is None or event.button() != Qt.MouseButton.LeftButton:
             return
         self._held, self._pressed, self._dragged = self._under(event.position()), event.position(), False
-        if self._held in ("middle", "highlight"):
-            self._offset = (self.middle() if self._held == "middle" else self.spot()) - event.position()
+        if self._held in ("inside", "highlight"):
+            self._offset = (self.middle() if self._held == "inside" else self.spot()) - event.position()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if not event.buttons():
-            shapes = {"": Qt.CursorShape.ArrowCursor, "inside": Qt.CursorShape.CrossCursor}
+            shapes = {"": Qt.CursorShape.ArrowCursor, "rim": Qt.CursorShape.SizeHorCursor}
             self.setCursor(shapes.get(self._under(event.position()), Qt.CursorShape.SizeAllCursor))
         self._dragged = self._dragged or _apart(event.position(), self._pressed) > CLICK_PX
-        if self._held in ("", "inside"):
+        if not self._held:
             super().mouseMoveEvent(event)
         elif self._dragged:
             self._drag(event.position(), final=False)
@@ -101,7 +113,7 @@ class SphereView(ImageView):
         if self.picture is not None and held == "inside" and not self._dragged:
             spot = self._clamped(self.place_at(event.position()))
             self.highlight_moved.emit(*spot, True)
-        elif held in ("middle", "rim", "highlight") and self._dragged:
+        elif held and self._dragged:
             self._drag(event.position(), final=True)
         self._held = ""
 
@@ -119,7 +131,7 @@ class SphereView(ImageView):
             self.outline_moved.emit((column, row, max(SMALLEST_PX, hypot(away.x(), away.y()))), final)
             return
         x, y = self._clamped(self.place_at(point + self._offset))
-        if self._held == "middle":
+        if self._held == "inside":
             self.outline_moved.emit((x, y, radius), final)
         else:
             self.highlight_moved.emit(x, y, final)
@@ -162,14 +174,14 @@ class SphereView(ImageView):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         radius = self.outline[2] * self.zoom
-        accent = QPen(QColor(theme.current().accent), 1.5, Qt.PenStyle.SolidLine if self.sure else Qt.PenStyle.DashLine)
+        accent = QPen(QColor(theme.LINES[0]), 1.5, Qt.PenStyle.SolidLine if self.sure else Qt.PenStyle.DashLine)
         for pen in (QPen(QColor(0, 0, 0, 170), 3.5), accent):
             painter.setPen(pen)
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawEllipse(self.middle(), radius, radius)
         for handle in (self.middle(), self.rim()):
             painter.setPen(QPen(QColor(0, 0, 0, 170), 1.5))
-            painter.setBrush(QColor(theme.current().accent))
+            painter.setBrush(QColor(theme.LINES[0]))
             painter.drawEllipse(handle, HANDLE_PX, HANDLE_PX)
         if self.highlight is not None:
             draw_marker(painter, self.spot(), "", chosen=True)

@@ -11,34 +11,12 @@ from PySide6.QtTest import QTest
 
 from app.document import ImportChoices
 from app.main_window import MainWindow
+from tests.app.captures import choices, drag, opened, pick
 
 
 @pytest.fixture
 def imported(window: MainWindow, qtbot: Any, photographs: Path) -> MainWindow:
-    window.open([photographs])
-    qtbot.waitUntil(
-        lambda: window.bench.document.project.has_map and not window.bench.jobs.active,
-        timeout=240_000,
-    )
-    return window
-
-
-def choices(window: MainWindow) -> ImportChoices:
-    return window.bench.document.project.import_choices
-
-
-def pick(window: MainWindow, name: str, value: str) -> None:
-    panel = window.capture.options
-    box = panel.framing if name == "framing" else panel.boxes[name]
-    box.setCurrentIndex(box.findData(value))
-    box.activated.emit(box.currentIndex())
-
-
-def drag(widget: Any, start: QPointF, end: QPointF) -> None:
-    QTest.mousePress(widget, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, start.toPoint())
-    for step in range(1, 6):
-        QTest.mouseMove(widget, (start + (end - start) * step / 5).toPoint())
-    QTest.mouseRelease(widget, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, end.toPoint())
+    return opened(window, qtbot, photographs)
 
 
 def test_the_handle_below_a_point_excludes_its_photograph(imported: MainWindow, qtbot: Any) -> None:
