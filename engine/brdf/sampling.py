@@ -23,12 +23,15 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.brdf.ashikhmin_shirley import AshikhminShirley
 from engine.brdf.brdf import Brdf
-from engine.brdf.diffuse import Lambert
+from engine.brdf.diffuse import Lambert, OrenNayar
 from engine.brdf.highlight import power_of_one_minus
-from engine.brdf.microfacet import Ggx
+from engine.brdf.lafortune import Lafortune, LafortuneThreeLobes
+from engine.brdf.microfacet import CookTorrance, Ggx, GgxAnisotropic, MetallicRoughness
 from engine.brdf.phong import BlinnPhong, Phong
-from engine.colour import luminance
+from engine.brdf.ward import Ward
+from engine.colour import LUMINANCE, luminance
 from engine.directions import Vectors, dot, normalize, surface_direction
 
 Floats = NDArray[np.float64]
@@ -401,16 +404,49 @@ def sampler_of(brdf: Brdf) -> Sampler:
 def _closed_form(brdf: Brdf) -> tuple[list[tuple[Sampler, float]], float] | None:
     """The lobes of an analytic model with their energies, and the diffuse energy; None where tables must serve."""
     match brdf:
-        case Lambert():
+        case Lambert() | OrenNayar():
             return [], 1.0
         case Phong():
             return [(PowerLobe(brdf.exponent), _grey(brdf.ks))], _grey(brdf.kd)
         case BlinnPhong():
-            half_vectors = PowerHalfVectors(brdf.exponent, brdf.exponent)
-            return [(HalfVectorLobe(half_vectors), _grey(brdf.ks))], _grey(brdf.kd)
+            facets: HalfVectors = PowerHalfVectors(brdf.exponent, brdf.exponent)
+            return [(HalfVectorLobe(facets), _grey(brdf.ks))], _grey(brdf.kd)
+        case Lafortune():
+            size = max(abs(brdf.cxy), abs(brdf.cz)) or 1.0
+            turn = (brdf.cxy / size, brdf.cxy / size, brdf.cz / size)
+            return [(PowerLobe(brdf.exponent, turn), _grey(brdf.ks))], _grey(brdf.kd)
+        case LafortuneThreeLobes():
+            return _three_lobes(brdf), _grey(brdf.kd)
+        case Ward():
+            facets = GaussianHalfVectors(brdf.alpha_x, brdf.alpha_y)
+            return [(HalfVectorLobe(facets), _grey(brdf.ks))], _grey(brdf.kd)
+        case AshikhminShirley():
+            facets = PowerHalfVectors(brdf.nu, brdf.nv)
+            return [(HalfVectorLobe(facets), _FRESNEL + _grey(brdf.ks))], _grey(brdf.kd)
+        case CookTorrance():
+            facets = GaussianHalfVectors(brdf.m, brdf.m)
+            return [(HalfVectorLobe(facets), _grey(brdf.ks) * (_FRESNEL + _grey(brdf.f0)))], _grey(brdf.kd)
         case Ggx():
             return [(VisibleGgxLobe(brdf.alpha, brdf.alpha), _FRESNEL + _grey(brdf.f0))], _grey(brdf.kd)
+        case GgxAnisotropic():
+            return [(VisibleGgxLobe(brdf.alpha_x, brdf.alpha_y), _FRESNEL + _grey(brdf.f0))], _grey(brdf.kd)
+        case MetallicRoughness():
+            alpha, base = brdf.roughness**2, _grey(brdf.base_color)
+            f0 = 0.04 + (base - 0.04) * brdf.metallic
+            return [(VisibleGgxLobe(alpha, alpha), _FRESNEL + f0)], base * (1.0 - brdf.metallic)
     return None
+
+
+def _three_lobes(brdf: LafortuneThreeLobes) -> list[tuple[Sampler, float]]:
+    """The lobes of each channel, by its part in the luminance and the lobe's largest albedo 2 pi / (n + 2) m^n."""
+    lobes: list[tuple[Sampler, float]] = []
+    for cxy, cz, exponent in brdf.lobes:
+        for channel, share in enumerate(LUMINANCE):
+            size = max(abs(cxy[channel]), abs(cz[channel]))
+            energy = float(share) * size ** exponent[channel] * 2.0 * np.pi / (exponent[channel] + 2.0)
+            turn = (cxy[channel], cxy[channel], cz[channel])
+            lobes.append((PowerLobe(exponent[channel], turn), energy))
+    return lobes
 
 
 #: What Schlick's Fresnel term reflects of light from everywhere beside f0: the mean of (1 − cos)^5, 1/21, and more.

@@ -33,8 +33,16 @@ MODELS = (
     "phong:kd=0.3,ks=0.4,exponent=20",
     "phong:kd=0,ks=0.4,exponent=0",
     "blinn-phong:kd=0.1,ks=0.6,exponent=50",
+    "oren-nayar:albedo=0.5,sigma_deg=30",
+    "lafortune:kd=0.1,ks=0.3,cxy=0.5,cz=0.2,exponent=6",
+    "lafortune:preset=blue-paint",
+    "ward:kd=0.1,ks=0.4,alpha_x=0.2,alpha_y=0.5",
+    "ashikhmin-shirley:kd=0.3,ks=0.1,nu=10,nv=100",
+    "cook-torrance:kd=0.2,ks=0.8,m=0.3,f0=0.5",
     "ggx:kd=0.2,alpha=0.3,f0=0.04/0.5/1",
     "ggx:kd=0,alpha=1,f0=1",
+    "ggx:kd=0.1,alpha_x=0.2,alpha_y=0.6,f0=0.5",
+    "metallic-roughness:base_color=0.8/0.6/0.3,metallic=0.6,roughness=0.5",
 )
 LOBES: dict[str, Sampler] = {
     "mirror": PowerLobe(12.0),
