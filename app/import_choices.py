@@ -12,7 +12,6 @@ import numpy as np
 from app.document import Document, ImportChoices, Pair, Project
 from engine.capture.mirror_sphere import Circle
 from engine.capture.sources import Sources, printable
-from engine.capture.sphere_lights import with_sphere
 
 if TYPE_CHECKING:
     from engine.capture.import_stack import ImportSettings
@@ -47,6 +46,8 @@ def lit_by(sources: Sources, choices: ImportChoices) -> Sources:
     """`sources`, with the mirror sphere that their lights are to be measured on where `choices` ask for one."""
     if not choices.sphere:
         return sources
+    from engine.capture.sphere_lights import with_sphere
+
     outline = Circle(*choices.outline) if choices.outline is not None else sources.sphere or "auto"
     return with_sphere(sources, outline, choices.highlights)
 

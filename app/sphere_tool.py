@@ -28,7 +28,6 @@ from app.theme import PADDING, STEP, role
 from app.workbench import Workbench
 from engine.capture.mirror_sphere import Circle, light_direction
 from engine.capture.sources import Sources, printable
-from engine.capture.sphere_lights import found_outline, highlight_in, luminances
 from engine.errors import InputError
 from engine.steps import Step, Steps, part
 
@@ -290,6 +289,8 @@ def light_on(outline: Outline | None, spot: Spot | None) -> tuple[float, float] 
 def _look(sources: Sources, transfer: Any) -> Steps[Looked]:
     """The luminance of all photographs, and the sphere in their mean."""
     yield Step(0.0, "looking at the sphere")
+    from engine.capture.sphere_lights import found_outline, luminances
+
     pictures = yield from part(luminances(sources, transfer), 0.0, 0.9)
     names = tuple(printable(path) for path in sources.photographs)
     if isinstance(sources.sphere, Circle):
@@ -303,6 +304,8 @@ def _look(sources: Sources, transfer: Any) -> Steps[Looked]:
 
 def _found_in(looked: Looked, outline: Outline) -> Steps[Looked]:
     """The reflections inside `outline`."""
+    from engine.capture.sphere_lights import highlight_in
+
     found: dict[str, Spot] = {}
     for index, name in enumerate(looked.names):
         yield Step(index / len(looked.names), "looking for the lamp's reflection")
