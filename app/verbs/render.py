@@ -28,7 +28,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in model: sphere, plane, torus-knot, cloth")
     parser.add_argument("-o", "--output", required=True, metavar="IMAGE", help=".png (tone-mapped) or .exr (radiance)")
     parser.add_argument("--material", metavar="BUNDLE", help="without it, the BRDF alone is shown")
-    parser.add_argument("--brdf", metavar="TEXT", help="e.g. phong:exponent=20; otherwise the material's own")
+    parser.add_argument(
+        "--brdf", metavar="TEXT", help="phong:exponent=20 or a measured file; otherwise the material's own"
+    )
     parser.add_argument(
         "--light-deg",
         type=_two_numbers,
@@ -122,6 +124,7 @@ def _check(arguments: argparse.Namespace) -> None:
 def _scene(arguments: argparse.Namespace) -> Scene:
     from app.cli import usage
     from engine.brdf.brdf import brdf_from_text
+    from engine.brdf.brdf_file import open_brdf
     from engine.camera import frame, parse
     from engine.directions import world_direction
     from engine.environment_file import open_environment
@@ -129,7 +132,7 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     from engine.scene import Scene
     from engine.shapes import open_mesh
 
-    brdf = usage(brdf_from_text, arguments.brdf) if arguments.brdf else None
+    brdf = usage(open_brdf, arguments.brdf) if arguments.brdf else None
     material = open_bundle(arguments.material) if arguments.material and arguments.mode != "direct" else None
     mesh = open_mesh(arguments.mesh)
     environment = open_environment(arguments.env) if arguments.env else None
@@ -158,6 +161,7 @@ def _draw(
     scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]
 ) -> tuple[NDArray[np.float32], dict[str, Any]]:
     """The picture, and how it was made: frame_s, gl_renderer, warnings."""
+    from engine.brdf.brdf import MODELS
     from engine.errors import MissingCapability
     from engine.gl.context import create_context
     from engine.gl.draw import draw_off_screen
@@ -167,7 +171,11 @@ def _draw(
     warnings = list(scene.mesh.health.warnings)
     if scene.environment is not None:
         warnings += [f"{scene.environment.name}: {text}" for text in scene.environment.health.warnings]
-    if arguments.renderer != "cpu":
+    on_processor = arguments.renderer == "cpu"
+    if arguments.renderer == "auto" and not scene.brdf.isotropic and type(scene.brdf) not in MODELS.values():
+        on_processor = True
+        warnings.append("The measured reflectance is anisotropic and drawn on the processor, which shows it as it is.")
+    if not on_processor:
         try:
             context = create_context()
         except MissingCapability as missing:

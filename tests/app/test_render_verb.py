@@ -11,10 +11,14 @@ import OpenEXR
 import pytest
 
 from app import cli
+from engine.brdf.brdf import brdf_from_text
+from engine.brdf.resample import table_from
+from engine.brdf.table_file import write_table
 from engine.errors import MissingCapability
 from engine.files.bundle import save_bundle
 from engine.images.decode import read_image
 from engine.steps import drain
+from tests.engine.brdf.test_table import direction_table
 from tests.engine.scenes import weave
 
 HEAD_ON = ("--camera", "eye=0,0,2 fov_deg=20", "--light-deg", "90,0", "--brdf", "lambert:albedo=0.5")
@@ -59,6 +63,28 @@ def test_radiance_in_the_file_is_the_predicted_one(capsys: Any, tmp_path: Path, 
     assert result["frame_s"] > 0
     assert result["gl_renderer"]
     assert (result["width_px"], result["height_px"]) == (64, 48)
+
+
+def test_a_measured_reflectance_is_drawn_by_both_renderers(capsys: Any, tmp_path: Path) -> None:
+    table = table_from(brdf_from_text("ggx:kd=0.3,alpha=0.4,f0=0.2"), (30, 30, 60))
+    write_table(tmp_path / "paint.exr", table)
+    pictures = []
+    for renderer in ("gl", "cpu"):
+        path = tmp_path / f"{renderer}.exr"
+        result = render(capsys, "sphere", "-o", path, "--brdf", tmp_path / "paint.exr", *SMALL, "--renderer", renderer)
+        assert result["warnings"] == []
+        pictures.append(exr(path))
+    assert pictures[0].max() > 0.1
+    assert np.median(np.abs(pictures[0] - pictures[1])) <= 1e-3 * pictures[0].max()
+
+
+def test_measured_anisotropic_reflectance_is_drawn_on_the_processor_and_says_so(capsys: Any, tmp_path: Path) -> None:
+    write_table(tmp_path / "cloth.exr", direction_table())
+    words = ("sphere", "-o", tmp_path / "cloth.png", "--brdf", tmp_path / "cloth.exr", *SMALL)
+    result = render(capsys, *words)
+    assert "anisotropic and drawn on the processor" in result["warnings"][0]
+    assert "processor" in result["gl_renderer"]
+    assert any("mean over all azimuths" in text for text in render(capsys, *words, "--renderer", "gl")["warnings"])
 
 
 def test_png_is_tone_mapped(capsys: Any, tmp_path: Path) -> None:
@@ -154,7 +180,13 @@ def test_an_unknown_kind_of_picture_is_a_usage_error(capsys: Any, tmp_path: Path
 
 @pytest.mark.parametrize(
     "words",
-    [("nothing.obj",), ("teapot",), ("plane", "--material", "nothing.lightarc"), ("plane", "--env", "nothing.hdr")],
+    [
+        ("nothing.obj",),
+        ("teapot",),
+        ("plane", "--material", "nothing.lightarc"),
+        ("plane", "--env", "nothing.hdr"),
+        ("plane", "--brdf", "nothing.binary"),
+    ],
 )
 def test_missing_files_are_input_errors(capsys: Any, tmp_path: Path, words: tuple[str, ...]) -> None:
     said = render(capsys, *words, "-o", tmp_path / "x.png", code=3)
