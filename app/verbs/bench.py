@@ -23,6 +23,8 @@ MEASURES = {
     "linearise": "engine.bench.shading:linearise",
     "power-law-fit": "engine.bench.shading:power_law_fit",
     "power-law-fit-copy": "engine.bench.shading:power_law_fit_copy",
+    "rgl-values": "engine.bench.rgl:rgl_values",
+    "rgl-samples": "engine.bench.rgl:rgl_samples",
     "gl-frame": "engine.bench.frame:gl_frame",
     "gl-frame-slices": "engine.bench.frame:gl_frame_slices",
     "window-start": "app.bench_program:window_start",
