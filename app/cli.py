@@ -30,6 +30,7 @@ VERBS = (
     ("import", "app.verbs.import_"),
     ("shade", "app.verbs.shade"),
     ("render", "app.verbs.render"),
+    ("brdf", "app.verbs.brdf"),
     ("bundle", "app.verbs.bundle"),
     ("bench", "app.verbs.bench"),
 )

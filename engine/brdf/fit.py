@@ -94,7 +94,7 @@ def fit_data(brdf: Any, *, count: int = MANY, seed: int = 0) -> FitData:
     The pairs are uniform in √theta_h, theta_d, phi_d (and phi_h where the BRDF is brushed), as tables are, so that
     narrow highlights are seen; those with a direction within 3° of the horizon are left out, and the order is random.
     """
-    measured = getattr(brdf, "samples_list", None)
+    measured = getattr(brdf, "measured", None)
     rng = np.random.default_rng(seed)
     if measured is not None:
         usable = np.minimum(measured.wi[:, 2], measured.wo[:, 2]) > 0.0
