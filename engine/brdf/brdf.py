@@ -15,6 +15,7 @@ from engine.brdf.diffuse import Lambert, OrenNayar
 from engine.brdf.lafortune import Lafortune, LafortuneThreeLobes
 from engine.brdf.microfacet import CookTorrance, Ggx, GgxAnisotropic, MetallicRoughness
 from engine.brdf.phong import BlinnPhong, Phong
+from engine.brdf.poulin_fournier import PoulinFournier
 from engine.brdf.presets import find_preset, text_of_preset
 from engine.brdf.ward import Ward
 from engine.directions import Vectors
@@ -51,6 +52,7 @@ MODELS: dict[str, type] = {
     "cook-torrance": CookTorrance,
     "ggx": Ggx,
     "ggx-anisotropic": GgxAnisotropic,
+    "poulin-fournier": PoulinFournier,
     "metallic-roughness": MetallicRoughness,
 }
 

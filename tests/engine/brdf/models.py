@@ -33,6 +33,9 @@ TEXTS = (
     "ggx:kd=0,alpha=0.0001,f0=0.5",
     "ggx:kd=0,alpha=1,f0=1",
     "ggx:kd=0.2,alpha_x=0.05,alpha_y=0.6,f0=0.04/0.5/1",
+    "poulin-fournier:kd=0.2,ks=0.6/0.5/0.3,exponent=40,spacing=2.5,floor=0.2",
+    "poulin-fournier:kd=0.2,ks=0.8,exponent=7,spacing=2,floor=0",
+    "poulin-fournier:kd=0.1,ks=0.5,exponent=300,spacing=4,floor=0.6",
     "metallic-roughness:base_color=0.2/0.5/0.9,metallic=0.4,roughness=0.5",
     "metallic-roughness:base_color=0.9,metallic=1,roughness=0.01",
 )

@@ -169,6 +169,10 @@ PRINTED: dict[str, Callable[..., tuple[Number, Number]]] = {
 }
 
 
+#: All but Poulin–Fournier, which is defined by integrals and has a test of its own.
+CLOSED = [text for text in TEXTS if not text.startswith("poulin-fournier")]
+
+
 def printed(brdf: Any, wi: Direction, wo: Direction, channel: int) -> tuple[Number, Number]:
     """The definition's value, and the |exponent ln base| within it."""
     values = {
@@ -199,13 +203,13 @@ def check(brdf: Any, wi: np.ndarray, wo: np.ndarray, channels: tuple[int, ...] =
             assert abs(mpmath.mpf(float(value[channel])) - expected) <= bound, (i, o, value[channel], float(expected))
 
 
-@pytest.mark.parametrize("text", TEXTS)
+@pytest.mark.parametrize("text", CLOSED)
 def test_BR4_BR5_BR6_BR7_values_equal_the_printed_definition(text: str) -> None:
     brdf = brdf_from_text(text)
     check(brdf, *pairs(12, seed=4))
 
 
-@pytest.mark.parametrize("text", TEXTS)
+@pytest.mark.parametrize("text", CLOSED)
 def test_BR1_BR5_values_near_the_horizon_and_at_the_half_vector_equal_the_printed_definition(text: str) -> None:
     brdf = brdf_from_text(text)
     low = normalize([[1.0, 0.2, 1e-8], [1.0, -0.3, 1e-4], [0.3, 0.2, 1.0], [1e-9, 0.0, 1.0], [0.6, 0.0, 0.8]])
