@@ -42,6 +42,14 @@ def window_block() -> Measure:
     return Measure("window-block", time_s, UI_BLOCK_LIMIT_S, "what a person does not notice")
 
 
+def view_block() -> Measure:
+    """The longest that the window's thread was held up while a material was turned under 64 lights, and refined."""
+    found = _window()
+    more = {key: found[key] for key in found if key.startswith(("turning", "refin"))}
+    time_s = max(found["turning_block_ms"], found["refining_block_ms"]) / 1000
+    return Measure("view-block", time_s, UI_BLOCK_LIMIT_S, "what a person does not notice", more)
+
+
 def import_large() -> Measure:
     """Ten 16-bit TIFFs of 24 megapixels, imported with alignment, against reading them; and the memory it took."""
     from engine.capture.decode import read_photograph

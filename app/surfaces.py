@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, fields
 from typing import Any
 
 from PySide6.QtCore import QRectF, QTimer, Signal
@@ -15,18 +17,12 @@ from app import theme
 from app.jobs import Jobs
 from app.latest import Latest
 from app.pictures import rgb_image
+from app.quality import MANY_LIGHTS, MOVING_S, ONE_LIGHT, STILL_S, Cost, Quality, next_rows
 from engine.colour import srgb_decode
 from engine.errors import MissingCapability
 from engine.render.display import Display, displayed
 from engine.scene import Scene
 from engine.steps import Step, Steps
-
-#: How long a frame may take: while something moves, when it is still, and when it is still and no job runs either.
-#: The last is long enough for software to draw every pixel once: a picture at rest that stays coarse is worse.
-MOVING_S, STILL_S, IDLE_S = 0.03, 0.045, 0.6
-
-#: Sub-pixels along a side of a pixel, and the fraction of pixels that is drawn, from best to quickest.
-QUALITIES = ((2, 1), (1, 1), (1, 2), (1, 3), (1, 4), (1, 6), (1, 9))
 
 
 def request_format() -> None:
@@ -52,42 +48,6 @@ def why_no_gl() -> str:
     return "" if usable else "OpenGL cannot be started"
 
 
-class Cost:
-    """What a frame costs, learnt from the frames so far: a part for the model, and a part for each sub-pixel.
-
-    Each light counts as pixels of its own, so that an environment is drawn coarsely at once and not after a long frame.
-    """
-
-    def __init__(self) -> None:
-        self.fixed_s, self.each_s = 0.0, 0.0
-        self.level = len(QUALITIES)
-        self._seen: dict[int, float] = {}
-
-    def learn(self, level: int, pixels: int, seconds: float) -> None:
-        """A frame at `level` of `QUALITIES`, of `pixels` on the screen, took `seconds`."""
-        self.level = level
-        self._seen[sub_pixels(level, pixels)] = seconds
-        few, many = min(self._seen), max(self._seen)
-        if few < many:
-            self.each_s = max(0.0, (self._seen[many] - self._seen[few]) / (many - few))
-        self.fixed_s = max(0.0, seconds - self.each_s * sub_pixels(level, pixels))
-
-    def best(self, pixels: int, budget_s: float) -> int:
-        """The level to draw next: within `budget_s`, and at most one finer than the last, whose cost is known.
-
-        Where the model alone takes too long, fewer pixels do not help: then they may cost as much as the model.
-        """
-        room_s = max(budget_s - self.fixed_s, self.fixed_s)
-        fits = (at for at in range(len(QUALITIES)) if self.each_s * sub_pixels(at, pixels) <= room_s)
-        return max(next(fits, len(QUALITIES) - 1), self.level - 1)
-
-
-def sub_pixels(level: int, pixels: int) -> int:
-    """How many sub-pixels a frame of `pixels` on the screen has at `level` of `QUALITIES`."""
-    samples, reduction = QUALITIES[level]
-    return max(1, pixels * samples**2 // reduction**2)
-
-
 def display_of(exposure_ev: float, operator: Any) -> Display:
     """Exposure and tone mapping over the window's canvas colour."""
     canvas = QColor(theme.current().canvas)
@@ -96,9 +56,10 @@ def display_of(exposure_ev: float, operator: Any) -> Display:
 
 
 class GlSurface(QOpenGLWidget):
-    """Draws through `engine.gl`. `drawn(seconds)` follows each frame.
+    """Draws through `engine.gl`: coarsely at once, then finer and finer, in pieces that leave the thread free between.
 
-    `failed` says that OpenGL cannot be used at all, `broken` that this scene could not be drawn.
+    The last picture that is complete is on screen. `drawn(seconds)` follows each one; `failed` says that OpenGL cannot
+    be used at all, `broken` that this scene could not be drawn.
     """
 
     drawn = Signal(float)
@@ -111,25 +72,45 @@ class GlSurface(QOpenGLWidget):
         self.display = display_of(0.0, "neutral")
         self.budget_s = STILL_S
         self.messages: tuple[str, ...] = ()
+        self.quality: Quality | None = None
         self._context: Any = None
         self._renderer: Any = None
-        self._small: tuple[tuple[int, int], Any] | None = None
+        self._picture: _Picture | None = None
+        self._coming: _Coming | None = None
+        self._given_up: list[_Picture] = []
         self._enlarge: Any = None
         self._cost = Cost()
-        self._finer = QTimer(self)
-        self._finer.setSingleShot(True)
-        self._finer.timeout.connect(self.update)
+        self._next = QTimer(self)
+        self._next.setSingleShot(True)
+        self._next.setInterval(0)
+        self._next.timeout.connect(lambda: self._guarded(self._go_on))
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the picture on screen is the finest that is going to be drawn of this scene."""
+        at_rest = self.quality is not None and self._coming is None and self.budget_s > MOVING_S
+        return at_rest and self._finer() is None
 
     def show_scene(self, scene: Scene | None, display: Display, budget_s: float) -> None:
-        """Draw `scene` with the next frame, as finely as `budget_s` seconds allow."""
+        """Draw `scene` with the next frame, and from then on as finely as `budget_s` seconds allow."""
+        if self.scene is None or scene is None or display != self.display or not _same(scene, self.scene):
+            self._start_anew()
         self.scene, self.display, self.budget_s = scene, display, budget_s
         self.update()
+
+    def _start_anew(self) -> None:
+        """What is on screen or coming is of something else; without a context nothing can be released yet."""
+        if self._coming is not None:
+            self._given_up.append(self._coming.picture)
+        self.quality = self._coming = None
+        self._next.stop()
 
     def initializeGL(self) -> None:
         from engine.gl.context import attach_context
         from engine.gl.direct import DirectRenderer
 
-        self._small = self._enlarge = None
+        self._picture = self._coming = self._enlarge = self.quality = None
+        self._given_up.clear()
         try:
             self._context = attach_context()
         except MissingCapability as error:
@@ -147,53 +128,118 @@ class GlSurface(QOpenGLWidget):
             canvas = QColor(theme.current().canvas)
             framebuffer.clear(canvas.redF(), canvas.greenF(), canvas.blueF(), 1.0)
             return
+        self._guarded(lambda: self._paint(framebuffer))
+
+    def _guarded(self, work: Callable[[], None]) -> None:
         try:
-            self._draw(framebuffer)
+            work()
         except Exception as error:  # the border to Qt: what leaves a paint event is raised in whatever runs next
-            self.scene = None
+            self.scene = self._coming = None
             self.broken.emit(error)
 
-    def _draw(self, framebuffer: Any) -> None:
-        """One frame at the quality that the budget allows, and another where a finer one turns out to fit."""
+    def _paint(self, framebuffer: Any) -> None:
+        """Show the picture; draw a first one of a scene or a size that is new."""
         assert self.scene is not None
-        width, height = framebuffer.size
+        if self._picture is not None and self._picture.screen != framebuffer.size:
+            self._start_anew()
+        if self.quality is None:
+            self._draw_first(framebuffer.size)
+        self._show(framebuffer)
+        if self.budget_s > MOVING_S and (self._coming is not None or self._finer() is not None):
+            self._next.start()
+
+    def _levels(self) -> tuple[Quality, ...]:
+        assert self.scene is not None
+        return ONE_LIGHT if len(self.scene.lights.direction) == 1 else MANY_LIGHTS
+
+    def _evaluations(self, level: Quality, screen: tuple[int, int]) -> int:
+        assert self.scene is not None
+        return level.evaluations(screen[0] * screen[1], len(self.scene.lights.direction))
+
+    def _draw_first(self, screen: tuple[int, int]) -> None:
+        scene = self.scene
+        assert scene is not None
+        self._cost.about(scene.mesh, scene.shading, type(scene.brdf), scene.lookup)
+        levels = self._levels()
+        level = levels[self._cost.best(levels, screen[0] * screen[1], len(scene.lights.direction), MOVING_S)]
+        coming = self._begin(level, screen)
         started = time.perf_counter()
-        pixels = width * height * len(self.scene.lights.direction)
-        level = self._cost.best(pixels, self.budget_s)
-        samples, reduction = QUALITIES[level]
-        if reduction == 1:
-            self._renderer.draw(self.scene, framebuffer, (width, height), samples=samples, display=self.display)
-        else:
-            self._draw_small(framebuffer, (max(1, width // reduction), max(1, height // reduction)))
+        size, samples = coming.picture.size, level.samples
+        self._renderer.draw(level.of(scene), coming.picture.framebuffer, size, samples=samples, display=self.display)
+        self._context.finish()
+        coming.seconds = time.perf_counter() - started
+        self._complete(coming)
+
+    def _finer(self) -> Quality | None:
+        """The next level to draw of a scene that is at rest."""
+        assert self.scene is not None
+        if self.quality is None or self._picture is None:
+            return None
+        levels, (width, height) = self._levels(), self._picture.screen
+        best = self._cost.best(levels, width * height, len(self.scene.lights.direction), self.budget_s)
+        return levels[best] if best < levels.index(self.quality) else None
+
+    def _go_on(self) -> None:
+        """Draw the next piece of a finer picture, and show the picture with its last piece."""
+        if self.scene is None or self._renderer is None or self._picture is None or not self.isVisible():
+            return
+        level = self._finer()
+        if self._coming is None and level is None:
+            return
+        self.makeCurrent()
+        if self._coming is None:
+            assert level is not None
+            self._coming = self._begin(level, self._picture.screen)
+            next(self._coming.bands)
+        coming, started = self._coming, time.perf_counter()
+        done = False
+        try:
+            coming.bands.send(coming.rows)
+        except StopIteration:
+            done = True
         self._context.finish()
         seconds = time.perf_counter() - started
-        self._cost.learn(level, pixels, seconds)
-        self.messages = tuple(self._renderer.messages)
-        self.drawn.emit(seconds)
-        if self.budget_s > MOVING_S and self._cost.best(pixels, self.budget_s) < level:
-            self._finer.start()
+        coming.seconds += seconds
+        coming.rows = next_rows(coming.rows, seconds, coming.first_rows)
+        if done:
+            self._coming = None
+            self._complete(coming)
+            self.update()
+        else:
+            self._next.start()
+        self.doneCurrent()
 
-    def _draw_small(self, framebuffer: Any, size: tuple[int, int]) -> None:
+    def _begin(self, level: Quality, screen: tuple[int, int]) -> _Coming:
+        assert self.scene is not None
+        while self._given_up:
+            self._given_up.pop().release(self._context)
+        size = (max(1, screen[0] // level.reduction), max(1, screen[1] // level.reduction))
+        picture = _Picture(self._context, size, screen)
+        scene, samples = level.of(self.scene), level.samples
+        bands = self._renderer.bands(scene, picture.framebuffer, size, samples=samples, display=self.display)
+        rows = self._cost.rows(self._evaluations(level, screen), size[1] * samples)
+        return _Coming(level, picture, bands, rows, rows)
+
+    def _complete(self, coming: _Coming) -> None:
+        if self._picture is not None:
+            self._picture.release(self._context)
+        self._picture, self.quality = coming.picture, coming.level
+        self._cost.learn(self._evaluations(coming.level, coming.picture.screen), coming.seconds)
+        self.messages = tuple(self._renderer.messages)
+        self.drawn.emit(coming.seconds)
+
+    def _show(self, framebuffer: Any) -> None:
         from engine.gl.program import load_program
 
         context = self._context
-        if self._small is None or self._small[0] != size:
-            if self._small is not None:
-                self._small[1].color_attachments[0].release()
-                self._small[1].release()
-            texture = context.texture(size, 4)
-            texture.filter = (context.LINEAR, context.LINEAR)
-            texture.repeat_x = texture.repeat_y = False
-            self._small = (size, context.framebuffer([texture]))
-        small = self._small[1]
-        self._renderer.draw(self.scene, small, size, samples=1, display=self.display)
         if self._enlarge is None:
             program = load_program(context, "screen.vert", "enlarge.frag")
             self._enlarge = (program, context.vertex_array(program, []))
         framebuffer.use()
         framebuffer.viewport = (0, 0, *framebuffer.size)
         context.disable(context.DEPTH_TEST | context.BLEND | context.CULL_FACE)
-        small.color_attachments[0].use(0)
+        assert self._picture is not None
+        self._picture.texture.use(0)
         self._enlarge[0]["picture"] = 0
         self._enlarge[0]["size"] = framebuffer.size
         self._enlarge[1].render(vertices=3)
@@ -205,8 +251,42 @@ class GlSurface(QOpenGLWidget):
         self.makeCurrent()
         if self._renderer is not None:
             self._renderer.release()
-        self._renderer = self._context = self._small = self._enlarge = None
+        self._renderer = self._context = self._picture = self._coming = self._enlarge = self.quality = None
         self.doneCurrent()
+
+
+class _Picture:
+    """A finished or growing picture of `size` for a framebuffer of size `screen`, as a texture."""
+
+    def __init__(self, context: Any, size: tuple[int, int], screen: tuple[int, int]) -> None:
+        self.size, self.screen = size, screen
+        self.texture = context.texture(size, 4)
+        self.texture.filter = (context.LINEAR, context.LINEAR)
+        self.texture.repeat_x = self.texture.repeat_y = False
+        self.framebuffer = context.framebuffer([self.texture])
+
+    def release(self, context: Any) -> None:
+        # a new framebuffer restores the one bound before it, which must not be one that is gone
+        context.detect_framebuffer(0).use()
+        self.framebuffer.release()
+        self.texture.release()
+
+
+@dataclass
+class _Coming:
+    """A finer picture under way: its pieces, the rows of the next and of the first, and the seconds so far."""
+
+    level: Quality
+    picture: _Picture
+    bands: Generator[None, int, None]
+    rows: int
+    first_rows: int
+    seconds: float = 0.0
+
+
+def _same(scene: Scene, other: Scene) -> bool:
+    """Whether two scenes are one picture."""
+    return all(getattr(scene, part.name) == getattr(other, part.name) for part in fields(scene))
 
 
 class ProcessorSurface(QWidget):

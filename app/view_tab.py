@@ -70,6 +70,7 @@ class ViewTab(QWidget):
         self.viewport.light_moved.connect(self._light_moved)
         self.viewport.environment_turned.connect(self._environment_turned)
         self.viewport.drawn.connect(self.drawn)
+        self.viewport.camera_moved.connect(self._error_is_stale)
         self.frame_action = QAction(icons.icon("fit"), "Frame the model", self)
         self.frame_action.setShortcut(QKeySequence("F"))
         self.frame_action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
@@ -264,9 +265,7 @@ class ViewTab(QWidget):
         current = "" if environment is None else environment.name
         self.lighting.setCurrentIndex(self.lighting.findData(current))
         self.lighting.setToolTip(current)
-        self.light_error.setText("–")
-        if environment is not None:
-            self.at_rest.start()
+        self._error_is_stale()
         self.light.setVisible(environment is None)
         self.surround.setVisible(environment is not None)
 
@@ -285,16 +284,22 @@ class ViewTab(QWidget):
         elif document.project.environment is not self.own_environment:
             document.change(f"Light from {chosen}", environment=self.own_environment)
 
+    def _error_is_stale(self) -> None:
+        """The picture is another one: its error is measured once it has come to rest."""
+        self.light_error.setText("–")
+        if self.bench.document.project.environment is not None:
+            self.at_rest.start()
+
     def _measure(self) -> None:
         """How far the directions are from the whole environment, where the picture has come to rest."""
         project = self.bench.document.project
         scene = self.scene(project)
         if scene is not None and scene.environment is not None and self.isVisible():
-            self.latest.ask(lambda: _directions_error(scene), lambda error: self._show_error(project, error))
+            self.latest.ask(lambda: _directions_error(scene), lambda error: self._show_error(project, scene, error))
 
-    def _show_error(self, project: Project, error: float) -> None:
-        if self.bench.document.project is project:
-            self.light_error.setText(f"{100 * error:.1f} %")
+    def _show_error(self, project: Project, scene: Scene, error: float) -> None:
+        if self.bench.document.project is project and self.viewport.camera == scene.camera:
+            self.light_error.setText(f"{100 * error:.1f} %" if error > 0.00095 else "< 0.1 %")
 
     def _show_source(self, project: Project) -> None:
         material = project.material

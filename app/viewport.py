@@ -16,7 +16,8 @@ from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from app.jobs import Jobs
 from app.panels import text
-from app.surfaces import IDLE_S, MOVING_S, STILL_S, GlSurface, ProcessorSurface, display_of, why_no_gl
+from app.quality import IDLE_S, MOVING_S, STILL_S
+from app.surfaces import GlSurface, ProcessorSurface, display_of, why_no_gl
 from app.theme import PADDING, role
 from engine.camera import Camera, frame, orbit, pan, zoom
 from engine.directions import Vectors, world_angles, world_direction
@@ -34,11 +35,12 @@ class Viewport(QWidget):
     """Shows a scene with its own camera.
 
     `light_moved(theta_deg, phi_deg, final)` asks to move the light, `environment_turned(angle_deg, final)` to turn
-    what lights the model instead.
+    what lights the model instead; `camera_moved` says that the model is seen from elsewhere.
     """
 
     light_moved = Signal(float, float, bool)
     environment_turned = Signal(float, bool)
+    camera_moved = Signal()
     drawn = Signal(float)
     broken = Signal(object)
 
@@ -111,6 +113,7 @@ class Viewport(QWidget):
         assert self._mesh is not None
         self.camera = frame(self._mesh.positions, max(1, self.width()) / max(1, self.height()))
         self._framed = True
+        self.camera_moved.emit()
 
     def redraw(self) -> None:
         """Draw again, as after a change of theme."""
@@ -167,7 +170,7 @@ class Viewport(QWidget):
         self._grab = (kind, event.position())
         height = max(1, self.height())
         if kind == "orbit":
-            self._move(orbit(self.camera, -moved.x() * pi / height, moved.y() * pi / height))
+            self.turn(-moved.x() * pi / height, moved.y() * pi / height)
         elif kind == "pan":
             self._move(pan(self.camera, -moved.x() / height, moved.y() / height))
         elif kind == "turn light":
@@ -185,6 +188,11 @@ class Viewport(QWidget):
         if grabbed is not None and "environment" in grabbed[0] and self.scene is not None:
             self._turn(self.scene.environment_rotation, final=True)
 
+    def turn(self, azimuth: float, elevation: float) -> None:
+        """Go round the model by these angles in radians, as a hand that drags."""
+        if self.camera is not None:
+            self._move(orbit(self.camera, azimuth, elevation))
+
     def _turn(self, angle: float, *, final: bool) -> None:
         self.environment_turned.emit(round((degrees(angle) + 180.0) % 360.0 - 180.0, 2), final)
 
@@ -193,6 +201,7 @@ class Viewport(QWidget):
 
     def _move(self, camera: Camera) -> None:
         self.camera, self._framed = camera, False
+        self.camera_moved.emit()
         self._draw(moving=True)
 
     def _move_light(self, theta_deg: float, phi_deg: float) -> None:

@@ -29,6 +29,7 @@ MEASURES = {
     "gl-frame-slices": "engine.bench.frame:gl_frame_slices",
     "window-start": "app.bench_program:window_start",
     "window-block": "app.bench_program:window_block",
+    "view-block": "app.bench_program:view_block",
     "import-large": "app.bench_program:import_large",
     "import-raw-24mp": "app.bench_program:import_raw",
     "import-tiff-24mp": "app.bench_program:import_tiff",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,10 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 
 from app.main_window import MainWindow
+from app.quality import MANY_LIGHTS, Cost
+from app.surfaces import GlSurface
+from engine.gl.context import create_context
+from engine.gl.direct import DirectRenderer
 from engine.images.encode import rgb_channels, write_exr
 from engine.shapes import shape
 
@@ -64,11 +70,85 @@ def test_control_drag_turns_the_environment_in_one_step(lit: MainWindow) -> None
 def test_more_directions_are_used_and_their_error_is_measured(lit: MainWindow, qtbot: Any) -> None:
     box = lit.view.directions
     assert [box.itemData(place) for place in range(box.count())] == [16, 32, 64, 128, 256, 512]
-    box.setCurrentIndex(box.findData(256))
-    box.activated.emit(box.currentIndex())
+    choose_directions(lit, 256)
     assert len(lit.view.viewport.scene.lights.direction) == 256
     qtbot.waitUntil(lambda: lit.view.light_error.text() != "–", timeout=120_000)
-    assert 0.0 < float(lit.view.light_error.text().removesuffix(" %")) < 20.0
+    assert 0.0 < percent(lit) < 1.0
+    choose_directions(lit, 16)
+    assert lit.view.light_error.text() == "–"
+    qtbot.waitUntil(lambda: lit.view.light_error.text() != "–", timeout=120_000)
+    assert 1.0 < percent(lit) < 30.0
+
+
+def test_an_orbit_makes_the_measured_error_stale_until_it_is_measured_again(lit: MainWindow, qtbot: Any) -> None:
+    qtbot.waitUntil(lambda: lit.view.light_error.text() != "–", timeout=120_000)
+    QTest.mousePress(lit.view.viewport, Qt.MouseButton.LeftButton, pos=QPoint(200, 300))
+    QTest.mouseMove(lit.view.viewport, QPoint(230, 310))
+    assert lit.view.light_error.text() == "–"
+    QTest.mouseRelease(lit.view.viewport, Qt.MouseButton.LeftButton, pos=QPoint(230, 310))
+    qtbot.waitUntil(lambda: lit.view.light_error.text() != "–", timeout=120_000)
+
+
+def percent(window: MainWindow) -> float:
+    return float(window.view.light_error.text().strip("< %"))
+
+
+def choose_directions(window: MainWindow, count: int) -> None:
+    box = window.view.directions
+    box.setCurrentIndex(box.findData(count))
+    box.activated.emit(box.currentIndex())
+
+
+def test_the_picture_comes_coarse_at_once_and_ends_as_the_one_that_is_drawn_in_one_go(
+    lit: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    surface = lit.view.viewport.surface
+    assert isinstance(surface, GlSurface)
+    monkeypatch.setattr("app.surfaces.next_rows", lambda rows, _seconds, _first: max(1, min(rows, 40)))
+    qtbot.waitUntil(lambda: surface.is_finished, timeout=120_000)
+    seen = []
+    surface.drawn.connect(lambda _seconds: seen.append(surface.quality))
+    surface._cost = Cost()
+    lit.view.viewport.redraw()
+    surface.show_scene(
+        dataclasses.replace(surface.scene, environment_rotation=0.5, directions=16), surface.display, 60.0
+    )
+    qtbot.waitUntil(lambda: surface.is_finished, timeout=120_000)
+    assert seen[0] == MANY_LIGHTS[-1]
+    assert seen[-1] == MANY_LIGHTS[0]
+    assert [MANY_LIGHTS.index(level) for level in seen] == sorted((MANY_LIGHTS.index(at) for at in seen), reverse=True)
+    refined = pixels_of(surface.grabFramebuffer())
+    context = create_context()
+    with context:
+        renderer = DirectRenderer(context)
+        size = (refined.shape[1], refined.shape[0])
+        target = context.simple_framebuffer(size, 3)
+        renderer.draw(surface.scene, target, size, samples=2, display=surface.display)
+        whole = np.frombuffer(target.read(alignment=1), np.uint8).reshape(refined.shape)[::-1]
+        renderer.release()
+    context.release()
+    assert np.array_equal(refined, whole)
+
+
+def pixels_of(image: QImage) -> np.ndarray:
+    image = image.convertToFormat(QImage.Format.Format_RGB888)
+    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), image.bytesPerLine())
+    return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).copy()
+
+
+def test_moving_gives_up_the_finer_picture_and_rest_takes_it_up_again(lit: MainWindow, qtbot: Any) -> None:
+    viewport, surface = lit.view.viewport, lit.view.viewport.surface
+    assert isinstance(surface, GlSurface)
+    qtbot.waitUntil(lambda: surface._coming is not None or surface.is_finished, timeout=120_000)
+    for step in range(5):
+        QTest.mousePress(viewport, Qt.MouseButton.LeftButton, pos=QPoint(200, 300))
+        QTest.mouseMove(viewport, QPoint(210 + step, 300))
+        assert surface._coming is None
+        assert not surface.is_finished
+        QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=QPoint(210 + step, 300))
+        qtbot.wait(20)
+    qtbot.waitUntil(lambda: surface.is_finished, timeout=120_000)
+    qtbot.waitUntil(lambda: not surface._given_up, timeout=10_000)
 
 
 @pytest.fixture
