@@ -154,10 +154,11 @@ class PointsTool(QWidget):
         self.right.setCurrentIndex(1 if itself else 0)
         self._show_markers(pairs)
         fit = self._fit(project, pairs)
-        missed = self._missed(project, pairs, fit)
+        known = fit is not None and len(pairs) > LEAST_POINTS[fit.motion]
+        missed = [f"{one:.2f} px" if known else "–" for one in self._missed(project, pairs, fit)]
         self.table.show_rows(
             [
-                (str(number + 1), f"{x:.2f}, {y:.2f} px", f"{u:.2f}, {v:.2f} px", f"{missed[number]:.2f} px")
+                (str(number + 1), f"{x:.2f}, {y:.2f} px", f"{u:.2f}, {v:.2f} px", missed[number])
                 for number, (x, y, u, v) in enumerate(pairs)
             ],
             self.current,

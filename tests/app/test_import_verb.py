@@ -54,6 +54,13 @@ def test_table_for_people(lightarc, photographs, tmp_path):
     assert " px" in done.out
 
 
+def test_a_near_lamp_on_an_unknown_side_is_warned_of(lightarc, photographs, tmp_path):
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--no-align", "--lamp-distance", "2")
+    assert done.code == 0
+    assert "! The lamp is near, but nothing says on which side it stood" in done.out
+    assert "which side" not in lightarc("import", photographs, "-o", tmp_path / "t", "--no-align").out
+
+
 @pytest.mark.parametrize(
     ("words", "size"),
     [
