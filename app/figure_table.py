@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableWidget, QTableWidgetItem
 
 from app.theme import ROW
@@ -42,6 +43,13 @@ class FigureTable(QTableWidget):
 
     def minimumSizeHint(self) -> QSize:
         return QSize(240, 3 * ROW)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the chosen row in sight."""
+        super().resizeEvent(event)
+        item = self.currentItem()
+        if item is not None:
+            self.scrollToItem(item)
 
     def show_rows(self, rows: Sequence[Sequence[str]], current: int | None) -> None:
         """Show `rows` with row `current` chosen, without emitting."""

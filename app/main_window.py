@@ -70,6 +70,8 @@ Wheel\tzoom under the pointer
 Left, Right\tprevious, next photograph
 X\texclude the photograph
 M\tmark clipped texels
+Arrow keys\tmove the chosen point or reflection (Ctrl: finer, Shift: farther)
+Ins, Del\tadd, delete a point; Esc leaves
 
 Numbers
 Drag a field\tchange it

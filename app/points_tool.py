@@ -126,7 +126,7 @@ class PointsTool(QWidget):
         whole.setChildrenCollapsible(False)
         whole.addWidget(halves)
         whole.addWidget(below)
-        whole.setStretchFactor(0, 4)
+        whole.setStretchFactor(0, 7)
         whole.setStretchFactor(1, 1)
         whole.setSizes([500, 230])
         outer = QVBoxLayout(self)

@@ -123,7 +123,7 @@ class SphereTool(QWidget):
         whole.setChildrenCollapsible(False)
         whole.addWidget(self.view)
         whole.addWidget(below)
-        whole.setStretchFactor(0, 4)
+        whole.setStretchFactor(0, 7)
         whole.setStretchFactor(1, 1)
         whole.setSizes([480, 250])
         outer = QVBoxLayout(self)
