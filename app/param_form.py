@@ -163,7 +163,10 @@ class NumberEditor(QWidget):
 
 
 class ColourEditor(QWidget):
-    """Strength of a colour as slider and field (its largest channel), and a swatch that opens the colour dialog."""
+    """Strength of a colour as slider and field (its largest channel), and a swatch that opens the colour dialog.
+
+    Weights that are declared as colours may be negative; the largest is then the one furthest from 0.
+    """
 
     edited = Signal(object, bool)
 
@@ -173,7 +176,7 @@ class ColourEditor(QWidget):
         self.colour: Colour = parameter.default
         strength = Parameter(
             parameter.name,
-            max(parameter.default),
+            max(parameter.default, key=abs),
             parameter.low,
             parameter.high,
             parameter.slider,
@@ -197,12 +200,12 @@ class ColourEditor(QWidget):
     def show_value(self, value: Colour) -> None:
         """Show `value` without emitting."""
         self.colour = value
-        self.strength.show_value(max(value))
+        self.strength.show_value(max(value, key=abs))
         self._paint()
 
     def _scaled(self, strength: float, final: bool) -> None:
-        largest = max(self.colour)
-        red, green, blue = (channel / largest if largest > 0 else 1.0 for channel in self.colour)
+        largest = max(self.colour, key=abs)
+        red, green, blue = (channel / largest if largest else 1.0 for channel in self.colour)
         self.colour = (red * strength, green * strength, blue * strength)
         self._paint()
         self.edited.emit(self.colour, final)

@@ -18,6 +18,23 @@ if TYPE_CHECKING:
 HELP = "Measure the speed of each part beside the limit that bounds it, in the same run."
 EXAMPLE = "lightarc bench --only linearise power-law-fit"
 
+#: Reflectance models, each with a measure of its own.
+BRDFS = (
+    "lambert",
+    "oren-nayar",
+    "phong",
+    "blinn-phong",
+    "lafortune",
+    "lafortune-three-lobes",
+    "ward",
+    "ashikhmin-shirley",
+    "cook-torrance",
+    "ggx",
+    "ggx-anisotropic",
+    "poulin-fournier",
+    "metallic-roughness",
+)
+
 #: Name of a measure and the function that takes it.
 MEASURES = {
     "linearise": "engine.bench.shading:linearise",
@@ -25,6 +42,7 @@ MEASURES = {
     "power-law-fit-copy": "engine.bench.shading:power_law_fit_copy",
     "rgl-values": "engine.bench.rgl:rgl_values",
     "rgl-samples": "engine.bench.rgl:rgl_samples",
+    **{f"brdf-{model}": f"engine.bench.brdf:{model.replace('-', '_')}" for model in BRDFS},
     "gl-frame": "engine.bench.frame:gl_frame",
     "gl-frame-slices": "engine.bench.frame:gl_frame_slices",
     "window-start": "app.bench_program:window_start",
@@ -43,6 +61,7 @@ LARGE = tuple(name for name in MEASURES if name.endswith(("-large", "-24mp")))
 ACCURACIES = {
     "capture-truth": "engine.bench.capture_truth:measures",
     "alignment-accuracy": "engine.bench.capture:alignment",
+    "directions": "engine.bench.directions:directions",
 }
 
 log = logging.getLogger(__name__)
@@ -72,13 +91,13 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 
 def report(result: dict[str, Any]) -> str:
-    lines = [f"{'':22}{'time':>12}{'limit':>12}{'ratio':>10}"]
+    lines = [f"{'':28}{'time':>12}{'limit':>12}{'ratio':>10}"]
     for measure in result["measures"]:
         times = "".join(f"{measure[key] * 1000:9.1f} ms" for key in ("time_s", "limit_s"))
-        lines.append(f"{measure['name']:22}{times}{measure['ratio']:10.4g}   limit: {measure['limit']}")
+        lines.append(f"{measure['name']:28}{times}{measure['ratio']:10.4g}   limit: {measure['limit']}")
     for found in result["accuracies"]:
         bound = f"bound: {found['bound']:g}" if found["bound"] is not None else "no bound"
-        lines.append(f"{found['name']:22}{'error':>12}{found['error']:12.4f}{'':10}   {bound}; {found['what']}")
+        lines.append(f"{found['name']:28}{'error':>12}{found['error']:12.4f}{'':10}   {bound}; {found['what']}")
     return "\n".join(lines)
 
 

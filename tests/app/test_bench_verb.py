@@ -9,9 +9,10 @@ import sys
 import pytest
 
 from app.verbs import bench
-from engine.bench import capture_truth, shading
+from engine.bench import brdf, capture_truth, shading
 from engine.bench.capture_truth import Accuracy
 from engine.bench.measure import Measure, best_of
+from engine.brdf.brdf import MODELS
 from engine.steps import Step
 
 KEYS = ["name", "time_s", "limit_s", "limit", "ratio"]
@@ -37,6 +38,16 @@ def test_every_measure_exists():
     for place in (*bench.MEASURES.values(), *bench.ACCURACIES.values()):
         module, function = place.split(":")
         assert callable(getattr(__import__(module, fromlist=[function]), function))
+
+
+def test_every_reflectance_model_is_measured(lightarc, monkeypatch):
+    monkeypatch.setattr(brdf, "PAIRS", 1000)
+    assert MODELS.keys() == set(bench.BRDFS)
+    names = [f"brdf-{model}" for model in bench.BRDFS]
+    done = lightarc("bench", "--only", *names, "--json")
+    measures = json.loads(done.out)["measures"]
+    assert [measure["name"] for measure in measures] == names
+    assert {measure["pairs"] for measure in measures} == {1000}
 
 
 def test_what_the_machine_lacks_is_left_out_unless_asked_for(lightarc, monkeypatch):

@@ -9,6 +9,7 @@ from PySide6.QtTest import QTest
 
 from app.number_field import NumberField, number_from_text, plain
 from app.param_form import ParamForm
+from engine.brdf.lafortune import LafortuneThreeLobes
 from engine.brdf.phong import Phong
 
 
@@ -88,3 +89,14 @@ def test_a_form_has_a_row_for_each_declared_parameter_and_stays_in_range(qtbot: 
     assert changed[-1].kd == (0.0, 0.0, 0.0)
     form.editors["kd"].strength.slider.setValue(1000)
     assert changed[-1].kd == (1.0, 1.0, 1.0)
+
+
+def test_a_form_scales_weights_that_are_negative(qtbot: Any) -> None:
+    form = ParamForm(LafortuneThreeLobes(cxy1=(-1.0, -0.5, 0.25)))
+    qtbot.addWidget(form)
+    changed: list[LafortuneThreeLobes] = []
+    form.edited.connect(lambda instance, _final: changed.append(instance))
+    editor = form.editors["cxy1"]
+    assert editor.strength.field.value == -1.0
+    editor.strength.field.edited.emit(-2.0, True)
+    assert changed[-1].cxy1 == (-2.0, -1.0, 0.5)
