@@ -21,6 +21,9 @@ LEAST_JACOBIAN = 1e-12
 #: Of the cosine that values are divided by, so that they stay finite at the horizon.
 LEAST_COSINE = 1e-9
 
+#: tan² theta of a half vector below which its azimuth is a rounding error, and 0 is taken: 1e-8 radian.
+AT_NORMAL = 1e-16
+
 
 @scalar
 def _interval(axis, value):  # type: ignore[no-untyped-def]
@@ -167,12 +170,11 @@ def _signs(reduction, x, y):  # type: ignore[no-untyped-def]
 @scalar
 def _place(relative, phi, x, y, z):  # type: ignore[no-untyped-def]
     """The unit square's (x, y) for a half vector; `relative` files count its azimuth from the incident one, `phi`."""
-    theta_half = np.arctan2(np.sqrt(x * x + y * y), z)
-    phi_half = np.arctan2(y, x)
-    if relative:
-        phi_half -= phi
-    turn = (phi_half + np.pi) / (2.0 * np.pi)
-    return np.sqrt(theta_half * (2.0 / np.pi)), turn - np.floor(turn)
+    across = x * x + y * y
+    turn = 0.5
+    if across > AT_NORMAL * z * z:
+        turn += (np.arctan2(y, x) - (phi if relative else 0.0)) / (2.0 * np.pi)
+    return np.sqrt(np.arctan2(np.sqrt(across), z) * (2.0 / np.pi)), turn - np.floor(turn)
 
 
 @scalar

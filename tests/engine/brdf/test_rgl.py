@@ -356,15 +356,33 @@ def test_an_isotropic_material_may_be_turned(tmp_path: Path) -> None:
     np.testing.assert_allclose(brdf.f(wi @ turn.T, wo @ turn.T), brdf.f(wi, wo), rtol=1e-9)
 
 
+def test_M2_the_azimuth_of_a_half_vector_at_the_normal_is_nothing(shared_data: Callable[[str], Path]) -> None:
+    brdf = read_rgl(shared_data("brdf/rgl/colodur_napoli_4f_rgb.bsdf"))
+    phi = np.linspace(-np.pi, np.pi, 50)
+    wi = np.stack([0.6 * np.cos(phi), 0.6 * np.sin(phi), np.full(50, 0.8)], axis=-1)
+    wo = wi * (-1.0, -1.0, 1.0) + np.random.default_rng(0).uniform(-1e-15, 1e-15, (50, 3))
+    np.testing.assert_allclose(brdf.f(wi, wo), np.broadcast_to(brdf.f(wi[0], wo[0]), (50, 3)), rtol=1e-6)
+
+
+@pytest.mark.parametrize("circle", CIRCLES)
+def test_BR9_a_reciprocal_material_stays_so_to_the_error_of_interpolation(
+    ggx_files: dict[str, Path], circle: str
+) -> None:
+    brdf = read_rgl(ggx_files[circle])
+    assert not brdf.reciprocal
+    wi, wo = high_pairs(5000)
+    assert np.median(relative_error(brdf.f(wi, wo), brdf.f(wo, wi))) < 0.012
+
+
 @pytest.mark.parametrize("source", ["paper_white_rgb", "cc_ibiza_sunset_rgb", "whole", "two mirrors"])
 @pytest.mark.parametrize("theta", [0.3, 1.2])
-def test_samples_follow_their_density(
+def test_BR11_samples_follow_their_density(
     shared_data: Callable[[str], Path], ggx_files: dict[str, Path], source: str, theta: float
 ) -> None:
-    """Chi-square over the whole sphere, below the horizon too, at a level of 1e-4 for each of the 8 cases."""
+    """Chi-square over the whole sphere, below the horizon too, at Šidák's level for 0.01 in all 8 cases."""
     brdf = read_rgl(ggx_files[source] if source in ggx_files else shared_data(f"brdf/rgl/{source}.bsdf"))
     wo = np.array([np.sin(theta) * np.cos(0.7), np.sin(theta) * np.sin(0.7), np.cos(theta)])
-    count, rows, columns, fine = 40_000, 16, 24, 24
+    count, rows, columns, fine = 1_000_000, 16, 24, 32
     wi = brdf.sample(wo, np.random.default_rng(7).random((count, 3)))
     np.testing.assert_allclose(np.linalg.norm(wi, axis=1), 1.0, atol=1e-12)
     z = np.linspace(-1.0, 1.0, rows * fine * 2 + 1)[1::2]
@@ -379,10 +397,12 @@ def test_samples_follow_their_density(
     pool = np.searchsorted(np.cumsum(expected[order]), 20.0) + 1
     pooled = [np.append(cells[order][pool:], cells[order][:pool].sum()) for cells in (seen.ravel(), expected)]
     statistic = ((pooled[0] - pooled[1]) ** 2 / pooled[1]).sum()
-    assert stats.chi2.sf(statistic, len(pooled[0]) - 1) > 1e-4, (statistic, len(pooled[0]))
+    assert stats.chi2.sf(statistic, len(pooled[0]) - 1) > 1.0 - 0.99 ** (1.0 / 8.0), (statistic, len(pooled[0]))
 
 
-def test_BR9_values_are_finite_everywhere(shared_data: Callable[[str], Path], ggx_files: dict[str, Path]) -> None:
+def test_BR1_BR2_BR3_values_are_finite_everywhere(
+    shared_data: Callable[[str], Path], ggx_files: dict[str, Path]
+) -> None:
     """Zero at and below the horizon and for what is no direction; never NaN, negative or infinite."""
     edge = np.array([0.0, -0.0, 1e-300, 1e-9, 1e-4, 0.5, 1.0])
     z = np.concatenate([edge, -edge, [np.nan, np.inf]])
@@ -481,7 +501,7 @@ def test_a_tensor_file_is_recognised_by_its_content() -> None:
     assert not looks_like_rgl(b"MERL" + content[:4092], len(content), "some.bsdf")
 
 
-def test_BR9_arrays_are_read_only(tmp_path: Path) -> None:
+def test_arrays_are_read_only(tmp_path: Path) -> None:
     brdf: RglBrdf = read_rgl(saved(tmp_path, affine(CIRCLES["whole"])))
     tables = (brdf.phi_i, brdf.theta_i, brdf.ndf, brdf.sigma, brdf.colours, brdf.visible.density, brdf.luminance.rows)
     assert not any(table.flags.writeable for table in tables)
