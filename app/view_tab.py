@@ -31,8 +31,35 @@ from engine.steps import Step, Steps
 DEFAULT_MODEL = "cloth"
 
 MODEL_NAMES = {"sphere": "Sphere", "plane": "Plane", "torus-knot": "Torus knot", "cloth": "Draped cloth"}
-BRDF_NAMES = {"lambert": "Lambert", "phong": "Phong", "blinn-phong": "Blinn–Phong", "ggx": "GGX"}
-BRDF_LABELS = {"kd": "Diffuse", "ks": "Highlight", "f0": "Head-on", "alpha": "Width α"}
+BRDF_NAMES = {
+    "lambert": "Lambert",
+    "oren-nayar": "Oren–Nayar",
+    "phong": "Phong",
+    "blinn-phong": "Blinn–Phong",
+    "lafortune": "Lafortune",
+    "lafortune-three-lobes": "Lafortune, three lobes",
+    "ward": "Ward",
+    "ashikhmin-shirley": "Ashikhmin–Shirley",
+    "cook-torrance": "Cook–Torrance",
+    "ggx": "GGX",
+    "ggx-anisotropic": "GGX, anisotropic",
+    "poulin-fournier": "Poulin–Fournier",
+    "metallic-roughness": "Metallic–roughness (glTF)",
+}
+BRDF_LABELS = {
+    "kd": "Diffuse",
+    "ks": "Highlight",
+    "f0": "Head-on",
+    "alpha": "Width α",
+    "alpha_x": "Width α along",
+    "alpha_y": "Width α across",
+    "sigma_deg": "Slope angle σ",
+    "m": "Slope m",
+    "nu": "Exponent along",
+    "nv": "Exponent across",
+    "cxy": "Along surface",
+    "cz": "Along normal",
+}
 LOOKUPS = (
     ("radiance", "Inside the integral", "The slice is looked up with r = BRDF × cosine: the method itself"),
     ("texture", "Lit texture", "The brightest slice, lit like a texture"),
