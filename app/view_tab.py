@@ -59,6 +59,9 @@ BRDF_LABELS = {
     "nv": "Exponent across",
     "cxy": "Along surface",
     "cz": "Along normal",
+    **{f"cxy{lobe}": f"Along surface {lobe}" for lobe in (1, 2, 3)},
+    **{f"cz{lobe}": f"Along normal {lobe}" for lobe in (1, 2, 3)},
+    **{f"exponent{lobe}": f"Exponent {lobe}" for lobe in (1, 2, 3)},
 }
 LOOKUPS = (
     ("radiance", "Inside the integral", "The slice is looked up with r = BRDF × cosine: the method itself"),
