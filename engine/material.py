@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from engine.brdf.brdf import Brdf
+from engine.brdf.brdf import Brdf, brdf_from_text
+from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.colour import luminance
 from engine.directions import surface_direction
 from engine.health import Health
@@ -28,6 +29,7 @@ class Material:
     sigma : the factor in r = sigma f_r cos(theta_i); None means automatic (see `auto_sigma`).
     elevation_deg : elevations of the lights of the capture, which the automatic sigma needs.
     name : shown to people.
+    measured : the reflectance as it was measured; `brdf` is then the model nearest to it, for what holds no table.
     """
 
     shading_map: ShadingMap | None
@@ -37,6 +39,12 @@ class Material:
     elevation_deg: tuple[float, ...] = ()
     name: str = "material"
     health: Health = field(default_factory=Health)
+    measured: HalfDifferenceTable | DirectionTable | None = None
+
+    @property
+    def reflectance(self) -> Brdf:
+        """What was measured, or else the model that `brdf` names."""
+        return self.measured or brdf_from_text(self.brdf)
 
 
 def error_figures(material: Material) -> dict[str, Any]:

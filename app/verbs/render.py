@@ -141,7 +141,7 @@ def _scene(arguments: argparse.Namespace) -> Scene:
         lambda: Scene(
             mesh=mesh,
             camera=camera,
-            brdf=brdf or brdf_from_text(material.brdf if material else "phong"),
+            brdf=brdf or (material.reflectance if material else brdf_from_text("phong")),
             material=material,
             light=tuple(world_direction(*map(math.radians, arguments.light_deg))),
             irradiance=arguments.intensity,

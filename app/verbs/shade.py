@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import math
 import time
 from collections.abc import Callable
@@ -33,6 +34,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--slices", type=int, default=8, metavar="N", help="slices of the shading map (8)")
     parser.add_argument(
         "--exclude", nargs="+", action="extend", default=[], metavar="NAME", help="photographs to leave out"
+    )
+    parser.add_argument(
+        "--brdf",
+        metavar="TEXT",
+        help="the reflectance: phong:exponent=20 or a measured file, which the bundle then holds as a table",
     )
     compression = parser.add_argument_group("compression")
     compression.add_argument("--compress", default="power-law", choices=("power-law", "none"))
@@ -79,6 +85,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     check_replaceable(Path(arguments.output))
     stack = open_stack(arguments.stack)
     usage(included, stack, arguments.exclude)
+    reflectance = _reflectance(arguments, show)
     drain(part(prepare_kernels(), 0.0, 0.1), show)
     building = build(stack, arguments.slices, excluded=arguments.exclude)
     shading_map, linearise_s = _timed(part(building, 0.1, 0.2), show)
@@ -86,7 +93,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         making = make_tile(stack, shading_map, overlap=arguments.overlap, excluded=arguments.exclude)
         shading_map = drain(part(making, 0.2, 0.5), show).shading_map
     power_law, fit_s = _compressed(arguments, shading_map, show)
-    material = _material(arguments, stack, shading_map, power_law)
+    material = dataclasses.replace(_material(arguments, stack, shading_map, power_law), **reflectance)
     figures = error_figures(material)
     provenance = {
         **stack.provenance,
@@ -179,6 +186,25 @@ def _material(
     elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[included(stack, arguments.exclude)])
     name = stack.folder.name if stack.folder else "material"
     return Material(shading_map, power_law, elevation_deg=elevation_deg, name=name, health=health)
+
+
+def _reflectance(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    """The fields of a material that say how it reflects: a model, or a measured table and the GGX nearest to it."""
+    from app.cli import usage
+    from engine.brdf.brdf import MODELS, brdf_to_text
+    from engine.brdf.brdf_file import open_brdf
+    from engine.brdf.fit import fit, fit_data
+    from engine.brdf.microfacet import Ggx
+    from engine.brdf.table_file import kept_table
+
+    if not arguments.brdf:
+        return {}
+    brdf = usage(open_brdf, arguments.brdf)
+    if type(brdf) in MODELS.values():
+        return {"brdf": brdf_to_text(brdf)}
+    table = drain(part(kept_table(brdf), 0.0, 0.05), show)
+    nearest = drain(part(fit(fit_data(table), Ggx()), 0.05, 0.1), show).brdf
+    return {"brdf": brdf_to_text(nearest), "measured": table}
 
 
 def _pictures(

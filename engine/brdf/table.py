@@ -91,7 +91,8 @@ class HalfDifferenceTable:
         if not all(np.all(np.isfinite(angle)) for angle in angles) or min(a.min(initial=0.0) for a in angles[:2]) < 0.0:
             raise ValueError("theta_h and theta_d must be finite and in [0, π/2], phi_d finite")
         values = np.empty((*angles[0].shape, 3))
-        look_up_angles(self.lattice, *(np.ascontiguousarray(a).reshape(-1) for a in angles), values.reshape(-1, 3))
+        h, d, p = (np.ascontiguousarray(angle).reshape(-1) for angle in angles)
+        look_up_angles(self.lattice, h, d, p, values.reshape(-1, 3))
         return values
 
 

@@ -19,12 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from engine.brdf.brdf import Brdf
+from engine.brdf.resample import resample
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.errors import InputError
 from engine.files.atomic import write_bytes
 from engine.files.manifest import HealthRecord
 from engine.files.untrusted import AGAIN, decode_content, read_bytes
 from engine.health import Finding, Health, Verdict
+from engine.steps import Steps
 
 Table = HalfDifferenceTable | DirectionTable
 
@@ -71,18 +74,30 @@ def write_table(path: str | os.PathLike[str], table: Table) -> Table:
     return stored
 
 
-def encode_table(table: Table) -> tuple[bytes, Table]:
-    """The content of a table's file, and the table that it gives back."""
-    from engine.images.encode import encode_exr
+def kept_table(brdf: Brdf) -> Steps[Table]:
+    """`brdf` as the table that a file gives back bit for bit: rounded, or resampled where it is no table yet."""
+    if isinstance(brdf, HalfDifferenceTable | DirectionTable):
+        return _rounded(brdf)
+    return (yield from resample(brdf, dtype=np.float32))
 
+
+def _rounded(table: Table) -> Table:
+    """`table` in float32, with a note in its health where that changes values."""
     values = np.ascontiguousarray(table.values, np.float32)
     health = table.health
     if not np.array_equal(values, table.values):
         note = "The values are rounded from float64 to float32, 6·10⁻⁸ relative."
         health = health.merged(Health(findings=(Finding(Verdict.NOTE, note),)))
-    stored: Table = replace(table, values=values, health=health)
-    if isinstance(stored, HalfDifferenceTable):
-        stored = replace(stored, planes=None)
+    if isinstance(table, HalfDifferenceTable):
+        return replace(table, values=values, health=health, planes=None)
+    return replace(table, values=values, health=health)
+
+
+def encode_table(table: Table) -> tuple[bytes, Table]:
+    """The content of a table's file, and the table that it gives back."""
+    from engine.images.encode import encode_exr
+
+    table = _rounded(table)
     grids = [] if isinstance(table, HalfDifferenceTable) else [table.theta_i, table.phi_i, table.theta_o, table.phi_o]
     record = _Record(
         layout="half-difference" if isinstance(table, HalfDifferenceTable) else "directions",
@@ -90,14 +105,14 @@ def encode_table(table: Table) -> tuple[bytes, Table]:
         name=table.name[:1000],
         kind=table.kind[:1000],
         missing=table.invalid_samples,
-        health=HealthRecord.of(health),
+        health=HealthRecord.of(table.health),
         grids=[[float(angle) for angle in grid] for grid in grids],
     ).model_dump_json()
     rows, columns = _picture(table.missing.shape)
-    planes = [*np.moveaxis(values.reshape(rows, columns, 3), -1, 0), table.missing.reshape(rows, columns)]
+    planes = [*np.moveaxis(table.values.reshape(rows, columns, 3), -1, 0), table.missing.reshape(rows, columns)]
     channels = {name: np.ascontiguousarray(plane, np.float32) for name, plane in zip(_PLANES, planes, strict=True)}
     attributes = {RECORD: record, FINGERPRINT: _fingerprint(record, channels)}
-    return encode_exr(channels, half=False, attributes=attributes), stored
+    return encode_exr(channels, half=False, attributes=attributes), table
 
 
 def read_table(path: str | os.PathLike[str]) -> Table:

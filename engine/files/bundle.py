@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
+from engine.brdf.table_file import Table, decode_table, encode_table
 from engine.errors import InputError, OutputError
 from engine.files.archive import TOTAL_LIMIT_BYTES, Archive, open_archive
 from engine.files.atomic import atomic_file, atomic_folder, make_folder, write_bytes
@@ -38,6 +39,7 @@ from engine.files.bundle_maps import (
     shading_map_record,
 )
 from engine.files.manifest import (
+    TABLE,
     UNITS,
     HealthRecord,
     Manifest,
@@ -52,7 +54,7 @@ from engine.steps import Step, Steps
 SUFFIX = ".lightarc"
 MANIFEST = "manifest.json"
 BRDF, PREVIEW, SHADER, VIEWER = "brdf.json", "preview.png", "shader/lightarc.glsl", "viewer/index.html"
-MEMBERS = MAPS | {MANIFEST, BRDF, PREVIEW, SHADER, VIEWER}
+MEMBERS = MAPS | {MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
 
 _JSON_LIMIT_BYTES = 16 << 20
 _SMALL_LIMIT_BYTES = 256 << 20
@@ -171,6 +173,8 @@ def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[
     if material.power_law is not None:
         contents[VIEWER] = lambda: viewer(material).encode()
     contents[BRDF] = lambda: brdf_json(material).encode()
+    if (measured := material.measured) is not None:
+        contents[TABLE] = lambda: encode_table(measured)[0]
     contents[SHADER] = lambda: shader(material).encode()
     if preview is not None:
         contents[PREVIEW] = lambda: preview
@@ -239,9 +243,19 @@ def _material(archive: Archive, manifest: Manifest) -> Material:
             elevation_deg=tuple(manifest.elevation_deg),
             name=manifest.name,
             health=manifest.health.restored(),
+            measured=_measured(archive, manifest),
         )
     except ValueError as error:
         raise InputError(archive.path, f"holds a material that cannot be: {error}", "Export the bundle again") from None
+
+
+def _measured(archive: Archive, manifest: Manifest) -> Table | None:
+    """The measured reflectance of a bundle; None where it holds none."""
+    if TABLE not in manifest.members:
+        return None
+    content = archive.read(TABLE, _SMALL_LIMIT_BYTES)
+    check_fingerprint(archive, manifest, TABLE, content)
+    return decode_table(content, archive.path)
 
 
 def _fingerprint_problems(archive: Archive, manifest: Manifest) -> list[str]:
@@ -285,4 +299,5 @@ def _size_estimate(material: Material) -> int:
     """Bytes of all maps before compression."""
     shading_map, power_law = material.shading_map, material.power_law
     size_bytes = shading_map.slices.nbytes if shading_map is not None else 0
+    size_bytes += material.measured.values.nbytes if material.measured is not None else 0
     return size_bytes + (power_law.size_bytes + power_law.error_map.nbytes if power_law is not None else 0)

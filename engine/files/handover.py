@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, model_name
+from engine.files.manifest import TABLE
 from engine.material import Material, auto_sigma
 from engine.params import Parameter, parameters
 from engine.shading.power_law import Storage
@@ -32,9 +33,12 @@ _UNIFORM = re.compile(r"^uniform (float|vec3) brdf_(\w+);$", re.MULTILINE)
 
 
 def brdf_json(material: Material) -> str:
-    """The reflectance as JSON: its text, model, parameters, and the sigma that goes with it."""
+    """The reflectance as JSON: its text, model, parameters, and the sigma that goes with it.
+
+    Where a measured table lies beside it, `measured` names that file, and the model is the one nearest to it.
+    """
     brdf = brdf_from_text(material.brdf)
-    value = {
+    value: dict[str, Any] = {
         "text": material.brdf,
         "model": model_name(brdf),
         "parameters": {parameter.name: getattr(brdf, parameter.name) for parameter in parameters(brdf)},
@@ -42,6 +46,8 @@ def brdf_json(material: Material) -> str:
         "sigma": resolved_sigma(material),
         "sigma_is_automatic": material.sigma is None,
     }
+    if material.measured is not None:
+        value["measured"] = {"file": TABLE, "name": material.measured.name, "kind": material.measured.kind}
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

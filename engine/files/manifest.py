@@ -21,6 +21,9 @@ from engine.health import Finding, Health, Verdict
 FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
 SCHEMA_VERSION: Literal[1] = 1
 
+#: The member that holds a measured reflectance (`engine.brdf.table_file`), where there is one.
+TABLE = "brdf_table.exr"
+
 #: Units of the numbers in a bundle, for those who read it without this program.
 UNITS = {
     "radiance": "linear sRGB, 1 = white level of the photographs",

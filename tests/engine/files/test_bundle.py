@@ -22,16 +22,19 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from engine.brdf.table_file import kept_table
 from engine.errors import InputError, OutputError
 from engine.files import archive, atomic, manifest
-from engine.files.bundle import MANIFEST, MEMBERS, open_bundle, save_bundle, verify_bundle
+from engine.files.bundle import BRDF, MANIFEST, MEMBERS, PREVIEW, open_bundle, save_bundle, verify_bundle
+from engine.files.manifest import TABLE
 from engine.health import Finding, Health, Verdict
 from engine.material import Material
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
 from engine.steps import drain
+from tests.engine.brdf.test_table_file import holed_table
 
-PLAIN = MEMBERS - {"power_law_exponent.png", "power_law_kept_tiles.exr"}
+PLAIN = MEMBERS - {"power_law_exponent.png", "power_law_kept_tiles.exr", TABLE}
 PNG = b"\x89PNG\r\n\x1a\nnot looked into"
 TARGETS = pytest.mark.parametrize("name", ["woven.lightarc", "woven"], ids=["zip", "folder"])
 
@@ -117,6 +120,24 @@ def test_a_bundle_restores_the_material(tmp_path: Path, name: str) -> None:
     assert set(verification.members) == PLAIN
     written = json.loads(members_of(path)[MANIFEST])
     assert (written["provenance"], written["figures"]) == ({"camera": "X"}, {"rms": 0.04})
+
+
+@TARGETS
+def test_a_measured_reflectance_comes_back_bit_for_bit(tmp_path: Path, name: str) -> None:
+    table = drain(kept_table(holed_table(np.float64)))
+    material = dataclasses.replace(make_material(), measured=table)
+    path = save(tmp_path / name, material)
+    again = open_bundle(path)
+    assert_same(again, material)
+    assert again.reflectance is again.measured
+    assert verify_bundle(path).problems == ()
+    assert set(verify_bundle(path).members) == PLAIN - {PREVIEW} | {TABLE}
+    assert json.loads(members_of(path)[BRDF])["measured"]["file"] == TABLE
+    contents = members_of(path)
+    rewrite(path, contents | {TABLE: contents[TABLE][:-1] + b"?"})
+    assert verify_bundle(path).problems == (f"{TABLE} is not as it was written.",)
+    with pytest.raises(InputError, match="not as it was written"):
+        open_bundle(path)
 
 
 FLOATS = st.floats(0, float(np.finfo(np.float32).max), width=32)
