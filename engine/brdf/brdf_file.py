@@ -11,14 +11,20 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+from engine.brdf.alta import looks_like_alta, read_alta
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text
+from engine.brdf.cornell import looks_like_cornell, read_cornell
+from engine.brdf.csv_samples import looks_like_csv, read_csv_samples
+from engine.brdf.curet import looks_like_curet, read_curet, split_material
 from engine.brdf.merl import looks_like_merl, read_merl
 from engine.brdf.rgl import looks_like_rgl, read_rgl
+from engine.brdf.samples import BrdfSamples
 from engine.brdf.table_file import looks_like_table, read_table
 from engine.brdf.utia import looks_like_utia, read_utia
 from engine.errors import InputError
 from engine.files.untrusted import read_head
 from engine.health import Health
+from engine.steps import Step, Steps, drain, part
 
 
 class MeasuredBrdf(Brdf, Protocol):
@@ -68,6 +74,10 @@ FORMATS: tuple[Format, ...] = (
     Format("tables of this program (.exr)", looks_like_table, read_table),
     Format("MERL (.binary)", looks_like_merl, read_merl),
     Format("UTIA (.bin)", looks_like_utia, read_utia),
+    Format("Cornell and ASTM E1392 (.brdf, .astm)", looks_like_cornell, read_cornell),
+    Format("ALTA text (.dat)", looks_like_alta, read_alta),
+    Format("CUReT (rbrdf.dat …)", looks_like_curet, read_curet),
+    Format("tables of angles and colours (.csv)", looks_like_csv, read_csv_samples),
 )
 
 
@@ -77,9 +87,10 @@ def read_measurement(path: str | os.PathLike[str]) -> Any:
     Raises InputError, in a sentence that lists the formats, for a file of none of them.
     """
     path = Path(path)
-    head, size_bytes = read_head(path, HEAD_BYTES)
+    source, _ = split_material(path)
+    head, size_bytes = read_head(source, HEAD_BYTES)
     for known in FORMATS:
-        if known.looks_like(head, size_bytes, path.name):
+        if known.looks_like(head, size_bytes, source.name):
             return known.read(path)
     titles = ", ".join(known.title for known in FORMATS)
     raise InputError(path, "is not a measured BRDF of a known format", f"These are read: {titles}")
@@ -87,8 +98,19 @@ def read_measurement(path: str | os.PathLike[str]) -> Any:
 
 def read_brdf(path: str | os.PathLike[str]) -> MeasuredBrdf:
     """The measured BRDF in the file `path`; InputError where there is none."""
-    measured: MeasuredBrdf = read_measurement(path)
-    return measured
+    return drain(read_brdf_steps(path))
+
+
+def read_brdf_steps(path: str | os.PathLike[str]) -> Steps[MeasuredBrdf]:
+    """As `read_brdf`, in steps: a scattered list takes seconds to become smooth."""
+    yield Step(0.0, "reading")
+    measured = read_measurement(path)
+    if isinstance(measured, BrdfSamples):
+        from engine.brdf.scattered import fit_scattered  # loads scipy, which tables do without
+
+        return (yield from part(fit_scattered(measured), 0.1, 1.0))
+    table: MeasuredBrdf = measured
+    return table
 
 
 def open_brdf(text: str) -> Brdf:
@@ -111,6 +133,6 @@ def open_brdf(text: str) -> Brdf:
 
 def _exists(text: str) -> bool:
     try:
-        return bool(text) and Path(text).exists()
+        return bool(text) and split_material(Path(text))[0].exists()
     except (OSError, ValueError):
         return False
