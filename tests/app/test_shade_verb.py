@@ -8,6 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
+from engine.brdf.brdf import brdf_from_text
+from engine.brdf.microfacet import Ggx
+from engine.brdf.resample import table_from
+from engine.brdf.table_file import write_table
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.sources import find
 from engine.files.bundle import describe_bundle, open_bundle
@@ -119,6 +123,29 @@ def test_worst_texels_and_the_error_map_show_where_the_fit_is_off(lightarc, stac
     assert [texel["error_radiance"] for texel in worst] == sorted(error_map.ravel().tolist(), reverse=True)[:3]
     assert all(error_map[texel["row"], texel["column"]] == texel["error_radiance"] for texel in worst)
     assert cv2.imread(str(picture)) is not None
+
+
+def test_a_measured_reflectance_goes_into_the_bundle_as_a_table(lightarc, stack, tmp_path):
+    truth = Ggx(kd=(0.3, 0.3, 0.3), alpha=0.35, f0=(0.2, 0.2, 0.2))
+    table = write_table(tmp_path / "paint.exr", table_from(truth, (30, 30, 60)))
+    done = lightarc("shade", stack, "-o", tmp_path / "cloth.lightarc", "--brdf", tmp_path / "paint.exr", "--json")
+    assert done.code == 0, done.err
+    material = open_bundle(tmp_path / "cloth.lightarc")
+    assert np.array_equal(material.measured.values, table.values)
+    nearest = brdf_from_text(material.brdf)
+    assert nearest.alpha == pytest.approx(truth.alpha, rel=0.1)
+    assert nearest.kd == pytest.approx(truth.kd, abs=0.02)
+    assert lightarc("bundle", "verify", tmp_path / "cloth.lightarc").code == 0
+
+
+def test_a_model_is_kept_by_its_name_and_nonsense_is_refused_before_the_work(lightarc, stack, tmp_path):
+    assert lightarc("shade", stack, "-o", tmp_path / "a.lightarc", "--brdf", "ggx:alpha=0.2").code == 0
+    material = open_bundle(tmp_path / "a.lightarc")
+    assert brdf_from_text(material.brdf) == Ggx(alpha=0.2)
+    assert material.measured is None
+    assert lightarc("shade", stack, "-o", tmp_path / "b.lightarc", "--brdf", "velvet").code == 2
+    assert lightarc("shade", stack, "-o", tmp_path / "b.lightarc", "--brdf", "absent.binary").code == 3
+    assert not (tmp_path / "b.lightarc").exists()
 
 
 def test_excluded_photographs_are_left_out_and_recorded(lightarc, stack, tmp_path):
