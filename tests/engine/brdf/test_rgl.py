@@ -135,7 +135,7 @@ def integral(nodes: NDArray[np.float64], end: float) -> float:
 @pytest.fixture(scope="session")
 def mitsuba() -> Any:
     """Mitsuba 3 in its scalar variants; the test is skipped where it is not installed."""
-    return pytest.importorskip("mitsuba", reason="Mitsuba has no wheel for this system")
+    return pytest.importorskip("mitsuba", reason="Mitsuba has no wheel for this system", exc_type=ImportError)
 
 
 def in_mitsuba(mitsuba: Any, path: Path, wi: NDArray[np.float64], wo: NDArray[np.float64]) -> NDArray[np.float64]:
