@@ -2,43 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, Qt, Signal
-from PySide6.QtGui import QImage, QShowEvent
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QFileDialog,
-    QHBoxLayout,
-    QLabel,
-    QLineEdit,
-    QWidget,
-)
+from PySide6.QtCore import Qt, QUrl, Signal
+from PySide6.QtGui import QDesktopServices, QShowEvent
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLineEdit, QWidget
 
 from app.document import Project
 from app.image_view import ImageView
 from app.jobs import Job
-from app.panels import EmptyState, Panel, Rows, button, enable, text, with_empty_state
-from app.pictures import Picture
+from app.latest import Latest
+from app.panels import EmptyState, Panel, Rows, button, enable, side_by_side, text, with_empty_state
+from app.pictures import Picture, rgb_image
+from app.preview import drawn
 from app.status_bar import size_text
 from app.theme import ROW, STEP, role
+from app.view_tab import ViewTab
 from app.workbench import Exported, Workbench
 from engine.errors import OutputError
+from engine.shading.power_law import PowerLawMap
+from engine.steps import Steps
 
 WIDTH = 372
 
 PARTS = (
     ("slices", "Shading map, all slices", "shading_map.exr"),
-    ("power-law", "Power law, scale and exponent", "power_law_scale.exr, power_law_exponent.exr"),
+    ("power-law", "Power law", "Scale, exponent, map of errors, and the slices of kept tiles"),
 )
 ALWAYS = (
     ("Reflectance", "brdf.json"),
     ("Shader", "shader/lightarc.glsl"),
-    ("Preview", "preview.png"),
+    ("Viewer for a browser", "viewer/index.html, which shows the power law under a light that can be dragged"),
+    ("Preview", "preview.png, as in the View workspace"),
     ("Manifest with provenance", "manifest.json"),
 )
+STALE = "Settings were changed after this material was built. Rebuild it in Material to export what they ask for."
 
 
 class ExportTab(QWidget):
@@ -47,15 +47,18 @@ class ExportTab(QWidget):
     capture_wanted = Signal()
     sample_wanted = Signal()
 
-    def __init__(self, bench: Workbench, take_picture: Callable[[], QImage]) -> None:
+    def __init__(self, bench: Workbench, view: ViewTab) -> None:
         super().__init__()
         self.bench = bench
-        self.take_picture = take_picture
+        self.view = view
         self.folder = Path.home() if Path.home().is_dir() else Path.cwd()
         self.exporting: Job | None = None
+        self.written = self.folder
+        self.latest = Latest(bench.jobs, "Drawing the preview")
         self.image = ImageView()
         self.empty = self._make_empty()
         self.pages = with_empty_state(self, self.empty, self._make_work())
+        view.model_ready.connect(self._draw_preview)
         bench.document.changed.connect(self._changed)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
         self._changed(Project(), bench.document.project)
@@ -70,13 +73,7 @@ class ExportTab(QWidget):
         )
 
     def _make_work(self) -> QWidget:
-        work = QWidget()
-        row = QHBoxLayout(work)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(1)
-        row.addWidget(self.image, 1)
-        row.addWidget(self._make_right())
-        return work
+        return side_by_side(self.image, self._make_right(), stretch=0)
 
     def _make_right(self) -> QWidget:
         panel = Panel(WIDTH)
@@ -89,13 +86,12 @@ class ExportTab(QWidget):
         self.place.setMinimumWidth(10)
         choose = button("Change…")
         choose.clicked.connect(self._choose_folder)
-        beside = QHBoxLayout()
-        beside.setContentsMargins(0, 0, 0, 0)
-        beside.setSpacing(2 * STEP)
-        beside.addWidget(self.place, 1)
-        beside.addWidget(choose)
         holder = QWidget()
-        holder.setLayout(beside)
+        where = QHBoxLayout(holder)
+        where.setContentsMargins(0, 0, 0, 0)
+        where.setSpacing(2 * STEP)
+        where.addWidget(self.place, 1)
+        where.addWidget(choose)
         place.row("Folder", holder)
         contents = panel.section("Contents")
         self.parts: dict[str, tuple[QCheckBox, QLabel]] = {}
@@ -112,7 +108,9 @@ class ExportTab(QWidget):
             line.setContentsMargins(24, 0, 0, 0)
             _add(contents, line, _figure())
         self.total = _figure()
-        _add(contents, text("Together, at most", "title"), self.total)
+        _add(contents, text("Maps, before packing", "title"), self.total)
+        self.stale = text(STALE, "warning", wrap=True)
+        contents.wide(self.stale)
         panel.column.addSpacing(3 * STEP)
         self.export = button("Export bundle", "primary")
         self.export.clicked.connect(self.start)
@@ -120,14 +118,32 @@ class ExportTab(QWidget):
         self.result = panel.section("Result")
         self.verdict = text("", wrap=True)
         self.result.wide(self.verdict)
-        self.files = text("", "secondary", wrap=True)
-        self.result.wide(self.files)
+        self.files, self.sizes = text("", "secondary"), _figure()
+        self.members = QWidget()
+        beside = QHBoxLayout(self.members)
+        beside.setContentsMargins(0, STEP, 0, STEP)
+        beside.addWidget(self.files, 1)
+        beside.addWidget(self.sizes)
+        self.result.wide(self.members)
+        self.show_folder = button("Show the folder", "link")
+        self.show_folder.clicked.connect(self._open_folder)
+        self.result.wide(self.show_folder)
         panel.finish()
         return panel
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self.image.show_picture(Picture((self.take_picture(),)))
+        self.view.want_model()
+        self._draw_preview()
+        self._update_buttons()
+
+    def _draw_preview(self) -> None:
+        """Draw what will be preview.png, while somebody looks."""
+        project = self.bench.document.project
+        scene = self.view.scene(project)
+        if self.isVisible() and project.has_map and scene is not None:
+            look = project.look
+            self.latest.ask(lambda: _preview(drawn(scene, look)), self.image.show_picture)
 
     @property
     def target(self) -> Path:
@@ -136,13 +152,12 @@ class ExportTab(QWidget):
 
     def start(self) -> None:
         """Write the bundle; what exists is replaced only if it is a bundle."""
-        include = frozenset(value for value, (box, _) in self.parts.items() if box.isChecked() and box.isEnabled())
-        preview = _png(self.take_picture())
-        self._say("Writing…", "secondary", "")
-        self.exporting = self.bench.export(self.target, include, preview)
+        self._say("Writing…", "secondary")
+        scene = self.view.scene(self.bench.document.project)
+        self.exporting = self.bench.export(self.target, frozenset(self._chosen()), scene)
         self.exporting.succeeded.connect(self._exported)
-        self.exporting.failed.connect(lambda error: self._say(f"Not written: {_problem(error)}", "bad", ""))
-        self.exporting.cancelled.connect(lambda: self._say("Cancelled. Nothing was written.", "secondary", ""))
+        self.exporting.failed.connect(lambda error: self._say(f"Not written: {_problem(error)}", "bad"))
+        self.exporting.cancelled.connect(lambda: self._say("Cancelled. Nothing was written.", "secondary"))
         self._update_buttons()
 
     def fit(self) -> None:
@@ -151,18 +166,26 @@ class ExportTab(QWidget):
 
     def _exported(self, done: Exported) -> None:
         if done.problems:
-            self._say("Written, but not sound: " + " ".join(done.problems), "bad", "")
+            self._say("Written, but not sound: " + " ".join(done.problems), "bad")
             return
-        lines = [f"{name}  {size_text(size)}" for name, size in sorted(done.members.items(), key=lambda item: -item[1])]
         total = size_text(sum(done.members.values()))
-        self._say(f"{done.path.name} written and verified: {len(lines)} members, {total}.", "good", "\n".join(lines))
+        words = f"{done.path.name} written and verified: {len(done.members)} members, {total}."
+        self._say(words, "good", done.members)
+        self.written = done.path.parent
         self.bench.said.emit(f"{done.path} written and verified")
 
-    def _say(self, words: str, look: str, files: str) -> None:
+    def _say(self, words: str, look: str, members: dict[str, int] | None = None) -> None:
+        """What became of the export, and the largest members first."""
         self.verdict.setText(words)
         role(self.verdict, look)
-        self.files.setText(files)
-        self.files.setVisible(bool(files))
+        listed = sorted((members or {}).items(), key=lambda item: -item[1])
+        self.files.setText("\n".join(name for name, _ in listed))
+        self.sizes.setText("\n".join(size_text(size) for _, size in listed))
+        for widget in (self.members, self.show_folder):
+            widget.setVisible(bool(listed))
+
+    def _open_folder(self) -> None:
+        QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.written)))
 
     def _choose_folder(self) -> None:
         chosen = QFileDialog.getExistingDirectory(self, "Folder for the bundle", str(self.folder))
@@ -173,6 +196,7 @@ class ExportTab(QWidget):
         """Export into `folder` from now on."""
         self.folder = folder
         self._show_folder()
+        self._update_buttons()
 
     def _show_folder(self) -> None:
         words = self.place.fontMetrics().elidedText(str(self.folder), Qt.TextElideMode.ElideMiddle, 150)
@@ -183,34 +207,47 @@ class ExportTab(QWidget):
         self.pages.setCurrentIndex(1 if new.has_map else 0)
         if new.name != old.name or not self.name.text():
             self.name.setText(f"{new.name}.lightarc")
-        if new.material is not old.material or not self.place.text():
+        before, after = old.material, new.material
+        if not self.place.text() or before is not after:
             self._show_sizes(new)
             self._show_folder()
-        if new.material.shading_map is not old.material.shading_map:
-            self._say("Nothing written yet.", "secondary", "")
-        if self.isVisible():
-            self.image.show_picture(Picture((self.take_picture(),)))
+        if (before.shading_map, before.power_law) != (after.shading_map, after.power_law):
+            self._say("Nothing written yet.", "secondary")
+        if old is not new:
+            self._draw_preview()
+        self.stale.setVisible(new.stack is not None and new.built_from != new.recipe)
         self._update_buttons()
 
     def _show_sizes(self, project: Project) -> None:
-        for value, size_bytes in part_sizes(project).items():
+        sizes = part_sizes(project)
+        for value, words, hint in PARTS:
             box, figure = self.parts[value]
-            enable(box, "" if size_bytes else "This material has none", {v: f for v, _, f in PARTS}[value])
-            figure.setText(size_text(size_bytes) if size_bytes else "–")
+            enable(box, "" if sizes[value] else "This material has none", hint)
+            box.setText(words if value == "slices" else _described(project.material.power_law))
+            figure.setText(size_text(sizes[value]) if sizes[value] else "–")
+
+    def _chosen(self) -> list[str]:
+        return [value for value, (box, _) in self.parts.items() if box.isChecked() and box.isEnabled()]
 
     def _update_buttons(self) -> None:
         sizes = part_sizes(self.bench.document.project)
-        chosen = [value for value, (box, _) in self.parts.items() if box.isChecked() and box.isEnabled()]
-        self.total.setText(size_text(sum(sizes[value] for value in chosen)))
+        self.total.setText(size_text(sum(sizes[value] for value in self._chosen())))
+        there = os.path.exists(self.target)  # noqa: PTH110 - Path.exists raises for names that are too long
+        self.export.setText("Replace bundle" if there else "Export bundle")
+        enable(self.export, self._why_not(), "Write the bundle and check it")
+
+    def _why_not(self) -> str:
+        """Why nothing can be exported as things are."""
         name = self.name.text().strip()
-        why_not = ""
         if self.exporting is not None and not self.exporting.over:
-            why_not = "The bundle is being written"
-        elif not chosen:
-            why_not = "Choose the slices, the power law, or both"
-        elif not name or name in (".", "..") or Path(name).name != name:
-            why_not = "Give the bundle a name without slashes"
-        enable(self.export, why_not, "Write the bundle and check it")
+            return "The bundle is being written"
+        if not self._chosen():
+            return "Choose the slices, the power law, or both"
+        if not name or name in (".", "..") or Path(name).name != name:
+            return "Give the bundle a name without slashes"
+        if not os.access(self.folder, os.W_OK | os.X_OK):
+            return f"{self.folder} cannot be written to; choose another folder"
+        return ""
 
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
@@ -243,12 +280,16 @@ def _add(rows: Rows, left: QWidget, right: QWidget) -> None:
     rows.wide(holder)
 
 
-def _png(image: QImage) -> bytes:
-    content = QByteArray()
-    buffer = QBuffer(content)
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    image.save(buffer, "PNG")  # type: ignore[call-overload]
-    return bytes(content.data())
+def _described(power_law: PowerLawMap | None) -> str:
+    """The row of the power law: how it is stored, and whether tiles keep their slices."""
+    if power_law is None:
+        return "Power law"
+    kept = " and kept tiles" if power_law.kept is not None else ""
+    return f"Power law, {power_law.storage.exponent_bits} bits{kept}"
+
+
+def _preview(drawing: Steps[Any]) -> Steps[Picture]:
+    return Picture((rgb_image((yield from drawing)),))
 
 
 def _problem(error: Any) -> str:

@@ -14,7 +14,6 @@ from PySide6.QtGui import (
     QCloseEvent,
     QDragEnterEvent,
     QDropEvent,
-    QImage,
     QKeySequence,
 )
 from PySide6.QtWidgets import (
@@ -46,7 +45,7 @@ from app.jobs import Job
 from app.material_tab import MaterialTab
 from app.panels import text
 from app.status_bar import StatusBar
-from app.surfaces import GlSurface, request_format
+from app.surfaces import request_format
 from app.theme import PADDING, STEP, role
 from app.view_tab import ViewTab
 from app.workbench import Workbench
@@ -106,7 +105,7 @@ class MainWindow(QMainWindow):
         self.capture = CaptureTab(self.bench)
         self.material = MaterialTab(self.bench)
         self.view = ViewTab(self.bench)
-        self.export = ExportTab(self.bench, self.grab_picture)
+        self.export = ExportTab(self.bench, self.view)
         self.tabs: dict[str, QWidget] = dict(
             zip(WORKSPACES, (self.capture, self.material, self.view, self.export), strict=True)
         )
@@ -287,11 +286,6 @@ class MainWindow(QMainWindow):
         box.setInformativeText("Ten photographs of a material under a moving lamp become a material.\nMIT licence.")
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.open()
-
-    def grab_picture(self) -> QImage:
-        """The viewport's picture as it is on screen."""
-        surface = self.view.viewport.surface
-        return surface.grabFramebuffer() if isinstance(surface, GlSurface) else surface.grab().toImage()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         if event.mimeData().hasUrls():

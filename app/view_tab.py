@@ -84,6 +84,7 @@ class ViewTab(QWidget):
     """Shows the project's material and changes how it looks."""
 
     drawn = Signal(float)
+    model_ready = Signal()
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
@@ -220,6 +221,10 @@ class ViewTab(QWidget):
 
     def showEvent(self, event: object) -> None:
         super().showEvent(event)  # type: ignore[arg-type]
+        self.want_model()
+
+    def want_model(self) -> None:
+        """Load the model that a new project is shown on, the first time that somebody asks; `model_ready` follows."""
         if self.default_mesh is None:
             job = self.bench.jobs.submit("Loading the model", lambda: load_shape(DEFAULT_MODEL), heavy=False)
             job.succeeded.connect(self._default_ready)
@@ -227,6 +232,7 @@ class ViewTab(QWidget):
     def _default_ready(self, mesh: Mesh) -> None:
         self.default_mesh = mesh
         self._show(self.bench.document.project)
+        self.model_ready.emit()
 
     def fit(self) -> None:
         """Frame the model."""

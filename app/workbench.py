@@ -18,6 +18,7 @@ from PySide6.QtCore import QObject, Signal
 from app.document import Document, ImportChoices, Project
 from app.import_choices import lit_by, settings_of
 from app.jobs import Job, Jobs
+from app.preview import drawn
 from app.recognise import Recognised, recognise
 from engine.capture.packed import find_packed
 from engine.capture.sources import Sources, find
@@ -31,6 +32,7 @@ from engine.shapes import SHAPES, open_mesh
 from engine.steps import Step, Steps, part
 
 if TYPE_CHECKING:
+    from engine.scene import Scene
     from engine.shading.power_law import PowerLawMap
     from engine.shading.shading_map import ShadingMap
 
@@ -174,10 +176,13 @@ class Workbench(QObject):
             log.warning("%s: %s", environment.name, warning)
         self.said.emit(next(iter(environment.health.warnings), f"Light from {environment.name}"))
 
-    def export(self, path: Path, include: frozenset[str], preview: bytes) -> Job:
-        """Write the bundle `path` with the parts in `include` ('slices', 'power-law'), then verify it: `Exported`."""
+    def export(self, path: Path, include: frozenset[str], scene: Scene | None) -> Job:
+        """Write the bundle `path` with the parts in `include` ('slices', 'power-law'), then verify it: `Exported`.
+
+        Its preview shows `scene`.
+        """
         project = self.document.project
-        return self.jobs.submit("Writing the bundle", lambda: _export(project, path, include, preview))
+        return self.jobs.submit("Writing the bundle", lambda: _export(project, path, include, scene))
 
     def _bundle_opened(self, material: Material, provenance: dict[str, Any]) -> None:
         self.document.change(
@@ -300,8 +305,10 @@ def _compressed(project: Project, shading_map: ShadingMap) -> Steps[PowerLawMap]
     return power_law
 
 
-def _export(project: Project, path: Path, include: frozenset[str], preview: bytes) -> Steps[Exported]:
-    from engine.files.bundle import describe_bundle, save_bundle, verify_bundle
+def _export(project: Project, path: Path, include: frozenset[str], scene: Scene | None) -> Steps[Exported]:
+    yield Step(0.0, "preparing the bundle")
+    from engine.files.bundle import check_replaceable, describe_bundle, save_bundle, verify_bundle
+    from engine.images.encode import encode_png
 
     whole = project.material
     material = dataclasses.replace(
@@ -310,9 +317,13 @@ def _export(project: Project, path: Path, include: frozenset[str], preview: byte
         power_law=whole.power_law if "power-law" in include else None,
         name=path.name.removesuffix(".lightarc"),
     )
+    check_replaceable(path)
+    preview = None
+    if scene is not None:
+        preview = encode_png((yield from part(drawn(scene, project.look), 0.0, 0.2)))
     figures = error_figures(material)
-    saving = save_bundle(path, material, provenance=project.provenance, figures=figures, preview=preview or None)
-    yield from part(saving, 0.0, 0.85)
+    saving = save_bundle(path, material, provenance=project.provenance, figures=figures, preview=preview)
+    yield from part(saving, 0.2, 0.85)
     yield Step(0.85, "verifying the bundle")
     problems = verify_bundle(path).problems
     members = describe_bundle(path)["members"] if not problems else {}

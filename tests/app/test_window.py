@@ -198,7 +198,7 @@ def test_fault_19_an_error_while_painting_opens_one_dialog_and_the_next_scene_is
     assert "cannot be drawn" in dialogs(window)[0]
     turn_light(window, 0.0)
     qtbot.wait(300)
-    assert pixel(window.grab_picture(), 0.5, 0.45).min() > 100
+    assert pixel(window.view.viewport.surface.grabFramebuffer(), 0.5, 0.45).min() > 100
 
 
 def turn_light(window: MainWindow, phi_deg: float) -> None:
