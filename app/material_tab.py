@@ -28,7 +28,8 @@ from engine.shading.power_law import PowerLawMap
 from engine.steps import Step, Steps
 
 SLICE_CHOICES = (4, 6, 8, 12, 16, 24, 32)
-CURVE_POINTS = 48
+#: Where the curve of a texel is drawn, as shares of the largest r: closer where a power law bends.
+CURVE_SHARES = np.linspace(0.0, 1.0, 97) ** 2
 
 EXPONENT_BITS = ((32, "32 bits"), (16, "16 bits"), (8, "8 bits"))
 
@@ -133,7 +134,7 @@ class MaterialTab(QWidget):
         self.slices = QComboBox()
         for count in SLICE_CHOICES:
             self.slices.addItem(str(count), count)
-        self.slices.currentIndexChanged.connect(self._slices_chosen)
+        self.slices.activated.connect(self._slices_chosen)
         settings.row("Slices", self.slices, "How many slices the photographs are resampled to")
         self.edges = Segments(
             (
@@ -151,7 +152,7 @@ class MaterialTab(QWidget):
         self.scale = QComboBox()
         self.scale.addItem("Last slice", "last-slice")
         self.scale.addItem("Least squares", "least-squares")
-        self.scale.currentIndexChanged.connect(self._scale_chosen)
+        self.scale.activated.connect(self._scale_chosen)
         compression.row(
             "Scale",
             self.scale,
@@ -201,7 +202,9 @@ class MaterialTab(QWidget):
 
     def _changed(self, old: Project, new: Project) -> None:
         self.pages.setCurrentIndex(1 if new.has_map else 0)
-        self.slices.setCurrentIndex(max(0, self.slices.findData(new.slices)))
+        if self.slices.findData(new.slices) < 0:
+            self.slices.addItem(str(new.slices), new.slices)
+        self.slices.setCurrentIndex(self.slices.findData(new.slices))
         self.scale.setCurrentIndex(max(0, self.scale.findData(new.scale)))
         self.bits.setCurrentIndex(self.bits.findData(new.exponent_bits))
         self.edges.choose("tileable" if new.tileable else "plain")
@@ -275,12 +278,11 @@ class MaterialTab(QWidget):
             return
         fitted = None
         if material.power_law is not None:
-            share = np.linspace(0.0, 1.0, CURVE_POINTS)[:, None]
-            fitted = material.power_law.scale[row, column] * share ** material.power_law.exponent[row, column]
+            fitted = material.power_law.lookup(row + 0.5, column + 0.5, CURVE_SHARES * either.r_max).astype(float)
         slices = material.shading_map
         r = slices.target_radiance if slices is not None else np.array([0.0, either.r_max])
         values = np.asarray(slices.slices[:, row, column], float) if slices is not None else None
-        self.texel.show_texel(r, values, fitted)
+        self.texel.show_texel(r, values, fitted, CURVE_SHARES * either.r_max)
         self.texel_figures.show_texel(material, column, row)
 
     def _picked(self, column: int, row: int) -> None:

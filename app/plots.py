@@ -157,15 +157,19 @@ class TexelPlot(Plot):
             self.addItem(points)
 
     def show_texel(
-        self, r: NDArray[np.float64], slices: NDArray[np.float64] | None, fitted: NDArray[np.float64] | None
+        self,
+        r: NDArray[np.float64],
+        slices: NDArray[np.float64] | None,
+        fitted: NDArray[np.float64] | None,
+        fitted_r: NDArray[np.float64],
     ) -> None:
-        """`r` (S,), `slices` (S, 3) and `fitted` (M, 3) over the same range of r; None where there is none."""
+        """`slices` (S, 3) at `r` (S,) and `fitted` (M, 3) at `fitted_r` (M,); None where there is none."""
         highest = 0.0
         for channel in range(3):
             values = slices[:, channel] if slices is not None else np.empty(0)
             self.points[channel].setData(x=r[: len(values)], y=values)
             curve = fitted[:, channel] if fitted is not None else np.empty(0)
-            self.curves[channel].setData(np.linspace(r[0], r[-1], len(curve)) if len(curve) else [], curve)
+            self.curves[channel].setData(fitted_r if len(curve) else [], curve)
             highest = max(highest, 1e-6, *(float(v.max()) for v in (values, curve) if len(v)))
         if len(r):
             self.setXRange(float(r[0]), float(r[-1]), padding=0.04)

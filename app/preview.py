@@ -24,7 +24,7 @@ DIRECTIONS = 16
 
 
 def drawn(scene: Scene, look: Look) -> Steps[NDArray[np.uint8]]:
-    """(480, 640, 3) uint8, sRGB-coded: `scene` with the exposure and tone mapping of `look`, over black."""
+    """(480, 640, 3) uint8, sRGB-coded: `scene` with the exposure and tone mapping of `look`, over dark grey."""
     yield Step(0.0, "preparing kernels")
     from engine.render.direct import radiance
     from engine.render.display import Display, displayed

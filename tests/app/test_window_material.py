@@ -91,3 +91,34 @@ def test_the_list_of_worst_texels_leads_to_them(filled: MainWindow, qtbot: Any) 
     assert tab.texel_figures.residual.text() == f"{worst.error:.4f}"
     exponent = "   ".join(f"{value:.2f}" for value in power_law.exponent[worst.row, worst.column])
     assert tab.texel_figures.exponent.text() == exponent
+
+
+def test_a_number_of_slices_that_is_not_on_the_list_is_shown_and_stays(filled: MainWindow) -> None:
+    document = filled.bench.document
+    count = document.undo_stack.count()
+    document.change("From a bundle", slices=10)
+    assert filled.material.slices.currentText() == "10"
+    assert document.project.slices == 10
+    assert document.undo_stack.count() == count + 1
+
+
+def test_disabled_choices_say_why_and_find_their_words_again(filled: MainWindow) -> None:
+    tab, stack = filled.material, filled.bench.document.project.stack
+    choices = (tab.slices, tab.scale, tab.bits, *tab.mode.buttons.values(), *tab.edges.buttons.values())
+    words = [box.toolTip() for box in choices]
+    assert all(words)
+    filled.bench.document.change("Bundle", stack=None)
+    assert {box.toolTip() for box in choices} == {"Needs the photographs of the capture"}
+    assert not any(box.isEnabled() for box in choices)
+    filled.bench.document.change("Capture", stack=stack)
+    assert [box.toolTip() for box in choices] == words
+
+
+def test_the_curve_of_a_kept_texel_goes_through_its_slices(filled: MainWindow, qtbot: Any) -> None:
+    filled.bench.document.change("Mixed", mixed=True, error_bound_percent=0.0)
+    rebuild(filled, qtbot)
+    tab, shading_map = filled.material, filled.bench.document.project.material.shading_map
+    column, row = tab.place
+    r, curve = tab.texel.curves[0].getData()
+    expected = np.interp(r, shading_map.target_radiance, shading_map.slices[:, row, column, 0])
+    assert np.abs(curve - expected).max() < 1e-6
