@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot
 
-from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
 
 from app import theme
@@ -153,10 +153,13 @@ class MarkerView(ImageView):
             return
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        for number, place in enumerate(self.markers):
-            draw_marker(painter, self.on_screen(place), str(number + 1), chosen=number == self.current)
+        shown = [(self.on_screen(place), str(number + 1)) for number, place in enumerate(self.markers)]
+        others = [one for number, one in enumerate(shown) if number != self.current]
+        draw_markers(painter, [at for at, _ in others], [label for _, label in others], chosen=False)
+        if self.current is not None and self.current < len(shown):
+            draw_markers(painter, [shown[self.current][0]], [shown[self.current][1]], chosen=True)
         if self.pending is not None:
-            draw_marker(painter, self.on_screen(self.pending), "?", chosen=True)
+            draw_markers(painter, [self.on_screen(self.pending)], ["?"], chosen=True)
         if self._held is not None and self._dragged and self._held < len(self.markers):
             self._draw_loupe(painter, self.markers[self._held])
         if self.hasFocus():
@@ -182,27 +185,27 @@ class MarkerView(ImageView):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(theme.current().line), 1.0))
         painter.drawRect(frame)
-        draw_marker(painter, frame.center(), "", chosen=True)
+        draw_markers(painter, [frame.center()], chosen=True)
 
 
-def draw_marker(painter: QPainter, at: QPointF, label: str, *, chosen: bool) -> None:
-    """A ring with a gap in its middle, through which the texel is seen, and a label beside it."""
-    colour = QColor(theme.LINES[0])
+def draw_markers(painter: QPainter, places: Sequence[QPointF], labels: Sequence[str] = (), *, chosen: bool) -> None:
+    """Rings with a gap in their middle, through which the texel is seen, and a label beside each.
+
+    They are drawn in few calls, so that dozens follow the mouse.
+    """
+    colour = QColor(255, 255, 255) if chosen else QColor(theme.LINES[0])
+    arms = [QPointF(x, y) for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1))]
+    crosses = [QLineF(at + arm * 3.0, at + arm * (RING_PX + 3.0)) for at in places for arm in arms]
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    for pen in (
-        QPen(QColor(0, 0, 0, 190), 4.0 if chosen else 3.0),
-        QPen(QColor(255, 255, 255) if chosen else colour, 1.5),
-    ):
+    for pen in (QPen(QColor(0, 0, 0, 190), 4.0 if chosen else 3.0), QPen(colour, 1.5)):
         painter.setPen(pen)
-        painter.drawEllipse(at, RING_PX, RING_PX)
-        for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            painter.drawLine(at + QPointF(x, y) * 3.0, at + QPointF(x, y) * (RING_PX + 3.0))
-    if label:
-        painter.setFont(theme.font(12, strong=True))
+        painter.drawLines(crosses)
+        for at in places:
+            painter.drawEllipse(at, RING_PX, RING_PX)
+    painter.setFont(theme.font(12, strong=True))
+    for at, label in zip(places, labels, strict=bool(labels)):
         width = painter.fontMetrics().horizontalAdvance(label) + 8
         tag = QRectF(at.x() + RING_PX + 4, at.y() - RING_PX - 14, width, 17)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(255, 255, 255) if chosen else colour)
-        painter.drawRoundedRect(tag, 3, 3)
+        painter.fillRect(tag, colour)
         painter.setPen(QColor("#101418"))
         painter.drawText(tag, Qt.AlignmentFlag.AlignCenter, label)

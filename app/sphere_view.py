@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent,
 
 from app import theme
 from app.image_view import ImageView
-from app.marker_view import CLICK_PX, REACH_PX, STEPS, draw_marker
+from app.marker_view import CLICK_PX, REACH_PX, STEPS, draw_markers
 from app.pictures import Picture
 
 Spot = tuple[float, float]
@@ -184,7 +184,7 @@ class SphereView(ImageView):
             painter.setBrush(QColor(theme.LINES[0]))
             painter.drawEllipse(handle, HANDLE_PX, HANDLE_PX)
         if self.highlight is not None:
-            draw_marker(painter, self.spot(), "", chosen=True)
+            draw_markers(painter, [self.spot()], chosen=True)
 
 
 def _apart(one: QPointF, other: QPointF) -> float:
