@@ -17,7 +17,9 @@ vec3 brdf(vec3 wi, vec3 wo)
     vec2 slope = both.xy / both.z;
     float slope2 = dot(slope, slope);
     float m2 = brdf_m * brdf_m;
-    float distribution = exp(-slope2 / m2) * (1.0 + slope2) * (1.0 + slope2) * 0.31830988618379067 / m2;
+    float falloff = exp(-slope2 / m2);
+    // far from the lobe 0 may meet an infinity
+    float distribution = falloff > 0.0 ? falloff * (1.0 + slope2) * (1.0 + slope2) * 0.31830988618379067 / m2 : 0.0;
     float grooves = min(0.25 / (wi.z * wo.z), both.z / (size * size * max(wi.z, wo.z)));
     vec3 fresnel = brdf_f0 + (1.0 - brdf_f0) * schlick(wi, wo, size);
     return brdf_kd * 0.31830988618379067 + brdf_ks * fresnel * (distribution * grooves);

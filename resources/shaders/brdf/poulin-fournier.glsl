@@ -12,18 +12,20 @@ uniform float brdf_spacing;
 uniform float brdf_floor;
 
 // Gauss-Legendre nodes within (0, 1) and their weights; the other half mirrors.
-const float HIGHLIGHT_NODES[10] = float[10](
-    0.0765265211, 0.2277858511, 0.3737060887, 0.5108670020, 0.6360536807,
-    0.7463319065, 0.8391169718, 0.9122344283, 0.9639719273, 0.9931285992);
-const float HIGHLIGHT_WEIGHTS[10] = float[10](
-    0.1527533871, 0.1491729865, 0.1420961093, 0.1316886384, 0.1181945320,
-    0.1019301198, 0.0832767416, 0.0626720483, 0.0406014298, 0.0176140071);
-const float DIFFUSE_NODES[7] = float[7](
-    0.1080549487, 0.3191123689, 0.5152486364, 0.6872929048, 0.8272013151,
-    0.9284348837, 0.9862838087);
-const float DIFFUSE_WEIGHTS[7] = float[7](
-    0.2152638535, 0.2051984637, 0.1855383975, 0.1572031672, 0.1215185707,
-    0.0801580872, 0.0351194603);
+const float HIGHLIGHT_NODES[9] = float[9](
+    0.0847750130, 0.2518862257, 0.4117511615,
+    0.5597708311, 0.6916870431, 0.8037049590,
+    0.8926024665, 0.9558239496, 0.9915651684);
+const float HIGHLIGHT_WEIGHTS[9] = float[9](
+    0.1691423830, 0.1642764837, 0.1546846751,
+    0.1406429147, 0.1225552067, 0.1009420441,
+    0.0764257303, 0.0497145489, 0.0216160135);
+const float DIFFUSE_NODES[6] = float[6](
+    0.1252334085, 0.3678314990, 0.5873179543, 0.7699026742,
+    0.9041172564, 0.9815606342);
+const float DIFFUSE_WEIGHTS[6] = float[6](
+    0.2491470458, 0.2334925365, 0.2031674267, 0.1600783285,
+    0.1069393260, 0.0471753364);
 
 // (cos, sin) of the angle at which the neighbour's shadow begins, for a direction of elevation (cos, sin).
 vec2 groove_shadow(vec2 elevation)
@@ -33,9 +35,10 @@ vec2 groove_shadow(vec2 elevation)
     return vec2(dot(seen, elevation), seen.y * elevation.x - seen.x * elevation.y);
 }
 
+// by the tangents of their halves, because the cosines of small angles are equal
 vec2 smaller_angle(vec2 a, vec2 b)
 {
-    return a.x >= b.x ? a : b;
+    return a.y * (1.0 + b.x) <= b.y * (1.0 + a.x) ? a : b;
 }
 
 // (n.wi) (n.wo) dphi at t = tan(phi / 2), phi the angle of the cylinder's normal
@@ -50,7 +53,7 @@ float groove_diffuse(float low, float high, vec2 i, vec2 o)
 {
     float middle = 0.5 * (low + high), extent = 0.5 * (high - low);
     float total = 0.0;
-    for (int k = 0; k < 7; ++k) {
+    for (int k = 0; k < 6; ++k) {
         float reach = extent * DIFFUSE_NODES[k];
         total += DIFFUSE_WEIGHTS[k] * (groove_cosines(middle - reach, i, o) + groove_cosines(middle + reach, i, o));
     }
@@ -71,7 +74,7 @@ float groove_highlight(float low, float high, float c, float deficit, float rise
         return 0.0;
     float middle = 0.5 * (low + high), extent = 0.5 * (high - low);
     float total = 0.0;
-    for (int k = 0; k < 10; ++k) {
+    for (int k = 0; k < 9; ++k) {
         float reach = extent * HIGHLIGHT_NODES[k];
         total += HIGHLIGHT_WEIGHTS[k]
             * (groove_gloss(middle - reach, c, deficit, rise) + groove_gloss(middle + reach, c, deficit, rise));
@@ -118,7 +121,7 @@ vec3 brdf(vec3 wi, vec3 wo)
     float along = wi.x + wo.x;
     float deficit = 0.5 * (along * along + (length_i - length_o) * (length_i - length_o));
     if (deficit < 1.0) {
-        float reach2 = min(1.0, (1.0 - exp(-20.0 / brdf_exponent)) * (1.0 - deficit) / (2.0 * both));
+        float reach2 = min(1.0, (1.0 - exp(-18.0 / brdf_exponent)) * (1.0 - deficit) / (2.0 * both));
         float reach = sqrt(reach2) / (1.0 + sqrt(1.0 - reach2));
         highlight = across * both * groove_highlight(max(t_low, -reach), min(t_high, reach), c, deficit, 2.0 * both);
     }

@@ -14,7 +14,9 @@ vec3 brdf(vec3 wi, vec3 wo)
     vec2 slope = both.xy / both.z;
     vec2 width = vec2(brdf_alpha_x, brdf_alpha_y);
     vec2 widths = slope / width;
+    float falloff = exp(-dot(widths, widths));
     float spread = (dot(slope, slope) + 1.0) / (both.z * both.z);
-    float lobe = exp(-dot(widths, widths)) * spread * 0.31830988618379067 / (width.x * width.y);
+    // far from the lobe 0 may meet an infinity
+    float lobe = falloff > 0.0 ? falloff * spread * 0.31830988618379067 / (width.x * width.y) : 0.0;
     return brdf_kd * 0.31830988618379067 + brdf_ks * lobe;
 }

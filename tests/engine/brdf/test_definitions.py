@@ -193,13 +193,13 @@ def sensitivity(brdf: Any, wi: Direction, wo: Direction, channel: int) -> Number
 
 
 def check(brdf: Any, wi: np.ndarray, wo: np.ndarray, channels: tuple[int, ...] = (0, 1, 2)) -> None:
-    """The value at each pair is the printed one, up to (16 + 4 |n ln x|) u and the sensitivity."""
+    """The value at each pair is the printed one, up to (8 + 2 |n ln x|) u and the sensitivity."""
     mpmath.mp.dps = 50
     for value, i, o in zip(brdf.f(wi, wo), wi, wo, strict=True):
         exact_i, exact_o = (tuple(mpmath.mpf(float(x)) for x in w) for w in (i, o))
         for channel in channels:
             expected, steps = printed(brdf, exact_i, exact_o, channel)
-            bound = (16 + 4 * steps) * U * expected + sensitivity(brdf, exact_i, exact_o, channel) + 1e-300
+            bound = (8 + 2 * steps) * U * expected + sensitivity(brdf, exact_i, exact_o, channel) + 1e-300
             assert abs(mpmath.mpf(float(value[channel])) - expected) <= bound, (i, o, value[channel], float(expected))
 
 

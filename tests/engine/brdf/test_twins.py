@@ -27,6 +27,18 @@ def test_glsl_twin_agrees_to_1e_5(gl: Any, tmp_path: Any, text: str, shader: Cal
     assert np.abs(on_gpu[~lobe] - expected[~lobe]).max(initial=0.0) <= 1e-5 * expected.max()
 
 
+@pytest.mark.parametrize("text", TEXTS)
+def test_BR1_BR2_glsl_twin_is_finite_at_the_horizon_and_at_the_normal(gl: Any, text: str, shader: Any) -> None:
+    cosine = np.array([1.0, 1e-2, 1e-4, 1e-8, 1e-12, 0.0, -1e-8])
+    directions = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, cosine], axis=-1)
+    directions = np.concatenate([directions * (1, 1, 1), directions * (-1, 1, 1), directions[:, [1, 0, 2]]])
+    wi, wo = (w.reshape(-1, 3).astype(np.float32) for w in np.broadcast_arrays(directions[:, None], directions[None]))
+    value = evaluate_on_gpu(gl, brdf_from_text(text), wi, wo, shader)
+    assert np.isfinite(value).all()
+    assert (value >= 0).all()
+    assert not value[(wi[:, 2] <= 0) | (wo[:, 2] <= 0)].any()
+
+
 def evaluate_on_gpu(gl: Any, brdf: Brdf, wi: np.ndarray, wo: np.ndarray, shader: Any) -> np.ndarray:
     source = (
         "#version 330 core\n#include BRDF\nin vec3 wi;\nin vec3 wo;\nout vec3 value;\n"
