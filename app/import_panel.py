@@ -157,7 +157,10 @@ class ImportPanel(Rows):
         waiting = [name for name in lost if name not in counts]
         self.lost.setVisible(bool(waiting))
         more = f" and {len(waiting) - 2} more" if len(waiting) > 2 else ""
-        self.lost.setText(f"{', '.join(waiting[:2])}{more} could not be aligned. Points marked by hand place them.")
+        pronoun = "it" if len(waiting) == 1 else "them"
+        self.lost.setText(
+            f"{', '.join(waiting[:2])}{more} could not be aligned. Points marked by hand place {pronoun}."
+        )
 
     def disable(self, why_not: str, *, measured: bool) -> None:
         """Disable everything and say why, or, for an empty `why_not`, what has nothing to act on.

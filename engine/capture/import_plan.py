@@ -104,6 +104,7 @@ class Plan:
             "angle_source": self.sources.angle_source,
             "archive": printable(unpacked.archive) if unpacked else None,
             "sphere_px": [sphere.column, sphere.row, sphere.radius] if isinstance(sphere, Circle) else None,
+            "highlights_px": self._highlights(),
             "dark": printable(self.dark) if self.dark else None,
             "flat": printable(self.flat) if self.flat else None,
             "lamp_distance_widths": distance if math.isfinite(distance) else None,
@@ -115,6 +116,11 @@ class Plan:
             "motion": self.settings.motion,
             "control_points_px": {name: [list(map(float, one)) for one in pairs] for name, pairs in marked.items()},
         }
+
+    def _highlights(self) -> dict[str, list[float]]:
+        """The lamp's reflections that a person corrected, where they counted."""
+        spots = self.sources.highlights_px if self.sources.sphere is not None else ()
+        return {name: list(spot) for name, spot in zip(self.names, spots, strict=False) if spot is not None}
 
     @property
     def reference(self) -> int | None:

@@ -268,3 +268,4 @@ def test_lights_assumed_or_named_are_forgotten_for_those_of_the_sphere(tmp_path)
     elevation = dict(zip(stack.sources, stack.elevation_deg, strict=True))
     assert elevation["b.tif"] == pytest.approx(90 - 2 * math.degrees(math.asin(0.4)), abs=1e-6)
     assert elevation["a.tif"] == pytest.approx(30, abs=2)
+    assert stack.provenance["highlights_px"] == {"b.tif": list(corrected)}
