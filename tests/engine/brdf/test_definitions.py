@@ -217,6 +217,13 @@ def test_BR1_BR5_values_near_the_horizon_and_at_the_half_vector_equal_the_printe
     check(brdf, low, other, (0,))
 
 
+def test_BR6_fresnel_term_near_head_on_equals_the_printed_definition() -> None:
+    """Without f0 nothing but (1 − h·wi)⁵ is left, of a number that is next to 1."""
+    wi = normalize([[0.6, 0.0, 0.8], [0.3, 0.2, 1.0], [0.1, 0.0, 1.0]])
+    wo = normalize([[0.6, 1e-3, 0.8], [0.3, 0.25, 1.0], [0.1, 1e-2, 1.0]])
+    check(brdf_from_text("ggx:kd=0,alpha=0.5,f0=0"), wi, wo, (0,))
+
+
 def test_BR5_ashikhmin_shirley_at_the_half_vector_itself() -> None:
     """h = n exactly: the power is 1 and the exponent, which is 0/0, does not matter."""
     wi = np.array([0.6, 0.0, 0.8])
