@@ -37,16 +37,17 @@ _LARGEST_DEG = 3600.0
 
 
 def looks_like_csv(head: bytes, size_bytes: int, name: str) -> bool:
-    """True where the first lines are named columns with the four angles, or rows of five or seven numbers."""
+    """True where the first line names angles, or the first lines are rows of five or seven numbers."""
     lines = [line for line in head_lines(head) if line and not line.startswith("#")]
     if not lines:
         return False
     words = _words(lines[0], _separator(lines[0]))
     if _is_header(words):
-        return set(ANGLES) <= {_plain(word) for word in words}
+        return any("theta" in word.lower() for word in words) and any("phi" in word.lower() for word in words)
     # The last line may be cut.
     rows = [_words(line, _separator(lines[0])) for line in lines[: max(len(lines) - 1, 1)]]
-    return all(len(row) in (5, 7) and all(is_number(word.replace(",", ".")) for word in row) for row in rows)
+    # With decimal commas between commas there are twice as many, which the reader then says.
+    return all(len(row) in (5, 7, 10, 14) and all(is_number(word.replace(",", ".")) for word in row) for row in rows)
 
 
 def read_csv_samples(path: Path) -> BrdfSamples:
@@ -156,6 +157,6 @@ def _counted(path: Path, line: Line, words: list[str]) -> list[str]:
 
 def _refuse_width(path: Path, line: Line, found: int, needed: str, separator: str | None) -> NoReturn:
     remedy = f"Write one row of {', '.join(ANGLES)} in degrees and R, G, B"
-    if separator == "," and found in (8, 10, 14):
+    if separator == "," and found in (10, 14):
         remedy = "If these are decimal commas, write decimal points, or separate the columns by semicolons"
     refuse(path, line.number, f"has {found} columns where {needed} are needed", remedy)
