@@ -105,6 +105,8 @@ def align(
         if unsure:
             text = _UNDETERMINED.format(", ".join(unsure), doubt.max() * factor)
             findings.append(Finding(Verdict.WARNING, text))
+        if doubt.any() and np.array_equal(matrix[joined], np.tile(np.eye(3), (len(joined), 1, 1))):
+            findings.append(Finding(Verdict.NOTE, _TOO_LITTLE.format(doubt.max() * factor)))
         if creep * factor >= 1.0:
             findings.append(Finding(Verdict.NOTE, _CREEPS.format(creep * factor)))
     findings += unlike.values()
@@ -120,6 +122,10 @@ _UNSUPPORTED = "has too little texture, or texture in one line only, for a motio
 _CREEPS = (
     "The photographs seem to creep by {:.1f} px along one smooth curve from light to light, as shading makes relief "
     "seem to. This was not followed; if the camera did creep, mark control points"
+)
+_TOO_LITTLE = (
+    "The camera seems to have moved by less than can be told from shading, which is about {:.1f} px: the photographs "
+    "stay as they were. Mark control points where it matters"
 )
 _UNDETERMINED = (
     "The shifts of {} are not determined to better than about {:.1f} px: the camera moved, and shading seems to move "

@@ -12,19 +12,7 @@ the derivatives of the pictures by their parameters, a step solves
 for which the inner products of Y and G are enough. Pixels that the span explains badly (edges of shadows, gloss) count
 less.
 
-What no picture can tell. Relief seems to creep towards the lamp as the lamp sinks, along a smooth curve from light to
-light. `without_creep` takes a motion apart into jumps (variance found from the data, independent from photograph to
-photograph: hands, knocks) and creep (a Gaussian process over the distance between lights, which is zero for equal
-lights), and keeps the jumps. Where the data are not clearly likelier with jumps than without, all is left alone; a
-camera that moves as smoothly as the shading does, and by as little, cannot be told from it, and the standard deviation
-of the jumps says how far.
-
-Measured on simulated arcs of ten lights from 5 to 90 degrees, for shifts of up to 0 | 0.6 | 3 px along both axes: root
-mean square of the error over 20 to 90 degrees, relative to the reference (before alignment 0.0 | 0.5 | 2.4 px) woven
-0.00 | 0.24 | 0.41 px, hammered 0.00 | 0.32 | 0.54 px, leather 0.00 | 0.43 (0.38 before) | 1.09 px; relative to the
-photographs' mean, on which shading depends (before 0.0 | 0.4 | 1.9 px) woven 0.16 | 0.31, hammered 0.21 | 0.37, leather
-0.23 | 0.52 px. A photograph at 20 degrees of leather comes out no better than untouched: its pebbles creep as far as it
-was moved.
+What no picture can tell. Relief seems to creep towards the lamp as the lamp sinks; `creep` takes that off.
 Cost: about a second of processor time per photograph at one megapixel with Euclidean motion.
 """
 
@@ -37,6 +25,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.creep import without_creep
 from engine.steps import Step, Steps, part
 
 Grey = NDArray[np.float32]
@@ -47,15 +36,6 @@ RANK, LEAST_PHOTOGRAPHS = 2, 5
 
 #: With more than this share in one picture the lights are alike, and a second picture would only hide a knock.
 _ONE_LIGHT = 0.97
-
-#: Creep that shading makes between very different lights (pixels of the compared pictures), and over what distance
-#: between lights it changes.
-_CREEP_PX, _CREEP_LENGTH = 0.8, 0.5
-#: Error of a single motion that is well determined.
-_NOISE_PX = 0.03
-#: Sizes of jumps that are tried, and by what power of e they must be likelier than none.
-_JUMPS_PX = (0.0, *np.geomspace(0.02, 300.0, 40))
-_LEAST_EVIDENCE = 10.0
 
 #: Derivatives of (x, y, 1) by the parameters of each motion, in coordinates where the picture's half-diagonal is 1.
 _SHIFTS = [(0, 2), (1, 2)]
@@ -113,38 +93,6 @@ def light_distance(product: Matrix) -> NDArray[np.float64]:
         [product[i, i + 1] / np.sqrt(product[i, i] * product[i + 1, i + 1]) for i in range(len(product) - 1)]
     )
     return np.concatenate([[0.0], np.cumsum(np.sqrt(np.clip(1.0 - cosine**2, 0.0, 1.0)))])
-
-
-def without_creep(
-    moved: NDArray[np.float64], distance: NDArray[np.float64], reference: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The part of motions (N, parameters) in pixels relative to the reference that jumps from light to light.
-
-    Position = jump + creep + error, with variances t^2, _CREEP_PX^2 exp(-(d_i - d_j)^2 / 2 l^2) and _NOISE_PX^2; t is
-    the most likely one, or zero where that is not likelier by a factor of e^_LEAST_EVIDENCE. Returned are the expected
-    difference of jumps to the reference and its standard deviation (N,), of each parameter.
-    """
-    count = len(moved)
-    apart = (distance[:, None] - distance) / _CREEP_LENGTH
-    smooth = _CREEP_PX**2 * np.exp(-0.5 * apart**2) + _NOISE_PX**2 * np.eye(count)
-    to_reference = np.delete(np.eye(count), reference, axis=0)
-    to_reference[:, reference] -= 1.0
-    creep, jump = (to_reference @ one @ to_reference.T for one in (smooth, np.eye(count)))
-    seen = np.delete(moved, reference, axis=0)
-    likely = [_log_likelihood(seen, creep + size**2 * jump) for size in _JUMPS_PX]
-    best = int(np.argmax(likely))
-    if likely[best] < likely[0] + _LEAST_EVIDENCE:
-        return np.zeros_like(moved), np.zeros(count)
-    jump *= _JUMPS_PX[best] ** 2
-    share = np.linalg.solve(creep + jump, jump).T
-    doubt = np.sqrt(np.maximum(np.diag(jump - share @ jump), 0.0))
-    return np.insert(share @ seen, reference, 0.0, axis=0), np.insert(doubt, reference, 0.0)
-
-
-def _log_likelihood(seen: NDArray[np.float64], covariance: Matrix) -> float:
-    """Of columns (n, parameters) that are drawn from a normal distribution of zero mean, up to a constant."""
-    spread = float((seen * np.linalg.solve(covariance, seen)).sum())
-    return -0.5 * (spread + seen.shape[1] * float(np.linalg.slogdet(covariance)[1]))
 
 
 def one_light(pictures: Sequence[Grey], matrix: Matrix) -> bool:

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from engine.capture.arc_motion import without_creep
+from engine.capture.creep import without_creep
 
 COUNT, REFERENCE = 10, 9
 DISTANCE = np.linspace(0.0, 1.5, COUNT)
@@ -28,8 +30,34 @@ def test_a_knock_is_kept(size):
     jumps = np.zeros((COUNT, 2))
     jumps[4] = size, -size
     kept, _ = found(jumps)
-    error = kept - jumps
-    assert np.abs(error[4] - (error[3] + error[5]) / 2).max() < 0.25 * size
+    assert np.abs(kept - jumps).max() < 0.15
+
+
+def test_two_knocks_leave_the_others_alone():
+    jumps = np.zeros((COUNT, 2))
+    jumps[2], jumps[6] = (2.0, 1.0), (-1.5, 3.0)
+    kept, doubt = found(jumps)
+    assert np.abs(kept - jumps).max() < 0.2
+    assert doubt.max() < 0.3
+
+
+def test_what_cannot_be_told_from_creep_is_left_and_doubted():
+    """Jumps of a tenth of a pixel along creep that is not smooth."""
+    moved = CREEP + np.random.default_rng(4).normal(0, 0.15, CREEP.shape)
+    kept, doubt = without_creep(moved - moved[REFERENCE], DISTANCE, REFERENCE)
+    assert not kept.any() or (kept**2).mean() > (doubt**2).mean()
+
+
+@given(st.integers(0, 10_000), st.integers(5, 14))
+@settings(max_examples=15, deadline=None)
+def test_the_order_of_axes_and_the_sign_do_not_matter(seed, count):
+    random = np.random.default_rng(seed)
+    moved, distance = random.normal(0, 1, (count, 2)), np.cumsum(random.uniform(0.05, 0.4, count))
+    moved -= moved[1]
+    kept, doubt = without_creep(moved, distance, 1)
+    other, same = without_creep(-moved[:, ::-1], distance, 1)
+    np.testing.assert_allclose(other, -kept[:, ::-1], atol=1e-9)
+    np.testing.assert_allclose(same, doubt, atol=1e-9)
 
 
 def test_a_camera_that_always_moves_leaves_doubt_that_covers_the_error():
