@@ -8,7 +8,8 @@ about the normal makes equal are one point, also at θ_h = 0 and θ_d = 0 where 
 (p cos φ_h, p sin φ_h, λ (wi − wo)/2).
 Symmetries. Mirroring at the plane of incidence negates d_y, exchanging wi and wo (reciprocity) d_x and d_y or
 wi − wo. Each is imposed exactly, through K, if no two samples contradict it and the logarithmic leave-one-out error
-does not grow by more than `SYMMETRY_SLACK` with it; Cornell's paints turn out not to be reciprocal as measured.
+does not grow by more than `SYMMETRY_SLACK` with it; Cornell's paints turn out not to be reciprocal as measured. Where
+one sample in a hundred or more has its exchanged partner in the list, with the same value, reciprocity is a fact.
 Isotropy is taken where it predicts left-out samples better, and where all light comes from one azimuth, which says
 nothing against it.
 Kernels φ: Wendland's (1995), positive definite in up to five dimensions: (1 − r)³₊, or (1 − r)⁵₊(5r + 1), which is
@@ -30,7 +31,7 @@ to four boxes, some 3 ns each, on all threads.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
@@ -38,7 +39,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import lapack
-from scipy.spatial import cKDTree
 
 from engine.brdf.samples import BrdfSamples
 from engine.directions import Vectors, dot
@@ -93,6 +93,10 @@ SYMMETRIES = (
     Symmetry(False, True, ((1, 1, 1, 1, 1), (1, 1, -1, -1, -1))),
     Symmetry(False, False, ((1, 1, 1, 1, 1),)),
 )
+
+
+#: The signs above that exchange wi and wo, with or without a mirror.
+_EXCHANGES = ((-1, -1, 1, 1), (-1, 1, 1, 1), (1, 1, -1, -1, -1))
 
 
 class Shape(NamedTuple):
@@ -223,7 +227,8 @@ def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0) -> Steps[Scatter
         text = f"the interpolation is ill-conditioned ({condition:.1e}); smoothing helps"
         findings.append(Finding(Verdict.WARNING, text))
     if merged:
-        findings.append(Finding(Verdict.NOTE, f"{merged} samples repeat a direction pair and were averaged"))
+        text = f"{merged} samples repeat the directions of another, or are its image by symmetry; their mean is kept"
+        findings.append(Finding(Verdict.NOTE, text))
     health = samples.health.merged(Health(MappingProxyType(figures), tuple(findings)))
     return ScatteredBrdf(samples, shape, condition, left_out, left_out_log, health, offset, mean, patches)
 
@@ -255,7 +260,7 @@ def _chosen_shape(samples: BrdfSamples, logs: Floats, smoothing: float) -> Steps
     wi, wo = samples.wi[subset], samples.wo[subset]
     targets = logs[subset] - logs[subset].mean(axis=0)
     found: list[tuple[float, Shape]] = []
-    possible = [symmetry for symmetry in SYMMETRIES if _bears(samples, symmetry)]
+    possible = _possible(samples)
     for number, symmetry in enumerate(possible):
         errors: list[tuple[float, Shape]] = []
         for bend, weight, smooth in itertools.product(_BENDS, _DIFFERENCE_WEIGHTS, (False, True)):
@@ -271,26 +276,45 @@ def _chosen_shape(samples: BrdfSamples, logs: Floats, smoothing: float) -> Steps
     return next(shape for error, shape in alike if error <= SYMMETRY_SLACK * best)
 
 
-def _bears(samples: BrdfSamples, symmetry: Symmetry) -> bool:
-    """False where two samples that the symmetry makes one point differ in value, or where it has nothing to say."""
+def _possible(samples: BrdfSamples) -> list[Symmetry]:
+    """The symmetries that no two samples contradict; those with reciprocity alone where samples show it."""
     single = any(_one_azimuth(directions) for directions in (samples.wi, samples.wo))
-    if single and not symmetry.isotropic:
-        return False
-    if single and len(symmetry.signs) == 1:
-        return True
-    shape = Shape(symmetry, _BENDS[-1], 1.0, False)
-    points = coordinates(samples.wi, samples.wo, shape)
-    tree = cKDTree(points)
-    scale = samples.value.max()
-    for signs in shape.signs:
-        distance, other = tree.query(points * signs, k=2, distance_upper_bound=_SAME_POINT)
-        for column in range(2):
-            near = np.flatnonzero(distance[:, column] < np.inf)
-            one, two = samples.value[near], samples.value[other[near, column]]
-            allowed = _SAME_VALUE * np.maximum(one, two) + 1e-6 * scale
-            if (np.abs(one - two) > allowed).any() and not _only_repeated(samples, near, other[near, column]):
-                return False
-    return True
+    asked = [symmetry for symmetry in SYMMETRIES if symmetry.isotropic or not single]
+    seen = {symmetry: _evidence(samples, symmetry) for symmetry in asked}
+    borne = [symmetry for symmetry in asked if seen[symmetry] is not None]
+    shown = [
+        symmetry for symmetry in borne if symmetry.reciprocal and (seen[symmetry] or 0) >= len(samples.value) / 100
+    ]
+    # Where all light comes from one azimuth nothing can contradict isotropy, not even samples of noise.
+    return shown or borne or [SYMMETRIES[2]]
+
+
+def _evidence(samples: BrdfSamples, symmetry: Symmetry) -> int | None:
+    """How many samples have a partner of the same value where the exchange of wi and wo takes them.
+
+    None where two samples that the symmetry makes one point differ in value, other than the same pair measured twice.
+    """
+    pairs = np.rint(np.hstack([samples.wi, samples.wo]) / _SAME_POINT).astype(np.int64)
+    _, once = np.unique(pairs, axis=0, return_index=True)
+    points = coordinates(samples.wi[once], samples.wo[once], Shape(symmetry, _BENDS[-1], 1.0, False))
+    groups, place = np.unique(_keys(points, symmetry.signs), axis=0, return_inverse=True)
+    low, high = np.full((len(groups), 3), np.inf), np.zeros((len(groups), 3))
+    np.minimum.at(low, place, samples.value[once])
+    np.maximum.at(high, place, samples.value[once])
+    if (high - low > _SAME_VALUE * high + 1e-6 * samples.value.max()).any():
+        return None
+    without = [signs for signs in symmetry.signs if signs not in _EXCHANGES]
+    return len(np.unique(_keys(points, without), axis=0)) - len(groups)
+
+
+def _keys(points: Floats, all_signs: Sequence[tuple[int, ...]]) -> NDArray[np.int64]:
+    """Whole numbers (N, D) that are equal for points that the signs make one: the least of all images."""
+    images = [np.rint(points * signs / _SAME_POINT).astype(np.int64) for signs in np.array(all_signs, np.float64)]
+    least = images[0]
+    for image in images[1:]:
+        axis = (image != least).argmax(axis=1)[:, None]
+        least = np.where(np.take_along_axis(image < least, axis, axis=1), image, least)
+    return least
 
 
 def _one_azimuth(directions: Vectors) -> bool:
@@ -300,27 +324,10 @@ def _one_azimuth(directions: Vectors) -> bool:
     return bool((np.abs(flat[:, 0] * furthest[1] - flat[:, 1] * furthest[0]) < 1e-6).all())
 
 
-def _only_repeated(samples: BrdfSamples, one: NDArray[np.intp], two: NDArray[np.intp]) -> bool:
-    """True where the pairs are the same pairs of directions measured twice, which no symmetry has to explain."""
-    same = np.abs(samples.wi[one] - samples.wi[two]).max(axis=1) + np.abs(samples.wo[one] - samples.wo[two]).max(axis=1)
-    values = np.abs(samples.value[one] - samples.value[two]).max(axis=1)
-    return bool((same[values > 0.0] < _SAME_POINT).all())
-
-
 def _merged(points: Floats, logs: Floats, shape: Shape) -> tuple[Floats, Floats, int]:
     """Points and values with those that the symmetries make one replaced by their mean, and how many go."""
-    tree = cKDTree(points)
-    pairs = [
-        tree.sparse_distance_matrix(cKDTree(points * signs), _SAME_POINT, output_type="coo_matrix")
-        for signs in shape.signs
-    ]
-    group = np.arange(len(points))
-    for found in pairs:
-        np.minimum.at(group, found.row, found.col)
-        np.minimum.at(group, found.col, found.row)
-    while (group[group] != group).any():
-        group = group[group]
-    kept, place, counts = np.unique(group, return_inverse=True, return_counts=True)
+    keys = _keys(points, shape.symmetry.signs)
+    _, kept, place, counts = np.unique(keys, axis=0, return_index=True, return_inverse=True, return_counts=True)
     sums = np.zeros((len(kept), logs.shape[1]))
     np.add.at(sums, place, logs)
     return points[kept], sums / counts[:, None], len(points) - len(kept)
