@@ -1,4 +1,4 @@
-"""OpenEXR: colour pictures for the capture; the maps of bundles are read by `engine.files.maps`."""
+"""OpenEXR: colour pictures for the capture, and all channels with their attributes for our own bundles."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _REMEDY = "Save it as an EXR image with channels R, G, B"
 
 def read_exr(content: bytes, name: str) -> Raster:
     """R, G, B (or Y, or those of the first layer that has them) of the first part."""
-    channels, warnings = _read(content, name)
+    channels, _, warnings = _read(content, name)
     layer, names = _colour_channels(channels, name)
     if layer:
         warnings += (f"has no channels R, G, B; its layer {layer!r} is used",)
@@ -38,7 +38,21 @@ def read_exr(content: bytes, name: str) -> Raster:
     return Raster(samples, None, bits, "linear", "EXR", warnings)
 
 
-def _read(content: bytes, name: str) -> tuple[dict[str, NDArray[Any]], tuple[str, ...]]:
+def read_exr_channels(content: bytes, name: str) -> dict[str, Any]:
+    """Decoder for `decode_in_child`: every channel (H, W) in its own dtype as `channel:NAME`, and `attributes`.
+
+    Attributes are those that JSON can hold: text, numbers and tuples of them.
+    """
+    channels, header, _ = _read(content, name)
+    attributes = {key: value for key, value in header.items() if _plain(value)}
+    return {**{f"channel:{key}": plane for key, plane in channels.items()}, "attributes": attributes}
+
+
+def _plain(value: Any) -> bool:
+    return isinstance(value, (str, int, float)) or (isinstance(value, tuple) and all(map(_plain, value)))
+
+
+def _read(content: bytes, name: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any], tuple[str, ...]]:
     headers = OpenEXR.File(io.BytesIO(content), header_only=True).parts
     for part in headers:
         _check_part(part, name, len(content))
@@ -54,7 +68,7 @@ def _read(content: bytes, name: str) -> tuple[dict[str, NDArray[Any]], tuple[str
         warnings += (f"has {len(headers)} parts, of which the first is used",)
     if not np.array_equal(np.ravel(header["dataWindow"]), np.ravel(header["displayWindow"])):
         warnings += ("stores another area than it displays; all that is stored is used",)
-    return channels, warnings
+    return channels, header, warnings
 
 
 def _check_part(part: Any, name: str, file_bytes: int) -> None:
