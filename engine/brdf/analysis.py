@@ -19,13 +19,13 @@ from engine.directions import Vectors, normalize, surface_direction
 
 Floats = NDArray[np.float64]
 
-#: Farthest viewer from the normal that `maximum_albedo` asks, in radians.
+#: Lowest beam that `maximum_albedo` asks, as the angle from the normal in radians.
 GRAZING = float(np.radians(89.9))
 
 
 @dataclass(frozen=True)
 class MaximumAlbedo:
-    """The largest directional albedo of any colour channel, and the viewer (theta, phi) in radians who sees it."""
+    """The largest albedo of any colour channel, and from where (theta, phi), in radians, its beam comes."""
 
     albedo: tuple[float, float, float]
     theta: float
@@ -51,36 +51,38 @@ def _points(count: int) -> Floats:
     return points
 
 
-def albedo(brdf: Brdf, wo: ArrayLike, *, sampler: Sampler | None = None, count: int = 4096) -> Vectors:
-    """Share of uniform light from the whole hemisphere that goes towards unit `wo` (..., 3): ∫ f cos(theta_i) dwi.
+def albedo(brdf: Brdf, wi: ArrayLike, *, sampler: Sampler | None = None, count: int = 4096) -> Vectors:
+    """Share of a beam from unit `wi` (..., 3) that is reflected to all sides: ∫ f(wi, wo) cos(theta_o) dwo.
 
-    By reciprocity this is also what a beam from `wo` loses to all directions. 0 for viewers below the horizon.
+    By reciprocity this is also the share of uniform light that goes towards `wi`; of data that are not reciprocal
+    only the first is bounded by energy. 0 for directions below the horizon.
     """
     sampler = sampler or sampler_of(brdf)
-    viewers = np.asarray(wo, np.float64).reshape(-1, 3)
-    result = np.zeros((len(viewers), 3))
-    for index, viewer in enumerate(viewers):
-        if viewer[2] > 0.0:
-            result[index] = _weights(brdf, sampler, np.broadcast_to(viewer, (count, 3)), _points(count)).mean(axis=0)
-    return result.reshape(np.shape(wo))
+    beams = np.asarray(wi, np.float64).reshape(-1, 3)
+    result = np.zeros((len(beams), 3))
+    for index, beam in enumerate(beams):
+        if beam[2] > 0.0:
+            result[index] = _weights(brdf, sampler, np.broadcast_to(beam, (count, 3)), _points(count)).mean(axis=0)
+    return result.reshape(np.shape(wi))
 
 
-def _weights(brdf: Brdf, sampler: Sampler, wo: Vectors, u: Floats) -> Vectors:
-    wi = sampler.sample(wo, u)
-    seen = wi[:, 2] > 0.0
+def _weights(brdf: Brdf, sampler: Sampler, wi: Vectors, u: Floats) -> Vectors:
+    """f cos(theta_o) / density of outgoing directions; the sampler, made for light, is asked with the sides changed."""
+    wo = sampler.sample(wi, u)
+    seen = wo[:, 2] > 0.0
     weights = np.zeros((len(u), 3))
-    density = sampler.pdf(wi[seen], wo[seen])
-    weights[seen] = brdf.f(wi[seen], wo[seen]) * (wi[seen, 2] / density)[:, None]
+    density = sampler.pdf(wo[seen], wi[seen])
+    weights[seen] = brdf.f(wi[seen], wo[seen]) * (wo[seen, 2] / density)[:, None]
     return weights
 
 
-def albedo_curve(brdf: Brdf, theta_o: ArrayLike, phi_o: float = 0.0, *, count: int = 4096) -> Vectors:
-    """The albedo (N, 3) towards viewers at polar angles `theta_o` (N,) in radians."""
-    return albedo(brdf, surface_direction(theta_o, phi_o), count=count)
+def albedo_curve(brdf: Brdf, theta: ArrayLike, phi: float = 0.0, *, count: int = 4096) -> Vectors:
+    """The albedo (N, 3) of beams from polar angles `theta` (N,) in radians."""
+    return albedo(brdf, surface_direction(theta, phi), count=count)
 
 
 def maximum_albedo(brdf: Brdf, *, angles: int = 32, count: int = 2048) -> MaximumAlbedo:
-    """The largest albedo over viewers from the normal to 89.9°, and over eight azimuths where the BRDF is brushed."""
+    """The largest albedo of beams from the normal to 89.9°, and over eight azimuths where the BRDF is brushed."""
     theta = np.linspace(0.0, GRAZING, angles)
     phi = np.array([0.0]) if brdf.isotropic else np.arange(8) * np.pi / 8.0
     seen = albedo(brdf, surface_direction(theta[:, None], phi[None, :]), count=count)

@@ -40,6 +40,20 @@ def test_maximum_albedo_says_where() -> None:
     assert max(normal.albedo) == pytest.approx(0.5, rel=0.01)
 
 
+def test_albedo_of_one_way_data_is_what_leaves_the_surface() -> None:
+    """f = 1/(pi cos(theta_o)) sends 2 units of a beam on, however it comes, while viewers may see any amount."""
+
+    class Glowing:
+        isotropic, reciprocal, energy_conserving = True, False, False
+
+        def f(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+            wi, wo = np.broadcast_arrays(wi, wo)
+            visible = (wi[..., 2:] > 0) & (wo[..., 2:] > 0)
+            return np.where(visible, 1.0 / (np.pi * np.where(visible, wo[..., 2:], 1.0)), 0.0) * np.ones(3)
+
+    assert albedo(Glowing(), surface_direction(np.array([0.2, 1.5]))) == pytest.approx(2.0, rel=0.02)
+
+
 def test_albedo_curve_equals_single_albedos() -> None:
     brdf, theta = brdf_from_text("ggx:kd=0.1,alpha=0.3,f0=0.5"), np.array([0.1, 0.7, 1.4])
     assert np.array_equal(albedo_curve(brdf, theta), [albedo(brdf, surface_direction(angle)) for angle in theta])
