@@ -9,9 +9,13 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 
 from engine.brdf.lafortune import Lafortune, LafortuneThreeLobes
+
+#: How many names an error lists.
+_LISTED = 8
 
 _TABLES = Path(__file__).resolve().parents[2] / "resources" / "brdf"
 
@@ -32,16 +36,18 @@ class Preset:
 
 
 def find_preset(model: str, name: str) -> Preset:
-    """The preset `name` of a model; ValueError names those that are near."""
+    """The preset `name` of a model; ValueError names some that are near."""
     known = [preset for preset in PRESETS if preset.model == model]
     for preset in known:
         if preset.name == name:
             return preset
     if not known:
         raise ValueError(f"{model} has no presets; those of lafortune are the only ones")
-    alike = [preset.name for preset in known if any(word and word in preset.name for word in name.split("-"))]
-    listed = alike or [preset.name for preset in known]
-    raise ValueError(f"unknown preset {name!r} of {model}; known are {', '.join(listed)}")
+    names = [preset.name for preset in known]
+    alike = [known_name for known_name in names if any(word and word in known_name for word in name.split("-"))]
+    listed = (alike or get_close_matches(name, names) or names)[:_LISTED]
+    more = "" if len(names) == len(listed) else f" and {len(names) - len(listed)} more"
+    raise ValueError(f"unknown preset {name!r} of {model}; known are {', '.join(listed)}{more}")
 
 
 def _rows(table: str) -> tuple[str, list[dict[str, str]]]:
