@@ -85,7 +85,10 @@ resident memory of this process plus that of its decoder processes."""
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.session import close_session, open_session
+    from engine.files.unpack import is_archive
 
+    if not any(map(is_archive, arguments.photographs)):
+        return _imported(arguments, show, None)
     folder = open_session()
     try:
         return _imported(arguments, show, folder)
@@ -93,7 +96,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         close_session(folder)
 
 
-def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scratch: Path) -> dict[str, Any]:
+def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scratch: Path | None) -> dict[str, Any]:
     """Import what `arguments` say; archives are unpacked in the folder `scratch`."""
     from app.cli import usage
     from engine.capture.import_stack import ImportSettings, import_stack
