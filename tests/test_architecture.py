@@ -38,6 +38,7 @@ LAYERS = (
     {"images", "environment", "environment_file", "light_tree", "camera", "drape"},
     {"mesh", "mesh_text", "shapes"},
     {"capture", "brdf"},
+    {"factor"},
     {"shading"},
     {"material"},
     {"scene"},

@@ -1,0 +1,155 @@
+"""How far a factorisation is from its BRDF: six errors over the samples, and one over random pairs of directions.
+
+The six of Cole 2002, Sec. 4.3: mean absolute, mean squared and largest difference over samples and channels, of
+log((f + εA)/A) ("relative error") and of f itself. The seventh is that of Wang, Tran and Luebke 2004, Sec. 4.3: the
+root mean square of (f − f') cos θ_i over random pairs, over all channels, in 1/sr; random means uniform in solid angle
+over both hemispheres. Its bands are those of the viewer's elevation: the light's horizon is already weighed away.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine.brdf.brdf import Brdf
+from engine.directions import Vectors, surface_direction
+from engine.factor.data import FactorData
+from engine.factor.log_space import EPSILON, LogSpace
+
+Floats = NDArray[np.float64]
+
+#: Random pairs that the cosine-weighted error is taken over, and bands of 10° of the viewer's elevation.
+PAIRS = 80_000
+BANDS = 9
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """Means and maxima over samples and channels: `…_log` of log((f + εA)/A), the others in 1/sr (`sq` in 1/sr²)."""
+
+    abs_log: float
+    sq_log: float
+    max_log: float
+    abs: float
+    sq: float
+    max: float
+
+
+#: The names of the six, of which one drives a search.
+METRICS = ("abs_log", "sq_log", "max_log", "abs", "sq", "max")
+
+
+def metrics(approximation: ArrayLike, data: FactorData, epsilon: float = EPSILON) -> Metrics:
+    """The six errors of values (N, 3) in 1/sr at the pairs of `data`; negative ones count as 0.
+
+    A is the mean of the data per channel; data that are 0 everywhere are measured with A = 1.
+    """
+    value = np.maximum(np.asarray(approximation, np.float64), 0.0)
+    if value.shape != data.value.shape:
+        raise ValueError(f"{value.shape} values for {data.value.shape} samples")
+    space = LogSpace.of(data.value, epsilon) if data.value.max() > 0.0 else LogSpace(np.ones(3), epsilon)
+    log = np.abs(space.forward(value) - space.forward(data.value))
+    plain = np.abs(value - data.value)
+    return Metrics(
+        abs_log=float(log.mean()),
+        sq_log=float((log * log).mean()),
+        max_log=float(log.max()),
+        abs=float(plain.mean()),
+        sq=float((plain * plain).mean()),
+        max=float(plain.max()),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A BRDF's values at random pairs, evaluated once and compared with many approximations.
+
+    Attributes
+    ----------
+    wi, wo : (P, 3) unit directions, uniform over both hemispheres.
+    value : (P, 3) in 1/sr.
+    """
+
+    wi: Vectors
+    wo: Vectors
+    value: Floats
+
+    def rms(self, approximation: Brdf) -> tuple[float, tuple[float, ...]]:
+        """The cosine-weighted RMS in 1/sr over all pairs, and over those in each band from the horizon upwards."""
+        difference = (approximation.f(self.wi, self.wo) - self.value) * self.wi[:, 2:]
+        square = (difference * difference).mean(axis=1)
+        elevation = np.arctan2(self.wo[:, 2], np.hypot(self.wo[:, 0], self.wo[:, 1]))
+        band = np.minimum((elevation * (2.0 * BANDS / np.pi)).astype(int), BANDS - 1)
+        sums, counts = np.bincount(band, square, BANDS), np.bincount(band, minlength=BANDS)
+        bands = np.sqrt(sums / np.maximum(counts, 1))
+        return float(np.sqrt(square.mean())), tuple(map(float, bands))
+
+
+def reference(brdf: Brdf, pairs: int = PAIRS, seed: int = 1) -> Reference:
+    """`brdf` at random pairs of directions; the same pairs for the same seed."""
+    if pairs < 1:
+        raise ValueError(f"at least one pair is needed, not {pairs}")
+    rng = np.random.default_rng(seed)
+
+    def hemisphere() -> Vectors:
+        cosine = 1.0 - rng.random(pairs)
+        return surface_direction(np.arctan2(np.sqrt(1.0 - cosine * cosine), cosine), 2.0 * np.pi * rng.random(pairs))
+
+    wi, wo = hemisphere(), hemisphere()
+    return Reference(wi, wo, brdf.f(wi, wo))
+
+
+def rms_cosine_weighted(brdf: Brdf, approximation: Brdf, pairs: int = PAIRS, seed: int = 1) -> float:
+    """Root mean square of (f − f') cos θ_i over random pairs and all channels, in 1/sr."""
+    return reference(brdf, pairs, seed).rms(approximation)[0]
+
+
+@dataclass(frozen=True)
+class TermError:
+    """What the first `terms` terms of a factorisation, in `textures` textures, achieve.
+
+    Attributes
+    ----------
+    rms_cosine_weighted : in 1/sr, over random pairs.
+    rms_by_elevation_band : the same for the viewer's elevation in [0°, 10°), [10°, 20°), … [80°, 90°].
+    metrics : over the samples that it was made from.
+    time_s : from the start of the factorisation until this term was there.
+    size_bytes : of the textures, as float32.
+    """
+
+    terms: int
+    textures: int
+    rms_cosine_weighted: float
+    rms_by_elevation_band: tuple[float, ...]
+    metrics: Metrics
+    time_s: float
+    size_bytes: int
+
+
+@dataclass(frozen=True, eq=False)
+class Factorisation:
+    """A factorisation with its errors for each number of terms, complete or as far as it got.
+
+    Attributes
+    ----------
+    factors : SeparableFactors or HomomorphicFactors.
+    method : the name of the method that made it.
+    ladder : the errors of 1, 2, … terms.
+    asymmetry : ‖M − Mᵀ‖/‖M‖ of the BRDF's matrix; 0 where no matrix is formed.
+    condition_number : of the last least-squares problem, as far as it is known, else 0.
+    optimum_ratio : truncation error over the Eckart–Young optimum; 0 where there is no such optimum.
+    evaluations : inner solves of a search, else 0.
+    projections : a search's projections, else empty.
+    """
+
+    factors: Any
+    method: str
+    ladder: tuple[TermError, ...]
+    asymmetry: float = 0.0
+    condition_number: float = 0.0
+    optimum_ratio: float = 0.0
+    evaluations: int = 0
+    projections: tuple[Any, ...] = ()
