@@ -2,24 +2,26 @@
 
 The table is reciprocal and isotropic by its nature. Of a BRDF that is not reciprocal it holds the mean of both ways;
 of an anisotropic one the mean over azimuths of the half vector, with a warning. Bins whose directions lie below the
-horizon are missing and filled as all others are.
+horizon, or within 0.3° of it, are missing and filled as all others are: reflectance may grow there without bound, and
+one such bin would shine into all that is interpolated from it.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf
+from engine.brdf.half_difference import half_difference
 from engine.brdf.holes import fill_holes
 from engine.brdf.table import LARGEST, HalfDifferenceTable, bin_directions
 from engine.directions import Vectors, surface_direction
 from engine.health import Finding, Health, Verdict
-from engine.steps import Step, Steps, drain
+from engine.steps import Step, Steps, drain, part
 
 #: The resolution of MERL data.
 SHAPE = (90, 90, 180)
@@ -29,6 +31,12 @@ AZIMUTHS = 16
 
 #: Random pairs, cosine-weighted on both sides, on which the error is measured.
 PAIRS = 20_000
+
+#: Least cosine of both directions of a bin that is sampled.
+HORIZON = 0.005
+
+#: Which way of the light is sampled: their mean, the given one, or that with light and viewer exchanged.
+Way = Literal["mean", "given", "exchanged"]
 
 _ROWS_AT_ONCE = 3
 
@@ -41,7 +49,7 @@ def table_from(
 
 
 def resample(
-    brdf: Brdf, shape: tuple[int, int, int] = SHAPE, name: str = "", dtype: Any = np.float64
+    brdf: Brdf, shape: tuple[int, int, int] = SHAPE, name: str = "", dtype: Any = np.float64, way: Way = "mean"
 ) -> Steps[HalfDifferenceTable]:
     """Sample `brdf` at the bin centres of a table of `shape` (H, D, P), some rows of theta_h at a time.
 
@@ -56,11 +64,9 @@ def resample(
         rows = slice(first, min(first + _ROWS_AT_ONCE, shape[0]))
         for phi_h in azimuths:
             wi, wo = bin_directions(shape, rows, phi_h)
-            visible = (wi[..., 2] > 0.0) & (wo[..., 2] > 0.0)
+            visible = (wi[..., 2] > HORIZON) & (wo[..., 2] > HORIZON)
             missing[rows] = ~visible
-            pairs = brdf.f(wi[visible], wo[visible])
-            if not brdf.reciprocal:
-                pairs = 0.5 * (pairs + brdf.f(wo[visible], wi[visible]))
+            pairs = _sampled(brdf, wi[visible], wo[visible], way)
             values[rows][visible] += np.clip(pairs, 0.0, LARGEST) / len(azimuths)
         yield Step(0.95 * rows.stop / shape[0], "sampling the reflectance")
     fill_holes(values, missing)
@@ -70,17 +76,38 @@ def resample(
     return replace(table, health=_health(brdf, table))
 
 
+def _sampled(brdf: Brdf, wi: Vectors, wo: Vectors, way: Way) -> Vectors:
+    if way == "exchanged":
+        return brdf.f(wo, wi)
+    if way == "given" or brdf.reciprocal:
+        return brdf.f(wi, wo)
+    return 0.5 * (brdf.f(wi, wo) + brdf.f(wo, wi))
+
+
+def whole_turn(brdf: Brdf, shape: tuple[int, int, int] = SHAPE) -> Steps[tuple[NDArray[np.float32], float]]:
+    """A lattice (H + 1, D + 1, 2 P, 3) whose phi_d goes once around, for BRDFs that are not reciprocal, and its error.
+
+    Its second half is what a table holds of the BRDF with light and viewer exchanged, as phi_d + π is their exchange.
+    The error is that of `resample`, `resampling_rms_rel`.
+    """
+    given = yield from part(resample(brdf, shape, dtype=np.float32, way="given"), 0.0, 0.5)
+    exchanged = yield from part(resample(brdf, shape, dtype=np.float32, way="exchanged"), 0.5, 1.0)
+    lattice = np.concatenate([given.lattice, exchanged.lattice], axis=2)
+    lattice[0] = lattice[0].mean(axis=1, keepdims=True)
+    lattice[:, 0] = lattice[:, 0].mean(axis=1, keepdims=True)
+    wi, wo = random_pairs(PAIRS)
+    second = half_difference(wi, wo).phi_d < 0.0
+    found = np.where(second[:, None], exchanged.f(wi, wo), given.f(wi, wo))
+    return lattice, _errors(found, brdf.f(wi, wo))[0]
+
+
 def _model_name(brdf: Brdf) -> str:
     return next((name for name, model in MODELS.items() if type(brdf) is model), "table")
 
 
 def _health(brdf: Brdf, table: HalfDifferenceTable) -> Health:
     wi, wo = random_pairs(PAIRS)
-    wanted = brdf.f(wi, wo)
-    difference = table.f(wi, wo) - wanted
-    scale, largest = np.sqrt(np.mean(wanted**2)), np.abs(wanted).max()
-    rms = float(np.sqrt(np.mean(difference**2)) / scale) if scale > 0.0 else 0.0
-    worst = float(np.abs(difference).max() / largest) if largest > 0.0 else 0.0
+    rms, worst = _errors(table.f(wi, wo), brdf.f(wi, wo))
     findings = [Finding(Verdict.NOTE, f"Resampling to a table errs by {100 * rms:.2g} % RMS.")]
     if not brdf.isotropic:
         text = "The BRDF is anisotropic; the table is its mean over the azimuths of the half vector."
@@ -90,6 +117,14 @@ def _health(brdf: Brdf, table: HalfDifferenceTable) -> Health:
         findings.append(Finding(Verdict.NOTE, text))
     figures = {"resampling_rms_rel": rms, "resampling_max_rel": worst, "samples": float(table.samples)}
     return Health(MappingProxyType(figures), tuple(findings))
+
+
+def _errors(found: Vectors, wanted: Vectors) -> tuple[float, float]:
+    """RMS difference relative to the RMS of `wanted`, and the largest relative to its largest; 0 where that is 0."""
+    difference = found - wanted
+    scale, largest = np.sqrt(np.mean(wanted**2)), np.abs(wanted).max()
+    rms = float(np.sqrt(np.mean(difference**2)) / scale) if scale > 0.0 else 0.0
+    return rms, float(np.abs(difference).max() / largest) if largest > 0.0 else 0.0
 
 
 def random_pairs(count: int, seed: int = 0) -> tuple[Vectors, Vectors]:

@@ -4,22 +4,34 @@
 
 uniform sampler2DArray brdf_table;
 
-// atan(y, x) for y >= 0, in [0, pi], to 2e-7; drivers may err by 1e-5. Cephes' polynomial on [-tan(pi/8), tan(pi/8)].
-float table_angle(float y, float x)
+// The range of phi_d: pi, and exchanged directions are one entry; or 2 pi, and they are two.
+uniform float brdf_turn;
+
+// atan(small / large) for 0 <= small <= large, to 1e-7; drivers may err by 1e-5. Cephes' polynomial below tan(pi/8).
+float table_atan(float small, float large)
 {
-    float side = abs(x);
-    float large = max(y, side);
     if (large == 0.0)
         return 0.0;
-    float small = min(y, side);
     bool halve = small > 0.41421356 * large;
     float t = halve ? (small - large) / (small + large) : small / large;
     float q = t * t;
-    float angle = t + t * q * (-0.33333329 + q * (0.19977711 + q * (-0.13877685 + q * 0.080537446)));
-    angle += halve ? 0.78539816 : 0.0;
-    if (y > side)
-        angle = 1.57079633 - angle;
-    return x < 0.0 ? 3.14159265 - angle : angle;
+    float angle = t + t * q * (-0.33332949 + q * (0.19977711 + q * (-0.13877686 + q * 0.080537446)));
+    return halve ? angle + 0.78539816 : angle;
+}
+
+// atan(y, x) for x, y >= 0.
+float table_angle(float y, float x)
+{
+    return y > x ? 1.57079633 - table_atan(x, y) : table_atan(y, x);
+}
+
+// atan(y, x) for y >= 0, as a number of quarter turns and what is missing to it or goes beyond it.
+float table_quarter(float y, float x, out int quarters)
+{
+    float side = abs(x);
+    quarters = y > side ? 1 : (x < 0.0 ? 2 : 0);
+    float rest = y > side ? table_atan(side, y) : table_atan(y, side);
+    return (y > side) == (x < 0.0) ? rest : -rest;
 }
 
 // Lower node and weight of the upper one, for nodes at 0, 1/2, 3/2 ... bins - 1/2; constant beyond the last.
@@ -61,19 +73,22 @@ vec3 brdf(vec3 wi, vec3 wo)
     vec2 turn = across > 0.0 ? both.xy / across : vec2(1.0, 0.0);
     float x = both.z * dot(turn, between.xy) - across * between.z;
     float y = size * (turn.x * between.y - turn.y * between.x);
-    if (y < 0.0 || (y == 0.0 && x < 0.0)) {
-        x = -x;
-        y = -y;
-    }
+    bool other = y < 0.0 || (y == 0.0 && x < 0.0);
+    int quarters;
+    float beyond = other ? table_quarter(-y, -x, quarters) : table_quarter(y, x, quarters);
+    if (other && brdf_turn > 4.0)
+        quarters += 2;
     ivec3 bins = textureSize(brdf_table, 0) - ivec3(0, 1, 1);
     float weight_h, weight_d;
     int layer = table_place(sqrt(table_angle(across, both.z) * 0.63661977) * float(bins.z), bins.z, weight_h);
     float apart = length(between);
     int row = apart < size ? table_place(table_angle(apart, size) * 0.63661977 * float(bins.y), bins.y, weight_d)
         : table_place_from_end(table_angle(size, apart) * 0.63661977 * float(bins.y), bins.y, weight_d);
-    float column = table_angle(y, x) * 0.31830989 * float(bins.x) - 0.5;
+    // whole columns apart from the rest, which is small and so keeps its digits
+    float whole = float(quarters * bins.x) * (brdf_turn > 4.0 ? 0.25 : 0.5);
+    float column = beyond / brdf_turn * float(bins.x) + (whole - floor(whole)) - 0.5;
     float low = floor(column);
-    int first = (int(low) + bins.x) % bins.x;
+    int first = (int(whole) + int(low) + bins.x) % bins.x;
     int second = (first + 1) % bins.x;
     float weight_p = column - low;
     vec3 lower = mix(table_row(first, second, weight_p, row, layer),

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.brdf.resample import table_from
-from engine.brdf.table import HalfDifferenceTable
+from engine.brdf.resample import random_pairs, table_from
+from engine.brdf.table import DirectionTable
 from engine.camera import frame
 from engine.gl.context import Limits, limits
 from engine.gl.direct import DirectRenderer
@@ -30,7 +30,7 @@ SOURCE = (
 )
 
 
-def evaluate(gl: Any, table: HalfDifferenceTable, wi: np.ndarray, wo: np.ndarray, shader: Any) -> np.ndarray:
+def evaluate(gl: Any, table: Any, wi: np.ndarray, wo: np.ndarray, shader: Any) -> np.ndarray:
     folder = shader("evaluate.vert", SOURCE)
     program = load_program(gl, "evaluate.vert", None, folder=folder, varyings=["value"])
     texture = TableTexture(gl, table, limits(gl))
@@ -67,6 +67,22 @@ def test_a_rough_table_of_other_dimensions_agrees_too(gl: Any, shader: Callable[
     expected = table.f(wi, wo)
     on_gpu = evaluate(gl, table, wi, wo, shader)
     assert np.abs(on_gpu - expected).max() <= 1e-5 * expected.max()
+
+
+def test_what_is_not_reciprocal_keeps_both_ways_of_the_light(gl: Any, shader: Callable[[str, str], Any]) -> None:
+    """Values that grow with the light's azimuth against the viewer's, so that exchanging them changes all."""
+    theta = np.linspace(0.0, np.pi / 2, 10)
+    phi = np.arange(36) * (2.0 * np.pi / 36)
+    values = 1.0 + 0.5 * np.sin(phi) * np.sin(theta)[:, None, None, None] * np.sin(theta)[:, None]
+    values = np.repeat(values[..., None], 3, axis=-1)
+    brdf = DirectionTable(theta, np.zeros(1), theta, phi, values, np.zeros(values.shape[:4], bool))
+    assert brdf.isotropic
+    assert not brdf.reciprocal
+    wi, wo = (w.astype(np.float32) for w in random_pairs(20_000))
+    on_gpu = evaluate(gl, brdf, wi, wo, shader)
+    away = (wi[:, 2] > 0.1) & (wo[:, 2] > 0.1)
+    assert np.abs(on_gpu - brdf.f(wi, wo))[away].max() <= 0.02
+    assert np.abs(brdf.f(wo, wi) - brdf.f(wi, wo))[away].max() > 0.5
 
 
 def test_a_picture_of_a_table_is_the_same_on_both_renderers(gl: Any) -> None:
