@@ -58,7 +58,7 @@ MEASURES = {
     "import-bracketed-24mp": "app.bench_program:import_bracketed",
     "align-24mp": "engine.bench.capture:align_large",
 }
-LARGE = tuple(name for name in MEASURES if name.endswith(("-large", "-24mp")))
+LARGE = (*(name for name in MEASURES if name.endswith(("-large", "-24mp"))), "alignment-arc")
 
 #: Name of a group of errors and the function that finds them in a working folder.
 ACCURACIES = {
@@ -73,9 +73,7 @@ log = logging.getLogger(__name__)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     names = (*MEASURES, *ACCURACIES)
     parser.add_argument("--only", nargs="+", choices=names, metavar="NAME", help=", ".join(names))
-    parser.add_argument(
-        "--large", action="store_true", help="also import and align ten photographs of 24 megapixels (minutes)"
-    )
+    parser.add_argument("--large", action="store_true", help="also what takes minutes: 24 megapixels, arcs that move")
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:

@@ -136,6 +136,7 @@ def jumps(
     unit = _unit(shape)
     size = unit[0, 0]
     normal = np.linalg.inv(unit) @ motion_found.matrix @ unit
+    normal /= normal[:, 2:, 2:]
     energy = (basis**2).sum(axis=(1, 2))
     moved = size * np.einsum("nij,pij->np", normal - np.eye(3), basis) / energy
     distance = light_distance(motion_found.product)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 Matrix = NDArray[np.float64]
 
 #: Sizes of creep that are tried (pixels of the compared pictures), the usual one, and by what power of e others differ.
-_CREEPS_PX = np.array([0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2])
+_CREEPS_PX = np.array([0.05, 0.1, 0.2, 0.4, 0.8, 1.6])
 _USUAL_CREEP_PX, _CREEP_SPREAD = 0.8, 1.0
 #: Over what distance between lights creep changes, and how fast it may where few photographs were moved: what it could
 #: explain there is not taken for a knock.

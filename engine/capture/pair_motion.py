@@ -6,6 +6,8 @@ maximisation refines from coarse to fine (Evangelidis and Psarakis 2008, OpenCV'
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +20,11 @@ _LEAST_CONFIDENCE = 0.2
 #: Below this correlation, shading may imitate shifts of up to so many pixels of the compared pictures.
 SURE, _SHADING_PX = 0.5, 8.0
 _LARGEST_CONDITION = 1e6
-_EQUALLY_GOOD = 0.9
+#: Correlation that counts as the best one does, and for a small shift: patterns repeat, and tripods move little.
+_EQUALLY_GOOD, _NEARLY_AS_GOOD = 0.9, 0.6
 _COARSE = 320
+#: How far from no shift, and from that of the neighbour, a lower peak is looked for too.
+_NEAR = 8
 _ITERATIONS, _PRECISION = 30, 1e-6
 
 
@@ -54,16 +59,23 @@ def first_shift(target: Grey, levels: list[Grey], neighbour: Matrix) -> tuple[Ma
     """The shift (as a matrix at the coarsest level) that fits best, and how far off the next one is that fits alike."""
     image = levels[-1]
     known = enlarged(neighbour, 1 / 2 ** (len(levels) - 1))[:2, 2]
-    shifts = [np.zeros(2), np.round(known), *_phase_peaks(target, image)]
+    near = [np.zeros(2), np.round(known)]
+    shifts = [*near, *_phase_peaks(target, image, near)]
     scored = sorted(((_overlap_correlation(target, image, shift), shift) for shift in shifts), key=lambda s: -s[0])
     best = scored[0][0]
     upside_down = np.ascontiguousarray(image[::-1, ::-1])
     turned = max(_overlap_correlation(target, upside_down, shift) for shift in _phase_peaks(target, upside_down))
-    if turned > best + 0.1:
+    if turned > max(best + 0.1, 2.0 * best):
         raise Refused("it looks turned by 180°")
     if best < _LEAST_CONFIDENCE / 2:
         raise Refused("no shift of up to half the frame makes it like the reference, or there is no texture")
-    good = [shift for score, shift in scored if score >= _EQUALLY_GOOD * best]
+    sure = [(score * np.sqrt(_overlap_share(target, shift)), shift) for score, shift in scored]
+    surest = max(score for score, _ in sure)
+    good = [
+        shift
+        for score, shift in sure
+        if score >= (_NEARLY_AS_GOOD if np.abs(shift).max() <= _NEAR else _EQUALLY_GOOD) * surest
+    ]
     chosen = min(good, key=lambda shift: float(np.hypot(*shift)))
     others = [float(np.hypot(*(shift - chosen))) for shift in good]
     matrix = np.eye(3)
@@ -72,16 +84,25 @@ def first_shift(target: Grey, levels: list[Grey], neighbour: Matrix) -> tuple[Ma
     return matrix, min(apart, default=0.0) * 2 ** (len(levels) - 1)
 
 
-def _phase_peaks(target: Grey, image: Grey, count: int = 6) -> list[NDArray[np.float64]]:
-    """The highest peaks (x, y) of the phase correlation, up to half a frame."""
-    window = cv2.createHanningWindow(target.shape[::-1], cv2.CV_32F)
-    one, other = (np.fft.rfft2((picture - picture.mean()) * window) for picture in (target, image))
+def _phase_peaks(
+    target: Grey, image: Grey, near: Sequence[NDArray[np.float64]] = (), count: int = 6
+) -> list[NDArray[np.float64]]:
+    """The highest peaks (x, y) of the phase correlation, up to half a frame, and those about the shifts `near`."""
+    taper = cv2.createHanningWindow(target.shape[::-1], cv2.CV_32F)
+    one, other = (np.fft.rfft2((picture - picture.mean()) * taper) for picture in (target, image))
     cross = other * np.conj(one)
     strength = np.abs(cross)
     surface = np.fft.irfft2(cross / (strength + 1e-3 * strength.mean() + 1e-30), s=target.shape).astype(np.float32)
     surface = cv2.GaussianBlur(np.fft.fftshift(surface), (0, 0), 1.0)
     middle = np.array(surface.shape) // 2
     peaks = []
+    for place in near:
+        column, row = (int(value) + int(at) for value, at in zip(place, middle[::-1], strict=True))
+        top, left = max(0, row - _NEAR), max(0, column - _NEAR)
+        window = surface[top : row + _NEAR + 1, left : column + _NEAR + 1]
+        if window.size:
+            down, across = np.unravel_index(int(np.argmax(window)), window.shape)
+            peaks.append(np.array([left + across - middle[1], top + down - middle[0]], np.float64))
     for _ in range(count):
         row, column = np.unravel_index(int(np.argmax(surface)), surface.shape)
         peaks.append(np.array([column - middle[1], row - middle[0]], np.float64))
@@ -98,6 +119,12 @@ def _overlap_correlation(target: Grey, image: Grey, shift: NDArray[np.float64]) 
     there = image[max(0, row) : height + min(0, row), max(0, column) : width + min(0, column)]
     here = target[max(0, -row) : height + min(0, -row), max(0, -column) : width + min(0, -column)]
     return _correlation(here, there)
+
+
+def _overlap_share(target: Grey, shift: NDArray[np.float64]) -> float:
+    """Of the frame, for a picture moved by `shift`: the correlation of few pixels is less sure."""
+    height, width = target.shape
+    return max(0.0, 1.0 - abs(float(shift[0])) / width) * max(0.0, 1.0 - abs(float(shift[1])) / height)
 
 
 def _correlation(one: Grey, other: Grey) -> float:
