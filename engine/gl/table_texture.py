@@ -13,13 +13,16 @@ from typing import Any
 import numpy as np
 
 from engine.brdf.brdf import Brdf
-from engine.brdf.resample import table_from, whole_turn
+from engine.brdf.resample import SHAPE, table_from, whole_turn
 from engine.brdf.table import HalfDifferenceTable
 from engine.gl.context import Limits
 from engine.steps import drain
 
 #: Texture unit, above those of a material and the lights.
 UNIT = 5
+
+#: Bins for scattered data, and for anisotropic ones, of which only the mean is shown.
+COARSE = (45, 45, 90)
 
 #: The shader that looks the table up.
 SOURCE = "table"
@@ -35,10 +38,10 @@ class TableTexture:
             lattice = brdf.lattice
         else:
             if brdf.reciprocal:
-                table = table_from(brdf, dtype=np.float32)
+                table = table_from(brdf, _shape(brdf), dtype=np.float32)
                 lattice, error = table.lattice, table.health.figures["resampling_rms_rel"]
             else:
-                lattice, error = drain(whole_turn(brdf))
+                lattice, error = drain(whole_turn(brdf, _shape(brdf)))
                 self.turn = 2.0 * np.pi
             self.messages.append(
                 f"The measured reflectance is shown from a table that errs by {100.0 * error:.2g} % RMS."
@@ -60,6 +63,13 @@ class TableTexture:
 
     def release(self) -> None:
         self.texture.release()
+
+
+def _shape(brdf: Brdf) -> tuple[int, int, int]:
+    """The resolution of MERL data; half of it where every value is slow, and smooth beyond it."""
+    from engine.brdf.scattered import ScatteredBrdf  # slow to load, and the window must open at once
+
+    return COARSE if isinstance(brdf, ScatteredBrdf) or not brdf.isotropic else SHAPE
 
 
 def _fits(table: HalfDifferenceTable, limits: Limits) -> bool:
