@@ -97,9 +97,9 @@ def _phase_peaks(
     middle = np.array(surface.shape) // 2
     peaks = []
     for place in near:
-        column, row = (int(value) + int(at) for value, at in zip(place, middle[::-1], strict=True))
-        top, left = max(0, row - _NEAR), max(0, column - _NEAR)
-        window = surface[top : row + _NEAR + 1, left : column + _NEAR + 1]
+        beside, below = (int(value) + int(at) for value, at in zip(place, middle[::-1], strict=True))
+        top, left = max(0, below - _NEAR), max(0, beside - _NEAR)
+        window = surface[top : below + _NEAR + 1, left : beside + _NEAR + 1]
         if window.size:
             down, across = np.unravel_index(int(np.argmax(window)), window.shape)
             peaks.append(np.array([left + across - middle[1], top + down - middle[0]], np.float64))
