@@ -64,6 +64,7 @@ LARGE = (*(name for name in MEASURES if name.endswith(("-large", "-24mp"))), "al
 ACCURACIES = {
     "capture-truth": "engine.bench.capture_truth:measures",
     "alignment-accuracy": "engine.bench.capture:alignment",
+    "alignment-arc": "engine.bench.alignment:measures",
     "directions": "engine.bench.directions:directions",
 }
 
