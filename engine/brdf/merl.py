@@ -32,9 +32,13 @@ SIZE_BYTES = len(_HEADER) + 3 * 8 * int(np.prod(SHAPE))
 
 
 def looks_like_merl(head: bytes, size_bytes: int, name: str) -> bool:
-    """Its header, also with bytes swapped, its exact size, or its customary name where nothing else is known."""
+    """Its header, also with bytes swapped, its exact size, or its customary name where the content is no text."""
     swapped = np.array(SHAPE, ">i4").tobytes()
-    return head[:12] in (_HEADER, swapped) or size_bytes == SIZE_BYTES or name.lower().endswith(".binary")
+    return (
+        head[:12] in (_HEADER, swapped)
+        or size_bytes == SIZE_BYTES
+        or (name.lower().endswith(".binary") and (b"\0" in head or not head.isascii()))
+    )
 
 
 def read_merl(path: str | os.PathLike[str]) -> HalfDifferenceTable:

@@ -188,6 +188,13 @@ def test_fault_7_a_wrong_file_is_refused_with_the_reason(tmp_path: Path, content
     assert "\n" not in str(error.value)
 
 
+def test_the_name_alone_makes_no_table(tmp_path: Path) -> None:
+    path = tmp_path / "words.binary"
+    path.write_text("not even numbers")
+    with pytest.raises(InputError, match="is not a measured BRDF of a known format"):
+        read_brdf(path)
+
+
 @pytest.mark.parametrize(("value", "told"), [(-1.0, "only negative"), (np.nan, "not numbers"), (np.inf, "not numbers")])
 def test_fault_7_values_that_mean_nothing_are_refused(tmp_path: Path, value: float, told: str) -> None:
     path = tmp_path / "wrong.binary"
