@@ -75,6 +75,7 @@ _DIFFERENCE_WEIGHTS = (0.3, 1.5)
 _ILL_CONDITIONED = 1e12
 
 _OFFSET = 0.1
+_LEAST_OFFSET = 1e-300
 _CHUNK = 1 << 16
 
 
@@ -196,7 +197,7 @@ def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0) -> Steps[Scatter
     if not 0.0 <= smoothing < np.inf:
         raise ValueError(f"smoothing must be at least 0 and finite, not {smoothing}")
     positive = samples.value[samples.value > 0.0]
-    offset = _OFFSET * float(np.median(positive)) if len(positive) else 1.0
+    offset = max(_OFFSET * float(np.median(positive)), _LEAST_OFFSET) if len(positive) else 1.0
     logs = np.log(samples.value + offset)
     shape = yield from _chosen_shape(samples, logs, smoothing)
     points, logs_kept, merged = _merged(coordinates(samples.wi, samples.wo, shape), logs, shape)

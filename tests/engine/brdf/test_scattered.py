@@ -115,6 +115,15 @@ def test_BR_never_negative_never_above_the_samples_finite_everywhere_and_0_below
     assert values[~below].all()
 
 
+def test_noise_with_zeros_stays_within_the_samples() -> None:
+    samples = model_samples(120)
+    random = np.random.default_rng(22)
+    wild = BrdfSamples(samples.wi, samples.wo, random.lognormal(0.0, 4.0, (120, 3)) * (random.random((120, 3)) < 0.6))
+    values = scattered_brdf(wild).f(hemisphere(4000, seed=23), hemisphere(4000, seed=24))
+    assert (values >= 0.0).all()
+    assert (values <= wild.value.max(axis=0)).all()
+
+
 def test_highlights_over_six_decades_do_not_ring() -> None:
     wi, wo = hemisphere(500, 0.2, 14), hemisphere(500, 0.2, 15)
     sharp = Ggx(kd=0.001, alpha=0.05, f0=0.04)
@@ -233,9 +242,9 @@ def test_few_samples_suffice(count: int) -> None:
 
 def test_black_and_constant_samples() -> None:
     samples = model_samples(50)
-    for value in (0.0, 0.25):
+    for value in (0.0, 5e-324, 0.25, 1e30):
         brdf = scattered_brdf(BrdfSamples(samples.wi, samples.wo, np.full((50, 3), value)))
-        np.testing.assert_allclose(brdf.f(hemisphere(50), hemisphere(50, seed=9)), value, atol=1e-12)
+        np.testing.assert_allclose(brdf.f(hemisphere(50), hemisphere(50, seed=9)), value, rtol=1e-9, atol=1e-12)
         assert brdf.leave_one_out == pytest.approx(0.0, abs=1e-9)
 
 
