@@ -195,6 +195,30 @@ class _Space:
             values[parameter.name] = tuple(found) if parameter.is_colour else found[0]
         return self.model(**values)
 
+    def jacobian(self, of: _Objective, vector: Floats) -> Floats:
+        """Derivatives (3 N, columns) of the residuals by forward differences, one evaluation per parameter.
+
+        A channel of a colour changes its own channel of the value only, so the three are stepped together.
+        """
+        low, high = self.bounds()
+        here = of(self.brdf(vector)).reshape(-1, 3)
+        derivatives = np.zeros((len(here), 3, len(vector)))
+        first = 0
+        for parameter in self.declared:
+            columns = slice(first, first + (3 if parameter.is_colour else 1))
+            step = 1e-7 * (high[columns] - low[columns])
+            step = np.where(vector[columns] + step > high[columns], -step, step)
+            moved = vector.copy()
+            moved[columns] += step
+            slope = (of(self.brdf(moved)).reshape(-1, 3) - here) / step
+            if parameter.is_colour:
+                for channel in range(3):
+                    derivatives[:, channel, first + channel] = slope[:, channel]
+            else:
+                derivatives[:, :, first] = slope
+            first = columns.stop
+        return derivatives.reshape(-1, len(vector))
+
 
 def _lowest(parameter: Parameter) -> float:
     """The lower end of the fitted range: for a logarithm it must be above 0."""
@@ -245,10 +269,15 @@ def fit(
         while asked < most:
             inside = np.clip(vector, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
             found = least_squares(
-                lambda x: of(space.brdf(x)), inside, bounds=(low, high), x_scale=high - low, max_nfev=EVALUATIONS
+                lambda x: of(space.brdf(x)),
+                inside,
+                jac=lambda x: space.jacobian(of, x),
+                bounds=(low, high),
+                x_scale=high - low,
+                max_nfev=EVALUATIONS,
             )
             asked += int(found.nfev)
-            evaluations += int(found.nfev) * (1 + len(low))
+            evaluations += int(found.nfev) + int(found.njev) * (1 + len(free))
             better = 2.0 * found.cost < cost * (1.0 - 1e-9)
             if 2.0 * found.cost < cost:
                 cost, vector = 2.0 * float(found.cost), found.x
