@@ -347,11 +347,10 @@ def _solved(matrix: Floats, targets: Floats, smoothing: float) -> _Solved | None
     factor, failed = lapack.dpotrf(matrix, lower=1, clean=1)
     if failed:
         return None
-    inverse, failed = lapack.dpotri(factor, lower=1)
-    if failed or not np.isfinite(inverse).all():
+    # Not dpotri, whose threads wait for each other far longer than they work when the processors are busy.
+    inverse = lapack.dpotrs(factor, np.eye(len(matrix)), lower=1)[0]
+    if not np.isfinite(inverse).all():
         return None
-    lower = np.tril(inverse, -1)
-    inverse = lower + lower.T + np.diag(np.diag(inverse))
     weights = lapack.dpotrs(factor, targets, lower=1)[0]
     weights += lapack.dpotrs(factor, targets - matrix @ weights, lower=1)[0]
     condition = float(np.abs(matrix).sum(axis=0).max() * np.abs(inverse).sum(axis=0).max())
