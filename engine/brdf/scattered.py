@@ -24,9 +24,10 @@ so that the blend is as symmetric as K. Interpolation and the leave-one-out form
 
 scipy's RBFInterpolator knows neither symmetries nor leave-one-out errors nor condition numbers, and its only remedy
 for many samples, nearest neighbours, is not continuous.
-Cost on two cores: 1,439 samples of Cornell 2.5 s of processor time and then 5e5 values per second, 7,405 samples of a
-tape 2 s and 4e5 per second, 30,000 samples 5 s and 1e5 per second; below 100 MB. Evaluation is bound by the distances
-to the samples, and their images, of one to four boxes, about 1.2 ns each.
+Cost on two cores: 1,439 samples of Cornell 2.3 s of processor time and then 5e5 values per second, 7,405 samples of a
+tape 2.6 s and 4e5 per second, 30,000 samples 5 s and 1e5 per second, all with one thread in LAPACK; below 100 MB.
+LAPACK's own threads wait actively: on processors that are busy otherwise, fitting took up to 13 s. Evaluation is bound
+by the distances to the samples, and their images, of one to four boxes, about 1.2 ns each.
 """
 
 from __future__ import annotations
