@@ -36,7 +36,7 @@ _NOISE_PX = 0.03
 _JUMPS_PX = np.array([0.0, *np.geomspace(0.02, 300.0, 30)])
 _LEAST_EVIDENCE = 10.0
 #: Degrees of freedom of Student's distribution, steps towards it, and a variance that is far out, in usual ones.
-_FREEDOM, _STEPS, _FAR_OUT = 1.0, 8, 8.0
+_FREEDOM, _STEPS, _FAR_OUT = 1.0, 8, 15.0
 
 
 class _Jumps(NamedTuple):
