@@ -12,7 +12,7 @@ others nearly alone.
 
 A camera that moves as smoothly as the shading does cannot be told from it, and the standard deviation of the jumps says
 how far.
-Cost: some 0.02 s for ten photographs, growing with the cube of their number.
+Cost: some 0.1 s for ten photographs, growing with the cube of their number.
 """
 
 from __future__ import annotations
