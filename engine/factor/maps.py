@@ -114,7 +114,7 @@ class DirectionMap:
     @property
     def flips(self) -> tuple[NDArray[np.intp], NDArray[np.intp]] | None:
         """Where each of the n texels comes to lie if x, and if y, changes its sign; None where some are on an axis."""
-        if self.size % 2:
+        if self.size % (4 if self.kind == "polar" else 2):
             return None
         number = np.full(self.mask.shape, -1)
         number[self.mask] = np.arange(len(self.directions))

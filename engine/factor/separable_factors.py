@@ -1,0 +1,152 @@
+"""A BRDF as a short sum of products of two textures, one for each of two directions, looked up without the BRDF.
+
+    in-out      f(wi, wo) ≈ Σ view_k(wo) light_k(wi)                Wang, Tran and Luebke 2004, Sec. 3.2
+    half-diff   f(wi, wo) ≈ Σ half_k(h) difference_k(d)             Kautz and McCool 1999
+
+h is the half vector and d the difference vector in the classical frame (`engine.brdf.half_difference`). A sum of
+products can fall below 0 where the BRDF does not: `f` is then 0, and `negative_energy` says how much was cut off.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine.brdf.half_difference import OPPOSITE
+from engine.directions import Vectors
+from engine.factor.maps import DirectionMap, taps
+from engine.kernels import parallel, prange, scalar
+
+Textures = NDArray[np.float32]
+
+Parametrisation = Literal["in-out", "half-diff"]
+PARAMETRISATIONS: tuple[Parametrisation, ...] = get_args(Parametrisation)
+
+
+@dataclass(frozen=True, eq=False)
+class SeparableFactors:
+    """K terms of two textures each.
+
+    Attributes
+    ----------
+    chart : the map of all textures.
+    parametrisation : which two directions they belong to.
+    first : (K, rows, columns, 3) float32, view maps (of wo, with the sign) or half-vector maps, in sr^-½.
+    second : the same for light maps (of wi) or difference maps.
+    isotropic, reciprocal : as the BRDF that they were made of; exactly reciprocal where the maps differ by sign only.
+    name : of that BRDF, for a person.
+    """
+
+    chart: DirectionMap
+    parametrisation: Parametrisation
+    first: Textures
+    second: Textures
+    isotropic: bool = False
+    reciprocal: bool = False
+    name: str = ""
+
+    energy_conserving: ClassVar[bool] = False
+    kind: ClassVar[str] = "separable factors"
+
+    #: (rows · columns, K, 3): the textures of all terms beside each other at each texel.
+    _first: NDArray[np.float64] = field(init=False, repr=False)
+    _second: NDArray[np.float64] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.parametrisation not in PARAMETRISATIONS:
+            raise ValueError(f"unknown parametrisation {self.parametrisation!r}; known: {', '.join(PARAMETRISATIONS)}")
+        if self.first.ndim != 4 or not len(self.first) or self.first.shape != self.second.shape:
+            raise ValueError(f"textures {self.first.shape} and {self.second.shape} do not belong together")
+        for name in ("first", "second"):
+            textures = np.array(getattr(self, name), np.float32)
+            if textures.shape[1:] != (*self.chart.shape, 3):
+                raise ValueError(f"textures {textures.shape[1:]} do not fit a map of {self.chart.shape} texels")
+            if not np.isfinite(textures).all():
+                raise ValueError("the textures hold numbers that are not finite")
+            textures.flags.writeable = False
+            object.__setattr__(self, name, textures)
+            beside = np.moveaxis(textures.reshape(len(textures), -1, 3), 0, 1)
+            object.__setattr__(self, f"_{name}", np.ascontiguousarray(beside, np.float64))
+
+    @property
+    def terms(self) -> int:
+        return len(self.first)
+
+    @property
+    def size_bytes(self) -> int:
+        """Of the textures, as float32."""
+        return self.first.nbytes + self.second.nbytes
+
+    def truncated(self, terms: int) -> SeparableFactors:
+        """The first `terms` terms, of which there must be that many."""
+        if not 1 <= terms <= self.terms:
+            raise ValueError(f"there are {self.terms} terms, not {terms}")
+        parts = (self.first[:terms], self.second[:terms])
+        return SeparableFactors(self.chart, self.parametrisation, *parts, self.isotropic, self.reciprocal, self.name)
+
+    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
+        """Values (..., 3) ≥ 0 in 1/sr without the cosine, for unit directions (..., 3) that broadcast."""
+        return np.maximum(self.signed(wi, wo), 0.0)
+
+    def signed(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
+        """The sum itself, which may be negative; 0 at and below the horizon."""
+        wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
+        values = np.empty(wi.shape)
+        pairs = (np.ascontiguousarray(side).reshape(-1, 3) for side in (wi, wo))
+        half = self.parametrisation == "half-diff"
+        _sum(self.chart.number, self.chart.size, half, self._first, self._second, *pairs, values.reshape(-1, 3))
+        return values
+
+    def negative_energy(self, wi: Vectors, wo: Vectors) -> float:
+        """What `f` cuts off at pairs (P, 3), as a fraction of what it keeps, both weighted by cos θ_i."""
+        values = self.signed(wi, wo) * wi[:, 2:]
+        kept = float(np.maximum(values, 0.0).sum())
+        return float(np.maximum(-values, 0.0).sum()) / kept if kept > 0.0 else 0.0
+
+
+@scalar
+def _half_and_difference(wi: Any, wo: Any, half: Any, difference: Any) -> None:
+    """The unit half vector, and the unit difference vector in its classical frame, of directions above the horizon."""
+    ax, ay, az = wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]
+    dx, dy, dz = wi[0] - wo[0], wi[1] - wo[1], wi[2] - wo[2]
+    length = math.sqrt(ax * ax + ay * ay + az * az)
+    half[0], half[1], half[2] = 0.0, 0.0, 1.0
+    if length * length > OPPOSITE:
+        half[0], half[1], half[2] = ax / length, ay / length, az / length
+    across = math.sqrt(half[0] * half[0] + half[1] * half[1])
+    cosine, sine = 1.0, 0.0
+    if across > 0.0:
+        cosine, sine = half[0] / across, half[1] / across
+    difference[0] = 0.5 * (half[2] * (cosine * dx + sine * dy) - across * dz)
+    difference[1] = 0.5 * (cosine * dy - sine * dx)
+    difference[2] = 0.5 * length
+
+
+@parallel
+def _sum(kind: int, size: int, of_half: bool, first: Any, second: Any, wi: Any, wo: Any, values: Any) -> None:
+    """`values` (P, 3) of the sum; bound by fetching eight texels of K colours for each pair."""
+    for p in prange(len(wi)):
+        for c in range(3):
+            values[p, c] = 0.0
+        if wi[p, 2] <= 0.0 or wo[p, 2] <= 0.0:
+            continue
+        place, weight = np.empty((2, 4), np.int64), np.empty((2, 4))
+        if of_half:
+            half, difference = np.empty(3), np.empty(3)
+            _half_and_difference(wi[p], wo[p], half, difference)
+            taps(kind, size, half[0], half[1], half[2], place[0], weight[0])
+            taps(kind, size, difference[0], difference[1], difference[2], place[1], weight[1])
+        else:
+            taps(kind, size, wo[p, 0], wo[p, 1], wo[p, 2], place[0], weight[0])
+            taps(kind, size, wi[p, 0], wi[p, 1], wi[p, 2], place[1], weight[1])
+        for k in range(first.shape[1]):
+            for c in range(3):
+                one, other = 0.0, 0.0
+                for t in range(4):
+                    one += weight[0, t] * first[place[0, t], k, c]
+                    other += weight[1, t] * second[place[1, t], k, c]
+                values[p, c] += one * other
