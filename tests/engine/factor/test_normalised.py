@@ -1,0 +1,64 @@
+"""One positive term: exact where one is enough, and near the best one elsewhere."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine.brdf.brdf import brdf_from_text
+from engine.factor.brdf_matrix import brdf_matrix
+from engine.factor.errors import reference
+from engine.factor.maps import DirectionMap
+from engine.factor.normalised import normalised, whole
+from engine.factor.separable import separate
+from engine.steps import drain
+
+
+class Product:
+    """g(wo) h(wi): one term says it all."""
+
+    isotropic = False
+    reciprocal = False
+    energy_conserving = False
+
+    def f(self, wi: Any, wo: Any) -> np.ndarray:
+        wi, wo = np.broadcast_arrays(np.asarray(wi, float), np.asarray(wo, float))
+        value = (1.0 + wi[..., 0] ** 2 + 0.5 * wi[..., 1]) * (2.0 + wo[..., 0] - wo[..., 1])
+        return value[..., None] * (1.0, 0.5, 0.2)
+
+
+@pytest.mark.parametrize("text", ["lafortune:preset=blue-paint", "ashikhmin-shirley"])
+def test_the_whole_matrix_is_put_together_from_its_sectors(text: str) -> None:
+    brdf, chart = brdf_from_text(text), DirectionMap("orthographic", 8)
+    matrix = drain(brdf_matrix(brdf, chart, "in-out"))
+    wanted = brdf.f(chart.directions[None], chart.directions[:, None])
+    for channel in range(3):
+        assert np.abs(whole(matrix, channel) - wanted[..., channel]).max() <= 1e-13 * wanted.max()
+
+
+def test_a_product_is_found_exactly() -> None:
+    chart = DirectionMap("parabolic", 8)
+    brdf = Product()
+    factors = drain(normalised(brdf, chart, "in-out", reference(brdf, 1000)))
+    wi, wo = chart.directions, chart.directions[::-1]
+    wanted = brdf.f(wi, wo)
+    assert np.abs(factors.f(wi, wo) - wanted).max() <= 1e-6 * wanted.max()
+    assert (factors.terms, factors.negative_energy(wi, wo)) == (1, 0.0)
+
+
+@pytest.mark.parametrize("form", ["in-out", "half-diff"])
+def test_it_is_positive_and_not_far_from_the_best_term(form: Any) -> None:
+    brdf, chart = brdf_from_text("ggx:alpha=0.3,kd=0.1"), DirectionMap("parabolic", 20)
+    pairs = reference(brdf, 20_000)
+    factors = drain(normalised(brdf, chart, form, pairs))
+    best = drain(separate(brdf, chart, 1, method="svd", parametrisation=form, reference=pairs)).factors
+    assert min(factors.first.min(), factors.second.min()) >= 0.0
+    assert pairs.rms(factors)[0] <= 1.5 * pairs.rms(best)[0]
+
+
+def test_black_is_black() -> None:
+    brdf = brdf_from_text("lambert:albedo=0")
+    factors = drain(normalised(brdf, DirectionMap("polar", 4), "in-out", reference(brdf, 100)))
+    assert not factors.f((0.0, 0.0, 1.0), (0.0, 0.0, 1.0)).any()
