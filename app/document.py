@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
+from app.comparison import Comparison
 from engine.capture.sources import Sources
 from engine.capture.stack import ImageStack
 from engine.colour import Operator
@@ -122,6 +123,7 @@ class Project:
     mesh: Mesh | None = None
     environment: EnvironmentMap | None = None
     look: Look = field(default_factory=Look)
+    comparison: Comparison = field(default_factory=Comparison)
     name: str = "Untitled"
 
     @property

@@ -35,6 +35,7 @@ from PySide6.QtWidgets import (
 
 import engine
 from app import icons, session, settings, theme
+from app.brdf_tab import BrdfTab
 from app.capture_tab import CaptureTab
 from app.docks import JobsDock, LogDock
 from app.document import Project
@@ -50,7 +51,8 @@ from app.theme import PADDING, STEP, role
 from app.view_tab import ViewTab
 from app.workbench import Workbench
 
-WORKSPACES = ("capture", "material", "view", "export")
+#: The workspaces in the order of the work, and what their tabs say.
+WORKSPACES = {"capture": "Capture", "material": "Material", "brdf": "BRDF", "view": "View", "export": "Export"}
 SMALLEST = QSize(1120, 700)
 
 #: A job's thread gives the interpreter to the window's after this long; Python's own 5 ms add up to stutter.
@@ -71,6 +73,13 @@ X\texclude the photograph
 M\tmark clipped texels
 Arrow keys\tmove the chosen point or reflection (Ctrl: finer, Shift: farther)
 Ins, Del\tadd, delete a point; Esc leaves
+
+Reflectances
+Enter\tcompare what is chosen in the library
+Space, Del\tshow or hide, remove an entry of the list
+Ctrl+left-drag\tmove the light of the lobes
+L\tlogarithmic or linear
+Ctrl+F, Esc\tsearch the library, show all views
 
 Numbers
 Drag a field\tchange it
@@ -104,10 +113,11 @@ class MainWindow(QMainWindow):
     def _make_workspaces(self) -> None:
         self.capture = CaptureTab(self.bench)
         self.material = MaterialTab(self.bench)
+        self.brdf = BrdfTab(self.bench)
         self.view = ViewTab(self.bench)
         self.export = ExportTab(self.bench, self.view)
         self.tabs: dict[str, QWidget] = dict(
-            zip(WORKSPACES, (self.capture, self.material, self.view, self.export), strict=True)
+            zip(WORKSPACES, (self.capture, self.material, self.brdf, self.view, self.export), strict=True)
         )
         self.stack = QStackedWidget()
         for tab in self.tabs.values():
@@ -146,13 +156,13 @@ class MainWindow(QMainWindow):
         self.buttons = QButtonGroup(self)
         middle = QHBoxLayout()
         middle.setSpacing(0)
-        for place, name in enumerate(WORKSPACES):
+        for place, (name, words) in enumerate(WORKSPACES.items()):
             button = QToolButton()
-            button.setText(name.capitalize())
+            button.setText(words)
             button.setCheckable(True)
             button.setIconSize(QSize(icons.SMALL, icons.SMALL))
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-            button.setToolTip(f"{name.capitalize()} (Ctrl+{place + 1})")
+            button.setToolTip(f"{words} (Ctrl+{place + 1})")
             button.clicked.connect(lambda _checked, name=name: self.show_workspace(name))
             role(button, "workspace")
             self.buttons.addButton(button, place)
@@ -183,8 +193,8 @@ class MainWindow(QMainWindow):
         edit.addAction(self.undo)
         edit.addAction(self.redo)
         view = self.menu.addMenu("&View")
-        for place, name in enumerate(WORKSPACES):
-            self._add(view, name.capitalize(), f"Ctrl+{place + 1}", partial(self.show_workspace, name))
+        for place, (name, words) in enumerate(WORKSPACES.items()):
+            self._add(view, words, f"Ctrl+{place + 1}", partial(self.show_workspace, name))
         view.addSeparator()
         self._add(view, "Dark theme", "", lambda: self.set_theme("dark"))
         self._add(view, "Light theme", "", lambda: self.set_theme("light"))
@@ -223,7 +233,9 @@ class MainWindow(QMainWindow):
         bench.wanted.connect(self.show_workspace)
         self.status.health_clicked.connect(lambda: self.show_workspace("capture"))
         self.view.viewport.broken.connect(lambda error: self.failures.report("The model cannot be drawn", error))
-        self.view.drawn.connect(self.status.show_frame_time)
+        self.brdf.broken.connect(lambda error: self.failures.report("The sphere cannot be drawn", error))
+        for drawing in (self.view, self.brdf):
+            drawing.drawn.connect(self.status.show_frame_time)
         for tab in (self.capture, self.material, self.export):
             tab.sample_wanted.connect(bench.open_sample)
         self.capture.files_wanted.connect(self.choose_folder)
@@ -234,7 +246,7 @@ class MainWindow(QMainWindow):
     def show_workspace(self, name: str) -> None:
         """Bring the workspace `name` to the front."""
         self.stack.setCurrentWidget(self.tabs[name])
-        self.buttons.button(WORKSPACES.index(name)).setChecked(True)
+        self.buttons.button(list(WORKSPACES).index(name)).setChecked(True)
         self.status.show_frame_time(None)
 
     def open(self, paths: Sequence[Path]) -> None:
@@ -255,7 +267,7 @@ class MainWindow(QMainWindow):
         self.show_workspace("capture")
 
     def choose_files(self) -> None:
-        """Ask for photographs, a mesh or a bundle."""
+        """Ask for photographs, a mesh, measured reflectance or a bundle."""
         chosen, _ = QFileDialog.getOpenFileNames(self, "Open", self.settings.last_folder)
         self.open([Path(path) for path in chosen])
 
@@ -328,7 +340,7 @@ class MainWindow(QMainWindow):
         self.mark.setPixmap(icons.pixmap("lightarc", 20, colours.accent, self.devicePixelRatioF()))
         for place, name in enumerate(WORKSPACES):
             self.buttons.button(place).setIcon(icons.icon(name))
-        for tab in (self.capture, self.material, self.view, self.export):
+        for tab in (self.capture, self.material, self.brdf, self.view, self.export):
             tab.apply_theme()
         self.status.apply_theme()
         self._changed(Project(), self.bench.document.project)

@@ -12,7 +12,7 @@ from engine.errors import InputError
 from engine.files.unpack import is_archive, zip_names
 from engine.mesh import SUFFIXES as MESH_SUFFIXES
 
-Kind = Literal["photographs", "stack", "bundle", "mesh", "environment"]
+Kind = Literal["photographs", "stack", "bundle", "mesh", "environment", "brdf"]
 
 _PICTURE_STARTS = (
     b"\xff\xd8\xff",
@@ -27,6 +27,9 @@ _PICTURE_STARTS = (
     b"FUJIFILM",
 )
 _HDR_STARTS = (b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
+#: Endings that measured reflectance alone has: such a file is opened, so that its reader says what is wrong with it.
+_BRDF_SUFFIXES = (".binary", ".bsdf", ".brdf", ".astm", ".alta")
+
 _MESH_STARTS = (b"ply", b"glTF", b"solid", b"OFF")
 
 
@@ -51,6 +54,9 @@ def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
         chosen = tuple(path for path, found in kinds.items() if found == kind)
         if chosen:
             return Recognised(kind, chosen[:1])
+    measured = tuple(path for path, found in kinds.items() if found == "brdf")
+    if measured:
+        return Recognised("brdf", measured)
     if len(paths) == 1 and kinds[paths[0]] == "photographs" and _is_hdr(paths[0]):
         if lighting:
             return Recognised("environment", tuple(paths))
@@ -61,7 +67,8 @@ def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
     raise InputError(
         paths[0],
         "is nothing that Lightarc can open",
-        "Drop a folder or an archive of photographs, a mesh (OBJ, PLY, STL, glTF), or a .lightarc bundle",
+        "Drop a folder or an archive of photographs, a mesh (OBJ, PLY, STL, glTF), measured reflectance "
+        "(MERL, RGL, …), or a .lightarc bundle",
     )
 
 
@@ -76,14 +83,23 @@ def _kind(path: Path) -> Kind | None:
     if is_archive(path):
         return "photographs"
     if start.startswith(_PICTURE_STARTS):
-        return "photographs"
+        return "brdf" if _is_hdr(path) and _is_brdf(path, start) else "photographs"
     if start.startswith(_MESH_STARTS) or path.suffix.lower() in MESH_SUFFIXES:
         return "mesh"
+    if path.suffix.lower() in _BRDF_SUFFIXES or _is_brdf(path, start):
+        return "brdf"
     return "photographs" if path.suffix.lower() in PHOTOGRAPH_SUFFIXES else None
 
 
 def _is_hdr(path: Path) -> bool:
     return path.is_file() and _start(path).startswith(_HDR_STARTS)
+
+
+def _is_brdf(path: Path, start: bytes) -> bool:
+    from engine.brdf.brdf_file import FORMATS  # loads every reader, which the window does without until then
+
+    size_bytes = path.stat().st_size
+    return any(known.looks_like(start, size_bytes, path.name) for known in FORMATS)
 
 
 def _start(path: Path) -> bytes:

@@ -10,7 +10,9 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
-from app import icons
+from app import brdf_verbs, icons
+from app.brdf_names import BRDF_LABELS, BRDF_NAMES
+from app.comparison import Entry
 from app.document import Look, Project
 from app.latest import Latest
 from app.number_field import plain
@@ -31,38 +33,6 @@ from engine.steps import Step, Steps
 DEFAULT_MODEL = "cloth"
 
 MODEL_NAMES = {"sphere": "Sphere", "plane": "Plane", "torus-knot": "Torus knot", "cloth": "Draped cloth"}
-BRDF_NAMES = {
-    "lambert": "Lambert",
-    "oren-nayar": "Oren–Nayar",
-    "phong": "Phong",
-    "blinn-phong": "Blinn–Phong",
-    "lafortune": "Lafortune",
-    "lafortune-three-lobes": "Lafortune, three lobes",
-    "ward": "Ward",
-    "ashikhmin-shirley": "Ashikhmin–Shirley",
-    "cook-torrance": "Cook–Torrance",
-    "ggx": "GGX",
-    "ggx-anisotropic": "GGX, anisotropic",
-    "poulin-fournier": "Poulin–Fournier",
-    "metallic-roughness": "Metallic–roughness (glTF)",
-}
-BRDF_LABELS = {
-    "kd": "Diffuse",
-    "ks": "Highlight",
-    "f0": "Head-on",
-    "alpha": "Width α",
-    "alpha_x": "Width α along",
-    "alpha_y": "Width α across",
-    "sigma_deg": "Slope angle σ",
-    "m": "Slope m",
-    "nu": "Exponent along",
-    "nv": "Exponent across",
-    "cxy": "Along surface",
-    "cz": "Along normal",
-    **{f"cxy{lobe}": f"Along surface {lobe}" for lobe in (1, 2, 3)},
-    **{f"cz{lobe}": f"Along normal {lobe}" for lobe in (1, 2, 3)},
-    **{f"exponent{lobe}": f"Exponent {lobe}" for lobe in (1, 2, 3)},
-}
 LOOKUPS = (
     ("radiance", "Inside the integral", "The slice is looked up with r = BRDF × cosine: the method itself"),
     ("texture", "Lit texture", "The brightest slice, lit like a texture"),
@@ -186,10 +156,8 @@ class ViewTab(QWidget):
         panel = Panel()
         reflectance = panel.section("Reflectance")
         self.brdf_choice = QComboBox()
-        for name in MODELS:
-            self.brdf_choice.addItem(BRDF_NAMES.get(name, name), name)
         self.brdf_choice.activated.connect(self._brdf_chosen)
-        reflectance.row("Model", self.brdf_choice, "The reflectance that looks the material up")
+        reflectance.row("Model", self.brdf_choice, "A model, or what the BRDF workspace compares")
         self.brdf_rows = QVBoxLayout()
         self.brdf_rows.setContentsMargins(0, 0, 0, 0)
         holder = QWidget()
@@ -252,7 +220,7 @@ class ViewTab(QWidget):
         self.above.choose(look.above)
         self._show_source(project)
         self._show_models(project)
-        self._show_brdf(brdf_from_text(material.brdf))
+        self._show_brdf(project)
         scene = self.scene(project)
         if scene is None:
             return
@@ -357,17 +325,30 @@ class ViewTab(QWidget):
             self.model.setCurrentIndex(max(0, self.model.findData(current)))
         self.model.addItem("Open a mesh…", "open")
 
-    def _show_brdf(self, brdf: Brdf) -> None:
-        if self.brdf_form is None or type(self.brdf) is not type(brdf):
+    def _show_brdf(self, project: Project) -> None:
+        """The choices of reflectance, and the parameters of the model that is chosen; what was measured has none."""
+        measured = project.material.measured
+        brdf = brdf_from_text(project.material.brdf)
+        self.brdf_choice.clear()
+        for name in MODELS:
+            self.brdf_choice.addItem(BRDF_NAMES.get(name, name), name)
+        for entry in project.comparison.entries:
+            self.brdf_choice.addItem(entry.name, entry)
+        if measured is not None:
+            self.brdf_choice.addItem(f"{measured.name} (measured)", measured)
+        current = measured if measured is not None else model_name(brdf)
+        places = range(self.brdf_choice.count())
+        self.brdf_choice.setCurrentIndex(next(at for at in places if self.brdf_choice.itemData(at) == current))
+        self.brdf = measured if measured is not None else brdf
+        if self.brdf_form is None or type(self.brdf_form.instance) is not type(brdf):
             if self.brdf_form is not None:
                 self.brdf_form.hide()
                 self.brdf_form.deleteLater()
             self.brdf_form = ParamForm(brdf, {p.name: BRDF_LABELS.get(p.name, p.label) for p in parameters(brdf)})
             self.brdf_form.edited.connect(self._brdf_edited)
             self.brdf_rows.addWidget(self.brdf_form)
-        self.brdf = brdf
         self.brdf_form.show_instance(brdf)
-        self.brdf_choice.setCurrentIndex(self.brdf_choice.findData(model_name(brdf)))
+        self.brdf_form.setVisible(measured is None)
 
     def _model_chosen(self, _index: int) -> None:
         chosen = self.model.currentData()
@@ -381,8 +362,11 @@ class ViewTab(QWidget):
             self.bench.load_model(chosen)
 
     def _brdf_chosen(self, _index: int) -> None:
-        name = str(self.brdf_choice.currentData())
-        if self.brdf is None or name != model_name(self.brdf):
+        name = self.brdf_choice.currentData()
+        if isinstance(name, Entry):
+            self._show_brdf(self.bench.document.project)
+            brdf_verbs.use(self.bench, name)
+        elif isinstance(name, str) and (self.brdf is None or type(self.brdf) is not MODELS[name]):
             self._set_brdf(MODELS[name](), f"Reflectance {BRDF_NAMES.get(name, name)}", "")
 
     def _brdf_edited(self, brdf: Brdf, final: bool) -> None:
@@ -393,8 +377,9 @@ class ViewTab(QWidget):
     def _set_brdf(self, brdf: Brdf, words: str, gesture: str) -> None:
         words_of_brdf = brdf_to_text(brdf)
         document = self.bench.document
-        if words_of_brdf != document.project.material.brdf:
-            material = dataclasses.replace(document.project.material, brdf=words_of_brdf)
+        material = document.project.material
+        if words_of_brdf != material.brdf or material.measured is not None:
+            material = dataclasses.replace(material, brdf=words_of_brdf, measured=None)
             document.change(words, gesture=gesture, material=material)
 
     def _environment_turned(self, angle_deg: float, final: bool) -> None:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from PySide6.QtCore import QObject, Signal
 
+from app import brdf_verbs
 from app.document import Document, ImportChoices, Project
 from app.import_choices import lit_by, settings_of
 from app.jobs import Job, Jobs
@@ -75,7 +76,10 @@ class Workbench(QObject):
         self._imports = 0
 
     def open(self, paths: Sequence[Path], *, lighting: bool = False) -> None:
-        """Open whatever `paths` are: photographs, a stack, a mesh, a bundle, or, while `lighting`, an environment."""
+        """Open whatever `paths` are: photographs, a stack, a mesh, a bundle, measured reflectance, or an environment.
+
+        An environment is recognised only while somebody is `lighting` a model.
+        """
         job = self.jobs.submit("Opening", lambda: _recognised(tuple(paths), lighting), heavy=False)
         job.succeeded.connect(self._open_recognised)
 
@@ -91,6 +95,10 @@ class Workbench(QObject):
             self.wanted.emit("view")
         elif found.kind == "environment":
             self.load_environment(str(found.paths[0]))
+        elif found.kind == "brdf":
+            self.wanted.emit("brdf")
+            for path in found.paths:
+                brdf_verbs.open_file(self, path)
         elif found.kind == "bundle":
             job = self.jobs.submit("Opening the bundle", lambda: _bundle(found.paths[0]))
             job.succeeded.connect(lambda opened: self._bundle_opened(*opened))
@@ -151,7 +159,8 @@ class Workbench(QObject):
         now = self.document.project
         if now.stack is not project.stack or project.stack is None:
             return  # undone, or another capture was opened in the meantime
-        material = dataclasses.replace(material, brdf=now.material.brdf, sigma=now.material.sigma)
+        kept = {name: getattr(now.material, name) for name in ("brdf", "measured", "sigma")}
+        material = dataclasses.replace(material, **kept)
         provenance = {
             **project.stack.provenance,
             "excluded_photographs": sorted(project.excluded),
@@ -206,7 +215,7 @@ def _recognised(paths: tuple[Path, ...], lighting: bool) -> Steps[Recognised]:
 
 
 def _environment(name_or_path: str) -> Steps[EnvironmentMap]:
-    """The map no larger than directions need, and its tree of lights, so that a change of their number costs nothing."""
+    """The map no larger than directions need, and its tree of lights, so that another number of them costs nothing."""
     yield Step(0.0, "reading the environment")
     from engine.environment_file import open_environment
 

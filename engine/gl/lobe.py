@@ -27,11 +27,15 @@ WORLD_FROM_SURFACE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0
 
 @dataclass(frozen=True, eq=False)
 class LobeSurface:
-    """Points (R, C, 3) of one lobe, the angles (R, C, 2) of their directions in degrees, and its colour."""
+    """Points (R, C, 3) of one lobe, the angles (R, C, 2) of their directions in degrees, and its colour.
+
+    With an `opacity` below 1 it hides nothing, and is drawn over what is opaque where it is in front of it.
+    """
 
     points: NDArray[np.float32]
     angles_deg: NDArray[np.float32]
     colour: Rgb
+    opacity: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -79,9 +83,16 @@ class LobeRenderer:
         if self._surfaces[0] is not surfaces:
             self._upload(surfaces)
         set_uniforms(self.program, {"lit": True, "eye": tuple(WORLD_FROM_SURFACE.T @ camera.eye)})
-        for surface, (array, *_) in zip(surfaces, self._surfaces[1], strict=True):
-            set_uniforms(self.program, {"colour": surface.colour})
+        pairs = list(zip(surfaces, self._surfaces[1], strict=True))
+        for surface, (array, *_) in sorted(pairs, key=lambda pair: -pair[0].opacity):
+            if surface.opacity < 1.0:
+                self.context.enable(self.context.BLEND)
+                self.context.blend_func = self.context.DEFAULT_BLENDING
+                framebuffer.depth_mask = False
+            set_uniforms(self.program, {"colour": surface.colour, "opacity": surface.opacity})
             array.render()
+        framebuffer.depth_mask = True
+        self.context.disable(self.context.BLEND)
 
     def _upload(self, surfaces: Sequence[LobeSurface]) -> None:
         self._release_surfaces()

@@ -5,6 +5,7 @@
 uniform vec3 eye;
 uniform vec3 colour;
 uniform bool lit;
+uniform float opacity;
 
 in vec3 point;
 in vec2 angles;
@@ -23,5 +24,5 @@ void main()
     vec2 lines = angles / vec2(15.0, 30.0);
     vec2 distance_px = abs(fract(lines - 0.5) - 0.5) / max(fwidth(lines), vec2(1e-6));
     float line = 1.0 - min(min(distance_px.x, distance_px.y), 1.0);
-    shown = vec4(colour * (0.35 + 0.65 * facing) * (1.0 - 0.35 * line), 1.0);
+    shown = vec4(colour * (0.35 + 0.65 * facing) * (1.0 - 0.35 * line), opacity);
 }

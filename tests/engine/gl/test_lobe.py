@@ -35,7 +35,6 @@ def draw(gl: Any, surfaces: Sequence[LobeSurface], light: tuple[float, float] = 
     renderer.draw(framebuffer, surfaces, light, FRONT, COLOURS)
     picture = np.frombuffer(framebuffer.read(components=3), np.uint8).reshape(SIZE[1], SIZE[0], 3)[::-1]
     renderer.release()
-    framebuffer.release()
     return picture / 255.0
 
 
@@ -87,3 +86,12 @@ def test_lobes_are_uploaded_again_only_when_they_are_others(gl: Any) -> None:
     assert renderer._surfaces[1] == []
     renderer.release()
     framebuffer.release()
+
+
+def test_a_translucent_lobe_is_seen_in_front_of_the_current_one_and_hides_nothing(gl: Any) -> None:
+    inside, shell = hemisphere(0.5, (1.0, 0.0, 0.0)), hemisphere(0.8, (0.0, 0.0, 1.0))
+    picture = draw(gl, [LobeSurface(shell.points, shell.angles_deg, shell.colour, opacity=0.3), inside])
+    middle = picture[SIZE[1] // 2 + 20, SIZE[0] // 2 + 20]
+    assert middle[0] > middle[2] > 0.02
+    alone = draw(gl, [inside])[SIZE[1] // 2 + 20, SIZE[0] // 2 + 20]
+    assert middle[0] == pytest.approx(0.7 * alone[0], abs=0.02)

@@ -1,0 +1,228 @@
+"""The right side of the BRDF workspace: what is compared, the parameters or facts of the current one, fit, and use."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QListWidget,
+    QListWidgetItem,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app import icons
+from app.brdf_figures import Facts
+from app.brdf_fit import FitSection, percent
+from app.brdf_names import BRDF_LABELS, BRDF_NAMES
+from app.brdf_plots import marker_icon
+from app.brdf_verbs import is_model
+from app.comparison import Comparison, Entry
+from app.panels import Panel, button, enable, text
+from app.param_form import ParamForm
+from app.theme import ROW, STEP, role
+from app.workbench import Workbench
+from engine.brdf.brdf import model_name
+from engine.params import parameters
+
+IDENTITY = Qt.ItemDataRole.UserRole
+
+
+class Inspector(Panel):
+    """Signals ask for what their names say; `edited(brdf, final)` for other parameters of the current entry."""
+
+    current_wanted = Signal(int)
+    visible_wanted = Signal(int, bool)
+    remove_wanted = Signal()
+    edited = Signal(object, bool)
+    use_wanted = Signal()
+    copy_wanted = Signal()
+    save_wanted = Signal()
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self.entry: Entry | None = None
+        self._filling = False
+        self._make_list()
+        self._make_about()
+        self.fit = FitSection(bench)
+        self.column.addSpacing(2 * STEP)
+        self.column.addWidget(self.fit)
+        self.use = button("Use for the material", "primary")
+        self.use.clicked.connect(self.use_wanted)
+        self.finish(self.use)
+
+    def _make_list(self) -> None:
+        rows = self.section("Compared")
+        self.list = QListWidget()
+        self.list.setAccessibleName("Compared reflectances")
+        self.list.setIconSize(QSize(22, 16))
+        self.list.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.list.setToolTip("Tick what is shown (Space), Del removes")
+        self.list.currentItemChanged.connect(self._row_changed)
+        self.list.itemChanged.connect(self._ticked)
+        rows.wide(self.list)
+        remove = QShortcut(QKeySequence("Del"), self.list, context=Qt.ShortcutContext.WidgetShortcut)
+        remove.activated.connect(self.remove_wanted)
+        self.remove = QToolButton()
+        self.remove.setIconSize(QSize(16, 16))
+        self.remove.setAccessibleName("Remove from the list")
+        self.remove.clicked.connect(self.remove_wanted)
+        self.copy = button("Copy as text")
+        self.copy.clicked.connect(self.copy_wanted)
+        self.save = button("Save table…")
+        self.save.clicked.connect(self.save_wanted)
+        holder = QWidget()
+        row = QHBoxLayout(holder)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(STEP)
+        row.addWidget(self.copy, 1)
+        row.addWidget(self.save, 1)
+        row.addWidget(self.remove)
+        rows.wide(holder)
+
+    def _make_about(self) -> None:
+        self.about = self.section("Reflectance")
+        self.kind = self.about.figure("Kind")
+        self.samples = self.about.figure("Samples", "Directions that were measured, and how many are unusable")
+        self.forms = QVBoxLayout()
+        self.forms.setContentsMargins(0, STEP, 0, STEP)
+        holder = QWidget()
+        holder.setLayout(self.forms)
+        self.about.wide(holder)
+        self.form: ParamForm | None = None
+        self.largest = self.about.figure("Max. albedo", "Largest share of light in any colour, and where it is seen")
+        self.reciprocity = self.about.figure(
+            "Reciprocity", "RMS of what changes where light and viewer are exchanged, relative to the RMS"
+        )
+        self.condition = self.about.figure("Condition", "Condition number of the smoothing of scattered samples")
+        self.left_out = self.about.figure("Left out", "RMS error at a sample that was left out, relative to the RMS")
+        self.fitted = self.about.figure("Fit error", "Before and after the fit that this model comes from")
+        self.warnings = text("", "warning", wrap=True)
+        self.about.wide(self.warnings)
+
+    def show_comparison(self, comparison: Comparison, current: Entry | None) -> None:
+        """Show the list, with `current` chosen, and what there is to say about it."""
+        self._filling = True
+        self.list.setFixedHeight(ROW * min(6, max(2, len(comparison.entries))) + 2)
+        while self.list.count() > len(comparison.entries):
+            self.list.takeItem(self.list.count() - 1)
+        for place, entry in enumerate(comparison.entries):
+            item = self.list.item(place)
+            if item is None:
+                item = QListWidgetItem()
+                item.setSizeHint(QSize(0, ROW))
+                self.list.addItem(item)
+            if item.data(IDENTITY) != entry.identity:
+                item.setData(IDENTITY, entry.identity)
+                item.setIcon(marker_icon(entry.colour, entry.marker))
+            item.setText(entry.name)
+            item.setToolTip(f"{entry.name}\n{entry.path or 'Analytic model'}")
+            item.setCheckState(Qt.CheckState.Checked if entry.visible else Qt.CheckState.Unchecked)
+            if entry is current:
+                self.list.setCurrentItem(item)
+        if current is None:
+            self.list.setCurrentRow(-1)
+        self._filling = False
+        self._show_entry(current)
+        self.fit.show_entry(current, comparison)
+
+    def _show_entry(self, entry: Entry | None) -> None:
+        new = entry is None or self.entry is None or entry.brdf != self.entry.brdf
+        self.entry = entry
+        nothing = "" if entry is not None else "Add a reflectance to the list first"
+        model = entry is not None and is_model(entry.brdf)
+        enable(self.remove, nothing, "Take it out of the list (Del)")
+        enable(
+            self.copy,
+            nothing or ("" if model else "A measurement is no formula; fit a model first"),
+            "The text that names it on the command line",
+        )
+        enable(self.save, nothing, "As a MERL .binary or as a table of ours (.exr)")
+        enable(self.use, nothing, "What the View workspace and the exported bundle reflect with")
+        if entry is None:
+            self.kind.setText("–")
+        elif model:
+            self.kind.setText(BRDF_NAMES[model_name(entry.brdf)])
+        else:
+            self.kind.setText(entry.brdf.kind)
+        self._show_form(entry.brdf if entry is not None and model else None)
+        self._show_measured(entry if not model else None)
+        fitted = entry.fitted if entry is not None else None
+        self._row(self.fitted, f"{percent(fitted.before)} → {percent(fitted.after)}" if fitted else None)
+        if new:
+            self.show_facts(None)
+
+    def _show_form(self, brdf: Any) -> None:
+        if self.form is not None and type(self.form.instance) is not type(brdf):
+            self.form.hide()
+            self.form.deleteLater()
+            self.form = None
+        if brdf is None:
+            return
+        if self.form is None:
+            self.form = ParamForm(brdf, {p.name: BRDF_LABELS.get(p.name, p.label) for p in parameters(brdf)})
+            self.form.edited.connect(self.edited)
+            self.forms.addWidget(self.form)
+        self.form.show_instance(brdf)
+
+    def _show_measured(self, entry: Entry | None) -> None:
+        brdf = entry.brdf if entry is not None else None
+        samples = None
+        if brdf is not None:
+            samples = f"{brdf.samples:,}".replace(",", " ")
+            samples += f", {brdf.invalid_samples:,} unusable".replace(",", " ") if brdf.invalid_samples else ""
+        self._row(self.samples, samples)
+        condition, left_out = getattr(brdf, "condition_number", None), getattr(brdf, "leave_one_out", None)
+        self._row(self.condition, None if condition is None else f"{condition:.2g}")
+        self._row(self.left_out, None if left_out is None else percent(left_out))
+        warnings = brdf.health.warnings if brdf is not None else []
+        self.warnings.setText("\n".join(warnings))
+        self.warnings.setVisible(bool(warnings))
+
+    def show_facts(self, facts: Facts | None) -> None:
+        """What was computed of the current entry; None while it is under way."""
+        if facts is None:
+            self.largest.setText("–")
+            role(self.largest, "")
+            self.reciprocity.setText("–")
+            return
+        largest = facts.largest
+        self.largest.setText(f"{max(largest.albedo):.3f} at {np.degrees(largest.theta):.0f}°")
+        role(self.largest, "warning" if max(largest.albedo) > 1.005 else "")
+        error = facts.reciprocity.rms
+        self.reciprocity.setText("exact" if error < 1e-12 else f"{percent(error)} off")
+
+    def _row(self, figure: Any, words: str | None) -> None:
+        """Show a figure and its caption, or hide both."""
+        figure.setText(words or "–")
+        place = self.about.grid.getItemPosition(self.about.grid.indexOf(figure))[0]  # type: ignore[index]
+        beside = self.about.grid.itemAtPosition(place, 0)
+        caption = beside.widget() if beside is not None else None
+        assert caption is not None
+        for widget in (caption, figure):
+            widget.setVisible(words is not None)
+        self.about.grid.setRowMinimumHeight(place, ROW if words is not None else 0)
+
+    def _row_changed(self, item: QListWidgetItem | None, _before: QListWidgetItem | None) -> None:
+        if not self._filling and item is not None:
+            self.current_wanted.emit(item.data(IDENTITY))
+
+    def _ticked(self, item: QListWidgetItem) -> None:
+        if not self._filling:
+            self.visible_wanted.emit(item.data(IDENTITY), item.checkState() == Qt.CheckState.Checked)
+
+    def apply_theme(self) -> None:
+        """Draw the markers against the current theme."""
+        self._filling = True
+        self.list.clear()
+        self._filling = False
+        self.remove.setIcon(icons.icon("cancel"))
+        self.fit.plot.apply_theme()

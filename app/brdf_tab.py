@@ -1,0 +1,433 @@
+"""The BRDF workspace: reflectances of every kind beside each other, their parameters, and fits of models to them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from math import radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QGuiApplication, QKeySequence, QShortcut
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+
+from app import brdf_verbs, icons
+from app.brdf_figures import ALBEDO_DEG, LIGHT_PHI, Curves, Facts, albedos, curves, facts
+from app.brdf_inspector import Inspector
+from app.brdf_library import Library, missing_files
+from app.brdf_plots import AlbedoPlot, HalfDifferencePlot, Line, PolarPlot
+from app.comparison import Comparison, Entry
+from app.document import Project
+from app.latest import Latest
+from app.lobe_view import Lobe, LobeView, lengths, surfaces
+from app.number_field import plain
+from app.panels import EmptyState, Segments, side_by_side, text, tool
+from app.param_form import NumberEditor
+from app.sphere_preview import SpherePreview
+from app.surfaces import why_no_gl
+from app.theme import PADDING, STEP, role
+from app.tiles import Tile, Tiles
+from app.workbench import Workbench
+from engine.brdf.brdf import brdf_to_text
+from engine.errors import MissingCapability
+from engine.params import Parameter
+
+LIGHT_DEG = 45.0
+LIGHT = Parameter("light_deg", LIGHT_DEG, 0.0, 89.0, (0.0, 89.0), "°", "Angle of the light from the normal.", log=False)
+
+#: How opaque the lobes are that are not the current one.
+OTHERS = 0.3
+
+#: Pause after the last change before what takes longer is integrated.
+AT_REST_MS = 200
+
+FILES = "Measured reflectance (*.binary *.bsdf *.brdf *.astm *.bin *.dat *.txt *.csv *.exr *.alta);;All files (*)"
+TABLES = "MERL (*.binary);;Table of Lightarc (*.exr)"
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Shown:
+    """One reflectance on screen: an entry of the list, or what a running fit has found so far."""
+
+    number: int
+    brdf: Any
+    colour: str
+    marker: str
+    live: bool = False
+
+
+class BrdfTab(QWidget):
+    """Compares the project's reflectances. What is current and where the light stands is this tab's own."""
+
+    drawn = Signal(float)
+    broken = Signal(object)
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self.bench = bench
+        self.current: int | None = None
+        self.light_deg = LIGHT_DEG
+        self.known: dict[int, Curves] = {}
+        self.albedos: dict[int, tuple[Any, Any]] = {}
+        self.facts: Facts | None = None
+        self.evaluating = Latest(bench.jobs, "Evaluating reflectances")
+        self.integrating = Latest(bench.jobs, "Integrating albedos")
+        self.judging = Latest(bench.jobs, "Judging a reflectance")
+        self.looking = Latest(bench.jobs, "Looking for files")
+        self.at_rest = QTimer(self)
+        self.at_rest.setSingleShot(True)
+        self.at_rest.setInterval(AT_REST_MS)
+        self.at_rest.timeout.connect(self._integrate)
+        self._stale = True
+        self.library = Library(bench)
+        self.inspector = Inspector(bench)
+        work = side_by_side(self.library, self._make_centre(), self.inspector, stretch=1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(work)
+        self._connect()
+        self._changed(Project(), bench.document.project)
+
+    def _make_centre(self) -> QWidget:
+        self.light = NumberEditor(LIGHT)
+        self.light.slider.setAccessibleName("Angle of the light")
+        self.light.setMaximumWidth(260)
+        self.light.show_value(LIGHT_DEG)
+        self.light.setToolTip("Angle of the light from the normal, in the plane of incidence")
+        self.scale = Segments(
+            (
+                ("log", "Logarithmic", "Length by the logarithm of the value: dim parts beside narrow highlights (L)"),
+                ("linear", "Linear", "Length in proportion to the value (L)"),
+            )
+        )
+        self.scale.choose("log")
+        self.view_action = QAction(icons.icon("fit"), "Look from where it began", self)
+        self.view_action.setShortcut(QKeySequence("F"))
+        self.view_action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        self.view_action.triggered.connect(self.fit)
+        self.addAction(self.view_action)
+        bar = role(QWidget(), "bar")
+        bar.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        bar.setFixedHeight(36)
+        row = QHBoxLayout(bar)
+        row.setContentsMargins(PADDING, 0, PADDING, 0)
+        row.setSpacing(2 * STEP)
+        row.addWidget(text("Light", "secondary"))
+        row.addWidget(self.light, 1)
+        row.addWidget(self.scale)
+        row.addWidget(tool(self.view_action))
+        row.addStretch(1)
+        self.polar, self.slice, self.albedo = PolarPlot(), HalfDifferencePlot(), AlbedoPlot()
+        self.sphere = SpherePreview(self.bench.jobs)
+        self.space = QStackedWidget()
+        self.lobes: LobeView | None = None
+        self._make_lobes(why_no_gl())
+        self.tile_of = {
+            "lobe": Tile("Lobes", self.space),
+            "sphere": Tile("Sphere", self.sphere),
+            "polar": Tile("Plane of incidence", self.polar),
+            "slice": Tile("Half and difference", self.slice),
+            "albedo": Tile("Albedo", self.albedo),
+        }
+        places = {
+            "lobe": (0, 0, 1, 4),
+            "sphere": (0, 4, 1, 2),
+            "polar": (1, 0, 1, 2),
+            "slice": (1, 2, 1, 2),
+            "albedo": (1, 4, 1, 2),
+        }
+        self.tiles = Tiles({self.tile_of[name]: place for name, place in places.items()})
+        self.tiles.grid.setRowStretch(0, 6)
+        self.tiles.grid.setRowStretch(1, 5)
+        self.empty = EmptyState(
+            "brdf",
+            "Nothing to compare yet",
+            "Double-click a model, a published material or a file of your own in the library, or drop measured "
+            "reflectance here: MERL, RGL, UTIA, Cornell, ASTM, CUReT, ALTA, CSV.",
+            (("Open file…", "folder", self.library.browse_wanted),),
+        )
+        self.pages = QStackedWidget()
+        self.pages.addWidget(self.empty)
+        self.pages.addWidget(self.tiles)
+        centre = QWidget()
+        column = QVBoxLayout(centre)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(bar)
+        column.addWidget(self.pages, 1)
+        return centre
+
+    def _make_lobes(self, why_not: str) -> None:
+        """The view in space, or a sentence where there is no OpenGL; the other views do without."""
+        while (old := self.space.widget(0)) is not None:
+            self.space.removeWidget(old)
+            old.deleteLater()
+        if why_not:
+            self.lobes = None
+            said = f"{why_not}, and lobes in space need it. The other views work without."
+            words = text(said, "secondary", wrap=True)
+            words.setAlignment(Qt.AlignmentFlag.AlignCenter)
+            words.setMargin(PADDING)
+            self.space.addWidget(words)
+            return
+        self.lobes = LobeView()
+        self.lobes.light_moved.connect(lambda angle, _final: self.set_light(angle))
+        self.lobes.failed.connect(self._without_gl, Qt.ConnectionType.QueuedConnection)
+        self.space.addWidget(self.lobes)
+
+    def _without_gl(self, error: MissingCapability) -> None:
+        self._make_lobes(error.capability)
+
+    def _connect(self) -> None:
+        bench, library, inspector = self.bench, self.library, self.inspector
+        library.model_wanted.connect(lambda words: brdf_verbs.add_model(bench, words))
+        library.file_wanted.connect(lambda path: brdf_verbs.open_file(bench, path))
+        library.relocate_wanted.connect(self._relocate)
+        library.browse_wanted.connect(self._browse)
+        inspector.current_wanted.connect(self.choose)
+        inspector.visible_wanted.connect(self._set_visible)
+        inspector.remove_wanted.connect(self.remove)
+        inspector.edited.connect(self._edited)
+        inspector.use_wanted.connect(lambda: self._with_entry(lambda entry: brdf_verbs.use(bench, entry)))
+        inspector.copy_wanted.connect(lambda: self._with_entry(self._copy))
+        inspector.save_wanted.connect(lambda: self._with_entry(self._save))
+        inspector.fit.changed.connect(self._refresh)
+        self.light.edited.connect(lambda angle, _final: self.set_light(angle))
+        self.scale.chosen.connect(lambda _value: self._show_curves())
+        self.slice.read.connect(lambda words: self.tile_of["slice"].say(words))
+        self.sphere.said.connect(lambda words: self.tile_of["sphere"].say(words))
+        self.sphere.viewport.drawn.connect(self.drawn)
+        self.sphere.viewport.broken.connect(self.broken)
+        for keys, work in (("L", self._next_scale), ("Ctrl+F", self.library.search.setFocus)):
+            shortcut = QShortcut(QKeySequence(keys), self, context=Qt.ShortcutContext.WidgetWithChildrenShortcut)
+            shortcut.activated.connect(work)
+        bench.document.changed.connect(self._changed)
+
+    @property
+    def comparison(self) -> Comparison:
+        """What the project compares."""
+        return self.bench.document.project.comparison
+
+    @property
+    def entry(self) -> Entry | None:
+        """The entry on which the person is."""
+        return self.comparison.find(self.current)
+
+    def _with_entry(self, work: Callable[[Entry], object]) -> None:
+        entry = self.entry
+        if entry is not None:
+            work(entry)
+
+    def _changed(self, old: Project, new: Project) -> None:
+        before, now = old.comparison, new.comparison
+        if before is now and self.pages.isVisible():
+            return
+        grown = {entry.identity for entry in now.entries} - {entry.identity for entry in before.entries}
+        for identity in grown:
+            self.known.pop(identity, None)
+            self.albedos.pop(identity, None)
+        if grown:
+            self.current = max(grown, key=[entry.identity for entry in now.entries].index)
+        elif now.find(self.current) is None:
+            self.current = now.entries[-1].identity if now.entries else None
+        self.pages.setCurrentIndex(1 if now.entries else 0)
+        if before.files != now.files:
+            self._look_for_files()
+        self._refresh()
+
+    def choose(self, identity: int) -> None:
+        """Make another entry the current one."""
+        self.current = identity
+        self._refresh()
+
+    def set_light(self, angle_deg: float) -> None:
+        """Let the light stand at an angle from the normal."""
+        self.light_deg = round(min(LIGHT.high, max(LIGHT.low, angle_deg)), 2)
+        self.light.show_value(self.light_deg)
+        self._refresh()
+
+    def remove(self) -> None:
+        """Take the current entry out of the list; the one after it becomes current."""
+        entry = self.entry
+        if entry is None:
+            return
+        entries = self.comparison.entries
+        place = entries.index(entry)
+        others = (*entries[place + 1 :], *reversed(entries[:place]))
+        self.current = others[0].identity if others else None
+        self.bench.document.change(f"Remove {entry.name}", comparison=self.comparison.removed(entry.identity))
+
+    def _set_visible(self, identity: int, visible: bool) -> None:
+        entry = self.comparison.find(identity)
+        if entry is not None and entry.visible != visible:
+            words = f"{'Show' if visible else 'Hide'} {entry.name}"
+            self.bench.document.change(words, comparison=self.comparison.changed(identity, visible=visible))
+
+    def _edited(self, brdf: Any, final: bool) -> None:
+        entry, document = self.entry, self.bench.document
+        if entry is not None and brdf != entry.brdf:
+            changed = self.comparison.changed(entry.identity, brdf=brdf, fitted=None)
+            document.change(f"Change {entry.name}", gesture=f"brdf {entry.identity}", comparison=changed)
+        if final:
+            document.end_gesture()
+
+    def _copy(self, entry: Entry) -> None:
+        QGuiApplication.clipboard().setText(brdf_to_text(entry.brdf))
+        self.bench.said.emit(f"Copied {brdf_to_text(entry.brdf)}")
+
+    def _save(self, entry: Entry) -> None:
+        name = "".join(letter if letter.isalnum() or letter in " -_" else "-" for letter in entry.name)
+        chosen, kind = QFileDialog.getSaveFileName(self, "Save a table", f"{name}.binary", TABLES)
+        if chosen:
+            path = Path(chosen)
+            if path.suffix.lower() not in (".binary", ".exr"):
+                path = path.with_name(path.name + (".exr" if "exr" in kind else ".binary"))
+            brdf_verbs.save_table(self.bench, entry.brdf, path)
+
+    def _browse(self) -> None:
+        chosen, _ = QFileDialog.getOpenFileNames(self, "Open measured reflectance", "", FILES)
+        for path in chosen:
+            brdf_verbs.open_file(self.bench, Path(path))
+
+    def _relocate(self, lost: Path) -> None:
+        chosen, _ = QFileDialog.getOpenFileName(self, f"Where is {lost.name} now?", str(lost.parent), FILES)
+        if chosen:
+            brdf_verbs.open_file(self.bench, Path(chosen), instead_of=lost)
+
+    def _look_for_files(self) -> None:
+        files = self.comparison.files
+        self.looking.ask(lambda: missing_files(files), self.library.show_missing)
+
+    def _next_scale(self) -> None:
+        self.scale.choose("linear" if self.scale.value == "log" else "log")
+        self._show_curves()
+
+    def fit(self) -> None:
+        """Look at the lobes from where it began."""
+        if self.lobes is not None:
+            self.lobes.reset()
+        self.sphere.viewport.frame()
+
+    def showEvent(self, event: object) -> None:
+        super().showEvent(event)  # type: ignore[arg-type]
+        self._look_for_files()
+        if self._stale:
+            self._refresh()
+
+    def shown(self) -> list[Shown]:
+        """What is on screen, the current entry last, so that it is drawn over the others."""
+        entries = [entry for entry in self.comparison.entries if entry.visible]
+        entries.sort(key=lambda entry: entry.identity == self.current)
+        found = [Shown(entry.identity, entry.brdf, entry.colour, entry.marker) for entry in entries]
+        so_far, identity = self.inspector.fit.so_far, self.comparison.free_identity
+        if so_far is not None and identity is not None:
+            coming = Entry("", so_far.brdf, identity)
+            found.append(Shown(-1, so_far.brdf, coming.colour, coming.marker, live=True))
+        return found
+
+    def _refresh(self) -> None:
+        """Show everything that is known, and ask for what is not."""
+        self._stale = not self.isVisible()
+        entry = self.entry
+        self.library.show_files(self.comparison.files, self.comparison.entries)
+        self.inspector.show_comparison(self.comparison, entry)
+        if self.facts is not None and entry is not None and self.facts.brdf == entry.brdf:
+            self.inspector.show_facts(self.facts)
+        self._show_curves()
+        if self._stale:
+            return
+        self.sphere.show_brdf(entry.brdf if entry is not None else None)
+        if self.inspector.fit.so_far is None:
+            self.known.pop(-1, None)
+        theta = radians(self.light_deg)
+        wanted = [(one.number, one.brdf) for one in self.shown()]
+        if entry is not None and not entry.visible:
+            wanted.append((entry.identity, entry.brdf))
+        missing = []
+        for number, brdf in wanted:
+            known = self.known.get(number)
+            if known is None or known.brdf != brdf or known.theta_i != theta:
+                missing.append((number, brdf, known))
+        if missing:
+            self.evaluating.ask(lambda: curves(missing, theta), self._evaluated)
+        self.at_rest.start()
+
+    def _evaluated(self, found: dict[int, Curves]) -> None:
+        self.known |= found
+        self._show_curves()
+
+    def _integrate(self) -> None:
+        """What takes longer, once nothing has changed for a while."""
+        if not self.isVisible():
+            self._stale = True
+            return
+        missing = [
+            (one.number, one.brdf)
+            for one in self.shown()
+            if not one.live and (one.number not in self.albedos or self.albedos[one.number][0] != one.brdf)
+        ]
+        if missing:
+            self.integrating.ask(lambda: albedos(missing), self._integrated)
+        entry = self.entry
+        if entry is not None and (self.facts is None or self.facts.brdf != entry.brdf):
+            self.judging.ask(lambda: facts(entry.brdf), self._judged)
+
+    def _integrated(self, found: dict[int, tuple[Any, Any]]) -> None:
+        self.albedos |= found
+        self._show_albedos()
+
+    def _judged(self, found: Facts) -> None:
+        self.facts = found
+        entry = self.entry
+        if entry is not None and found.brdf == entry.brdf:
+            self.inspector.show_facts(found)
+
+    def _show_curves(self) -> None:
+        """The lobes, the plane of incidence, and the half and difference angles of the current one."""
+        pairs = [(one, self.known[one.number]) for one in self.shown() if one.number in self.known]
+        highest = max((known.highest for _, known in pairs), default=0.0) or 1.0
+        logarithmic = self.scale.value == "log"
+        light = (radians(self.light_deg), LIGHT_PHI)
+        if self.lobes is not None:
+            drawn = [Lobe(known.wo, known.lobe, one.colour, one.marker) for one, known in pairs]
+            made = surfaces(drawn, highest, logarithmic=logarithmic)
+            made = [dataclasses.replace(each, opacity=OTHERS) for each in made[:-1]] + made[-1:]
+            self.lobes.show_lobes(made, [one.marker for one, _ in pairs], light)
+        lines = [
+            Line(
+                known.theta_o,
+                lengths(known.polar, highest, logarithmic=logarithmic),
+                one.colour,
+                one.marker,
+                one.live,
+            )
+            for one, known in pairs
+        ]
+        self.polar.show_lines(lines, light[0])
+        entry = self.entry
+        known = self.known.get(entry.identity) if entry is not None else None
+        self.slice.show_values(known.half_difference if known is not None else None)
+        words = f"ring {plain(float(f'{highest:.3g}'))} sr⁻¹" if pairs else ""
+        self.tile_of["polar"].say(words)
+        self.tile_of["lobe"].say(f"light at {self.light_deg:.0f}°, longest {plain(float(f'{highest:.3g}'))} sr⁻¹")
+        self._show_albedos()
+
+    def _show_albedos(self) -> None:
+        found = [(one, self.albedos[one.number][1]) for one in self.shown() if one.number in self.albedos]
+        x = np.array(ALBEDO_DEG)
+        self.albedo.show_lines([Line(x, values, one.colour, one.marker) for one, values in found])
+
+    def apply_theme(self) -> None:
+        """Redraw what does not follow the palette by itself."""
+        self.view_action.setIcon(icons.icon("fit"))
+        for plot in (self.polar, self.slice, self.albedo):
+            plot.apply_theme()
+        for tile in self.tiles.places:
+            tile.show_enlarged(tile is self.tiles.large)
+        self.empty.apply_theme()
+        self.library.apply_theme()
+        self.inspector.apply_theme()
+        self.sphere.viewport.redraw()
+        self._refresh()

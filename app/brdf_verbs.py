@@ -1,0 +1,176 @@
+"""What the BRDF workspace does to the document and to files, without its widgets; each long work is a job."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from app.brdf_names import BRDF_NAMES
+from app.comparison import MARKERS, Entry, Fitted
+from app.jobs import Job
+from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, model_name
+from engine.steps import Step, Steps, part
+
+if TYPE_CHECKING:
+    from app.workbench import Workbench
+    from engine.brdf.fit import FitError, Residual
+
+FULL = f"{len(MARKERS)} reflectances are compared at most; remove one first"
+
+#: Samples on which the error is followed while a fit runs, and on which the model nearest to a measurement is found.
+FOLLOWED, NEAREST = 2000, 2000
+
+
+@dataclass(frozen=True, eq=False)
+class FitSoFar:
+    """The best of a fit until now: the model, the errors where it began and now, and both by half angle."""
+
+    brdf: Any
+    before: FitError
+    after: FitError
+    start: Residual
+    now: Residual
+
+
+def is_model(brdf: Any) -> bool:
+    """Whether `brdf` has parameters and a text, and is quick to evaluate."""
+    return type(brdf) in MODELS.values()
+
+
+def add_model(bench: Workbench, text: str) -> None:
+    """Compare the model or preset that `text` names."""
+    brdf = brdf_from_text(text)
+    preset = text.partition("preset=")[2]
+    add(bench, preset.replace("-", " ").capitalize() if preset else BRDF_NAMES[model_name(brdf)], brdf)
+
+
+def add(bench: Workbench, name: str, brdf: Any, path: Path | None = None, fitted: Fitted | None = None) -> None:
+    """Compare `brdf`; its file, if it has one, stays in the library."""
+    comparison = bench.document.project.comparison
+    if comparison.free_identity is None:
+        bench.said.emit(FULL)
+        return
+    comparison = comparison.added(name, brdf, path, fitted)
+    if path is not None:
+        comparison = comparison.with_file(path)
+    bench.document.change(f"Compare {name}", comparison=comparison)
+
+
+def open_file(bench: Workbench, path: Path, *, instead_of: Path | None = None) -> Job:
+    """Read a measured reflectance and compare it; in the library it takes the place of `instead_of`."""
+    job = bench.jobs.submit(f"Opening {path.name}", lambda: _read(path))
+    job.succeeded.connect(lambda brdf: _opened(bench, path, brdf, instead_of))
+    return job
+
+
+def _opened(bench: Workbench, path: Path, brdf: Any, instead_of: Path | None) -> None:
+    if instead_of is not None:
+        moved = bench.document.project.comparison.with_file(path, instead_of)
+        entries = tuple(dataclasses.replace(e, path=path) if e.path == instead_of else e for e in moved.entries)
+        bench.document.change(f"Find {path.name}", comparison=dataclasses.replace(moved, entries=entries))
+        if any(entry.path == path for entry in entries):
+            return
+    add(bench, brdf.name or path.stem, brdf, path)
+
+
+def _read(path: Path) -> Steps[Any]:
+    yield Step(0.0, "reading")
+    from engine.brdf.brdf_file import read_brdf_steps
+
+    return (yield from read_brdf_steps(path))
+
+
+def use(bench: Workbench, entry: Entry) -> Job | None:
+    """Make `entry` the reflectance of the material; a measurement becomes a table first, in a job."""
+    if is_model(entry.brdf):
+        _used(bench, entry.name, {"brdf": brdf_to_text(entry.brdf), "measured": None})
+        return None
+    job = bench.jobs.submit(f"Preparing {entry.name}", lambda: _as_material(entry.brdf))
+    job.succeeded.connect(lambda parts: _used(bench, entry.name, parts))
+    return job
+
+
+def _used(bench: Workbench, name: str, parts: dict[str, Any]) -> None:
+    material = dataclasses.replace(bench.document.project.material, **parts)
+    bench.document.change(f"Use {name} for the material", material=material)
+    bench.said.emit(f"The material reflects as {name}")
+
+
+def _as_material(brdf: Any) -> Steps[dict[str, Any]]:
+    """The table of a measurement, and the model nearest to it for what holds no table."""
+    yield Step(0.0, "preparing kernels")
+    from engine.brdf.fit import fit, fit_data
+    from engine.brdf.microfacet import Ggx
+    from engine.brdf.table_file import kept_table
+
+    table = yield from part(kept_table(brdf), 0.0, 0.5)
+    nearest = yield from part(fit(fit_data(table, count=NEAREST), Ggx()), 0.5, 1.0)
+    return {"brdf": brdf_to_text(nearest.brdf), "measured": table}
+
+
+def save_table(bench: Workbench, brdf: Any, path: Path) -> Job:
+    """Write `brdf` as a table: .binary as MERL, .exr as ours."""
+    job = bench.jobs.submit(f"Writing {path.name}", lambda: _write(brdf, path))
+    job.succeeded.connect(bench.said.emit)
+    return job
+
+
+def _write(brdf: Any, path: Path) -> Steps[str]:
+    """Writes the table and says in a sentence what it cost."""
+    yield Step(0.0, "preparing kernels")
+    from engine.brdf.merl import write_merl
+    from engine.brdf.resample import SHAPE, resample
+    from engine.brdf.table import DirectionTable, HalfDifferenceTable
+    from engine.brdf.table_file import write_table
+
+    merl = path.suffix.lower() == ".binary"
+    kept = isinstance(brdf, HalfDifferenceTable) and (brdf.missing.shape == SHAPE or not merl)
+    lost = ""
+    table: Any = brdf
+    if not kept and (merl or not isinstance(brdf, DirectionTable)):
+        table = yield from part(resample(brdf), 0.0, 0.95)
+        lost = f"; as a table it errs by {100.0 * table.health.figures['resampling_rms_rel']:.2g} % RMS"
+    yield Step(0.96, "writing")
+    if merl:
+        write_merl(path, table)
+    else:
+        write_table(path, table)
+    return f"{path.name} written{lost}"
+
+
+def fitted(brdf: Any, model: str, weighting: Any) -> Steps[FitSoFar]:
+    """Fit `model` to `brdf`; steps carry the best so far."""
+    yield Step(0.0, "taking samples")
+    from engine.brdf.fit import fit, fit_data, fit_error, residual_by_angle
+
+    start = MODELS[model]()
+    data = fit_data(brdf)
+    few = data.first(FOLLOWED)
+    residual = residual_by_angle(start, data)["theta_h"]
+    error = fit_error(start, data, weighting)
+    best = FitSoFar(start, error, error, residual, residual)
+    lowest = np.inf
+    yield Step(0.02, "comparing starts", best)
+    steps = fit(data, start, weighting=weighting)
+    try:
+        while True:
+            step = next(steps)
+            found = None
+            if step.partial is not None and step.partial != best.brdf:
+                now = fit_error(step.partial, few, weighting)
+                if now.objective < lowest:
+                    lowest = now.objective
+                    remains = residual_by_angle(step.partial, few)["theta_h"]
+                    found = best = dataclasses.replace(best, brdf=step.partial, after=now, now=remains)
+            yield Step(step.done, step.note, found)
+    except StopIteration as finished:
+        done = finished.value
+        return dataclasses.replace(
+            best, brdf=done.brdf, before=done.before, after=done.after, now=done.by_angle["theta_h"]
+        )
+    finally:
+        steps.close()

@@ -1,0 +1,89 @@
+"""A sphere that reflects as the current BRDF, drawn by the renderer of the View workspace; its light can be dragged."""
+
+from __future__ import annotations
+
+from math import radians
+from typing import Any
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from app.brdf_figures import drawable
+from app.brdf_verbs import is_model
+from app.jobs import Jobs
+from app.latest import Latest
+from app.viewport import Viewport
+from app.workbench import load_shape
+from engine.brdf.table import HalfDifferenceTable
+from engine.camera import frame
+from engine.directions import world_direction
+from engine.mesh import Mesh
+from engine.scene import Scene
+
+IRRADIANCE = 2.6
+
+
+class SpherePreview(QWidget):
+    """Shows one BRDF. What has no shader of its own becomes a table first, in a job; `said` tells what that costs."""
+
+    said = Signal(str)
+
+    def __init__(self, jobs: Jobs) -> None:
+        super().__init__()
+        self.jobs = jobs
+        self.preparing = Latest(jobs, "Preparing the sphere")
+        self.viewport = Viewport(jobs)
+        self.viewport.setAccessibleName("Sphere with this reflectance")
+        self.viewport.setToolTip("Drag to turn, Ctrl+drag or drag the sun to move the light")
+        self.viewport.light_moved.connect(self._light_moved)
+        self.light_deg = (50.0, -40.0)
+        self.mesh: Mesh | None = None
+        self.brdf: Any = None
+        self._drawn: tuple[Any, Any] = (None, None)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.viewport)
+
+    def show_brdf(self, brdf: Any) -> None:
+        """Show `brdf`, or go on showing the last one where it is None."""
+        if brdf is None:
+            return
+        self.brdf = brdf
+        if self.mesh is None:
+            job = self.jobs.submit("Loading the sphere", lambda: load_shape("sphere"), heavy=False)
+            job.succeeded.connect(self._loaded)
+            return
+        if is_model(brdf) or isinstance(brdf, HalfDifferenceTable):
+            self._drawn = (brdf, brdf)
+            self.said.emit("")
+        elif self._drawn[0] is not brdf:
+            self.said.emit("preparing…")
+            self.preparing.ask(lambda: drawable(brdf), lambda table: self._prepared(brdf, table))
+            return
+        self._draw()
+
+    def _loaded(self, mesh: Mesh) -> None:
+        self.mesh = mesh
+        self.show_brdf(self.brdf)
+
+    def _prepared(self, brdf: Any, table: HalfDifferenceTable) -> None:
+        if self.brdf is not brdf:
+            return
+        self._drawn = (brdf, table)
+        error = 100.0 * table.health.figures["resampling_rms_rel"]
+        mean = "" if brdf.isotropic else ", mean over azimuths"
+        self.said.emit(f"as a table: {error:.2g} % RMS off{mean}")
+        self._draw()
+
+    def _light_moved(self, theta_deg: float, phi_deg: float, _final: bool) -> None:
+        self.light_deg = (theta_deg, phi_deg)
+        self._draw()
+
+    def _draw(self) -> None:
+        if self.mesh is None or self._drawn[1] is None:
+            return
+        light = world_direction(*map(radians, self.light_deg))
+        x, y, z = (float(component) for component in light)
+        camera = self.viewport.camera or frame(self.mesh.positions)
+        scene = Scene(self.mesh, camera, self._drawn[1], light=(x, y, z), irradiance=IRRADIANCE)
+        self.viewport.show_scene(scene, 0.0, "neutral", self.light_deg)
