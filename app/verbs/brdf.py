@@ -137,7 +137,7 @@ def _info(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[s
         "maximum_albedo_theta_deg": float(np.degrees(largest.theta)),
         "maximum_albedo_phi_deg": float(np.degrees(largest.phi)),
     }
-    for figure in ("condition_number", "leave_one_out"):
+    for figure in ("condition_number", "leave_one_out", "leave_one_out_log"):
         if hasattr(brdf, figure):
             result[figure] = float(getattr(brdf, figure))
     result["warnings"] = [] if analytic else brdf.health.warnings

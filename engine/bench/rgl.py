@@ -50,6 +50,7 @@ def _measurement() -> RglBrdf:
         visible=Warp.of(table(1, ELEVATIONS, NODES, NODES)),
         luminance=Warp.of(table(1, ELEVATIONS, COLOURS, COLOURS)),
         colours=table(1, ELEVATIONS, COLOURS, COLOURS, 3),
+        spectral=False,
         samples=ELEVATIONS * COLOURS**2,
         invalid_samples=0,
         health=Health(),

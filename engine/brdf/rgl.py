@@ -18,7 +18,8 @@ What we state, as the format does not:
   reciprocal: the two sides of a measurement differ by its noise, and `reciprocal` is False.
 * Incident directions beyond the measured ones take the outermost, so does theta_i above the last, 89.99999°.
 * Real files hold negative values (noise under a dark sample). They are counted, stay what they are for interpolation,
-  and negative results are cut to 0, as pbrt does; Mitsuba returns them. Values that are not finite count as 0.
+  and negative results of RGB files are cut to 0, as pbrt does; Mitsuba returns them. Values that are not finite count
+  as 0.
 * Where azimuths have no limit: at h = n that of h is wi's in isotropic files and +x in others, at wi = n that of wi is
   +x, as in Mitsuba. There the published files depend on it by 1 to 2 % and by 3 to 120 %.
 * The field `valid` is not looked at, nor by Mitsuba: of the published files some set its bits for nearly all
@@ -26,7 +27,8 @@ What we state, as the format does not:
 * Mitsuba's `measured` computes in float32. It agrees to 1e-4 except for a few in 1000 pairs with a direction lower than
   10°, where it errs by up to 4 % (satin_rosaline, wi (0.786617, −0.613661, 0.068210), wo (−0.390643, 0.911023,
   0.132043): 1.103e-5 for 1.055e-5 in red); tests/engine/brdf/test_rgl.py shows why.
-* RGB files are taken as linear sRGB, spectral ones are turned into it by `engine.brdf.spectrum` (D65).
+* RGB files are taken as linear sRGB, spectral ones are turned into it by `engine.brdf.spectrum` (D65), where colours
+  outside the gamut have negative channels and keep them.
 """
 
 from __future__ import annotations
@@ -116,6 +118,7 @@ class RglBrdf:
     visible: Warp
     luminance: Warp
     colours: Floats
+    spectral: bool
     samples: int
     invalid_samples: int
     health: Health
@@ -140,6 +143,7 @@ class RglBrdf:
         rgl_kernel.values(
             *self._frame(),
             *self._visible(),
+            -np.inf if self.spectral else 0.0,
             self.colours,
             self.scaled,
             self.ndf,
@@ -223,6 +227,7 @@ def read_rgl(path: str | os.PathLike[str]) -> RglBrdf:
         visible=Warp.of(visible),
         luminance=Warp.of(luminance),
         colours=colours,
+        spectral=spectral,
         samples=negative.size,
         invalid_samples=int((negative | broken).sum()),
         health=_health(phi_i, theta_i, int(negative.sum()), int(broken.sum()), negative.size),

@@ -204,10 +204,12 @@ def _patch(colours, p, t, j, i, b, a, channel):  # type: ignore[no-untyped-def]
 
 
 @parallel
-def values(phi_axis, theta_axis, reduction, relative, density, columns, rows, colours, scaled, ndf, sigma, wi, wo, out):  # type: ignore[no-untyped-def]
-    """Fill out (N, 3) with values in 1/sr for incident wi (N, 3) and outgoing wo (N, 3).
+def values(
+    phi_axis, theta_axis, reduction, relative, density, columns, rows, lowest, colours, scaled, ndf, sigma, wi, wo, out
+):  # type: ignore[no-untyped-def]
+    """Fill out (N, 3) with values in 1/sr, not below `lowest`, for incident wi (N, 3) and outgoing wo (N, 3).
 
-    colours (P, T, Y, X, 3) times, where `scaled`, ndf / (4 sigma); over the outgoing cosine; negative results are 0.
+    colours (P, T, Y, X, 3) times, where `scaled`, ndf / (4 sigma); over the outgoing cosine.
     """
     for n in prange(wi.shape[0]):
         out[n, 0], out[n, 1], out[n, 2] = 0.0, 0.0, 0.0
@@ -226,7 +228,7 @@ def values(phi_axis, theta_axis, reduction, relative, density, columns, rows, co
         j, b = _cell(sample_y, colours.shape[2])
         i, a = _cell(sample_x, colours.shape[3])
         for channel in range(3):
-            out[n, channel] = max(_colour(colours, at, j, i, b, a, channel) * scale, 0.0)
+            out[n, channel] = max(_colour(colours, at, j, i, b, a, channel) * scale, lowest)
 
 
 @parallel

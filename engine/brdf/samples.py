@@ -3,8 +3,8 @@
 Which measurements are used is one rule for all formats: a row is dropped if a number in it is not finite, if a value
 is negative or above `VALUE_LIMIT`, or if one of its directions is at or below the horizon (`HORIZON`), where a BRDF is
 0 by definition. Dropped rows are counted in `invalid_samples` and shown. Spectra become linear sRGB under D65
-(`engine.brdf.spectrum`); a channel that is negative because the colour lies outside sRGB becomes 0 and is counted.
-RGB columns are taken as linear sRGB, a single column as grey.
+(`engine.brdf.spectrum`); a channel is negative where the colour lies outside sRGB, and stays so up to the display, or
+the luminance would be wrong: it is counted. RGB columns are taken as linear sRGB, a single column as grey.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.spectrum import srgb_from_spectra
+from engine.colour import XYZ_FROM_SRGB
 from engine.directions import dot
 from engine.errors import InputError
 from engine.files.untrusted import AGAIN
@@ -42,7 +43,7 @@ class BrdfSamples:
     Parameters
     ----------
     wi, wo : (N, 3) unit directions towards light and viewer in the surface frame (normal +z), N > 0.
-    value : (N, 3) linear sRGB in 1/sr without the cosine, finite and not negative.
+    value : (N, 3) linear sRGB in 1/sr without the cosine, finite; negative only where spectra are outside the gamut.
     name : what was measured, usually the stem of the file's name.
     kind : how, in a short phrase for a person.
     health : what was counted on the way.
@@ -75,14 +76,25 @@ class BrdfSamples:
                 raise ValueError("directions must be unit vectors")
             if not (directions[:, 2] > 0.0).all():
                 raise ValueError("directions must be above the horizon")
-        if not ((self.value >= 0.0) & (self.value <= VALUE_LIMIT)).all():
-            raise ValueError(f"values must lie in [0, {VALUE_LIMIT:g}]")
+        lowest = 0.0 if self.spectra is None else -VALUE_LIMIT
+        if not ((self.value >= lowest) & (self.value <= VALUE_LIMIT)).all():
+            raise ValueError(f"values must lie in [{lowest:g}, {VALUE_LIMIT:g}]")
         if (self.spectra is None) != (self.wavelengths_nm is None):
             raise ValueError("spectra need wavelengths, and wavelengths spectra")
         if self.spectra is not None and self.wavelengths_nm is not None:
             expected = (count, len(self.wavelengths_nm))
             if self.spectra.shape != expected or not np.isfinite(self.spectra).all():
                 raise ValueError(f"spectra must be finite and of the shape {expected}")
+
+    @property
+    def positive_from_srgb(self) -> Floats:
+        """(3, 3) matrix to a colour space in which no valid value is negative: XYZ for spectra, else sRGB itself."""
+        return np.eye(3) if self.spectra is None else XYZ_FROM_SRGB
+
+    @property
+    def positive(self) -> Floats:
+        """The values (N, 3) in that space; what rounding makes negative is 0."""
+        return np.maximum(self.value @ self.positive_from_srgb.T, 0.0)
 
     @property
     def samples(self) -> int:
@@ -124,7 +136,7 @@ def samples_from_rows(
         "dropped: not finite": float((~finite).sum()),
         "dropped: negative": float((finite & negative).sum()),
         "dropped: at or below the horizon": float((finite & ~negative & ~above).sum()),
-        "outside sRGB, set to 0": float((rgb < 0.0).any(axis=1).sum()),
+        "outside sRGB": float((rgb < 0.0).any(axis=1).sum()),
     }
     invalid = int((~usable).sum())
     notes = list(findings)
@@ -133,7 +145,7 @@ def samples_from_rows(
     return BrdfSamples(
         wi / np.linalg.norm(wi, axis=1, keepdims=True),
         wo / np.linalg.norm(wo, axis=1, keepdims=True),
-        np.maximum(rgb, 0.0),
+        rgb,
         name,
         kind,
         Health(MappingProxyType({key: value for key, value in figures.items() if value}), tuple(notes)),

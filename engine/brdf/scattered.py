@@ -15,8 +15,9 @@ nothing against it.
 Kernels φ: Wendland's (1995), positive definite in up to five dimensions: (1 − r)³₊, or (1 − r)⁵₊(5r + 1), which is
 smooth. Kernel, t and λ are those of the least logarithmic leave-one-out error (Rippa 1999) on up to `SEARCH_SAMPLES`
 samples: a_j / (A⁻¹)_jj is what sample j misses the rest by, without a second solution.
-Logarithm: highlights over six decades do not ring, and f cannot be negative. c is a tenth of the median value. Results
-are held between 0 and the largest sample of the channel, so extrapolation towards grazing angles is bounded.
+Logarithm: highlights over six decades do not ring. It is taken of XYZ where the samples are spectra, whose sRGB may be
+negative, and of RGB otherwise; in that space f cannot be negative. c is a tenth of the median value. Results are held
+between 0 and the largest sample of the channel there, so extrapolation towards grazing angles is bounded.
 Samples are met to rounding unless `smoothing` adds a ridge; samples that coincide are replaced by their mean in log f.
 Above `PATCH_SAMPLES` samples the domain is split into overlapping boxes, each with its own expansion, blended by a
 smooth partition of unity (Wendland 2005, ch. 29); boxes are split only along coordinates that no symmetry negates,
@@ -124,7 +125,8 @@ class ScatteredBrdf:
     measured : the samples.
     shape : coordinates, symmetries and kernel.
     condition_number : of the interpolation matrix in the 1-norm, from its inverse; the largest of all boxes.
-    leave_one_out : ‖prediction from all other samples − sample‖ / ‖sample‖ over all samples and channels, in 1/sr.
+    leave_one_out : ‖prediction from all other samples − sample‖ / ‖sample‖ over all samples and channels,
+        in 1/sr, of XYZ for spectra.
     leave_one_out_log : root mean square of the same differences in log(f + c): the typical relative error.
     health : that of the samples, and these figures.
     """
@@ -172,14 +174,15 @@ class ScatteredBrdf:
         wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
         values = np.zeros(wi.shape)
         incident, outgoing, out = wi.reshape(-1, 3), wo.reshape(-1, 3), values.reshape(-1, 3)
-        largest = self.measured.value.max(axis=0)
+        largest = self.measured.positive.max(axis=0)
+        srgb_from_positive = np.linalg.inv(self.measured.positive_from_srgb)
         for first in range(0, len(out), _CHUNK):
             part = slice(first, first + _CHUNK)
             above = (incident[part, 2] > 0.0) & (outgoing[part, 2] > 0.0)
             points = coordinates(incident[part][above], outgoing[part][above], self.shape)
             logs = self._patches.evaluate(points, self.shape.smooth) + self._mean
             logs = np.minimum(logs, np.log(largest + self._offset))
-            out[part][above] = np.clip(np.exp(logs) - self._offset, 0.0, largest)
+            out[part][above] = np.clip(np.exp(logs) - self._offset, 0.0, largest) @ srgb_from_positive.T
         return values
 
 
@@ -197,9 +200,10 @@ def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0) -> Steps[Scatter
     """
     if not 0.0 <= smoothing < np.inf:
         raise ValueError(f"smoothing must be at least 0 and finite, not {smoothing}")
-    positive = samples.value[samples.value > 0.0]
-    offset = max(_OFFSET * float(np.median(positive)), _LEAST_OFFSET) if len(positive) else 1.0
-    logs = np.log(samples.value + offset)
+    values = samples.positive
+    lit = values[values > 0.0]
+    offset = max(_OFFSET * float(np.median(lit)), _LEAST_OFFSET) if len(lit) else 1.0
+    logs = np.log(values + offset)
     shape = yield from _chosen_shape(samples, logs, smoothing)
     points, logs_kept, merged = _merged(coordinates(samples.wi, samples.wo, shape), logs, shape)
     mean = logs_kept.mean(axis=0)
@@ -212,7 +216,7 @@ def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0) -> Steps[Scatter
         fitted.append(_expanded(points[members], targets[members], shape, smoothing, box, members))
     patches = _Patches.of(points, fitted, shape.signs)
     residual = _blended_residual(points, fitted)
-    predicted = np.clip(np.exp(logs_kept - residual) - offset, 0.0, samples.value.max(axis=0))
+    predicted = np.clip(np.exp(logs_kept - residual) - offset, 0.0, values.max(axis=0))
     truth = np.exp(logs_kept) - offset
     scale = float(np.linalg.norm(truth))
     condition = max(expansion.condition for expansion in fitted)
@@ -302,9 +306,10 @@ def _evidence(samples: BrdfSamples, symmetry: Symmetry) -> int | None:
     points = coordinates(samples.wi[once], samples.wo[once], Shape(symmetry, _BENDS[-1], 1.0, False))
     groups, place = np.unique(_keys(points, symmetry.signs), axis=0, return_inverse=True)
     low, high = np.full((len(groups), 3), np.inf), np.zeros((len(groups), 3))
-    np.minimum.at(low, place, samples.value[once])
-    np.maximum.at(high, place, samples.value[once])
-    if (high - low > _SAME_VALUE * high + 1e-6 * samples.value.max()).any():
+    values = samples.positive
+    np.minimum.at(low, place, values[once])
+    np.maximum.at(high, place, values[once])
+    if (high - low > _SAME_VALUE * high + 1e-6 * values.max()).any():
         return None
     without = [signs for signs in symmetry.signs if signs not in _EXCHANGES]
     return len(np.unique(_keys(points, without), axis=0)) - len(groups)

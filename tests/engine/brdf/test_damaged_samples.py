@@ -49,7 +49,8 @@ FILES: dict[str, tuple[str, int, Callable[[Path], BrdfSamples]]] = {
 def assert_possible(samples: BrdfSamples, what: str) -> None:
     assert len(samples.value) >= 1, what
     assert np.isfinite(samples.value).all(), what
-    assert (samples.value >= 0.0).all(), what
+    assert (samples.value >= 0.0).all() or samples.spectra is not None, what
+    assert (samples.positive >= 0.0).all(), what
     assert (np.minimum(samples.wi[:, 2], samples.wo[:, 2]) > 0.0).all(), what
 
 

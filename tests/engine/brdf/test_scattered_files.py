@@ -16,6 +16,7 @@ from engine.brdf.csv_samples import read_csv_samples, read_directions
 from engine.brdf.curet import read_curet
 from engine.brdf.half_difference import half_difference
 from engine.brdf.samples import BrdfSamples
+from engine.brdf.scattered import scattered_brdf
 from engine.brdf.spectrum import srgb_from_spectra
 from engine.directions import surface_direction
 from engine.errors import InputError
@@ -166,10 +167,15 @@ def test_invalid_rows_are_dropped_and_counted(tmp_path: Path) -> None:
     assert any("7 of 8 measurements" in finding.text for finding in samples.health.findings)
 
 
-def test_colours_outside_srgb_become_0_in_that_channel(tmp_path: Path) -> None:
-    samples = read_cornell(written(tmp_path, "3\n400 520 640\n0.1 0 0.2 0 0 1 0\n"))
-    assert samples.value[0, 0] == 0.0
-    assert samples.health.figures["outside sRGB, set to 0"] == 1
+def test_CO3_colours_outside_srgb_keep_their_negative_channel_and_their_luminance(tmp_path: Path) -> None:
+    """At its own directions the smooth BRDF has the colour of the spectrum, luminance and all."""
+    rows = "".join(f"0.1 0 {0.2 + 0.1 * k} 0 0 0 {1 + k} 0 0\n" for k in range(6))
+    samples = read_cornell(written(tmp_path, f"5\n400 500 520 540 700\n{rows}"))
+    assert (samples.value[:, 0] < -1e-3).all()
+    assert (samples.positive >= 0.0).all()
+    assert samples.health.figures["outside sRGB"] == 6
+    smooth = scattered_brdf(samples)
+    np.testing.assert_allclose(smooth.f(samples.wi, samples.wo), samples.value, rtol=1e-6, atol=1e-9)
 
 
 def test_curet_tables(tmp_path: Path) -> None:
