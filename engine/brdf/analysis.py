@@ -104,7 +104,7 @@ def reciprocity_error(brdf: Brdf, *, pairs: int = 20_000, seed: int = 0) -> Reci
     near = normalize(near)
     wo[::2] = np.where(near[:, 2:] > np.cos(np.radians(85.0)), near, wo[::2])
     there, back = brdf.f(wi, wo), brdf.f(wo, wi)
-    difference, mean = np.abs(there - back), 0.5 * np.abs(there + back)
+    difference, mean = np.abs(there - back), 0.5 * (np.abs(there) + np.abs(back))
     size = float(np.sqrt(np.mean(there**2)))
     return ReciprocityError(
         rms=float(np.sqrt(np.mean(difference**2))) / size if size > 0.0 else 0.0,
