@@ -143,6 +143,7 @@ class Factorisation:
     optimum_ratio : truncation error over the Eckart–Young optimum; 0 where there is no such optimum.
     evaluations : inner solves of a search, else 0.
     projections : a search's projections, else empty.
+    searching : whether the last term is the best so far of a search that has not ended.
     """
 
     factors: Any
@@ -153,3 +154,4 @@ class Factorisation:
     optimum_ratio: float = 0.0
     evaluations: int = 0
     projections: tuple[Any, ...] = ()
+    searching: bool = False
