@@ -167,6 +167,7 @@ def encrypted() -> bytes:
         (b"PK\3\4" + bytes(600), "cut short"),
         (bytes(100), "no tar archive"),
     ],
+    ids=lambda value: value if isinstance(value, str) else "archive",
 )  # fmt: skip
 def test_fault_8_what_is_no_plain_file_is_refused(tmp_path: Path, content: bytes, words: str) -> None:
     assert words in complaint(tmp_path, content)
