@@ -28,6 +28,7 @@ LINES_KEPT = 5000
 STATES = {
     "queued": "waiting",
     "running": "running",
+    "paused": "paused",
     "succeeded": "done",
     "failed": "failed",
     "cancelled": "cancelled",

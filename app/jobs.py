@@ -3,6 +3,7 @@
 A job is queued, runs, and then succeeds, fails or is cancelled; which of the three is decided once, when its thread
 has ended, on the thread of the window. Heavy jobs run one after the other; light ones (a picture for the screen)
 start at once. Cancelling asks between two steps and closes the generator, whose `finally` removes what is half-made.
+A paused job is not asked for its next step, and lets the next heavy one run meanwhile.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from PySide6.QtCore import QObject, QThread, Signal
 from engine.steps import Step, Steps
 
 Work = Callable[[], Steps[Any]]
-State = Literal["queued", "running", "succeeded", "failed", "cancelled"]
+State = Literal["queued", "running", "paused", "succeeded", "failed", "cancelled"]
 
 #: The window's thread goes first where processors are short (Linux; a thread's children inherit it).
 NICENESS = 5
@@ -53,7 +54,9 @@ class Job(QObject):
         self.state: State = "queued"
         self.step = Step(0.0, "")
         self.error: BaseException | None = None
+        self.begun = False
         self.started_s = 0.0
+        self.paused_s = 0.0
         self.time_s = 0.0
         self._thread = _Thread(work)
 
@@ -76,7 +79,7 @@ class Job(QObject):
 
 
 class Jobs(QObject):
-    """The queue. `changed`: a job was added, began, is to stop, or ended; `progressed`: it moved on."""
+    """The queue. `changed`: a job was added, began, paused, is to stop, or ended; `progressed`: it moved on."""
 
     changed = Signal(object)
     progressed = Signal(object)
@@ -86,12 +89,13 @@ class Jobs(QObject):
         super().__init__(parent)
         self._waiting: list[Job] = []
         self._running: list[Job] = []
+        self._paused: list[Job] = []
         self.accepting = True
 
     @property
     def active(self) -> tuple[Job, ...]:
-        """Running jobs, then waiting ones."""
-        return (*self._running, *self._waiting)
+        """Running jobs, then waiting ones, then paused ones."""
+        return (*self._running, *self._waiting, *self._paused)
 
     def submit(self, title: str, work: Work, *, heavy: bool = True) -> Job:
         """Queue `work`; it is called on the job's own thread, so it may import slow modules there."""
@@ -109,18 +113,39 @@ class Jobs(QObject):
         if job.over:
             return
         job._thread.stop.set()
-        if job in self._waiting:
-            self._waiting.remove(job)
+        if not job.begun:
             self._end(job, Outcome("cancelled"))
         else:
+            job._thread.go.set()
             self.changed.emit(job)
+
+    def pause(self, job: Job) -> None:
+        """Ask `job` for no further step until `resume`; one that waits keeps waiting. Once over, nothing happens."""
+        if job.state not in ("queued", "running") or job.stopping:
+            return
+        job._thread.go.clear()
+        (self._waiting if job.state == "queued" else self._running).remove(job)
+        self._paused.append(job)
+        job.state, job.paused_s = "paused", time.monotonic()
+        self.changed.emit(job)
+        self._start_next()
+
+    def resume(self, job: Job) -> None:
+        """Let a paused `job` go on: at once, or after the heavy one that runs now."""
+        if job.state != "paused" or job.stopping:
+            return
+        self._paused.remove(job)
+        self._waiting.insert(0, job)
+        job.state = "queued"
+        self.changed.emit(job)
+        self._start_next()
 
     def close(self) -> None:
         """Cancel everything and wait for the threads; no job starts afterwards."""
         self.accepting = False
-        for job in (*self._waiting, *self._running):
+        for job in self.active:
             self.cancel(job)
-        for job in tuple(self._running):
+        for job in self.active:
             job._thread.wait()
             self._end(job, job._thread.outcome)
 
@@ -130,8 +155,13 @@ class Jobs(QObject):
                 continue
             self._waiting.remove(job)
             self._running.append(job)
-            job.state, job.started_s = "running", time.monotonic()
-            job._thread.start()
+            job.state = "running"
+            job._thread.go.set()
+            if job.begun:
+                job.started_s += time.monotonic() - job.paused_s
+            else:
+                job.begun, job.started_s = True, time.monotonic()
+                job._thread.start()
             self.changed.emit(job)
 
     def _progress(self, job: Job, step: Step) -> None:
@@ -143,8 +173,10 @@ class Jobs(QObject):
     def _end(self, job: Job, outcome: Outcome) -> None:
         if job.over:
             return
-        if job in self._running:
-            self._running.remove(job)
+        for jobs in (self._running, self._waiting, self._paused):
+            if job in jobs:
+                jobs.remove(job)
+        if job.begun:
             job.time_s = time.monotonic() - job.started_s
         job.state, job.error = outcome.state, outcome.error
         self.changed.emit(job)
@@ -167,6 +199,7 @@ class _Thread(QThread):
         self.setStackSize(16 * 2**20)
         self.work = work
         self.stop = threading.Event()
+        self.go = threading.Event()
         self.outcome = Outcome("cancelled")
         self._shown_s = 0.0
 
@@ -182,6 +215,9 @@ class _Thread(QThread):
         steps = self.work()
         try:
             while not self.stop.is_set():
+                self.go.wait()
+                if self.stop.is_set():
+                    break
                 try:
                     step = next(steps)
                 except StopIteration as finished:

@@ -158,8 +158,8 @@ def describe(job: Job) -> str:
     """A job in one line: what it does now and how long it will take."""
     if job.stopping:
         return f"{job.title}: stopping…"
-    if job.state == "queued":
-        return f"{job.title}: waiting"
+    if job.state in ("queued", "paused"):
+        return f"{job.title}: {'waiting' if job.state == 'queued' else 'paused'}"
     note = job.step.note or job.title
     words = f"{note[:1].upper()}{note[1:]}"
     left = job.left_s

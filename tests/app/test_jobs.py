@@ -157,3 +157,49 @@ def test_ten_thousand_emits_do_not_end_the_program() -> None:
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, "10000"), done.stderr
+
+
+def test_a_paused_job_takes_no_step_lets_the_next_one_run_and_goes_on_where_it_was(qtbot: Any) -> None:
+    jobs, taken = Jobs(), []
+
+    def work() -> Steps[int]:
+        for index in range(200):
+            taken.append(index)
+            time.sleep(0.002)
+            yield Step(index / 200, "")
+        return len(taken)
+
+    job, reported = watched(jobs, work)
+    qtbot.waitUntil(lambda: len(taken) > 3)
+    jobs.pause(job)
+    other, other_reported = watched(jobs, lambda: counting(3))
+    qtbot.waitUntil(lambda: other.over)
+    so_far = len(taken)
+    qtbot.wait(40)
+    assert (job.state, len(taken), other_reported) == ("paused", so_far, ["succeeded"])
+    jobs.resume(job)
+    qtbot.waitUntil(lambda: job.over)
+    assert (reported, taken) == (["succeeded"], list(range(200)))
+
+
+@pytest.mark.parametrize("begun", [True, False])
+def test_a_paused_job_can_be_cancelled(qtbot: Any, begun: bool) -> None:
+    jobs, life = Jobs(), []
+    first, _ = watched(jobs, lambda: counting(400))
+    job, reported = (first, _) if begun else watched(jobs, lambda: counting(400, life))
+    qtbot.waitUntil(lambda: first.step.done > 0.0)
+    jobs.pause(job)
+    jobs.cancel(job)
+    qtbot.waitUntil(lambda: job.over)
+    assert (reported, life) == (["cancelled"], [])
+    jobs.close()
+    assert not jobs.active
+
+
+def test_closing_ends_a_paused_job(qtbot: Any) -> None:
+    jobs, life = Jobs(), []
+    job, reported = watched(jobs, lambda: counting(400, life))
+    qtbot.waitUntil(lambda: bool(life))
+    jobs.pause(job)
+    jobs.close()
+    assert (reported, life, job.state) == (["cancelled"], ["begun", "closed"], "cancelled")
