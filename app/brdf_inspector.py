@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHBoxLayout,
@@ -60,7 +60,7 @@ class Inspector(Panel):
 
     def _make_list(self) -> None:
         rows = self.section("Compared")
-        self.list = QListWidget()
+        self.list = EntryList()
         self.list.setAccessibleName("Compared reflectances")
         self.list.setIconSize(QSize(22, 16))
         self.list.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
@@ -69,8 +69,7 @@ class Inspector(Panel):
         self.list.currentItemChanged.connect(self._row_changed)
         self.list.itemChanged.connect(self._ticked)
         rows.wide(self.list)
-        remove = QShortcut(QKeySequence("Del"), self.list, context=Qt.ShortcutContext.WidgetShortcut)
-        remove.activated.connect(self.remove_wanted)
+        self.list.remove_wanted.connect(self.remove_wanted)
         self.remove = QToolButton()
         self.remove.setIconSize(QSize(16, 16))
         self.remove.setAccessibleName("Remove from the list")
@@ -226,3 +225,15 @@ class Inspector(Panel):
         self._filling = False
         self.remove.setIcon(icons.icon("cancel"))
         self.fit.plot.apply_theme()
+
+
+class EntryList(QListWidget):
+    """A list whose current row Del asks to remove."""
+
+    remove_wanted = Signal()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Delete:
+            self.remove_wanted.emit()
+        else:
+            super().keyPressEvent(event)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QGuiApplication, QKeySequence, QShortcut
+from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence, QShortcut
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app import brdf_verbs, icons
@@ -315,6 +315,12 @@ class BrdfTab(QWidget):
         self._look_for_files()
         if self._stale:
             self._refresh()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape and self.tiles.large is not None:
+            self.tiles.enlarge(None)
+        else:
+            super().keyPressEvent(event)
 
     def shown(self) -> list[Shown]:
         """What is on screen, the current entry last, so that it is drawn over the others."""

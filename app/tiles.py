@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
-from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from app import icons
@@ -89,8 +88,6 @@ class Tiles(QWidget):
             tile.enlarge_wanted.connect(lambda tile=tile: self.enlarge(None if self.large is tile else tile))
         for column in range(self.grid.columnCount()):
             self.grid.setColumnStretch(column, 1)
-        escape = QShortcut(QKeySequence("Esc"), self, context=Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        escape.activated.connect(lambda: self.enlarge(None))
 
     def enlarge(self, large: Tile | None) -> None:
         """Let one tile fill the place, or show all."""

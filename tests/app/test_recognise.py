@@ -4,10 +4,15 @@ import io
 import tarfile
 import zipfile
 
+import numpy as np
 import pytest
 
-from app.recognise import recognise
+from app.recognise import Recognised, recognise
+from engine.brdf.brdf import brdf_from_text
+from engine.brdf.resample import table_from
+from engine.brdf.table_file import write_table
 from engine.errors import InputError
+from engine.images.encode import rgb_channels, write_exr
 
 
 def zip_of(path, *names):
@@ -43,3 +48,28 @@ def test_an_archive_that_is_cut_says_so(tmp_path):
     path.write_bytes(path.read_bytes()[:-5])
     with pytest.raises(InputError, match="cut short"):
         recognise([path])
+
+
+def test_measured_reflectance_is_told_by_content_and_by_endings_that_nothing_else_has(tmp_path):
+    table = tmp_path / "felt.exr"
+    write_table(table, table_from(brdf_from_text("lambert"), (6, 5, 6), "felt", np.float32))
+    samples = tmp_path / "samples"
+    samples.write_text("theta_i,phi_i,theta_o,phi_o,r,g,b\n30,0,30,180,1,1,1\n")
+    broken = tmp_path / "broken.bsdf"
+    broken.write_bytes(b"nothing")
+    assert recognise([table], lighting=True).kind == "brdf"
+    assert recognise([samples]).kind == "brdf"
+    assert recognise([table, broken]) == Recognised("brdf", (table, broken))
+
+
+def test_other_files_are_not_taken_for_reflectance(tmp_path):
+    picture = tmp_path / "picture.exr"
+    write_exr(picture, rgb_channels(np.ones((4, 8, 3), np.float32)))
+    mesh = tmp_path / "mesh.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert recognise([picture], lighting=True).kind == "environment"
+    assert recognise([mesh]).kind == "mesh"
+    notes = tmp_path / "notes.txt"
+    notes.write_text("nothing of the kind")
+    with pytest.raises(InputError, match="nothing that Lightarc can open"):
+        recognise([notes])
