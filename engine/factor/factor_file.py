@@ -1,0 +1,320 @@
+"""Factors as a folder: `factors.json` and one OpenEXR image of 32-bit floats for each texture.
+
+    separable     term-01-view.exr and term-01-light.exr (of wo and wi), or term-01-half.exr and term-01-difference.exr
+    homomorphic   terms-2-texture-1.exr: the first of the two textures of the best factors of two terms, which all stand
+                  in the folder, because a search finds other textures for each number of terms
+
+Separable textures are in sr^-½ and may be negative, homomorphic ones logarithms; none is gamma-coded. The JSON says how
+directions lead to texels, what the errors are and, for each image, the fingerprint of its numbers, so that damage
+cannot pass for data. float32 is what is stored: `write_factors` returns what stands in the folder, and that comes back
+bit for bit. The folder appears complete or not at all.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from engine.brdf.brdf import Brdf
+from engine.brdf.brdf_file import open_brdf
+from engine.errors import InputError
+from engine.factor.errors import Factorisation, Metrics, TermError
+from engine.factor.homomorphic import HomomorphicFactors
+from engine.factor.log_space import LogSpace
+from engine.factor.maps import LARGEST_SIZE, DirectionMap
+from engine.factor.projections import FixedProjection, LinearProjection, Projection
+from engine.factor.separable_factors import SeparableFactors
+from engine.files.atomic import atomic_folder, write_bytes
+from engine.files.manifest import read_json
+from engine.files.untrusted import AGAIN, decode_content, read_bytes
+from engine.images.encode import rgb_channels, write_exr
+
+MEMBER = "factors.json"
+FORMAT: Literal["lightarc-factors"] = "lightarc-factors"
+
+#: Sides of a term's textures, in the order of `SeparableFactors.first` and `.second`.
+SIDES = {"in-out": ("view", "light"), "half-diff": ("half", "difference")}
+
+_JSON_LIMIT_BYTES = 1 << 20
+_EXR_LIMIT_BYTES = 64 << 20
+_MOST_TERMS = 64
+_REMEDY = "Factor the reflectance again with lightarc factor"
+
+_Number = Annotated[float, Field(allow_inf_nan=False)]
+_Positive = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+_Text = Annotated[str, Field(max_length=1000)]
+_Row = Annotated[list[_Number], Field(min_length=4, max_length=4)]
+_Side = Annotated[int, Field(ge=1, le=LARGEST_SIZE)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+
+class _Separable(_Strict):
+    kind: Literal["separable"]
+    map: Literal["orthographic", "polar", "parabolic"]
+    size: _Side
+    parametrisation: Literal["in-out", "half-diff"]
+    terms: Annotated[int, Field(ge=1, le=_MOST_TERMS)]
+    isotropic: bool
+    reciprocal: bool
+
+
+class _Projection(_Strict):
+    """Rows of a linear projection of (x, y)/(1 + z) of both directions, or the name of a fixed one."""
+
+    kind: Literal["linear", "wi", "wo", "half", "wi-dot-h"]
+    rows: Annotated[list[_Row], Field(min_length=2, max_length=2)] | None = None
+    extent: Literal["disks", "cube"] | None = None
+
+
+class _Homomorphic(_Strict):
+    """f = mean · (exp(sum of look-ups) − epsilon)."""
+
+    kind: Literal["homomorphic"]
+    size: Annotated[int, Field(ge=2, le=LARGEST_SIZE)]
+    parametrisation: Literal["in-out", "half-diff"]
+    reciprocal: bool
+    mean: Annotated[list[_Number], Field(min_length=3, max_length=3)]
+    epsilon: _Number
+    projections: Annotated[
+        list[Annotated[list[_Projection], Field(min_length=1, max_length=_MOST_TERMS)]],
+        Field(min_length=1, max_length=_MOST_TERMS),
+    ]
+
+
+class _Rung(_Strict):
+    terms: Annotated[int, Field(ge=1, le=_MOST_TERMS)]
+    textures: Annotated[int, Field(ge=1, le=2 * _MOST_TERMS)]
+    rms_cosine_weighted: _Positive
+    rms_by_elevation_band: Annotated[list[_Positive], Field(max_length=90)]
+    metrics: dict[Literal["abs_log", "sq_log", "max_log", "abs", "sq", "max"], _Positive]
+    time_s: _Positive
+    size_bytes: Annotated[int, Field(ge=0)]
+
+
+class _Record(_Strict):
+    format: Literal["lightarc-factors"] = FORMAT
+    version: Literal[1] = 1
+    name: _Text
+    method: _Text
+    unit: Literal["1/sr, without the cosine"] = "1/sr, without the cosine"
+    factors: Annotated[_Separable | _Homomorphic, Field(discriminator="kind")]
+    asymmetry: _Positive
+    condition_number: _Positive
+    optimum_ratio: _Positive
+    evaluations: Annotated[int, Field(ge=0)]
+    searching: bool
+    ladder: Annotated[list[_Rung], Field(max_length=_MOST_TERMS)]
+    sha256: dict[_Text, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]]
+
+
+def write_factors(folder: str | os.PathLike[str], factorisation: Factorisation) -> Factorisation:
+    """Write `factorisation` and return what stands in `folder`; OutputError where it cannot be written.
+
+    A folder of factors is replaced, any other that is not empty is refused.
+    """
+    pictures, ladder = dict(_pictures(factorisation.factors)), factorisation.ladder
+    record = _Record(
+        name=factorisation.factors.name[:1000],
+        method=factorisation.method,
+        factors=_described(factorisation.factors),
+        asymmetry=factorisation.asymmetry,
+        condition_number=_finite(factorisation.condition_number),
+        optimum_ratio=factorisation.optimum_ratio,
+        evaluations=factorisation.evaluations,
+        searching=factorisation.searching,
+        ladder=[_Rung(**asdict(rung) | {"rms_by_elevation_band": [*rung.rms_by_elevation_band]}) for rung in ladder],
+        sha256={name: _fingerprint(picture) for name, picture in pictures.items()},
+    )
+    text = json.dumps(record.model_dump(), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    with atomic_folder(folder, MEMBER, sum(picture.nbytes for picture in pictures.values())) as partial:
+        for name, picture in pictures.items():
+            write_exr(partial / name, rgb_channels(picture), half=False)
+        write_bytes(partial / MEMBER, text.encode())
+    return _factorisation(record, pictures)
+
+
+def read_factors(folder: str | os.PathLike[str]) -> Factorisation:
+    """The factorisation in `folder`; InputError for anything else, and for one that is damaged."""
+    path = Path(folder)
+    value = read_json(read_bytes(path / MEMBER, _JSON_LIMIT_BYTES), path, MEMBER)
+    if not isinstance(value, dict) or value.get("format") != FORMAT:
+        raise InputError(path, f"{MEMBER} does not describe factors", _REMEDY)
+    if isinstance(value.get("version"), int) and value["version"] > 1:
+        raise InputError(path, f"was written by a newer Lightarc (version {value['version']})", "Update Lightarc")
+    try:
+        record = _Record.model_validate(value)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        place = ".".join(map(str, first["loc"]))[:80]
+        raise InputError(path, f"{MEMBER} has a faulty {place} ({first['msg'][:100]})", _REMEDY) from None
+    try:
+        pictures = {name: _picture(path, name, shape, record) for name, shape in _shapes(record)}
+        return _factorisation(record, pictures)
+    except (ValueError, TypeError) as error:
+        raise InputError(path, f"holds factors that cannot be: {error}", _REMEDY) from None
+
+
+def holds_factors(path: str | os.PathLike[str]) -> bool:
+    """Whether `path` is a folder that `read_factors` may read."""
+    try:
+        return (Path(path) / MEMBER).is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def open_reflectance(text: str) -> Brdf:
+    """The reflectance that `text` names: a folder of factors, or whatever `engine.brdf.brdf_file.open_brdf` opens."""
+    if holds_factors(text.strip()):
+        factors: Brdf = read_factors(text.strip()).factors
+        return factors
+    return open_brdf(text)
+
+
+def _described(factors: Any) -> _Separable | _Homomorphic:
+    if isinstance(factors, SeparableFactors):
+        return _Separable(
+            kind="separable",
+            map=factors.chart.kind,
+            size=factors.chart.size,
+            parametrisation=factors.parametrisation,
+            terms=factors.terms,
+            isotropic=factors.isotropic,
+            reciprocal=factors.reciprocal,
+        )
+    return _Homomorphic(
+        kind="homomorphic",
+        size=len(factors.textures[0]),
+        parametrisation=factors.parametrisation,
+        reciprocal=factors.reciprocal,
+        mean=factors.space.mean.tolist(),
+        epsilon=factors.space.epsilon,
+        projections=[[_named(each) for each in rung.projections] for rung in (*factors.shorter, factors)],
+    )
+
+
+def _named(projection: Projection) -> _Projection:
+    if isinstance(projection, LinearProjection):
+        return _Projection(kind="linear", rows=projection.rows.tolist(), extent=projection.extent)
+    return _Projection(kind=projection.kind)
+
+
+def _pictures(factors: Any) -> Iterator[tuple[str, NDArray[np.float32]]]:
+    """Every texture as float32 by the name of its file."""
+    if isinstance(factors, SeparableFactors):
+        for side, textures in zip(SIDES[factors.parametrisation], (factors.first, factors.second), strict=True):
+            for number, texture in enumerate(textures, start=1):
+                yield f"term-{number:02d}-{side}.exr", texture
+        return
+    for rung in (*factors.shorter, factors):
+        for number, texture in enumerate(rung.textures, start=1):
+            yield f"terms-{rung.terms}-texture-{number}.exr", texture.astype(np.float32)
+
+
+def _shapes(record: _Record) -> Iterator[tuple[str, tuple[int, int]]]:
+    """The files that `record` speaks of and the size of each picture."""
+    described = record.factors
+    if isinstance(described, _Separable):
+        shape = DirectionMap(described.map, described.size).shape
+        for side in SIDES[described.parametrisation]:
+            for number in range(1, described.terms + 1):
+                yield f"term-{number:02d}-{side}.exr", shape
+        return
+    for projections in described.projections:
+        for number in range(1, len(projections) + 1):
+            yield f"terms-{len(projections)}-texture-{number}.exr", (described.size, described.size)
+
+
+def _picture(path: Path, name: str, shape: tuple[int, int], record: _Record) -> NDArray[np.float32]:
+    found = decode_content(
+        "engine.images.exr:read_exr_channels", path / name, read_bytes(path / name, _EXR_LIMIT_BYTES)
+    )
+    planes = [found.get(f"channel:{channel}") for channel in "RGB"]
+    if any(plane is None or plane.dtype != np.float32 or plane.shape != shape for plane in planes):
+        raise InputError(path / name, f"is no picture of {shape[1]} × {shape[0]} texels of 32-bit floats", _REMEDY)
+    picture = np.ascontiguousarray(np.stack(planes, axis=-1))
+    if _fingerprint(picture) != record.sha256.get(name):
+        raise InputError(path / name, "is damaged: its fingerprint does not fit its content", AGAIN)
+    return picture
+
+
+def _factorisation(record: _Record, pictures: dict[str, NDArray[np.float32]]) -> Factorisation:
+    factors = _factors(record, pictures)
+    return Factorisation(
+        factors,
+        record.method,
+        tuple(_rung(rung) for rung in record.ladder),
+        asymmetry=record.asymmetry,
+        condition_number=record.condition_number,
+        optimum_ratio=record.optimum_ratio,
+        evaluations=record.evaluations,
+        projections=getattr(factors, "projections", ()),
+        searching=record.searching,
+    )
+
+
+def _factors(record: _Record, pictures: dict[str, NDArray[np.float32]]) -> Any:
+    described = record.factors
+    if isinstance(described, _Separable):
+        chart = DirectionMap(described.map, described.size)
+        first, second = (
+            np.stack([pictures[f"term-{number:02d}-{side}.exr"] for number in range(1, described.terms + 1)])
+            for side in SIDES[described.parametrisation]
+        )
+        words = (described.isotropic, described.reciprocal, record.name)
+        return SeparableFactors(chart, described.parametrisation, first, second, *words)
+    space = LogSpace(np.array(described.mean), described.epsilon)
+    rungs: tuple[HomomorphicFactors, ...] = ()
+    for projections in described.projections:
+        terms = len(projections)
+        if rungs and terms <= rungs[-1].terms:
+            raise ValueError("the numbers of terms do not rise")
+        names = [f"terms-{terms}-texture-{number}.exr" for number in range(1, terms + 1)]
+        textures = tuple(pictures[name].astype(np.float64) for name in names)
+        found = tuple(_projection(each) for each in projections)
+        rungs = (
+            *rungs,
+            HomomorphicFactors(
+                textures, found, space, described.parametrisation, described.reciprocal, rungs, record.name
+            ),
+        )
+    return rungs[-1]
+
+
+def _projection(described: _Projection) -> Projection:
+    if described.kind == "linear":
+        if described.rows is None or described.extent is None:
+            raise ValueError("a linear projection needs rows and an extent")
+        return LinearProjection(np.array(described.rows), described.extent)
+    return FixedProjection(described.kind)
+
+
+def _rung(rung: _Rung) -> TermError:
+    values = rung.model_dump()
+    return TermError(
+        **{
+            **values,
+            "rms_by_elevation_band": tuple(rung.rms_by_elevation_band),
+            "metrics": Metrics(**values["metrics"]),
+        }
+    )
+
+
+def _finite(number: float) -> float:
+    return number if math.isfinite(number) else float(np.finfo(np.float64).max)
+
+
+def _fingerprint(picture: NDArray[np.float32]) -> str:
+    return hashlib.sha256(np.ascontiguousarray(picture, "<f4").data).hexdigest()

@@ -1,0 +1,102 @@
+"""Every method by one call: its ladder of errors, what it shows on the way, and what it refuses."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine.brdf.brdf import brdf_from_text
+from engine.factor.data import factor_data
+from engine.factor.errors import metrics, reference
+from engine.factor.factor import FactorSettings, factor
+from engine.factor.uses import uses
+from engine.steps import Step, drain
+
+PAINT = brdf_from_text("lafortune:preset=blue-paint")
+
+
+def factored(brdf: Any = PAINT, **settings: Any) -> Any:
+    return drain(factor(brdf, FactorSettings(**{"samples": 2000, "size": 12, "terms": 3, **settings})))
+
+
+@pytest.mark.parametrize("method", ["auto", "symmetric", "svd", "power", "normalised"])
+def test_a_ladder_tells_the_errors_of_each_number_of_terms(method: Any) -> None:
+    found = factored(method=method)
+    assert found.method == ("symmetric" if method == "auto" else method)
+    assert [rung.terms for rung in found.ladder] == ([1] if method == "normalised" else [1, 2, 3])
+    data, pairs = factor_data(PAINT, 2000), reference(PAINT)
+    last = found.ladder[-1]
+    assert last.rms_cosine_weighted == pairs.rms(found.factors)[0]
+    assert last.metrics == metrics(found.factors.f(data.wi, data.wo), data)
+    assert len(last.rms_by_elevation_band) == 9
+    assert last.size_bytes == 2 * last.terms * 12 * 12 * 3 * 4
+    assert (last.textures, last.time_s > 0.0) == (2 * last.terms, True)
+
+
+def test_the_search_and_the_fixed_projections_are_called_with_the_settings() -> None:
+    fixed = factored(method="homomorphic", size=8, reciprocal=True)
+    assert [rung.terms for rung in fixed.ladder] == [1, 2]
+    assert fixed.factors.reciprocal
+    found = factored(method="search", size=6, terms=1, restarts=0, samples=300)
+    assert (found.method, len(found.projections), found.factors.textures[0].shape) == ("search", 1, (6, 6, 3))
+    more = drain(factor(PAINT, FactorSettings("search", size=6, terms=2, restarts=0, samples=300), found))
+    assert [rung.terms for rung in more.ladder] == [1, 2]
+    assert more.ladder[0].metrics == found.ladder[0].metrics
+    with pytest.raises(ValueError, match="go on"):
+        drain(factor(PAINT, FactorSettings("search", size=8, samples=500), fixed))
+
+
+def test_parts_of_the_result_are_seen_on_the_way() -> None:
+    seen: list[Step] = []
+    drain(factor(PAINT, FactorSettings(size=8, terms=4, samples=500)), seen.append)
+    rungs = [len(step.partial.ladder) for step in seen if step.partial is not None]
+    assert rungs == [1, 2, 3, 4]
+    assert all(after.done >= before.done for before, after in itertools.pairwise(seen))
+
+
+def test_the_best_map_and_parametrisation_are_found() -> None:
+    best = factored(map="auto", parametrisation="auto")
+    for kind in ("orthographic", "polar", "parabolic"):
+        for form in ("in-out", "half-diff"):
+            one = factored(map=kind, parametrisation=form)
+            assert best.ladder[-1].rms_cosine_weighted <= one.ladder[-1].rms_cosine_weighted
+    assert best.factors.parametrisation == "half-diff"
+
+
+def test_the_same_seed_gives_the_same_factors() -> None:
+    one, other = (factored(seed=5) for _ in range(2))
+    assert np.array_equal(one.factors.first, other.factors.first)
+    assert one.ladder[-1].metrics == other.ladder[-1].metrics
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"method": "magic"}, "unknown method"),
+        ({"map": "square"}, "unknown map"),
+        ({"size": 97}, "size"),
+        ({"terms": 65}, "terms"),
+        ({"method": "symmetric", "parametrisation": "half-diff"}, "symmetric"),
+        ({"method": "search", "parametrisation": "auto"}, "parametrisation"),
+        ({"method": "search", "size": 65}, "size"),
+        ({"method": "search", "metric": "best"}, "metric"),
+        ({"preset": "mine"}, "preset"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(settings: Any, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        FactorSettings(**settings)
+
+
+def test_uses_are_named_and_narrow_highlights_are_sent_to_the_gaussian_mode() -> None:
+    sentences = uses(factored(), PAINT)
+    assert "wavelets can use these 3 terms" in sentences[0]
+    half = uses(factored(parametrisation="half-diff"))
+    assert any("wavelets cannot" in sentence for sentence in half)
+    assert not any("Gaussian" in sentence for sentence in half)
+    assert "texture" in uses(factored(method="homomorphic", size=8))[0]
+    mirror = brdf_from_text("ggx:alpha=0.05")
+    assert "Gaussian" in uses(factored(mirror), mirror)[-1]

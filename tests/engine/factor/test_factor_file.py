@@ -1,0 +1,137 @@
+"""Folders of factors: what is written comes back bit for bit, and nothing else is taken for factors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine.brdf.brdf import brdf_from_text
+from engine.errors import InputError, OutputError
+from engine.factor.errors import Factorisation, reference
+from engine.factor.factor import FactorSettings, factor
+from engine.factor.factor_file import MEMBER, holds_factors, open_reflectance, read_factors, write_factors
+from engine.steps import drain
+
+PAINT = brdf_from_text("lafortune:preset=blue-paint")
+
+KINDS = {
+    "symmetric": {"size": 8, "terms": 2},
+    "polar": {"size": 8, "terms": 2, "map": "polar", "method": "svd"},
+    "half": {"size": 8, "terms": 2, "parametrisation": "half-diff", "map": "parabolic"},
+    "homomorphic": {"method": "homomorphic", "size": 8, "reciprocal": True},
+    "search": {"method": "search", "size": 8, "terms": 2, "restarts": 1, "parametrisation": "half-diff"},
+}
+
+
+@pytest.fixture(scope="module")
+def made() -> dict[str, Factorisation]:
+    return {kind: drain(factor(PAINT, FactorSettings(samples=500, **more))) for kind, more in KINDS.items()}  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_factors_come_back_bit_for_bit(kind: str, made: dict[str, Factorisation], tmp_path: Path) -> None:
+    stored = write_factors(tmp_path / "factors", made[kind])
+    found = read_factors(tmp_path / "factors")
+    pairs = reference(PAINT, 2000)
+    assert np.array_equal(found.factors.f(pairs.wi, pairs.wo), stored.factors.f(pairs.wi, pairs.wo))
+    close = made[kind].factors.f(pairs.wi, pairs.wo)
+    assert np.abs(found.factors.f(pairs.wi, pairs.wo) - close).max() <= 1e-5 * close.max()
+    assert found.ladder == made[kind].ladder
+    for name in ("method", "asymmetry", "condition_number", "optimum_ratio", "evaluations", "searching"):
+        assert getattr(found, name) == getattr(made[kind], name)
+    one, other = (getattr(result.factors, "isotropic", None) for result in (found, stored))
+    assert (one, found.factors.reciprocal) == (other, stored.factors.reciprocal)
+    shorter = [result.factors.truncated(1).f(pairs.wi, pairs.wo) for result in (found, stored)]
+    assert np.array_equal(*shorter)
+    again = write_factors(tmp_path / "again", found)
+    assert again.ladder == found.ladder
+    for path in sorted((tmp_path / "factors").iterdir()):
+        assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes()
+
+
+def test_factors_are_opened_like_any_reflectance(made: dict[str, Factorisation], tmp_path: Path) -> None:
+    write_factors(tmp_path / "factors", made["symmetric"])
+    assert holds_factors(tmp_path / "factors")
+    assert open_reflectance(str(tmp_path / "factors")).f((0, 0, 1), (0, 0, 1)).shape == (3,)
+    assert open_reflectance("lambert").isotropic
+    assert not holds_factors(tmp_path)
+    assert not holds_factors("a\0b")
+
+
+def test_a_folder_of_factors_is_replaced_and_no_other(made: dict[str, Factorisation], tmp_path: Path) -> None:
+    write_factors(tmp_path / "factors", made["symmetric"])
+    write_factors(tmp_path / "factors", made["polar"])
+    assert read_factors(tmp_path / "factors").factors.chart.kind == "polar"
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "thesis.txt").write_text("mine")
+    with pytest.raises(OutputError, match=r"factors\.json"):
+        write_factors(tmp_path / "other", made["polar"])
+
+
+def changed(folder: Path, **values: Any) -> None:
+    path = folder / MEMBER
+    record = json.loads(path.read_text())
+    for name, value in values.items():
+        record[name] = {**record[name], **value} if isinstance(value, dict) else value
+    path.write_text(json.dumps(record))
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"format": "other"}, "does not describe factors"),
+        ({"version": 2}, "newer"),
+        ({"method": 3}, "method"),
+        ({"extra": 1}, "extra"),
+        ({"factors": {"size": 10**9}}, "size"),
+        ({"factors": {"size": 9}}, "texels"),
+        ({"factors": {"terms": 60}}, "not exist"),
+        ({"factors": {"map": "square"}}, "map"),
+        ({"sha256": {"term-01-view.exr": "0" * 64}}, "damaged"),
+    ],
+)
+def test_records_that_do_not_fit_are_refused_in_a_sentence(
+    values: Any, words: str, made: dict[str, Factorisation], tmp_path: Path
+) -> None:
+    write_factors(tmp_path / "factors", made["symmetric"])
+    changed(tmp_path / "factors", **values)
+    with pytest.raises(InputError, match=words):
+        read_factors(tmp_path / "factors")
+
+
+def test_homomorphic_records_that_do_not_fit_are_refused(made: dict[str, Factorisation], tmp_path: Path) -> None:
+    folder = tmp_path / "factors"
+    for values in (
+        {"mean": [0.0, 1.0, 1.0]},
+        {"epsilon": 2.0},
+        {"projections": [[{"kind": "linear", "rows": [[1.0] * 4] * 2, "extent": "disks"}]]},
+        {"projections": [[{"kind": "linear"}]]},
+    ):
+        write_factors(folder, made["search"])
+        changed(folder, factors=values)
+        with pytest.raises(InputError, match="cannot be|texels"):
+            read_factors(folder)
+
+
+def test_damaged_files_are_told_and_never_read(made: dict[str, Factorisation], tmp_path: Path) -> None:
+    write_factors(tmp_path / "factors", made["symmetric"])
+    rng = np.random.default_rng(0)
+    for name in (MEMBER, "term-01-light.exr", "term-02-view.exr"):
+        path = tmp_path / "factors" / name
+        whole = path.read_bytes()
+        for cut in rng.integers(0, len(whole), 6):
+            path.write_bytes(whole[:cut])
+            with pytest.raises(InputError):
+                read_factors(tmp_path / "factors")
+        path.unlink()
+        with pytest.raises(InputError):
+            read_factors(tmp_path / "factors")
+        path.write_bytes(whole)
+    for content in (b"[]", b"{", b"[" * 100_000, b'{"format": NaN}', b"\xff"):
+        (tmp_path / "factors" / MEMBER).write_bytes(content)
+        with pytest.raises(InputError):
+            read_factors(tmp_path / "factors")
