@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.measurement_text import Line, head_lines, numbers, read_lines, refuse, table
 from engine.brdf.samples import BrdfSamples, samples_from_rows
-from engine.colour import srgb_from_xyz
+from engine.brdf.spectrum import srgb_from_measured_xyz
 from engine.directions import surface_direction
 from engine.errors import InputError
 from engine.files.untrusted import AGAIN
@@ -108,9 +108,7 @@ def _values(path: Path, header: dict[str, Line], values: NDArray[np.float64], vi
     if name != "XYZ_COLOR" or values.shape[1] != 3:
         known = "INV_STERADIAN, INV_STERADIAN_COSINE_FACTOR, RGB_COLOR, XYZ_COLOR (3 values)"
         refuse(path, stated.number, f"names values {name[:40]!r}; known are {known}")
-    # What lies outside sRGB is a colour, not a failed measurement, which a negative value of the file is.
-    invalid = (values < 0.0).any(axis=1, keepdims=True)
-    return np.where(invalid, values, np.maximum(srgb_from_xyz(values), 0.0))
+    return srgb_from_measured_xyz(values)
 
 
 def _projected(x: Column, y: Column) -> Column:

@@ -65,8 +65,8 @@ class Format(NamedTuple):
     read: Callable[[Path], Any]
 
 
-#: How much of a file is looked at to recognise it.
-HEAD_BYTES = 4096
+#: How much of a file is looked at to recognise it: some begin with pages of comments.
+HEAD_BYTES = 1 << 16
 
 #: Every format that is read; the first that recognises a file reads it, so the strictest come first.
 FORMATS: tuple[Format, ...] = (

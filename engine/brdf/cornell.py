@@ -1,9 +1,10 @@
 """Tables of Cornell's gonioreflectometer, in both spellings, and other tables after ASTM E1392.
 
 `.brdf` (as pbrt-v2 reads it): comments from `#`, the number of wavelengths, the wavelengths in nm, then rows of
-theta_i phi_i theta_s phi_s and one value per wavelength; white space and line breaks separate.
+theta_i phi_i theta_s phi_s and one value per wavelength; white space and line breaks separate, also in the head.
 `.astm`: lines `KEY value`, among them NUM_POINTS and last `VARS theta_i,phi_i,theta_s,phi_s,400nm,…`, then one row of
-comma-separated values per measurement. VARS may name the columns in any order and may end in R,G,B or one value.
+values per measurement, separated by commas or blanks. VARS may name the columns in any order and, in place of
+wavelengths, R,G,B (taken as linear sRGB), X,Y,Z or one value.
 Angles are in radians, as Cornell writes them, unless the header says degrees (a key with UNIT in it, or names such as
 `theta_i_deg`) or a polar angle is above π, which no angle in radians is. Values are in 1/sr without the cosine. See
 Foo, Torrance and Lafortune 1997, and S. Westin, "Measurement data", Cornell Program of Computer Graphics.
@@ -19,6 +20,7 @@ import numpy as np
 
 from engine.brdf.measurement_text import SAMPLES_LIMIT, Line, head_lines, is_number, numbers, read_lines, refuse, table
 from engine.brdf.samples import BrdfSamples, Floats, samples_from_rows
+from engine.brdf.spectrum import srgb_from_measured_xyz
 from engine.directions import surface_direction
 from engine.errors import InputError
 from engine.files.untrusted import AGAIN
@@ -26,6 +28,8 @@ from engine.files.untrusted import AGAIN
 _WAVELENGTHS_LIMIT = 4096
 _ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
 _SPELLINGS = {"theta_o": "theta_s", "theta_r": "theta_s", "phi_o": "phi_s", "phi_r": "phi_s"}
+_SPELLINGS |= {"red": "r", "green": "g", "blue": "b"}
+_RGB, _XYZ = ["r", "g", "b"], ["x", "y", "z"]
 _WAVELENGTH = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
 _UNIT = re.compile(r"[_ (\[]*(deg|degrees?|rad|radians?)[)\]]?$", re.IGNORECASE)
 
@@ -47,7 +51,8 @@ def _is_table(lines: list[str]) -> bool:
     words = [word for line in lines for word in line.partition("#")[0].split()]
     if len(words) < 3 or not re.fullmatch(r"\d{1,4}", words[0]):
         return False
-    bands = words[1 : 1 + int(words[0])]
+    # The last word may be cut.
+    bands = words[1 : 1 + int(words[0])][: max(len(words) - 2, 1)]
     if not bands or not all(is_number(word) for word in bands):
         return False
     return all(100.0 <= float(word) <= 20000.0 for word in bands)
@@ -64,22 +69,22 @@ def read_cornell(path: Path) -> BrdfSamples:
 def _read_table(path: Path, lines: list[Line]) -> BrdfSamples:
     bare = [Line(line.number, line.text.partition("#")[0].strip()) for line in lines]
     filled = [line for line in bare if line.text]
-    if not filled or not re.fullmatch(r"\d{1,9}", filled[0].text):
-        refuse(path, filled[0].number if filled else 1, "should hold the number of wavelengths alone")
-    bands = int(filled[0].text)
+    count = filled[0].text.split()[0] if filled else ""
+    if not re.fullmatch(r"\d{1,9}", count):
+        refuse(path, filled[0].number if filled else 1, "should begin with the number of wavelengths")
+    bands = int(count)
     if not 1 <= bands <= _WAVELENGTHS_LIMIT:
         refuse(path, filled[0].number, f"announces {bands} wavelengths; 1 to {_WAVELENGTHS_LIMIT} are possible")
-    wavelengths: list[float] = []
+    wavelengths = numbers(path, filled[0].number, filled[0].text.split()[1:])
     start = 1
     while len(wavelengths) < bands and start < len(filled):
         wavelengths += numbers(path, filled[start].number, filled[start].text.split())
         start += 1
     if len(wavelengths) != bands:
-        last = filled[min(start, len(filled)) - 1].number
+        last = filled[start - 1].number
         refuse(path, last, f"ends a list of {len(wavelengths)} wavelengths, but {bands} are announced")
-    return _samples(
-        path, "Cornell table", _free_rows(path, filled[start:], 4 + bands), _rising(path, filled[1].number, wavelengths)
-    )
+    rising = _rising(path, filled[min(1, start - 1)].number, wavelengths)
+    return _samples(path, "Cornell table", _free_rows(path, filled[start:], 4 + bands), rising)
 
 
 def _free_rows(path: Path, lines: list[Line], width: int) -> Floats:
@@ -112,7 +117,8 @@ def _read_astm(path: Path, lines: list[Line]) -> BrdfSamples:
     names, in_degrees = _columns(path, header)
     values = []
     for line in rows:
-        words = [word.strip() for word in line.text.rstrip(",").split(",")]
+        words = line.text.split(",") if "," in line.text else line.text.split()
+        words = [word.strip() for word in words[: len(words) - (not words[-1].strip())]]
         if len(words) != len(names):
             refuse(path, line.number, f"has {len(words)} values where VARS names {len(names)}")
         values.append(numbers(path, line.number, words))
@@ -123,6 +129,8 @@ def _read_astm(path: Path, lines: list[Line]) -> BrdfSamples:
     wavelengths = [float(match[1]) for match in matched if match]
     order = np.argsort(wavelengths, kind="stable") if wavelengths else np.arange(len(bands))
     data = table(path, values)[:, angles + [bands[index] for index in order]]
+    if [names[column] for column in bands] == _XYZ:
+        data[:, 4:] = srgb_from_measured_xyz(data[:, 4:])
     spectral = _rising(path, header["VARS"].number, sorted(wavelengths)) if wavelengths else None
     return _samples(path, "ASTM E1392 table", data, spectral, in_degrees)
 
@@ -146,9 +154,10 @@ def _columns(path: Path, header: dict[str, Line]) -> tuple[list[str], bool]:
     spectral = [bool(_WAVELENGTH.fullmatch(name)) for name in values]
     if not values or len(values) > _WAVELENGTHS_LIMIT:
         refuse(path, line, f"names {len(values)} columns of values; 1 to {_WAVELENGTHS_LIMIT} are possible")
-    if not (all(spectral) or values == ["r", "g", "b"] or (len(values) == 1 and not any(spectral))):
+    if not (all(spectral) or values in (_RGB, _XYZ) or (len(values) == 1 and not any(spectral))):
         unknown = next(name for name, band in zip(values, spectral, strict=True) if not band)
-        refuse(path, line, f"names a column {unknown[:40]!r}; wavelengths as 400nm, R,G,B or one value are read")
+        problem = f"names a column {unknown[:40]!r}; wavelengths as 400nm, R,G,B, X,Y,Z or one value are read"
+        refuse(path, line, problem)
     return names, "deg" in stated
 
 

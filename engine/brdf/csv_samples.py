@@ -1,7 +1,8 @@
 """Plain tables of theta_i, phi_i, theta_o, phi_o in degrees, with R, G, B or one value in 1/sr without the cosine.
 
 A first line may name the columns, in any order; without it the order is the one above. Columns are separated by commas,
-semicolons, tabs or blanks; lines from `#` are comments. Decimal commas are read where semicolons, tabs or blanks
+semicolons, tabs or blanks; lines from `#` are comments, of which one before the data may name the columns too, as numpy
+writes it. X, Y, Z are read in place of R, G, B. Decimal commas are read where semicolons, tabs or blanks
 separate, and refused with the line where commas do, because there nobody can tell. `read_directions` reads such a
 table without values.
 """
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.measurement_text import Line, head_lines, is_number, numbers, read_lines, refuse, table
 from engine.brdf.samples import BrdfSamples, samples_from_rows
+from engine.brdf.spectrum import srgb_from_measured_xyz
 from engine.directions import Vectors, surface_direction
 from engine.errors import InputError
 from engine.files.untrusted import AGAIN
@@ -25,9 +28,17 @@ from engine.health import Finding, Verdict
 
 ANGLES = ("theta_i", "phi_i", "theta_o", "phi_o")
 _COLOUR = ("r", "g", "b")
-_GREY = ("value", "f", "brdf", "y", "grey", "gray")
-_OUTGOING = re.compile(r"(theta|phi)_?(o|out|r|s|v)")
-_INCIDENT = re.compile(r"(theta|phi)_?(i|in|l)")
+_XYZ = ("x", "y", "z")
+_COLOURS = (
+    _COLOUR,
+    *(tuple(before + c for c in _COLOUR) for before in ("brdf_", "f_", "fr_")),
+    ("red", "green", "blue"),
+)
+_GREY = ("value", "f", "fr", "f_r", "brdf", "y", "luminance", "grey", "gray")
+_VALUES = (*_COLOURS, _XYZ, *((grey,) for grey in _GREY))
+_OUTGOING = re.compile(r"(theta|phi)_?(o|out|outgoing|r|reflected|s|scattered|v|view)")
+_INCIDENT = re.compile(r"(theta|phi)_?(i|in|incident|incoming|l|light)")
+_PER_STERADIAN = re.compile(r"[_ (\[]*(1/sr|/sr|sr\^?-1|sr⁻¹)[)\]]?$")
 _IN_DEGREES = re.compile(r"[_ (\[]*(deg|degrees?|°)[)\]]?$")
 _IN_RADIANS = re.compile(r"[_ (\[]*(rad|radians?)[)\]]?$")
 _SEPARATORS = (";", "\t", ",", None)
@@ -38,12 +49,15 @@ _LARGEST_DEG = 3600.0
 
 def looks_like_csv(head: bytes, size_bytes: int, name: str) -> bool:
     """True where the first line names angles, or the first lines are rows of five or seven numbers."""
-    lines = [line for line in head_lines(head) if line and not line.startswith("#")]
+    filled = [Line(number, line) for number, line in enumerate(head_lines(head), 1) if line]
+    lines = [line.text for line in filled if not line.text.startswith("#")]
     if not lines:
         return False
     words = _words(lines[0], _separator(lines[0]))
     if _is_header(words):
         return any("theta" in word.lower() for word in words) and any("phi" in word.lower() for word in words)
+    if _named_in_comments(filled, len(words)):
+        return all(is_number(word.replace(",", ".")) for word in words)
     # The last line may be cut.
     rows = [_words(line, _separator(lines[0])) for line in lines[: max(len(lines) - 1, 1)]]
     # With decimal commas between commas there are twice as many, which the reader then says.
@@ -53,7 +67,7 @@ def looks_like_csv(head: bytes, size_bytes: int, name: str) -> bool:
 def read_csv_samples(path: Path) -> BrdfSamples:
     """The samples of a table with four angles and one or three values; InputError names the line that is wrong."""
     columns, data = _read(path)
-    for values in (_COLOUR, *((grey,) for grey in _GREY)):
+    for values in _VALUES:
         if set(values) <= set(columns):
             break
     else:
@@ -65,6 +79,8 @@ def read_csv_samples(path: Path) -> BrdfSamples:
         text = "no angle is above 6.3; this file is read in degrees, but looks like radians"
         findings.append(Finding(Verdict.WARNING, text))
     rgb = data[:, [columns.index(value) for value in values]]
+    if values == _XYZ:
+        rgb = srgb_from_measured_xyz(rgb)
     return samples_from_rows(path, "CSV samples", wi, wo, rgb, findings=findings)
 
 
@@ -89,7 +105,8 @@ def _directions(angles_deg: NDArray[np.float64]) -> tuple[Vectors, Vectors]:
 
 def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
     """Names of the columns and the rows (N, columns)."""
-    lines = [line for line in read_lines(path) if not line.text.startswith("#")]
+    filled = read_lines(path)
+    lines = [line for line in filled if not line.text.startswith("#")]
     if not lines:
         raise InputError(path, "holds no measurement", AGAIN)
     separator = _separator(lines[0].text)
@@ -97,6 +114,8 @@ def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
     if _is_header(first):
         columns = _named(path, lines[0], first)
         lines = lines[1:]
+    elif named := _named_in_comments(filled, len(first)):
+        columns = _named(path, *named)
     else:
         columns = _counted(path, lines[0], first)
     rows = []
@@ -119,7 +138,22 @@ def _separator(line: str) -> str | None:
 
 
 def _words(line: str, separator: str | None) -> list[str]:
-    return [word.strip().strip("\"'") for word in line.split(separator)]
+    """The columns of a line; a separator behind the last one makes none."""
+    words = [word.strip().strip("\"'") for word in line.split(separator)]
+    return words[:-1] if len(words) > 1 and not words[-1] else words
+
+
+def _named_in_comments(lines: Sequence[Line], count: int) -> tuple[Line, list[str]] | None:
+    """The last comment before the data that names all four angles among `count` columns, and its words."""
+    named = None
+    for line in lines:
+        if not line.text.startswith("#"):
+            break
+        text = line.text.lstrip("# ")
+        words = _words(text, _separator(text))
+        if len(words) == count and all([_plain(word) for word in words].count(angle) == 1 for angle in ANGLES):
+            named = line, words
+    return named
 
 
 def _is_header(words: list[str]) -> bool:
@@ -128,7 +162,8 @@ def _is_header(words: list[str]) -> bool:
 
 def _plain(word: str) -> str:
     """`theta_o` for every usual spelling of it, and so on; other words in small letters."""
-    name = _IN_DEGREES.sub("", word.lower().strip()).strip()
+    name = _PER_STERADIAN.sub("", _IN_DEGREES.sub("", word.lower().strip())).strip()
+    name = re.sub(r"[ \-]+", "_", name)
     for pattern, letter in ((_OUTGOING, "o"), (_INCIDENT, "i")):
         match = pattern.fullmatch(name)
         if match:

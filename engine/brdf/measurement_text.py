@@ -1,8 +1,9 @@
 """Text files of measurements: their letters, lines and numbers, checked before anything is believed.
 
 UTF-8 with or without a mark, UTF-16 with one and Latin-1 are read, with any line ends. What is wrong is reported with
-its line, counted from 1. Numbers are written with a decimal point; `nan`, `inf` and numbers beyond float64 are numbers
-here, and the value that they make invalid is dropped where samples are made (`engine.brdf.samples`).
+its line, counted from 1. Numbers are written with a decimal point, and with Fortran's exponents too (`1.5D-02`);
+`nan`, `inf` and numbers beyond float64 are numbers here, and the value that they make invalid is dropped where samples
+are made (`engine.brdf.samples`).
 Cost: about 1 s per 3 million numbers.
 """
 
@@ -27,7 +28,11 @@ SAMPLES_LIMIT = 2_000_000
 CORRECT = "Correct the file, or export it again from the program that wrote it"
 
 _NO_TEXT = re.compile(rb"[\x00-\x08\x0e-\x19\x1b-\x1f\x7f]")
+#: So many bytes of text make a text; what is no letter behind them is damage, which reading the whole tells.
+_SURE_BYTES = 4096
+
 _MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
+_FORTRAN = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+))[dD]([-+]?\d+)")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(e[-+]?\d+)?", re.IGNORECASE)
 
 
@@ -54,7 +59,7 @@ def head_lines(head: bytes) -> list[str]:
     for mark, coding in ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be")):
         if head.startswith(mark):
             return [line.strip() for line in head[2:].decode(coding, "ignore").splitlines()]
-    if _NO_TEXT.search(head):
+    if _NO_TEXT.search(head, 0, _SURE_BYTES):
         return []
     return [line.strip() for line in head.removeprefix(b"\xef\xbb\xbf").decode("latin-1").splitlines()]
 
@@ -64,7 +69,8 @@ def numbers(path: str | os.PathLike[str], line: int, words: Sequence[str]) -> li
     try:
         values = [float(word) for word in words]
     except ValueError:
-        values = []
+        words = [_FORTRAN.sub(r"\1e\2", word) for word in words]
+        values = [float(word) for word in words if is_number(word)]
     if len(values) != len(words) or any("_" in word for word in words):
         wrong = next(word for word in words if not is_number(word))
         if _DECIMAL_COMMA.fullmatch(wrong):
@@ -76,7 +82,7 @@ def numbers(path: str | os.PathLike[str], line: int, words: Sequence[str]) -> li
 def is_number(word: str) -> bool:
     """True for what `numbers` takes."""
     try:
-        float(word)
+        float(_FORTRAN.sub(r"\1e\2", word))
     except ValueError:
         return False
     return "_" not in word

@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.colour import SRGB_FROM_XYZ, XYZ_FROM_SRGB
+from engine.colour import SRGB_FROM_XYZ, XYZ_FROM_SRGB, srgb_from_xyz
 
 Illuminant = Literal["D65", "E"]
 ILLUMINANTS: tuple[Illuminant, ...] = ("D65", "E")
@@ -80,6 +80,15 @@ def srgb_from_spectra(
         raise ValueError(f"spectra have {spectra.shape[-1:]} bands, wavelengths {len(weights)}")
     rgb: NDArray[np.float64] = spectra @ weights
     return rgb
+
+
+def srgb_from_measured_xyz(xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Linear sRGB (N, 3) of columns X, Y, Z of a file; rows with a negative number stay as they are, and invalid.
+
+    What lies outside sRGB is a colour, and its negative channel becomes 0; it is not a measurement that failed.
+    """
+    invalid = (xyz < 0.0).any(axis=1, keepdims=True)
+    return np.where(invalid, xyz, np.maximum(srgb_from_xyz(xyz), 0.0))
 
 
 def _adaptation(white: NDArray[np.float64]) -> NDArray[np.float64]:
