@@ -134,10 +134,10 @@ def find(
     capture = _capture_file(place, expanded)
     files = _sorted_out(place, _without(expanded, aside), capture)
     photographs = [path for path in files.kept if path.name.lower() != CAPTURE_FILE and path.suffix.lower() != ".lp"]
-    if len(photographs) < 2:
-        raise InputError(place, f"holds {_count(photographs)}", _needed(files.findings))
     for path in photographs:
         _refuse_irregular(path)
+    if len(photographs) < 2:
+        raise InputError(place, f"holds {_count(photographs)}", _needed(files.findings))
     _refuse_equal_names(place, photographs)
     if angles_deg is None and sphere is None and capture is not None:
         sphere = _outline(capture)

@@ -199,6 +199,12 @@ def test_fault_12_missing_folder(tmp_path):
         find([tmp_path / "nowhere"])
 
 
+@pytest.mark.parametrize("name", ["nosuch", "nosuch.zip", "nosuch.jpg"])
+def test_fault_12_a_path_to_nothing_is_said_to_be_one(tmp_path, name):
+    with pytest.raises(InputError, match="No such file"):
+        find([tmp_path / name])
+
+
 def test_fault_13_odd_names(tmp_path):
     stems = ("e\u0301 10deg", "日本 20deg", "a'\"%\n 30deg", "😀 40deg", "x. 50deg.", "n" * 240 + "60deg")
     for stem in stems:
