@@ -176,8 +176,8 @@ class Inspector(Panel):
         brdf = entry.brdf if entry is not None else None
         samples = None
         if brdf is not None:
-            samples = f"{brdf.samples:,}".replace(",", " ")
-            samples += f", {brdf.invalid_samples:,} unusable".replace(",", " ") if brdf.invalid_samples else ""
+            samples = _count(brdf.samples)
+            samples += f", {_count(brdf.invalid_samples)} unusable" if brdf.invalid_samples else ""
         self._row(self.samples, samples)
         condition, left_out = getattr(brdf, "condition_number", None), getattr(brdf, "leave_one_out", None)
         self._row(self.condition, None if condition is None else f"{condition:.2g}")
@@ -237,3 +237,7 @@ class EntryList(QListWidget):
             self.remove_wanted.emit()
         else:
             super().keyPressEvent(event)
+
+
+def _count(number: int) -> str:
+    return f"{number:,}".replace(",", " ")
