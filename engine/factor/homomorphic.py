@@ -7,7 +7,7 @@ four dimensions from several random starts, with the last few textures solved to
 What is ours, and can be switched off as in `THESIS`:
 
     guesses     the two disks, their sum and their difference are tried as starts too
-    fixed       half and wi-dot-h compete with the projection that was found
+    fixed       half, wi-dot-h and elevations compete with the projection that was found
     mccool      so does McCool's whole set, where it has as many textures
     refit       once a projection is chosen, all textures are solved together
     low_size    restarts run with small textures on a part of the samples; the best few go on with all of both
@@ -182,7 +182,7 @@ class SearchSettings:
     epsilon: float = EPSILON
     smoothing: float = SMOOTHING
     guesses: bool = True
-    fixed: tuple[Kind, ...] = ("half", "wi-dot-h")
+    fixed: tuple[Kind, ...] = ("half", "wi-dot-h", "elevations")
     mccool: bool = True
     refit: bool = True
     seed: int = 1
@@ -454,13 +454,14 @@ class _Search:
         if finalists and self.low is not self.full:
             best = linear_of_pair(finalists[0].pair, settings.extent)
             self._show(number, [*candidates, (self._error(self.full, best), best)])
-            finalists = yield from self._descend(self.full, [one.pair for one in finalists], number, 0.6, 0.4)
+            again = [one.pair for one in finalists] + starts[: int(settings.guesses)]
+            finalists = yield from self._descend(self.full, again, number, 0.6, 0.4)
         candidates.extend((one.error, linear_of_pair(one.pair, settings.extent)) for one in finalists)
         self._keep(number, min(candidates, key=lambda one: one[0])[1])
         yield Step(number / settings.terms, f"term {number} of {settings.terms}", self.partial)
 
     def _starts(self, number: int) -> Steps[list[Pair]]:
-        """The best guess, where guesses are made, and random rotations."""
+        """The guess that is best with all samples, where guesses are made, and random rotations."""
         settings = self.settings
         rng = np.random.default_rng((settings.seed, number))
         starts = [random_pair(rng) for _ in range(settings.restarts)]
@@ -471,12 +472,12 @@ class _Search:
             tried = []
             for guess in (FIRST, SECOND, SUM, DIFFERENCE):
                 projection = LinearProjection(guess.rows, settings.extent)
-                tried.append((self._error(self.low, projection), projection))
+                tried.append((self._error(self.full, projection), projection))
                 yield from self._pause(number, 0.0)
-            best = min(tried, key=lambda one: one[0])[1]
-            starts.insert(0, pair_of_rows(best.rows))
+            best = min(tried, key=lambda one: one[0])
+            starts.insert(0, pair_of_rows(best[1].rows))
             if self.partial is None:
-                self._show(number, [(self._error(self.full, best), best)])
+                self._show(number, [best])
         return starts
 
     def _descend(

@@ -8,10 +8,13 @@ the 4-cube around them, as the thesis has it, which is up to √2 larger. Others
     wi, wo      the parabolic coordinates of one direction, and
     half        those of the half vector (McCool, Ang and Ahmad 2001)
     wi-dot-h    the angles of the half and the difference vector, as parabolic radii: tan(θ_h/2) and tan(θ_d/2), where
-                cos θ_d = wi·h. Facet models are a product of functions of these two and of the two elevations.
+                cos θ_d = wi·h
+    elevations  those of the two directions: tan(θ_i/2) and tan(θ_o/2)
+
+The last two suit isotropic surfaces: facets reflect a function of wi-dot-h times one of elevations.
 
 Exchanging wi and wo exchanges the disks, or turns the second by half: that gives the conjugate of a linear projection;
-wi and wo are each other's, half and wi-dot-h their own. Sums are written so that a projection of (wi, wo) and its
+wi and wo are each other's, as are elevations and their exchange; half and wi-dot-h are their own. Sums are written so that a projection of (wi, wo) and its
 conjugate of (wo, wi) agree bit for bit: reciprocity is exact, not nearly so.
 
 Mask. The image of the 4-cube is the set Σ c_k g_k with |c_k| ≤ 1 and g_k the columns of the matrix. A point is inside
@@ -38,9 +41,16 @@ Mask = NDArray[np.bool_]
 
 Parametrisation = Literal["in-out", "half-diff"]
 Extent = Literal["disks", "cube"]
-Kind = Literal["wi", "wo", "half", "wi-dot-h"]
+Kind = Literal["wi", "wo", "half", "wi-dot-h", "elevations", "elevations-exchanged"]
 
-KINDS: tuple[Kind, ...] = ("wi", "wo", "half", "wi-dot-h")
+KINDS: tuple[Kind, ...] = ("wi", "wo", "half", "wi-dot-h", "elevations", "elevations-exchanged")
+_EXCHANGED: dict[Kind, Kind] = {
+    "wi": "wo",
+    "wo": "wi",
+    "elevations": "elevations-exchanged",
+    "elevations-exchanged": "elevations",
+}
+
 PARAMETRISATIONS: tuple[Parametrisation, ...] = ("in-out", "half-diff")
 
 _ORTHONORMAL = 1e-9
@@ -143,19 +153,21 @@ class FixedProjection:
 
     def conjugate(self, parametrisation: Parametrisation) -> FixedProjection:
         """The projection that sees (wo, wi) where this one sees (wi, wo), in either parametrisation."""
-        exchanged: dict[Kind, Kind] = {"wi": "wo", "wo": "wi"}
-        return FixedProjection(exchanged.get(self.kind, self.kind))
+        return FixedProjection(_EXCHANGED.get(self.kind, self.kind))
 
     def coordinates(self, points: Points) -> Floats:
         """Texture coordinates (N, 2) in [−1, 1]."""
         if self.kind == "wi-dot-h":
             return 2.0 * points.angles - 1.0
+        if self.kind in ("elevations", "elevations-exchanged"):
+            radii = np.column_stack([np.hypot(*points.wi.T), np.hypot(*points.wo.T)])
+            return 2.0 * (radii if self.kind == "elevations" else radii[:, ::-1]) - 1.0
         return {"wi": points.wi, "wo": points.wo, "half": points.half}[self.kind]
 
     def mask(self, size: int) -> Mask:
         """The texels (size, size) that a pair above the horizon can touch."""
         axis = np.linspace(-1.0, 1.0, size)
-        if self.kind == "wi-dot-h":
+        if self.kind in ("wi-dot-h", "elevations", "elevations-exchanged"):
             return np.ones((size, size), bool)
         nearest = np.maximum(np.abs(axis) - 2.0 / (size - 1), 0.0)
         return np.asarray(np.hypot(nearest[:, None], nearest) <= 1.0 + 1e-9)
@@ -167,6 +179,7 @@ INCIDENT = FixedProjection("wi")
 OUTGOING = FixedProjection("wo")
 HALF = FixedProjection("half")
 WI_DOT_H = FixedProjection("wi-dot-h")
+ELEVATIONS = FixedProjection("elevations")
 
 
 def linear(rows: ArrayLike, extent: Extent = "disks") -> LinearProjection:
