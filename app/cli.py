@@ -31,6 +31,7 @@ VERBS = (
     ("shade", "app.verbs.shade"),
     ("render", "app.verbs.render"),
     ("brdf", "app.verbs.brdf"),
+    ("factor", "app.verbs.factor"),
     ("bundle", "app.verbs.bundle"),
     ("bench", "app.verbs.bench"),
 )

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 HELP = "List, inspect, evaluate, fit or convert reflectance functions (BRDFs)."
 EXAMPLE = "lightarc brdf eval ggx:alpha=0.2 --wi-deg 30,0 --wo-deg 30,180 --json"
 
-BRDF_HELP = "a measured file, or model:name=value,… or model:preset=name (see `lightarc brdf list`)"
+BRDF_HELP = (
+    "a measured file, a folder of factors, or model:name=value,… or model:preset=name (see `lightarc brdf list`)"
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,9 +79,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def _open(text: str) -> Brdf:
     from app.cli import usage
-    from engine.brdf.brdf_file import open_brdf
+    from engine.factor.factor_file import open_reflectance
 
-    brdf: Brdf = usage(open_brdf, text)
+    brdf: Brdf = usage(open_reflectance, text)
     return brdf
 
 
@@ -118,14 +120,15 @@ def _info(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[s
     show(Step(0.0, "reading"))
     brdf: Any = _open(arguments.brdf)
     analytic = type(brdf) in MODELS.values()
+    measured = hasattr(brdf, "health")
     result: dict[str, Any] = {
         "name": arguments.brdf if analytic else brdf.name,
         "kind": "analytic model" if analytic else brdf.kind,
         "isotropic": brdf.isotropic,
         "reciprocal": brdf.reciprocal,
         "energy_conserving": brdf.energy_conserving,
-        "samples": 0 if analytic else brdf.samples,
-        "invalid_samples": 0 if analytic else brdf.invalid_samples,
+        "samples": brdf.samples if measured else 0,
+        "invalid_samples": brdf.invalid_samples if measured else 0,
     }
     show(Step(0.4, "exchanging light and viewer"))
     error = reciprocity_error(brdf, seed=arguments.seed)
@@ -140,7 +143,7 @@ def _info(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[s
     for figure in ("condition_number", "leave_one_out", "leave_one_out_log"):
         if hasattr(brdf, figure):
             result[figure] = float(getattr(brdf, figure))
-    result["warnings"] = [] if analytic else brdf.health.warnings
+    result["warnings"] = brdf.health.warnings if measured else []
     return result
 
 

@@ -124,15 +124,15 @@ def _check(arguments: argparse.Namespace) -> None:
 def _scene(arguments: argparse.Namespace) -> Scene:
     from app.cli import usage
     from engine.brdf.brdf import brdf_from_text
-    from engine.brdf.brdf_file import open_brdf
     from engine.camera import frame, parse
     from engine.directions import world_direction
     from engine.environment_file import open_environment
+    from engine.factor.factor_file import open_reflectance
     from engine.files.bundle import open_bundle
     from engine.scene import Scene
     from engine.shapes import open_mesh
 
-    brdf = usage(open_brdf, arguments.brdf) if arguments.brdf else None
+    brdf = usage(open_reflectance, arguments.brdf) if arguments.brdf else None
     material = open_bundle(arguments.material) if arguments.material and arguments.mode != "direct" else None
     mesh = open_mesh(arguments.mesh)
     environment = open_environment(arguments.env) if arguments.env else None

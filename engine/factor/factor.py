@@ -12,7 +12,7 @@ import time
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from engine.brdf.brdf import Brdf
+from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
 from engine.factor.data import COUNT, MAX_THETA, SEED, FactorData, factor_data
 from engine.factor.errors import Factorisation, Reference, TermError, metrics, reference
 from engine.factor.homomorphic import THESIS, SearchSettings, mccool, search
@@ -34,6 +34,9 @@ HOMOMORPHIC_SIZE, HOMOMORPHIC_TERMS = 16, 5
 
 #: Largest maps and most terms of separable factors: the matrix of a map of 96² takes 1.3 GB where nothing mirrors.
 LARGEST_SEPARABLE, MOST_TERMS = 96, 64
+
+#: More samples than this tell no more about textures of these sizes.
+MOST_SAMPLES = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,8 @@ class FactorSettings:
         ):
             if getattr(self, name) not in known:
                 raise ValueError(f"unknown {name} {getattr(self, name)!r}; known are {', '.join(known)}")
+        if not 1 <= self.samples <= MOST_SAMPLES:
+            raise ValueError(f"the number of samples must lie in [1, {MOST_SAMPLES:,}], not {self.samples:,}")
         if self.separable:
             if not 0 <= self.size <= LARGEST_SEPARABLE:
                 raise ValueError(f"the size must lie in [1, {LARGEST_SEPARABLE}], not {self.size}")
@@ -126,7 +131,7 @@ def factor(
     pairs = reference(brdf, seed=settings.seed)
     if settings.separable:
         return (yield from _separable(brdf, settings, data, pairs))
-    name = str(getattr(brdf, "name", ""))
+    name = _name(brdf)
     if settings.method == "homomorphic":
         size = settings.size or HOMOMORPHIC_SIZE
         found = mccool(data, size, settings.reciprocal, epsilon=settings.epsilon, reference=pairs)
@@ -155,7 +160,7 @@ def _separable(brdf: Brdf, settings: FactorSettings, data: FactorData, pairs: Re
     found = min(tried, key=lambda one: one[0])[1]
     made = time.perf_counter() - started
     result = Factorisation(
-        found.factors,
+        replace(found.factors, name=_name(brdf)),
         found.method,
         (),
         asymmetry=found.asymmetry,
@@ -190,6 +195,10 @@ def _one(
             reference=pairs,
         )
     )
+
+
+def _name(brdf: Brdf) -> str:
+    return brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
 
 
 def _rung(

@@ -32,7 +32,7 @@ from engine.factor.errors import Factorisation, Metrics, TermError
 from engine.factor.homomorphic import HomomorphicFactors
 from engine.factor.log_space import LogSpace
 from engine.factor.maps import LARGEST_SIZE, DirectionMap
-from engine.factor.projections import FixedProjection, LinearProjection, Projection
+from engine.factor.projections import FixedProjection, Kind, LinearProjection, Projection
 from engine.factor.separable_factors import SeparableFactors
 from engine.files.atomic import atomic_folder, write_bytes
 from engine.files.manifest import read_json
@@ -74,7 +74,7 @@ class _Separable(_Strict):
 class _Projection(_Strict):
     """Rows of a linear projection of (x, y)/(1 + z) of both directions, or the name of a fixed one."""
 
-    kind: Literal["linear", "wi", "wo", "half", "wi-dot-h"]
+    kind: Literal["linear"] | Kind
     rows: Annotated[list[_Row], Field(min_length=2, max_length=2)] | None = None
     extent: Literal["disks", "cube"] | None = None
 
@@ -241,10 +241,10 @@ def _picture(path: Path, name: str, shape: tuple[int, int], record: _Record) -> 
     found = decode_content(
         "engine.images.exr:read_exr_channels", path / name, read_bytes(path / name, _EXR_LIMIT_BYTES)
     )
-    planes = [found.get(f"channel:{channel}") for channel in "RGB"]
-    if any(plane is None or plane.dtype != np.float32 or plane.shape != shape for plane in planes):
+    planes = [found[channel] for channel in ("channel:R", "channel:G", "channel:B") if channel in found]
+    if len(planes) != 3 or any(plane.dtype != np.float32 or plane.shape != shape for plane in planes):
         raise InputError(path / name, f"is no picture of {shape[1]} × {shape[0]} texels of 32-bit floats", _REMEDY)
-    picture = np.ascontiguousarray(np.stack(planes, axis=-1))
+    picture: NDArray[np.float32] = np.ascontiguousarray(np.stack(planes, axis=-1))
     if _fingerprint(picture) != record.sha256.get(name):
         raise InputError(path / name, "is damaged: its fingerprint does not fit its content", AGAIN)
     return picture

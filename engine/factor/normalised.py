@@ -41,8 +41,7 @@ def normalised(
         first, second = (
             chart.picture(np.stack(side, axis=-1))[None].astype(np.float32) for side in zip(*pairs, strict=True)
         )
-        name = str(getattr(brdf, "name", ""))
-        tried.append(SeparableFactors(chart, parametrisation, first, second, brdf.isotropic, False, name))
+        tried.append(SeparableFactors(chart, parametrisation, first, second, brdf.isotropic))
     return min(tried, key=lambda factors: reference.rms(factors)[0])
 
 

@@ -153,9 +153,7 @@ def _separated(
     exact = bool((np.abs(first) == np.abs(second)).all()) and parametrisation == "in-out"
     error, optimum = (math.sqrt(sum(getattr(cut, name) for cut in by_channel)) for name in ("error", "optimum"))
     return Separated(
-        factors=SeparableFactors(
-            chart, parametrisation, first, second, brdf.isotropic, exact, str(getattr(brdf, "name", ""))
-        ),
+        factors=SeparableFactors(chart, parametrisation, first, second, brdf.isotropic, exact),
         method=method,
         weighting=weighting,
         asymmetry=alpha,

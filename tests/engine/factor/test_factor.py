@@ -84,6 +84,7 @@ def test_the_same_seed_gives_the_same_factors() -> None:
         ({"method": "search", "size": 65}, "size"),
         ({"method": "search", "metric": "best"}, "metric"),
         ({"preset": "mine"}, "preset"),
+        ({"samples": 10**11}, "samples"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(settings: Any, words: str) -> None:

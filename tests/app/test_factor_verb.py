@@ -1,0 +1,98 @@
+"""`lightarc factor` as a person types it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from app.verbs import factor
+from engine.factor.errors import METRICS
+from engine.factor.factor import METHOD_NAMES
+from engine.factor.maps import KINDS
+from engine.factor.separable_factors import PARAMETRISATIONS
+
+Command = Callable[..., SimpleNamespace]
+QUICK = ("--size", "8", "--samples", "300", "--terms", "2", "--json")
+
+
+def result(command: SimpleNamespace) -> dict[str, Any]:
+    assert command.code == 0, command.err
+    found: dict[str, Any] = json.loads(command.out)
+    return found
+
+
+def test_the_choices_are_those_of_the_engine() -> None:
+    assert factor.METHODS == METHOD_NAMES
+    assert factor.METRICS == METRICS
+
+
+def test_factors_are_made_measured_written_and_used(lightarc: Command, tmp_path: Path) -> None:
+    folder = tmp_path / "factors"
+    found = result(lightarc("factor", "lafortune:preset=blue-paint", "-o", folder, *QUICK))
+    assert (found["method"], found["optimum_ratio"]) == ("symmetric", pytest.approx(1.0, abs=1e-6))
+    assert found["asymmetry"] <= 1e-12
+    assert [rung["terms"] for rung in found["terms"]] == [1, 2]
+    for rung in found["terms"]:
+        assert set(METRICS) | {"rms_cosine_weighted", "rms_by_elevation_band", "time_s", "size_bytes"} <= set(rung)
+        assert len(rung["rms_by_elevation_band"]) == len(found["elevation_bands_deg"]) - 1
+    assert any("wavelets" in sentence for sentence in found["uses"])
+    assert sorted(path.name for path in folder.iterdir())[0] == "factors.json"
+    info = result(lightarc("brdf", "info", folder, "--json"))
+    assert (info["kind"], info["name"]) == ("separable factors", "lafortune:preset=blue-paint")
+    values = lightarc("brdf", "eval", folder, "--wi-deg", "30,0", "--wo-deg", "30,180", "--json")
+    assert len(result(values)["values"]) == 1
+
+
+@pytest.mark.parametrize("kind", [*KINDS, "auto"])
+@pytest.mark.parametrize("form", PARAMETRISATIONS)
+def test_every_map_and_parametrisation(kind: str, form: str, lightarc: Command) -> None:
+    command = lightarc("factor", "phong", "--map", kind, "--parametrisation", form, "--method", "svd", *QUICK)
+    assert result(command)["parametrisation"] == form
+
+
+def test_a_search_goes_on_where_it_ended(lightarc: Command, tmp_path: Path) -> None:
+    options = ("--method", "search", "--restarts", "0", "--size", "6", "--samples", "300", "--json")
+    first = result(lightarc("factor", "phong", "--terms", "1", "-o", tmp_path / "one", *options))
+    assert len(first["projections"]) == 1
+    more = lightarc("factor", "phong", "--terms", "2", "--resume", tmp_path / "one", "-o", tmp_path / "two", *options)
+    second = result(more)
+    assert [rung["textures"] for rung in second["terms"]] == [1, 2]
+    assert second["terms"][0]["sq_log"] == first["terms"][0]["sq_log"]
+    assert second["evaluations"] > first["evaluations"]
+
+
+def test_the_report_is_in_words(lightarc: Command) -> None:
+    command = lightarc("factor", "oren-nayar", *QUICK[:-1])
+    assert command.code == 0
+    assert "truncation error over the optimum 1.00000" in command.out
+    assert "wavelets" in command.out
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (("nonsense",), 2),
+        (("./missing.bsdf",), 3),
+        (("lambert", "--size", "0"), 2),
+        (("lambert", "--size", "200"), 2),
+        (("lambert", "--seed", "-1"), 2),
+        (("lambert", "--epsilon", "nan"), 2),
+        (("lambert", "--max-theta-deg", "90"), 2),
+        (("lambert", "--samples", "100000000000"), 2),
+        (("lambert", "--method", "symmetric", "--parametrisation", "half-diff"), 2),
+        (("lambert:albedo=0", "--method", "search"), 2),
+        (("lambert", "--resume", "nowhere"), 2),
+        (("lambert", "--method", "search", "--resume", "nowhere"), 3),
+    ],
+)
+def test_what_cannot_be_is_said_in_a_sentence(words: tuple[str, ...], code: int, lightarc: Command) -> None:
+    command = lightarc("factor", *words)
+    assert command.code == code
+    assert command.out == ""
+    assert command.err.strip()
+    assert "Traceback" not in command.err
