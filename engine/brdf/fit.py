@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.brdf.half_difference import directions, half_difference
+from engine.brdf.table import DirectionTable
 from engine.colour import luminance
-from engine.directions import Vectors, normalize
+from engine.directions import Vectors, normalize, surface_direction
 from engine.params import Parameter, parameters
 from engine.steps import Step, Steps, part
 
@@ -35,6 +36,8 @@ STARTS = 64
 REFINED = 4
 #: Samples on which starts are compared, and most samples of a fit.
 FEW, MANY = 600, 8000
+#: Directions with a smaller cosine, within 3° of the horizon, are not compared.
+_GRAZING = float(np.sin(np.radians(3.0)))
 #: Evaluations of the residual between two steps of the generator.
 EVALUATIONS = 8
 
@@ -89,10 +92,11 @@ class Fit:
 
 
 def fit_data(brdf: Any, *, count: int = MANY, seed: int = 0) -> FitData:
-    """Samples to fit: the measured ones of a scattered measurement, else values at stratified pairs of directions.
+    """Samples to fit: those that were measured, of a list or a table of directions, else values at stratified pairs.
 
-    The pairs are uniform in √theta_h, theta_d, phi_d (and phi_h where the BRDF is brushed), as tables are, so that
-    narrow highlights are seen; those with a direction within 3° of the horizon are left out, and the order is random.
+    Between the entries of a table of directions, 15° apart, nothing was measured, and highlights are narrower. The
+    pairs are uniform in √theta_h, theta_d, phi_d (and phi_h where the BRDF is brushed), as tables are, so that narrow
+    highlights are seen; those with a direction within 3° of the horizon are left out, and the order is random.
     """
     measured = getattr(brdf, "measured", None)
     rng = np.random.default_rng(seed)
@@ -100,15 +104,32 @@ def fit_data(brdf: Any, *, count: int = MANY, seed: int = 0) -> FitData:
         usable = np.minimum(measured.wi[:, 2], measured.wo[:, 2]) > 0.0
         chosen = rng.permutation(np.flatnonzero(usable))[:count]
         return FitData(measured.wi[chosen], measured.wo[chosen], measured.value[chosen])
+    if isinstance(brdf, DirectionTable) and len(entries := _measured_entries(brdf)):
+        at = np.unravel_index(rng.permutation(entries)[:count], brdf.missing.shape)
+        wi = surface_direction(brdf.theta_i[at[0]], brdf.phi_i[at[1]])
+        wo = surface_direction(brdf.theta_o[at[2]], brdf.phi_o[at[3]])
+        return FitData(wi, wo, brdf.values[at].astype(np.float64))
     from scipy.stats import qmc  # slow to load, and the window must open at once
 
     points = qmc.Sobol(4, seed=rng).random_base2(int(np.ceil(np.log2(4 * count))))
     theta_h, theta_d = 0.5 * np.pi * points[:, 0] ** 2, 0.5 * np.pi * points[:, 1]
     phi_h = 2.0 * np.pi * points[:, 3] * (not brdf.isotropic)
     wi, wo = directions(theta_h, phi_h, theta_d, 2.0 * np.pi * points[:, 2])
-    high = np.minimum(wi[:, 2], wo[:, 2]) > np.sin(np.radians(3.0))
+    high = np.minimum(wi[:, 2], wo[:, 2]) > _GRAZING
     wi, wo = normalize(wi[high][:count]), normalize(wo[high][:count])
     return FitData(wi, wo, brdf.f(wi, wo))
+
+
+def _measured_entries(table: DirectionTable) -> NDArray[np.intp]:
+    """Places of the entries that were measured more than 3° above the horizon, at the pole one of all azimuths."""
+    measured = ~table.missing
+    for theta, phi, shape in (
+        (table.theta_i, table.phi_i, (..., None, None)),
+        (table.theta_o, table.phi_o, (...,)),
+    ):
+        once = (theta[:, None] > 0.0) | (np.arange(len(phi)) == 0)
+        measured &= (once & (np.cos(theta)[:, None] > _GRAZING))[shape]
+    return np.flatnonzero(measured)
 
 
 def fit_error(brdf: Brdf, data: FitData, weighting: Weighting = "log") -> FitError:
