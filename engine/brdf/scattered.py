@@ -26,8 +26,7 @@ so that the blend is as symmetric as K. Interpolation and the leave-one-out form
 scipy's RBFInterpolator knows neither symmetries nor leave-one-out errors nor condition numbers, and its only remedy
 for many samples, nearest neighbours, is not continuous.
 Cost on two cores: 1,439 samples of Cornell 2.3 s of processor time and then 5e5 values per second, 7,405 samples of a
-tape 2.6 s and 4e5 per second, 30,000 samples 5 s and 1e5 per second, all with one thread in LAPACK; below 100 MB.
-LAPACK's own threads wait actively: on processors that are busy otherwise, fitting took up to 13 s. Evaluation is bound
+tape 2.6 s and 4e5 per second, 30,000 samples 5 s and 1e5 per second; below 100 MB. Evaluation is bound
 by the distances to the samples, and their images, of one to four boxes, about 1.2 ns each.
 """
 
@@ -47,6 +46,7 @@ from engine.brdf.samples import BrdfSamples
 from engine.directions import Vectors, dot
 from engine.health import Finding, Health, Verdict
 from engine.kernels import parallel, prange, scalar
+from engine.one_thread import one_thread
 from engine.steps import Step, Steps, drain
 
 Floats = NDArray[np.float64]
@@ -350,15 +350,16 @@ class _Solved(NamedTuple):
 def _solved(matrix: Floats, targets: Floats, smoothing: float) -> _Solved | None:
     """Weights, leave-one-out residuals and condition number; None where the matrix is singular to rounding."""
     matrix[np.diag_indices_from(matrix)] += smoothing
-    factor, failed = lapack.dpotrf(matrix, lower=1, clean=1)
-    if failed:
-        return None
-    # Not dpotri, whose threads wait for each other far longer than they work when the processors are busy.
-    inverse = lapack.dpotrs(factor, np.eye(len(matrix)), lower=1)[0]
-    if not np.isfinite(inverse).all():
-        return None
-    weights = lapack.dpotrs(factor, targets, lower=1)[0]
-    weights += lapack.dpotrs(factor, targets - matrix @ weights, lower=1)[0]
+    # Threads that wait for each other take ten times as long where the processors are busy otherwise.
+    with one_thread():
+        factor, failed = lapack.dpotrf(matrix, lower=1, clean=1)
+        if failed:
+            return None
+        inverse = lapack.dpotrs(factor, np.eye(len(matrix)), lower=1)[0]
+        if not np.isfinite(inverse).all():
+            return None
+        weights = lapack.dpotrs(factor, targets, lower=1)[0]
+        weights += lapack.dpotrs(factor, targets - matrix @ weights, lower=1)[0]
     condition = float(np.abs(matrix).sum(axis=0).max() * np.abs(inverse).sum(axis=0).max())
     return _Solved(weights, weights / np.diag(inverse)[:, None], condition)
 
