@@ -96,6 +96,7 @@ class Inspector(Panel):
         holder = QWidget()
         holder.setLayout(self.forms)
         self.about.wide(holder)
+        self.holder = holder
         self.form: ParamForm | None = None
         self.largest = self.about.figure("Max. albedo", "Largest share of light in any colour, and where it is seen")
         self.reciprocity = self.about.figure(
@@ -164,6 +165,7 @@ class Inspector(Panel):
             self.form.hide()
             self.form.deleteLater()
             self.form = None
+        self.holder.setVisible(brdf is not None)
         if brdf is None:
             return
         if self.form is None:

@@ -123,7 +123,7 @@ class PolarPlot(Plot):
         """`x` of a line is the signed angle, `y` the share of the outermost ring."""
         x, y = -1.08 * sin(theta_i), 1.08 * cos(theta_i)
         self.light.setData(
-            [0.0, x], [0.0, y], pen=pg.mkPen(theme.current().warning, width=1.6, style=Qt.PenStyle.DashLine)
+            [0.0, x], [0.0, y], pen=pg.mkPen(theme.current().text, width=1.4, style=Qt.PenStyle.DashLine)
         )
         self.lines.show(
             [

@@ -81,6 +81,9 @@ class BrdfTab(QWidget):
         self.at_rest.setInterval(AT_REST_MS)
         self.at_rest.timeout.connect(self._integrate)
         self._stale = True
+        self._told: Any = None
+        self._on_screen: Any = None
+        self._albedos_shown: Any = None
         self.library = Library(bench)
         self.inspector = Inspector(bench)
         work = side_by_side(self.library, self._make_centre(), self.inspector, stretch=1)
@@ -128,7 +131,7 @@ class BrdfTab(QWidget):
             "lobe": Tile("Lobes", self.space),
             "sphere": Tile("Sphere", self.sphere),
             "polar": Tile("Plane of incidence", self.polar),
-            "slice": Tile("Half and difference", self.slice),
+            "slice": Tile("θh × θd", self.slice),
             "albedo": Tile("Albedo", self.albedo),
         }
         places = {
@@ -337,11 +340,13 @@ class BrdfTab(QWidget):
         """Show everything that is known, and ask for what is not."""
         self._stale = not self.isVisible()
         entry = self.entry
-        self.library.show_files(self.comparison.files, self.comparison.entries)
-        self.inspector.show_comparison(self.comparison, entry)
-        if self.facts is not None and entry is not None and self.facts.brdf == entry.brdf:
-            self.inspector.show_facts(self.facts)
-        self._show_curves()
+        told = (self.comparison, entry, self.inspector.fit.running)
+        if told != self._told:
+            self._told = told
+            self.library.show_files(self.comparison.files, self.comparison.entries)
+            self.inspector.show_comparison(self.comparison, entry)
+            if self.facts is not None and entry is not None and self.facts.brdf == entry.brdf:
+                self.inspector.show_facts(self.facts)
         if self._stale:
             return
         self.sphere.show_brdf(entry.brdf if entry is not None else None)
@@ -358,6 +363,10 @@ class BrdfTab(QWidget):
                 missing.append((number, brdf, known))
         if missing:
             self.evaluating.ask(lambda: curves(missing, theta), self._evaluated)
+        on_screen = (self.current, [(one.number, one.live) for one in self.shown()])
+        if not missing or on_screen != self._on_screen:
+            self._show_curves()
+        self._on_screen = on_screen
         self.at_rest.start()
 
     def _evaluated(self, found: dict[int, Curves]) -> None:
@@ -415,13 +424,17 @@ class BrdfTab(QWidget):
         entry = self.entry
         known = self.known.get(entry.identity) if entry is not None else None
         self.slice.show_values(known.half_difference if known is not None else None)
-        words = f"ring {plain(float(f'{highest:.3g}'))} sr⁻¹" if pairs else ""
+        words = f"{plain(float(f'{highest:.3g}'))} sr⁻¹" if pairs else ""
         self.tile_of["polar"].say(words)
         self.tile_of["lobe"].say(f"light at {self.light_deg:.0f}°, longest {plain(float(f'{highest:.3g}'))} sr⁻¹")
         self._show_albedos()
 
     def _show_albedos(self) -> None:
         found = [(one, self.albedos[one.number][1]) for one in self.shown() if one.number in self.albedos]
+        shown = [(one.number, id(values)) for one, values in found]
+        if shown == self._albedos_shown:
+            return
+        self._albedos_shown = shown
         x = np.array(ALBEDO_DEG)
         self.albedo.show_lines([Line(x, values, one.colour, one.marker) for one, values in found])
 
@@ -436,4 +449,5 @@ class BrdfTab(QWidget):
         self.library.apply_theme()
         self.inspector.apply_theme()
         self.sphere.viewport.redraw()
+        self._told = self._on_screen = self._albedos_shown = None
         self._refresh()

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent, QSurfaceFormat, QWheelEvent
+from PySide6.QtCore import QPointF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent, QWheelEvent
 from PySide6.QtOpenGLWidgets import QOpenGLWidget
 from PySide6.QtWidgets import QWidget
 from shiboken6 import isValid
@@ -25,6 +25,9 @@ from engine.errors import MissingCapability
 from engine.gl.lobe import WORLD_FROM_SURFACE, LobeColours, LobeRenderer, LobeSurface
 
 START = Camera((2.0, 1.35, 2.4), (0.0, 0.36, 0.0), fov_deg=32.0)
+
+#: Pause after the last movement before edges are drawn smooth, by so many samples a pixel.
+STILL_AFTER_MS, SAMPLES = 180, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +78,11 @@ class LobeView(QOpenGLWidget):
         self._context: Any = None
         self._renderer: LobeRenderer | None = None
         self._grab: tuple[str, QPointF] | None = None
-        wanted = QSurfaceFormat.defaultFormat()
-        wanted.setSamples(4)
-        self.setFormat(wanted)
+        self._still = QTimer(self)
+        self._still.setSingleShot(True)
+        self._still.setInterval(STILL_AFTER_MS)
+        self._still.timeout.connect(self.update)
+        self._smooth: Any = None
         self.setMinimumSize(160, 120)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName("Lobes in space")
@@ -93,6 +98,8 @@ class LobeView(QOpenGLWidget):
         self._redraw()
 
     def _redraw(self) -> None:
+        """Coarse edges while something moves; the last picture is drawn again with smooth ones."""
+        self._still.start()
         self.update()
         self.overlay.update()
 
@@ -126,8 +133,29 @@ class LobeView(QOpenGLWidget):
         colours = theme.current()
         framebuffer = self._context.detect_framebuffer(self.defaultFramebufferObject())
         if min(framebuffer.size) > 0:
-            palette = LobeColours(_rgb(colours.canvas), _rgb(colours.disabled), _rgb(colours.warning))
-            self._renderer.draw(framebuffer, self.lobes, self.light, self.camera, palette)
+            palette = LobeColours(_rgb(colours.canvas), _rgb(colours.disabled), _rgb(colours.text))
+            smooth = not self._still.isActive()
+            target = self._smooth_target(framebuffer.size) if smooth else framebuffer
+            self._renderer.draw(target, self.lobes, self.light, self.camera, palette)
+            if smooth:
+                self._context.copy_framebuffer(framebuffer, target)
+
+    def _smooth_target(self, size: tuple[int, int]) -> Any:
+        if self._smooth is None or self._smooth.size != size:
+            self._release_smooth()
+            samples = min(SAMPLES, self._context.max_samples)
+            colour = self._context.renderbuffer(size, samples=samples)
+            depth = self._context.depth_renderbuffer(size, samples=samples)
+            self._smooth = self._context.framebuffer([colour], depth)
+        return self._smooth
+
+    def _release_smooth(self) -> None:
+        if self._smooth is not None:
+            # a new framebuffer restores the one bound before it, which must not be one that is gone
+            self._context.detect_framebuffer(self.defaultFramebufferObject()).use()
+            for item in (self._smooth, *self._smooth.color_attachments, self._smooth.depth_attachment):
+                item.release()
+            self._smooth = None
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
@@ -145,8 +173,10 @@ class LobeView(QOpenGLWidget):
             self.camera = orbit(self.camera, -moved.x() * pi / height, moved.y() * pi / height)
             self._redraw()
         else:
-            theta = degrees(self.light[0]) + 120.0 * moved.y() / height
-            self.light_moved.emit(min(89.0, max(0.0, theta)), False)
+            theta = min(89.0, max(0.0, degrees(self.light[0]) + 120.0 * moved.y() / height))
+            self.light = (radians(theta), self.light[1])
+            self._redraw()
+            self.light_moved.emit(theta, False)
 
     def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
         grabbed, self._grab = self._grab, None
@@ -171,6 +201,7 @@ class LobeView(QOpenGLWidget):
             return
         self.makeCurrent()
         if self._renderer is not None:
+            self._release_smooth()
             self._renderer.release()
         self._renderer = self._context = None
         self.doneCurrent()

@@ -46,7 +46,7 @@ class SpherePreview(QWidget):
 
     def show_brdf(self, brdf: Any) -> None:
         """Show `brdf`, or go on showing the last one where it is None."""
-        if brdf is None:
+        if brdf is None or (brdf is self.brdf and self._drawn[0] is brdf):
             return
         self.brdf = brdf
         if self.mesh is None:

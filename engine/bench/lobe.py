@@ -1,4 +1,4 @@
-"""A frame of the lobe view: lobes of 64 × 64 points in a picture of the size that the view has when it is enlarged."""
+"""A frame of the lobe view while it is turned: lobes of 64 × 64 points in a picture as large as the view can get."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from engine.camera import Camera
 from engine.gl.context import create_context, renderer_name
 from engine.gl.lobe import LobeColours, LobeRenderer, LobeSurface
 
-SIZE, SAMPLES = (960, 640), 4
+SIZE = (960, 640)
 BRDFS = ("ggx:alpha=0.3", "phong:exponent=20", "lambert")
 CAMERA = Camera((2.3, 1.5, 2.7), (0.0, 0.4, 0.0), fov_deg=32.0)
 COLOURS = LobeColours((0.1, 0.1, 0.1), (0.4, 0.4, 0.4), (1.0, 0.9, 0.7))
@@ -21,17 +21,14 @@ LIGHT = (np.pi / 4.0, np.pi)
 
 
 def gl_lobe() -> Measure:
-    """A frame of one lobe against clearing the picture and drawing its lines, with the same smoothing of edges."""
+    """A frame of one lobe against clearing the picture and drawing its lines."""
     with create_context() as context:
         renderer = LobeRenderer(context)
-        parts = [context.renderbuffer(SIZE, samples=SAMPLES), context.depth_renderbuffer(SIZE, samples=SAMPLES)]
-        target = context.framebuffer([parts[0]], parts[1])
-        shown = context.framebuffer([context.renderbuffer(SIZE)])
+        target = context.simple_framebuffer(SIZE)
         surfaces = [_surface(text) for text in BRDFS]
 
         def draw(what: list[LobeSurface]) -> None:
             renderer.draw(target, what, LIGHT, CAMERA, COLOURS)
-            context.copy_framebuffer(shown, target)
             context.finish()
 
         one, none = surfaces[:1], surfaces[:0]
@@ -42,8 +39,7 @@ def gl_lobe() -> Measure:
             "renderer": renderer_name(context),
         }
         renderer.release()
-        for item in (target, shown, *parts):
-            item.release()
+        target.release()
     return Measure("gl-lobe", time_s, limit_s, "clearing and lines alone", more)
 
 
