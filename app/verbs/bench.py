@@ -48,6 +48,7 @@ MEASURES = {
     **{f"brdf-{model}": f"engine.bench.brdf:{model.replace('-', '_')}" for model in BRDFS},
     "gl-frame": "engine.bench.frame:gl_frame",
     "gl-frame-slices": "engine.bench.frame:gl_frame_slices",
+    "gl-lobe": "engine.bench.lobe:gl_lobe",
     "window-start": "app.bench_program:window_start",
     "window-block": "app.bench_program:window_block",
     "view-block": "app.bench_program:view_block",
