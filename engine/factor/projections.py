@@ -14,8 +14,8 @@ the 4-cube around them, as the thesis has it, which is up to √2 larger. Others
 The last two suit isotropic surfaces: facets reflect a function of wi-dot-h times one of elevations.
 
 Exchanging wi and wo exchanges the disks, or turns the second by half: that gives the conjugate of a linear projection;
-wi and wo are each other's, as are elevations and their exchange; half and wi-dot-h are their own. Sums are written so that a projection of (wi, wo) and its
-conjugate of (wo, wi) agree bit for bit: reciprocity is exact, not nearly so.
+wi and wo are each other's, as are elevations and their exchange; half and wi-dot-h are their own. Sums are written so
+that a projection of (wi, wo) and its conjugate of (wo, wi) agree bit for bit: reciprocity is exact, not nearly so.
 
 Mask. The image of the 4-cube is the set Σ c_k g_k with |c_k| ≤ 1 and g_k the columns of the matrix. A point is inside
 if, for the normal of each column, it is no farther out than Σ |n·g_k|: four comparisons instead of a convex hull of
@@ -132,9 +132,9 @@ class LinearProjection:
         normals = np.column_stack([-generators[1], generators[0]])
         reach = np.abs(normals @ generators).sum(axis=1)
         axis = np.linspace(-1.0, 1.0, size)
-        texels = np.stack(np.meshgrid(axis, axis), axis=-1)
-        outside: Mask = np.abs(texels @ normals.T) > reach + 1e-9
-        return np.asarray(~outside.any(axis=-1))
+        across, down = normals.T[:, :, None, None]
+        outside = np.abs(across * axis + down * axis[:, None]) > reach[:, None, None] + 1e-9
+        return np.asarray(~outside.any(axis=0))
 
 
 @dataclass(frozen=True)
