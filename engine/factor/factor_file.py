@@ -29,7 +29,7 @@ from engine.brdf.brdf import Brdf
 from engine.brdf.brdf_file import open_brdf
 from engine.errors import InputError
 from engine.factor.errors import Factorisation, Metrics, TermError
-from engine.factor.homomorphic import HomomorphicFactors
+from engine.factor.homomorphic import MOST_TERMS, HomomorphicFactors
 from engine.factor.log_space import LogSpace
 from engine.factor.maps import LARGEST_SIZE, DirectionMap
 from engine.factor.projections import FixedProjection, Kind, LinearProjection, Projection
@@ -89,8 +89,8 @@ class _Homomorphic(_Strict):
     mean: Annotated[list[_Number], Field(min_length=3, max_length=3)]
     epsilon: _Number
     projections: Annotated[
-        list[Annotated[list[_Projection], Field(min_length=1, max_length=_MOST_TERMS)]],
-        Field(min_length=1, max_length=_MOST_TERMS),
+        list[Annotated[list[_Projection], Field(min_length=1, max_length=MOST_TERMS)]],
+        Field(min_length=1, max_length=MOST_TERMS),
     ]
 
 

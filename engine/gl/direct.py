@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, model_name
 from engine.gl.context import Limits, limits
+from engine.gl.factor_textures import FactorTextures, factor_source
 from engine.gl.light_texture import LightTexture
 from engine.gl.material_textures import MaterialTextures
 from engine.gl.mesh_buffers import MeshBuffers
@@ -56,7 +57,7 @@ class DirectRenderer:
         self._mesh: tuple[Any, MeshBuffers] | None = None
         self._material: tuple[Any, MaterialTextures] | None = None
         self._lights: tuple[Any, LightTexture] | None = None
-        self._table: tuple[Any, TableTexture] | None = None
+        self._table: tuple[Any, TableTexture | FactorTextures] | None = None
         self._target: tuple[tuple[int, int], Any] | None = None
         self._tone_mapper: ToneMapper | None = None
 
@@ -174,7 +175,7 @@ class DirectRenderer:
         return program
 
     def _set_brdf(self, program: Any, scene: Scene) -> None:
-        """The parameters of a model as uniforms, or the table of any other BRDF as a texture."""
+        """The parameters of a model as uniforms, factors as textures, or any other BRDF as a texture of its table."""
         brdf = scene.brdf
         if type(brdf) in MODELS.values():
             set_uniforms(
@@ -185,7 +186,9 @@ class DirectRenderer:
             if self._table is not None:
                 self._table[1].release()
                 self._table = None
-            self._table = (brdf, TableTexture(self.context, brdf, self.limits))
+            factors = factor_source(brdf)
+            owner = factors(self.context, brdf) if factors else TableTexture(self.context, brdf, self.limits)
+            self._table = (brdf, owner)
         self._table[1].bind(program)
         self.messages += self._table[1].messages
 
@@ -201,7 +204,7 @@ class DirectRenderer:
     def _program(self, scene: Scene, textures: MaterialTextures | None) -> Any:
         """The program for this kind of scene; the last good one, with a log entry, where it does not compile."""
         definitions = {
-            "BRDF": f"brdf/{model_name(scene.brdf) if type(scene.brdf) in MODELS.values() else SOURCE}.glsl",
+            "BRDF": f"brdf/{_shader_of(scene.brdf)}.glsl",
             textures.source if textures else "SOURCE_NONE": "1",
         }
         definitions |= {f"LOOKUP_{scene.lookup.upper()}": "1", f"ABOVE_{scene.above.upper()}": "1"}
@@ -251,6 +254,13 @@ class DirectRenderer:
         self._release_target()
         self._mesh = self._material = self._lights = self._table = self._tone_mapper = self._last_good = None
         self._programs.clear()
+
+
+def _shader_of(brdf: Any) -> str:
+    if type(brdf) in MODELS.values():
+        return model_name(brdf)
+    factors = factor_source(brdf)
+    return factors.SOURCE if factors else SOURCE
 
 
 def _tile_from_clip(tile: Tile, size: tuple[int, int]) -> NDArray[np.float64]:

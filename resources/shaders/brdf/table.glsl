@@ -2,37 +2,12 @@
 // in: wi to the light, wo to the viewer, unit, surface frame (normal +z); out: 1/sr, no cosine, 0 below the horizon.
 // brdf_table has columns phi_d, rows theta_d and layers theta_h; row and layer 0 are the means at angle 0.
 
+#include "brdf/angle.glsl"
+
 uniform sampler2DArray brdf_table;
 
 // The range of phi_d: pi, and exchanged directions are one entry; or 2 pi, and they are two.
 uniform float brdf_turn;
-
-// atan(small / large) for 0 <= small <= large, to 1e-7; drivers may err by 1e-5. Cephes' polynomial below tan(pi/8).
-float table_atan(float small, float large)
-{
-    if (large == 0.0)
-        return 0.0;
-    bool halve = small > 0.41421356 * large;
-    float t = halve ? (small - large) / (small + large) : small / large;
-    float q = t * t;
-    float angle = t + t * q * (-0.33332949 + q * (0.19977711 + q * (-0.13877686 + q * 0.080537446)));
-    return halve ? angle + 0.78539816 : angle;
-}
-
-// atan(y, x) for x, y >= 0.
-float table_angle(float y, float x)
-{
-    return y > x ? 1.57079633 - table_atan(x, y) : table_atan(y, x);
-}
-
-// atan(y, x) for y >= 0, as a number of quarter turns and what is missing to it or goes beyond it.
-float table_quarter(float y, float x, out int quarters)
-{
-    float side = abs(x);
-    quarters = y > side ? 1 : (x < 0.0 ? 2 : 0);
-    float rest = y > side ? table_atan(side, y) : table_atan(y, side);
-    return (y > side) == (x < 0.0) ? rest : -rest;
-}
 
 // Lower node and weight of the upper one, for nodes at 0, 1/2, 3/2 ... bins - 1/2; constant beyond the last.
 int table_place(float position, int bins, out float weight)
@@ -75,15 +50,15 @@ vec3 brdf(vec3 wi, vec3 wo)
     float y = size * (turn.x * between.y - turn.y * between.x);
     bool other = y < 0.0 || (y == 0.0 && x < 0.0);
     int quarters;
-    float beyond = other ? table_quarter(-y, -x, quarters) : table_quarter(y, x, quarters);
+    float beyond = other ? precise_quarter(-y, -x, quarters) : precise_quarter(y, x, quarters);
     if (other && brdf_turn > 4.0)
         quarters += 2;
     ivec3 bins = textureSize(brdf_table, 0) - ivec3(0, 1, 1);
     float weight_h, weight_d;
-    int layer = table_place(sqrt(table_angle(across, both.z) * 0.63661977) * float(bins.z), bins.z, weight_h);
+    int layer = table_place(sqrt(precise_angle(across, both.z) * 0.63661977) * float(bins.z), bins.z, weight_h);
     float apart = length(between);
-    int row = apart < size ? table_place(table_angle(apart, size) * 0.63661977 * float(bins.y), bins.y, weight_d)
-        : table_place_from_end(table_angle(size, apart) * 0.63661977 * float(bins.y), bins.y, weight_d);
+    int row = apart < size ? table_place(precise_angle(apart, size) * 0.63661977 * float(bins.y), bins.y, weight_d)
+        : table_place_from_end(precise_angle(size, apart) * 0.63661977 * float(bins.y), bins.y, weight_d);
     // whole columns apart from the rest, which is small and so keeps its digits
     float whole = float(quarters * bins.x) * (brdf_turn > 4.0 ? 0.25 : 0.5);
     float column = beyond / brdf_turn * float(bins.x) + (whole - floor(whole)) - 0.5;

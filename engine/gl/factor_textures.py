@@ -1,0 +1,110 @@
+"""Factors on the graphics device: textures of 32-bit floats, a layer per term, that a shader looks up by hand.
+
+The twins of `engine.factor.separable_factors` and `engine.factor.homomorphic`: what the shader gives is what `f` gives,
+to the rounding of 32-bit directions. Factors are told by their `kind`, so that a window that shows none does not wait
+for the compiled kernels of those modules.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from engine.factor.homomorphic import HomomorphicFactors
+    from engine.factor.separable_factors import SeparableFactors
+
+#: Terms that the shader of homomorphic factors has room for; a search finds no more.
+MOST_TERMS = 16
+
+#: Texture units, above those of a material and the lights.
+UNITS = (5, 6)
+
+
+class SeparableTextures:
+    """Owns the textures of separable factors; `SOURCE` is the shader that looks them up."""
+
+    SOURCE = "separable"
+
+    def __init__(self, context: Any, factors: SeparableFactors) -> None:
+        self.messages: list[str] = []
+        self._textures = [_layers(context, side) for side in (factors.first, factors.second)]
+        self._values = {
+            "brdf_terms": factors.terms,
+            "brdf_map": factors.chart.number,
+            "brdf_size": factors.chart.size,
+            "brdf_of_half": int(factors.parametrisation == "half-diff"),
+        }
+
+    def bind(self, program: Any) -> None:
+        for unit, texture, name in zip(UNITS, self._textures, ("brdf_first", "brdf_second"), strict=True):
+            texture.use(unit)
+            program[name].value = unit
+        for name, value in self._values.items():
+            program[name].value = value
+
+    def release(self) -> None:
+        for texture in self._textures:
+            texture.release()
+
+
+class HomomorphicTextures:
+    """Owns the textures of homomorphic factors; `SOURCE` is the shader that looks them up."""
+
+    SOURCE = "homomorphic"
+
+    def __init__(self, context: Any, factors: HomomorphicFactors) -> None:
+        from engine.factor.projections import KINDS, LinearProjection
+
+        self.messages: list[str] = []
+        self._texture = _layers(context, np.stack(factors.textures))
+        rows = np.zeros((MOST_TERMS, 2, 4), np.float32)
+        kinds, twice = np.zeros(MOST_TERMS, int), np.zeros(MOST_TERMS, int)
+        for term, projection in enumerate(factors.projections):
+            if isinstance(projection, LinearProjection):
+                rows[term] = projection.rows / projection.scale[:, None]
+            else:
+                kinds[term] = 1 + KINDS.index(projection.kind)
+            conjugate = projection.conjugate(factors.parametrisation)
+            twice[term] = factors.reciprocal and conjugate != projection
+        self._values: dict[str, Any] = {
+            "brdf_terms": factors.terms,
+            "brdf_kinds": kinds.tolist(),
+            "brdf_twice": twice.tolist(),
+            "brdf_rows": [tuple(row) for row in rows.reshape(-1, 4).tolist()],
+            "brdf_of_half": int(factors.parametrisation == "half-diff"),
+            "brdf_mean": tuple(factors.space.mean.tolist()),
+            "brdf_epsilon": factors.space.epsilon,
+        }
+
+    def bind(self, program: Any) -> None:
+        self._texture.use(UNITS[0])
+        program["brdf_textures"].value = UNITS[0]
+        for name, value in self._values.items():
+            program[name].value = value
+
+    def release(self) -> None:
+        self._texture.release()
+
+
+FactorTextures = SeparableTextures | HomomorphicTextures
+
+
+#: The owner of the textures of each `kind` of factors.
+OWNERS = {"separable factors": SeparableTextures, "homomorphic factors": HomomorphicTextures}
+
+
+def factor_source(brdf: Any) -> type[Any] | None:
+    """The owner of a BRDF's textures where it consists of factors."""
+    return OWNERS.get(getattr(brdf, "kind", ""))
+
+
+def _layers(context: Any, textures: ArrayLike) -> Any:
+    """Textures (K, rows, columns, 3) as the layers of one."""
+    texels: NDArray[np.float32] = np.ascontiguousarray(textures, np.float32)
+    layers, rows, columns, _ = texels.shape
+    texture = context.texture_array((columns, rows, layers), 3, texels, dtype="f4")
+    texture.filter = (context.NEAREST, context.NEAREST)
+    return texture
