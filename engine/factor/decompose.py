@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.factor.one_thread import one_thread
+from engine.one_thread import one_thread
 
 Floats = NDArray[np.float64]
 

@@ -24,8 +24,8 @@ from engine.factor.brdf_matrix import BrdfMatrix, Sector, brdf_matrix
 from engine.factor.decompose import ASYMMETRY, Decomposition, asymmetry, condition_number, power, svd, symmetric
 from engine.factor.errors import Reference
 from engine.factor.maps import DirectionMap
-from engine.factor.one_thread import one_thread
 from engine.factor.separable_factors import Parametrisation, SeparableFactors
+from engine.one_thread import one_thread
 from engine.steps import Step, Steps, part
 
 Floats = NDArray[np.float64]
