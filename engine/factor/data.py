@@ -9,6 +9,8 @@ Instruments light an isotropic material from one azimuth, and its tables have no
 them all, so samples of an isotropic BRDF are turned about the normal, both directions by the same random angle, which
 leaves their values true; where there are fewer than `count`, each is turned several times.
 
+A measured colour outside sRGB has a negative channel, which counts as 0 here: it has no logarithm.
+
 In parabolic coordinates (x, y)/(1 + z) the hemisphere is the unit disk, and the angle θ the radius tan(θ/2).
 """
 
@@ -70,7 +72,7 @@ def factor_data(
     """The samples of `brdf` as the head of this file says; the same for the same seed.
 
     `max_theta` in (0, π/2) bounds both directions of formulas only: measured data are taken as they are. Raises
-    ValueError where `count` < 1, the angle is out of range or a value is not a finite number ≥ 0.
+    ValueError where `count` < 1, the angle is out of range or a value is not a finite number.
     """
     if count < 1:
         raise ValueError(f"at least one sample is needed, not {count}")
@@ -78,10 +80,11 @@ def factor_data(
         raise ValueError(f"the largest angle must lie between 0 and 90 degrees, not {np.degrees(max_theta):g}")
     rng = np.random.default_rng(seed)
     if isinstance(brdf, BrdfSamples):
-        return FactorData(brdf.wi, brdf.wo, brdf.value)
+        return FactorData(brdf.wi, brdf.wo, np.maximum(brdf.value, 0.0))
     if isinstance(brdf, ScatteredBrdf):
         measured = brdf.measured
-        return _turned(measured.wi, measured.wo, measured.value, brdf.isotropic, count, rng)
+        value = np.maximum(measured.value, 0.0)
+        return _turned(measured.wi, measured.wo, value, brdf.isotropic, count, rng)
     if isinstance(brdf, HalfDifferenceTable):
         bins = bin_directions(brdf.missing.shape)
         return _of_table(brdf, (bins[0], bins[1]), count, rng)
@@ -91,7 +94,7 @@ def factor_data(
         shape = (*brdf.missing.shape, 3)
         return _of_table(brdf, (np.broadcast_to(light, shape), np.broadcast_to(view, shape)), count, rng)
     wi, wo = parabolic_directions(rng, count, max_theta), parabolic_directions(rng, count, max_theta)
-    return FactorData(wi, wo, brdf.f(wi, wo))
+    return FactorData(wi, wo, np.maximum(brdf.f(wi, wo), 0.0))
 
 
 def parabolic_directions(rng: np.random.Generator, count: int, max_theta: float) -> Vectors:

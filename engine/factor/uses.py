@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-import math
+from statistics import median
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from engine.brdf.brdf import Brdf
-from engine.factor.errors import Factorisation, reference
+from engine.directions import Vectors
+from engine.factor.errors import Factorisation, TermError, reference
 from engine.factor.separable_factors import SeparableFactors
 
 #: Error relative to the reflectance itself above which its highlight counts as too narrow for the factors.
@@ -18,13 +22,13 @@ _GAUSSIAN = "for image-based light take the Gaussian mode, which follows the hig
 def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, ...]:
     """What the factors serve and what they do not; with `brdf` also whether it is too specular for them.
 
-    That is judged by the cosine-weighted error of all terms relative to the RMS of the cosine-weighted reflectance:
-    the singular values of a narrow highlight fall slowly, and no few terms describe it.
+    That is judged by the cosine-weighted error of all terms relative to the reflectance: the singular values of a narrow
+    highlight fall slowly, and no few terms describe it.
     """
     factors: Any = factorisation.factors
     sentences = list(_of_kind(factors))
     if brdf is not None and factorisation.ladder:
-        share = factorisation.ladder[-1].rms_cosine_weighted / _size(brdf)
+        share = _missed(factorisation.ladder[-1], brdf)
         if share > TOO_SPECULAR:
             sentences.append(
                 "The highlight is too narrow for these factors, which are off by "
@@ -55,8 +59,22 @@ def _of_kind(factors: Any) -> tuple[str, ...]:
     )
 
 
-def _size(brdf: Brdf) -> float:
-    """Root mean square of f cos θ_i over random pairs, in 1/sr."""
-    pairs = reference(brdf, 20_000)
-    square = float(((pairs.value * pairs.wi[:, 2:]) ** 2).mean())
-    return math.sqrt(square) if square > 0.0 else 1.0
+def _missed(rung: TermError, brdf: Brdf) -> float:
+    """Error relative to the reflectance itself: the median over bands of the viewer's elevation.
+
+    Over all pairs together the last degrees before the horizon, where some measurements grow without bound, would
+    drown the rest.
+    """
+    pairs = reference(brdf)
+    _, bands = pairs.rms(_Black())
+    shares = [error / size for error, size in zip(rung.rms_by_elevation_band, bands, strict=True) if size > 0.0]
+    return median(shares) if shares else 0.0
+
+
+class _Black:
+    """Reflects nothing: its error is the size of what it is compared with."""
+
+    isotropic = reciprocal = energy_conserving = True
+
+    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
+        return np.zeros(np.broadcast_shapes(np.shape(wi), np.shape(wo)))
