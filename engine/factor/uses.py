@@ -22,7 +22,7 @@ _GAUSSIAN = "for image-based light take the Gaussian mode, which follows the hig
 def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, ...]:
     """What the factors serve and what they do not; with `brdf` also whether it is too specular for them.
 
-    That is judged by the cosine-weighted error of all terms relative to the reflectance: the singular values of a narrow
+    That is judged by the cosine-weighted error of all terms, relative to the reflectance: singular values of a narrow
     highlight fall slowly, and no few terms describe it.
     """
     factors: Any = factorisation.factors
