@@ -11,6 +11,7 @@ import importlib
 import io
 import json
 import logging
+import re
 import signal
 import sys
 import time
@@ -85,7 +86,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb (the window without one) and return the exit code."""
-    words = list(sys.argv[1:] if arguments is None else arguments) or ["gui"]
+    words = _joined(list(sys.argv[1:] if arguments is None else arguments)) or ["gui"]
     for stream in (sys.stdout, sys.stderr):
         # File names may hold bytes that no encoding knows.
         cast("io.TextIOWrapper", stream).reconfigure(errors="backslashreplace")
@@ -106,6 +107,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     progress.clear()
     _print(options, result)
     return int(result.get("exit_code", DONE)) if isinstance(result, dict) else DONE
+
+
+def _joined(words: list[str]) -> list[str]:
+    """`words` in which `--light-deg -30,0` is `--light-deg=-30,0`: argparse takes -30,0 for an option of its own."""
+    joined: list[str] = []
+    for word in words:
+        if joined and re.match(r"--\w[\w-]*$", joined[-1]) and re.match(r"-[\d.]+(e[-+]?\d+)?,", word):
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
 
 
 class WrongUsage(Exception):

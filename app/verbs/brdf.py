@@ -66,10 +66,13 @@ def two_numbers(text: str) -> tuple[float, float]:
     """Two finite numbers `a,b`, as argparse's `type`."""
     from math import isfinite
 
-    numbers = tuple(float(word) for word in text.split(","))
-    if len(numbers) != 2 or not all(isfinite(number) for number in numbers):
+    try:
+        one, two = (float(word) for word in text.split(","))
+    except ValueError:
+        one = two = float("nan")
+    if not (isfinite(one) and isfinite(two)):
         raise argparse.ArgumentTypeError(f"{text!r} is not two numbers such as 30,0")
-    return numbers
+    return one, two
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -187,6 +190,10 @@ def _fit(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[st
         raise WrongUsage(f"--samples {arguments.samples} is too few.")
     start = usage(brdf_from_text, arguments.model)
     fixed = tuple(filter(None, (name.strip() for name in arguments.fix.split(","))))
+    names = [parameter.name for parameter in parameters(start)]
+    for name in fixed:
+        if name not in names:
+            raise WrongUsage(f"--fix names {name!r}; the parameters of {model_name(start)} are {', '.join(names)}.")
     show(Step(0.0, "reading"))
     brdf = _open(arguments.brdf)
     data = fit_data(brdf, count=arguments.samples, seed=arguments.seed)

@@ -79,10 +79,13 @@ def test_eval_of_a_single_pair(lightarc: Command) -> None:
         ("eval", "lambert"),
         ("eval", "lambert", "--wi-deg", "30,0"),
         ("eval", "lambert", "--wi-deg", "30", "--wo-deg", "1,2"),
+        ("eval", "lambert", "--wi-deg", "a,b", "--wo-deg", "1,2"),
+        ("eval", "lambert", "--wi-deg", "1,nan", "--wo-deg", "1,2"),
         ("eval", "velvet", "--wi-deg", "30,0", "--wo-deg", "1,2"),
         ("info", "ggx:alpha=7"),
         ("fit", "lambert", "--model", "gloss"),
         ("fit", "lambert", "--model", "ggx", "--fix", "gloss"),
+        ("fit", "absent.csv", "--model", "ggx", "--fix", "gloss"),
         ("fit", "lambert", "--model", "ggx", "--samples", "0"),
         ("convert", "lambert", "-o", "table.txt"),
         (),
@@ -92,6 +95,16 @@ def test_wrong_words_are_wrong_usage(lightarc: Command, words: tuple[str, ...]) 
     command = lightarc("brdf", *words)
     assert command.code == 2
     assert "Traceback" not in command.err
+    assert "two_numbers" not in command.err
+
+
+def test_angles_may_be_negative(lightarc: Command) -> None:
+    words = ("brdf", "eval", "phong:kd=0,ks=1,exponent=5", "--json")
+    separate = result(lightarc(*words, "--wi-deg", "-30,0", "--wo-deg", "40,-20.5"))
+    joined = result(lightarc(*words, "--wi-deg=-30,0", "--wo-deg=40,-20.5"))
+    turned = result(lightarc(*words, "--wi-deg", "30,180", "--wo-deg", "40,339.5"))
+    assert separate["values"] == joined["values"]
+    assert np.allclose(separate["values"], turned["values"], rtol=1e-12)
 
 
 def test_bad_files_are_bad_input(lightarc: Command, tmp_path: Path) -> None:

@@ -146,6 +146,20 @@ def test_wrong_usage_ends_with_2(words: list[str], capsys: pytest.CaptureFixture
 
 
 @pytest.mark.parametrize(
+    ("words", "joined"),
+    [
+        (["--light-deg", "-30,0", "-o", "x"], ["--light-deg=-30,0", "-o", "x"]),
+        (["--corners", "-.5,1e3,2,3"], ["--corners=-.5,1e3,2,3"]),
+        (["--light-deg=1,2", "-3,4"], ["--light-deg=1,2", "-3,4"]),
+        (["--json", "-o", "x"], ["--json", "-o", "x"]),
+        (["--", "-3,4"], ["--", "-3,4"]),
+    ],
+)
+def test_lists_of_negative_numbers_are_values_and_no_options(words: list[str], joined: list[str]) -> None:
+    assert cli._joined(words) == joined
+
+
+@pytest.mark.parametrize(
     "words",
     [
         ["import", "absent", "-o", "stack"],
