@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from engine.colour import luminance, srgb_encode
 from engine.directions import normalize
-from engine.steps import Step, Steps, part
+from engine.steps import Step, Steps
 
 if TYPE_CHECKING:
     from engine.brdf.analysis import MaximumAlbedo, ReciprocityError
@@ -20,6 +20,9 @@ Floats = NDArray[np.float64]
 
 #: Azimuth of the light in the surface frame: it stands on the left of every picture.
 LIGHT_PHI = float(np.pi)
+
+#: Of the table of a brushed BRDF, which is a mean over many azimuths.
+COARSE = (45, 45, 60)
 
 #: Beyond this angle from the normal, in radians, values do not decide the scale of a picture.
 NEAR_HORIZON = float(np.radians(80.0))
@@ -112,9 +115,9 @@ def facts(brdf: Any) -> Steps[Facts]:
 def drawable(brdf: Any) -> Steps[Any]:
     """`brdf` as a table that a viewport draws without delay."""
     yield Step(0.0, "preparing kernels")
-    from engine.brdf.resample import resample
+    from engine.brdf.resample import SHAPE, resample
 
-    return (yield from part(resample(brdf, dtype=np.float32), 0.0, 1.0))
+    return (yield from resample(brdf, SHAPE if brdf.isotropic else COARSE, dtype=np.float32))
 
 
 def thumbnails(wanted: Sequence[tuple[str, Any]], size: int) -> Steps[None]:

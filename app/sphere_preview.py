@@ -8,13 +8,10 @@ from typing import Any
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from app.brdf_figures import drawable
-from app.brdf_verbs import is_model
+from app.drawable import Drawable
 from app.jobs import Jobs
-from app.latest import Latest
 from app.viewport import Viewport
 from app.workbench import load_shape
-from engine.brdf.table import HalfDifferenceTable
 from engine.camera import frame
 from engine.directions import world_direction
 from engine.mesh import Mesh
@@ -31,7 +28,8 @@ class SpherePreview(QWidget):
     def __init__(self, jobs: Jobs) -> None:
         super().__init__()
         self.jobs = jobs
-        self.preparing = Latest(jobs, "Preparing the sphere")
+        self.drawable = Drawable(jobs)
+        self.drawable.ready.connect(self._prepare)
         self.viewport = Viewport(jobs)
         self.viewport.setAccessibleName("Sphere with this reflectance")
         self.viewport.setToolTip("Drag to turn, Ctrl+drag or drag the sun to move the light")
@@ -39,40 +37,29 @@ class SpherePreview(QWidget):
         self.light_deg = (50.0, -40.0)
         self.mesh: Mesh | None = None
         self.brdf: Any = None
-        self._drawn: tuple[Any, Any] = (None, None)
+        self._drawn: Any = None
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.viewport)
 
     def show_brdf(self, brdf: Any) -> None:
         """Show `brdf`, or go on showing the last one where it is None."""
-        if brdf is None or (brdf is self.brdf and self._drawn[0] is brdf):
+        if brdf is None or (brdf is self.brdf and self._drawn is not None):
             return
         self.brdf = brdf
         if self.mesh is None:
             job = self.jobs.submit("Loading the sphere", lambda: load_shape("sphere"), heavy=False)
             job.succeeded.connect(self._loaded)
             return
-        if is_model(brdf) or isinstance(brdf, HalfDifferenceTable):
-            self._drawn = (brdf, brdf)
-            self.said.emit("")
-        elif self._drawn[0] is not brdf:
-            self.said.emit("preparing…")
-            self.preparing.ask(lambda: drawable(brdf), lambda table: self._prepared(brdf, table))
-            return
-        self._draw()
+        self._prepare()
 
     def _loaded(self, mesh: Mesh) -> None:
         self.mesh = mesh
         self.show_brdf(self.brdf)
 
-    def _prepared(self, brdf: Any, table: HalfDifferenceTable) -> None:
-        if self.brdf is not brdf:
-            return
-        self._drawn = (brdf, table)
-        error = 100.0 * table.health.figures["resampling_rms_rel"]
-        mean = "" if brdf.isotropic else ", mean over azimuths"
-        self.said.emit(f"as a table: {error:.2g} % RMS off{mean}")
+    def _prepare(self) -> None:
+        self._drawn = self.drawable.of(self.brdf)
+        self.said.emit(self.drawable.note)
         self._draw()
 
     def _light_moved(self, theta_deg: float, phi_deg: float, _final: bool) -> None:
@@ -80,10 +67,10 @@ class SpherePreview(QWidget):
         self._draw()
 
     def _draw(self) -> None:
-        if self.mesh is None or self._drawn[1] is None:
+        if self.mesh is None or self._drawn is None:
             return
         light = world_direction(*map(radians, self.light_deg))
         x, y, z = (float(component) for component in light)
         camera = self.viewport.camera or frame(self.mesh.positions)
-        scene = Scene(self.mesh, camera, self._drawn[1], light=(x, y, z), irradiance=IRRADIANCE)
+        scene = Scene(self.mesh, camera, self._drawn, light=(x, y, z), irradiance=IRRADIANCE)
         self.viewport.show_scene(scene, 0.0, "neutral", self.light_deg)

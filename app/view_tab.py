@@ -14,6 +14,7 @@ from app import brdf_verbs, icons
 from app.brdf_names import BRDF_LABELS, BRDF_NAMES
 from app.comparison import Entry
 from app.document import Look, Project
+from app.drawable import Drawable
 from app.latest import Latest
 from app.number_field import plain
 from app.panels import Panel, Segments, side_by_side, text, tool
@@ -67,6 +68,8 @@ class ViewTab(QWidget):
         self.at_rest.setInterval(AT_REST_MS)
         self.at_rest.timeout.connect(self._measure)
         self.brdf: Brdf | None = None
+        self.drawable = Drawable(bench.jobs)
+        self.drawable.ready.connect(lambda: self._show(bench.document.project))
         self.viewport = Viewport(bench.jobs)
         self.viewport.light_moved.connect(self._light_moved)
         self.viewport.environment_turned.connect(self._environment_turned)
@@ -229,7 +232,9 @@ class ViewTab(QWidget):
         self.r_max.setText(plain(shading.r_max) if shading is not None else "–")
         faces = f"{len(scene.mesh.faces):,}".replace(",", " ")
         self.caption.setText(f"{faces} triangles")
-        self.hint.setText("" if project.has_map else "No material yet: the model shows the reflectance alone.")
+        alone = "" if project.has_map else "No material yet: the model shows the reflectance alone."
+        note = self.drawable.note if material.measured is not None else ""
+        self.hint.setText("\n".join(filter(None, (alone, note and f"Measured reflectance: {note}"))))
         self.viewport.show_scene(scene, look.exposure_ev, look.tone_map, (look.light_theta_deg, look.light_phi_deg))
 
     def scene(self, project: Project) -> Scene | None:
@@ -339,7 +344,7 @@ class ViewTab(QWidget):
         current = measured if measured is not None else model_name(brdf)
         places = range(self.brdf_choice.count())
         self.brdf_choice.setCurrentIndex(next(at for at in places if self.brdf_choice.itemData(at) == current))
-        self.brdf = measured if measured is not None else brdf
+        self.brdf = brdf if measured is None else self.drawable.of(measured) or brdf
         if self.brdf_form is None or type(self.brdf_form.instance) is not type(brdf):
             if self.brdf_form is not None:
                 self.brdf_form.hide()
@@ -366,8 +371,12 @@ class ViewTab(QWidget):
         if isinstance(name, Entry):
             self._show_brdf(self.bench.document.project)
             brdf_verbs.use(self.bench, name)
-        elif isinstance(name, str) and (self.brdf is None or type(self.brdf) is not MODELS[name]):
+        elif isinstance(name, str) and (self._is_measured or type(self.brdf) is not MODELS[name]):
             self._set_brdf(MODELS[name](), f"Reflectance {BRDF_NAMES.get(name, name)}", "")
+
+    @property
+    def _is_measured(self) -> bool:
+        return self.bench.document.project.material.measured is not None
 
     def _brdf_edited(self, brdf: Brdf, final: bool) -> None:
         self._set_brdf(brdf, "Change reflectance", "brdf")

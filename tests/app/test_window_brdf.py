@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,8 +24,9 @@ from engine.brdf.brdf_file import read_brdf
 from engine.brdf.microfacet import Ggx
 from engine.brdf.presets import PRESETS
 from engine.brdf.resample import table_from
-from engine.brdf.table import HalfDifferenceTable
+from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.brdf.table_file import write_table
+from engine.shapes import shape
 
 Drop = Callable[[QWidget, list[Path]], None]
 
@@ -351,6 +353,23 @@ def test_the_material_reflects_with_a_measurement_and_the_view_offers_it(
     view.brdf_choice.setCurrentIndex(place)
     view.brdf_choice.activated.emit(place)
     qtbot.waitUntil(lambda: window.bench.document.project.material.measured is not None, timeout=120_000)
+
+
+def test_a_measurement_without_a_shader_is_shown_by_its_nearest_model_until_its_table_is_there(
+    window: MainWindow, qtbot: Any
+) -> None:
+    theta, phi = np.linspace(0.0, 1.5, 4), np.linspace(0.0, 2 * np.pi, 4, endpoint=False)
+    size = (4, 4, 4, 4)
+    grid = DirectionTable(theta, phi, theta, phi, np.full((*size, 3), 0.2), np.zeros(size, bool), "cloth")
+    material = dataclasses.replace(window.bench.document.project.material, brdf="lambert", measured=grid)
+    window.show_workspace("view")
+    window.bench.document.change("Measured", material=material, mesh=shape("sphere"))
+    assert window.view.brdf == brdf_from_text("lambert")
+    assert "preparing" in window.view.hint.text()
+    qtbot.waitUntil(lambda: isinstance(window.view.brdf, HalfDifferenceTable), timeout=120_000)
+    assert "RMS off" in window.view.hint.text()
+    assert "cloth" in window.view.brdf_choice.currentText()
+    assert window.bench.document.project.material.measured is grid
 
 
 def test_the_text_that_is_copied_names_the_model(tab: BrdfTab) -> None:
