@@ -118,6 +118,7 @@ def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:
         columns = _named(path, *named)
     else:
         columns = _counted(path, lines[0], first)
+        _refuse_counted_rows(path, lines, separator)
     rows = []
     for line in lines:
         words = _words(line.text, separator)
@@ -188,6 +189,13 @@ def _counted(path: Path, line: Line, words: list[str]) -> list[str]:
     if len(words) not in values:
         _refuse_width(path, line, len(words), "4 angles and 0, 1 or 3 values", _separator(line.text))
     return [*ANGLES, *values[len(words)]]
+
+
+def _refuse_counted_rows(path: Path, lines: Sequence[Line], separator: str | None) -> None:
+    """A file without names whose first column counts 1, 2, 3 … is not one of angles: CUReT's `table.txt` is such."""
+    if len(lines) > 4 and all(_words(line.text, separator)[0] == str(count) for count, line in enumerate(lines, 1)):
+        remedy = "Name the columns in a first line; of CUReT's files name rbrdf.dat or abrdf.dat"
+        refuse(path, lines[0].number, "begins a column that counts the rows, where theta_i is needed", remedy)
 
 
 def _refuse_width(path: Path, line: Line, found: int, needed: str, separator: str | None) -> NoReturn:

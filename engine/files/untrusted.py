@@ -44,7 +44,7 @@ DECODER_MEMORY_BYTES = 6 * GIBIBYTE
 #: Two photographs may be decoded at once.
 CHILDREN = 2
 
-AGAIN = "Copy it again from the camera or card, or export it again from the program that wrote it"
+AGAIN = "Copy or download it again, or export it again from the program that wrote it"
 
 
 def read_bytes(path: str | os.PathLike[str], limit_bytes: int = FILE_LIMIT_BYTES) -> bytes:

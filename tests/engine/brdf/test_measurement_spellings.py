@@ -117,3 +117,12 @@ def test_what_only_looks_like_fortran_is_refused(tmp_path: Path, word: str) -> N
     path.write_text(f"{NAMES}\n{word},0,0,0,1,1,1\n")
     with pytest.raises(InputError, match="where a number is needed"):
         read_measurement(path)
+
+
+def test_a_column_that_counts_rows_is_not_taken_for_angles(tmp_path: Path) -> None:
+    path = tmp_path / "table.txt"
+    path.write_text("".join(f"{row + 1} 0.1 0.2 0.3 0.4\n" for row in range(205)))
+    with pytest.raises(InputError, match="counts the rows"):
+        read_measurement(path)
+    path.write_text("".join(f"{row + 1} 10 20 30 0.4\n" for row in (0, 1, 2, 3, 5)))
+    assert read_measurement(path).samples == 5
