@@ -15,12 +15,13 @@ from typing import Literal, get_args
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
 from engine.factor.data import COUNT, MAX_THETA, SEED, FactorData, factor_data
 from engine.factor.errors import Factorisation, Reference, TermError, metrics, reference
-from engine.factor.homomorphic import THESIS, SearchSettings, mccool, search
 from engine.factor.log_space import EPSILON
 from engine.factor.maps import KINDS, DirectionMap, MapKind
 from engine.factor.normalised import normalised
+from engine.factor.search import search
 from engine.factor.separable import METHODS, SeparableMethod, Separated, Weighting, separate
 from engine.factor.separable_factors import PARAMETRISATIONS, Parametrisation, SeparableFactors
+from engine.factor.textures import THESIS, SearchSettings, mccool
 from engine.steps import Step, Steps, part
 
 Method = Literal["auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search"]

@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from engine.factor.homomorphic import SearchSettings, _Level
 from engine.factor.log_space import LogSpace
 from engine.factor.powell import (
     DEPENDENT,
@@ -34,6 +33,7 @@ from engine.factor.quaternions import (
     random_pair,
     tangent,
 )
+from engine.factor.textures import Level, SearchSettings
 from tests.engine.factor.factored import blue_paint
 
 
@@ -71,7 +71,7 @@ def test_Q9_a_constant_stays_at_the_start(step: float | None) -> None:
 def test_X14_Q10_the_first_six_lines_have_the_period_2(reciprocal: bool) -> None:
     data = blue_paint(600)
     settings = SearchSettings(size=6, low_size=0, reciprocal=reciprocal, smoothing=1e-3)
-    level = _Level(data, LogSpace.of(data.value), settings, 6)
+    level = Level(data, LogSpace.of(data.value), settings, 6)
     start = random_pair(np.random.default_rng(0))
     for direction in BASIS:
         assert period_limit(direction) == HALF_PERIOD
@@ -182,7 +182,7 @@ def test_Q8_no_move_is_no_direction() -> None:
 def test_Q15_a_quarter_turn_of_the_rows_turns_the_texture(reciprocal: bool) -> None:
     data = blue_paint(600)
     settings = SearchSettings(size=6, low_size=0, reciprocal=reciprocal)
-    level = _Level(data, LogSpace.of(data.value), settings, 6)
+    level = Level(data, LogSpace.of(data.value), settings, 6)
     rows = matrix(random_pair(np.random.default_rng(7)))[:, :2].T
     first, turned = linear(rows), linear([-rows[1], rows[0]])
     assert abs(level.error(first) - level.error(turned)) <= 1e-10

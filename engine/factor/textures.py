@@ -1,0 +1,255 @@
+"""The textures of given projections at one resolution, their error with one projection more, and McCool's fixed set.
+
+`Level` is the inner loop of Cole's search (2002, Sec. 3.2): the samples, projected; the textures that stay, taken from
+the target; and those that are solved anew with every projection that is tried. `Ladder` keeps the factors of every
+number of terms with their errors.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.factor.data import FactorData
+from engine.factor.errors import METRICS, Factorisation, Reference, TermError, metrics
+from engine.factor.homomorphic import MOST_TERMS, HomomorphicFactors
+from engine.factor.least_squares import Fit, Rows, Term, predicted, rows_of, solve, term
+from engine.factor.log_space import EPSILON, LogSpace
+from engine.factor.projections import (
+    Extent,
+    Kind,
+    Parametrisation,
+    Projection,
+    look_ups,
+    mccool_projections,
+    points_of,
+    texture_mask,
+)
+
+Floats = NDArray[np.float64]
+
+#: Strength λ of the smoothing: it costs 1 % of the error on smooth data and fills what has no samples.
+SMOOTHING = 1e-4
+
+#: Largest texture that is solved for.
+LARGEST_SIZE = 64
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How projections are searched; see `engine.factor.search`.
+
+    Attributes
+    ----------
+    terms : textures at most. size : texels a side. low_size : the same while restarts run, 0 for `size`.
+    low_samples : samples while restarts run. finalists : how many of the starts go on with all.
+    parametrisation, reciprocal : of the factors. extent : what textures are filled by.
+    restarts : random starts per term. together : textures solved for every projection tried.
+    metric : of `METRICS`, which is made small. epsilon : see `LogSpace`. smoothing : λ ≥ 0.
+    guesses, fixed, mccool, refit : see there. seed : of all random numbers.
+    """
+
+    terms: int = 5
+    size: int = 16
+    low_size: int = 8
+    low_samples: int = 9000
+    finalists: int = 2
+    parametrisation: Parametrisation = "in-out"
+    reciprocal: bool = True
+    extent: Extent = "disks"
+    restarts: int = 6
+    together: int = 2
+    metric: str = "sq_log"
+    epsilon: float = EPSILON
+    smoothing: float = SMOOTHING
+    guesses: bool = True
+    fixed: tuple[Kind, ...] = ("half", "wi-dot-h", "elevations")
+    mccool: bool = True
+    refit: bool = True
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("terms", 1, MOST_TERMS),
+            ("size", 4, LARGEST_SIZE),
+            ("restarts", 0, 1000),
+            ("together", 1, MOST_TERMS),
+            ("finalists", 1, 1000),
+            ("low_samples", 1, 10**9),
+        ):
+            if not low <= getattr(self, name) <= high:
+                raise ValueError(f"{name} must lie in [{low}, {high}], not {getattr(self, name)}")
+        if self.low_size and not 4 <= self.low_size <= self.size:
+            raise ValueError(f"the lower size must be 0 or lie in [4, {self.size}], not {self.low_size}")
+        if self.metric not in METRICS:
+            raise ValueError(f"{self.metric!r} is no metric; known are {', '.join(METRICS)}")
+        if not self.smoothing >= 0.0:
+            raise ValueError(f"the smoothing must not be negative, but is {self.smoothing}")
+        if not (self.restarts or self.guesses or self.fixed):
+            raise ValueError("without restarts, guesses and fixed projections there is nothing to try")
+
+
+#: Ours.
+DEFAULT = SearchSettings()
+
+#: The thesis's settings (Sec. 4.1); it measured with textures of 16² and 24².
+THESIS = SearchSettings(extent="cube", guesses=False, fixed=(), mccool=False, refit=False)
+
+
+class Level:
+    """The samples at one resolution, the projections chosen so far and their textures."""
+
+    def __init__(self, data: FactorData, space: LogSpace, settings: SearchSettings, size: int) -> None:
+        self.space, self.settings, self.size = space, settings, size
+        self.points = points_of(data.wi, data.wo, settings.parametrisation)
+        self.target = space.forward(data.value)
+        self.value = data.value
+        self.chosen: list[Projection] = []
+        self.textures: list[Floats] = []
+        self._rows: dict[int, tuple[Projection, Rows]] = {}
+        self._base = self.target
+        self._prior: list[Term] = []
+
+    def rows(self, projection: Projection) -> Rows:
+        read = look_ups(projection, self.points, self.settings.parametrisation, self.settings.reciprocal)
+        return rows_of(read, self.size)
+
+    def _kept_rows(self, projection: Projection) -> Rows:
+        """Rows of a projection that is used again and again."""
+        if id(projection) not in self._rows:
+            self._rows[id(projection)] = projection, self.rows(projection)
+        return self._rows[id(projection)][1]
+
+    def _term(self, projection: Projection, rows: Rows, target: Floats) -> Term:
+        parametrisation, reciprocal = self.settings.parametrisation, self.settings.reciprocal
+        mask = texture_mask(projection, parametrisation, reciprocal, self.size)
+        return term(rows, target, mask, self.settings.smoothing)
+
+    def prepare(self) -> None:
+        """Take the textures that stay as they are from the target, and set up those that are solved anew."""
+        free = len(self.chosen) - min(self.settings.together - 1, len(self.chosen))
+        self._base = self.target.copy()
+        for projection, texture in zip(self.chosen[:free], self.textures[:free], strict=True):
+            self._base -= predicted(self._kept_rows(projection), texture)
+        self._prior = [self._term(each, self._kept_rows(each), self._base) for each in self.chosen[free:]]
+
+    def error(self, projection: Projection) -> float:
+        """The metric with `projection` as one more term."""
+        rows = self.rows(projection)
+        terms = [*self._prior, self._term(projection, rows, self._base)]
+        fit = solve(terms, self._base)
+        residual = self._base.copy()
+        for one, texture in zip(terms, fit.textures, strict=True):
+            residual -= predicted(one.rows, texture)
+        return self._metric(residual)
+
+    def _metric(self, residual: Floats) -> float:
+        """The metric of target − approximation (N, 3)."""
+        metric = self.settings.metric
+        if not metric.endswith("log"):
+            residual = self.space.backward(self.target - residual) - self.value
+        if metric.startswith("sq"):
+            return float((residual * residual).mean())
+        return float(np.abs(residual).mean() if metric.startswith("abs") else np.abs(residual).max())
+
+    def keep(self, projection: Projection) -> Fit:
+        """Choose `projection` for the next term and solve its textures to the last digits."""
+        if self.settings.refit:
+            self.chosen.append(projection)
+            return self.solve_all()
+        terms = [*self._prior, self._term(projection, self.rows(projection), self._base)]
+        fit = solve(terms, self._base, refine=True)
+        self.chosen.append(projection)
+        self.textures = [*self.textures[: len(self.chosen) - len(terms)], *fit.textures]
+        return fit
+
+    def solve_all(self) -> Fit:
+        """All textures of the chosen projections together."""
+        terms = [self._term(each, self._kept_rows(each), self.target) for each in self.chosen]
+        fit = solve(terms, self.target, refine=True)
+        self.textures = list(fit.textures)
+        return fit
+
+    def chosen_error(self) -> float:
+        residual = self.target.copy()
+        for projection, texture in zip(self.chosen, self.textures, strict=True):
+            residual -= predicted(self._kept_rows(projection), texture)
+        return self._metric(residual)
+
+    def factors(self, shorter: tuple[HomomorphicFactors, ...]) -> HomomorphicFactors:
+        return HomomorphicFactors(
+            tuple(self.textures),
+            tuple(self.chosen),
+            self.space,
+            self.settings.parametrisation,
+            self.settings.reciprocal,
+            shorter,
+        )
+
+
+class Ladder:
+    """The factors of each number of terms and their errors."""
+
+    def __init__(self, data: FactorData, settings: SearchSettings, reference: Reference | None, started: float) -> None:
+        self.data, self.settings, self.started = data, settings, started
+        self.reference = reference or Reference(data.wi, data.wo, data.value)
+        self.factors: tuple[HomomorphicFactors, ...] = ()
+        self.errors: tuple[TermError, ...] = ()
+
+    def rung(self, factors: HomomorphicFactors) -> TermError:
+        rms, bands = self.reference.rms(factors)
+        return TermError(
+            terms=factors.terms,
+            textures=factors.terms,
+            rms_cosine_weighted=rms,
+            rms_by_elevation_band=bands,
+            metrics=metrics(factors.f(self.data.wi, self.data.wo), self.data, self.settings.epsilon),
+            time_s=time.perf_counter() - self.started,
+            size_bytes=factors.size_bytes,
+        )
+
+    def add(self, level: Level) -> None:
+        factors = level.factors(self.factors)
+        self.factors, self.errors = (*self.factors, factors), (*self.errors, self.rung(factors))
+
+    def factorisation(self, method: str, fit: Fit | None, evaluations: int) -> Factorisation:
+        factors = self.factors[-1]
+        condition = fit.condition_number if fit is not None else 0.0
+        return Factorisation(
+            factors,
+            method,
+            self.errors,
+            condition_number=condition,
+            evaluations=evaluations,
+            projections=factors.projections,
+        )
+
+
+def mccool(
+    data: FactorData,
+    size: int = 16,
+    reciprocal: bool = True,
+    *,
+    smoothing: float = SMOOTHING,
+    epsilon: float = EPSILON,
+    reference: Reference | None = None,
+) -> Factorisation:
+    """McCool's fixed projections, wi, h and wo, all textures solved together (McCool, Ang and Ahmad 2001).
+
+    `reference` are random pairs of the BRDF for the cosine-weighted error; without them it is taken over the samples.
+    """
+    settings = SearchSettings(
+        size=size, low_size=0, reciprocal=reciprocal, smoothing=smoothing, epsilon=epsilon, terms=3, fixed=()
+    )
+    started = time.perf_counter()
+    level = Level(data, LogSpace.of(data.value, epsilon), settings, size)
+    ladder = Ladder(data, settings, reference, started)
+    fit: Fit | None = None
+    for projection in mccool_projections(reciprocal):
+        level.chosen.append(projection)
+        fit = level.solve_all()
+        ladder.add(level)
+    return ladder.factorisation("mccool", fit, 0)
