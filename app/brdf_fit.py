@@ -42,7 +42,7 @@ class FitSection(Rows):
         self.row("Model", self.model, "The model whose parameters are found")
         self.weighting = Segments(WEIGHTINGS)
         self.weighting.choose("log")
-        self.weighting.chosen.connect(lambda _value: None)
+        self.weighting.setMinimumHeight(self.weighting.sizeHint().height())
         self.row("Counts", self.weighting, "What a difference weighs")
         self.start = button("Fit")
         self.start.clicked.connect(self.begin)

@@ -5,15 +5,14 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from math import radians
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence, QShortcut
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence, QShortcut
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
-from app import brdf_verbs, icons
+from app import brdf_dialogs, brdf_verbs, icons
 from app.brdf_figures import ALBEDO_DEG, LIGHT_PHI, Curves, Facts, albedos, curves, facts
 from app.brdf_inspector import Inspector
 from app.brdf_library import Library, missing_files
@@ -30,7 +29,6 @@ from app.surfaces import why_no_gl
 from app.theme import PADDING, STEP, role
 from app.tiles import Tile, Tiles
 from app.workbench import Workbench
-from engine.brdf.brdf import brdf_to_text
 from engine.errors import MissingCapability
 from engine.params import Parameter
 
@@ -42,9 +40,6 @@ OTHERS = 0.3
 
 #: Pause after the last change before what takes longer is integrated.
 AT_REST_MS = 200
-
-FILES = "Measured reflectance (*.binary *.bsdf *.brdf *.astm *.bin *.dat *.txt *.csv *.exr *.alta);;All files (*)"
-TABLES = "MERL (*.binary);;Table of Lightarc (*.exr)"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -187,15 +182,15 @@ class BrdfTab(QWidget):
         bench, library, inspector = self.bench, self.library, self.inspector
         library.model_wanted.connect(lambda words: brdf_verbs.add_model(bench, words))
         library.file_wanted.connect(lambda path: brdf_verbs.open_file(bench, path))
-        library.relocate_wanted.connect(self._relocate)
-        library.browse_wanted.connect(self._browse)
+        library.relocate_wanted.connect(lambda lost: brdf_dialogs.relocate(self, bench, lost))
+        library.browse_wanted.connect(lambda: brdf_dialogs.browse(self, bench))
         inspector.current_wanted.connect(self.choose)
         inspector.visible_wanted.connect(self._set_visible)
         inspector.remove_wanted.connect(self.remove)
         inspector.edited.connect(self._edited)
         inspector.use_wanted.connect(lambda: self._with_entry(lambda entry: brdf_verbs.use(bench, entry)))
-        inspector.copy_wanted.connect(lambda: self._with_entry(self._copy))
-        inspector.save_wanted.connect(lambda: self._with_entry(self._save))
+        inspector.copy_wanted.connect(lambda: self._with_entry(lambda entry: brdf_dialogs.copy_text(bench, entry)))
+        inspector.save_wanted.connect(lambda: self._with_entry(lambda entry: brdf_dialogs.save(self, bench, entry)))
         inspector.fit.changed.connect(self._refresh)
         self.light.edited.connect(lambda angle, _final: self.set_light(angle))
         self.scale.chosen.connect(lambda _value: self._show_curves())
@@ -275,29 +270,6 @@ class BrdfTab(QWidget):
             document.change(f"Change {entry.name}", gesture=f"brdf {entry.identity}", comparison=changed)
         if final:
             document.end_gesture()
-
-    def _copy(self, entry: Entry) -> None:
-        QGuiApplication.clipboard().setText(brdf_to_text(entry.brdf))
-        self.bench.said.emit(f"Copied {brdf_to_text(entry.brdf)}")
-
-    def _save(self, entry: Entry) -> None:
-        name = "".join(letter if letter.isalnum() or letter in " -_" else "-" for letter in entry.name)
-        chosen, kind = QFileDialog.getSaveFileName(self, "Save a table", f"{name}.binary", TABLES)
-        if chosen:
-            path = Path(chosen)
-            if path.suffix.lower() not in (".binary", ".exr"):
-                path = path.with_name(path.name + (".exr" if "exr" in kind else ".binary"))
-            brdf_verbs.save_table(self.bench, entry.brdf, path)
-
-    def _browse(self) -> None:
-        chosen, _ = QFileDialog.getOpenFileNames(self, "Open measured reflectance", "", FILES)
-        for path in chosen:
-            brdf_verbs.open_file(self.bench, Path(path))
-
-    def _relocate(self, lost: Path) -> None:
-        chosen, _ = QFileDialog.getOpenFileName(self, f"Where is {lost.name} now?", str(lost.parent), FILES)
-        if chosen:
-            brdf_verbs.open_file(self.bench, Path(chosen), instead_of=lost)
 
     def _look_for_files(self) -> None:
         files = self.comparison.files

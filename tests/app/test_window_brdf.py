@@ -12,7 +12,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QColor, QGuiApplication
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QLabel, QWidget
+from PySide6.QtWidgets import QAbstractButton, QFileDialog, QLabel, QPushButton, QToolButton, QWidget
 
 from app import brdf_verbs
 from app.brdf_library import KEY
@@ -27,6 +27,7 @@ from engine.brdf.resample import table_from
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.brdf.table_file import write_table
 from engine.shapes import shape
+from tests.app.test_window import assert_readable
 
 Drop = Callable[[QWidget, list[Path]], None]
 
@@ -441,3 +442,25 @@ def test_switching_quickly_between_many_ends_with_the_last(tab: BrdfTab, qtbot: 
     assert tab.facts.brdf == tab.entry.brdf
     assert tab.slice.values is tab.known[tab.current].half_difference
     assert tab.sphere.brdf == tab.entry.brdf
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (1120, 700)])
+def test_no_words_are_cut_off_where_there_is_something_to_compare(
+    window: MainWindow, tab: BrdfTab, qtbot: Any, table: Path, size: tuple[int, int]
+) -> None:
+    window.resize(*size)
+    for text in ("ggx", "lafortune:preset=blue-paint"):
+        brdf_verbs.add_model(tab.bench, text)
+    brdf_verbs.open_file(tab.bench, table)
+    qtbot.waitUntil(lambda: len(names(tab)) == 3, timeout=60_000)
+    for row in range(3):
+        tab.inspector.list.setCurrentRow(row)
+        rest(tab, qtbot)
+        qtbot.wait(60)
+        for kind in (QLabel, QPushButton, QToolButton):
+            for widget in tab.findChildren(kind):
+                if widget.isVisible() and widget.text():
+                    assert_readable(widget, "brdf")
+    for widget in tab.findChildren(QAbstractButton):
+        if widget.isVisible():
+            assert widget.text() or widget.accessibleName(), widget.objectName()
