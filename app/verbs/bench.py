@@ -50,6 +50,11 @@ MEASURES = {
     "separable-48-svd": "engine.bench.separable:separable_svd",
     "separable-48-power": "engine.bench.separable:separable_power",
     "separable-48-auto": "engine.bench.separable:separable_auto",
+    "factor-inner": "engine.bench.factor_search:inner_evaluation",
+    "factor-search-55-large": "engine.bench.factor_search:search_55",
+    "factor-search-88-large": "engine.bench.factor_search:search_88",
+    "factor-thesis-55-large": "engine.bench.factor_search:thesis_55",
+    "factor-thesis-88-large": "engine.bench.factor_search:thesis_88",
     "gl-frame": "engine.bench.frame:gl_frame",
     "gl-frame-slices": "engine.bench.frame:gl_frame_slices",
     "gl-lobe": "engine.bench.lobe:gl_lobe",
@@ -79,7 +84,9 @@ log = logging.getLogger(__name__)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     names = (*MEASURES, *ACCURACIES)
     parser.add_argument("--only", nargs="+", choices=names, metavar="NAME", help=", ".join(names))
-    parser.add_argument("--large", action="store_true", help="also what takes minutes: 24 megapixels, arcs that move")
+    parser.add_argument(
+        "--large", action="store_true", help="also what takes minutes: 24 megapixels, arcs that move, searches"
+    )
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:

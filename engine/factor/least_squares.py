@@ -124,7 +124,7 @@ def term(rows: Rows, target: Floats, mask: Mask, smoothing: float) -> Term:
     mask = mask.reshape(-1) | reached
     if smoothing == 0.0 and (mask & ~reached).any():
         raise ValueError(f"{int((mask & ~reached).sum())} texels have no sample; smoothing above 0 fills them")
-    gram = _own_products(rows) / count
+    gram = own_products(rows) / count
     index, weight = _second_differences(rows.size, reached, np.sqrt(smoothing / reached.sum()))
     differences = Rows(index, weight, rows.size)
     _add_products(index, weight, index, weight, gram)
@@ -152,7 +152,7 @@ def solve(terms: Sequence[Term], target: Floats, refine: bool = False) -> Fit:
         for k, one in enumerate(terms):
             factor[slices[k], slices[k]] = one.gram[np.ix_(places[k], places[k])]
             for m in range(k):
-                crossed = _products(one.rows, terms[m].rows)
+                crossed = products(one.rows, terms[m].rows)
                 factor[slices[k], slices[m]] = crossed[np.ix_(places[k], places[m])] / count
         factor[np.arange(unknowns), np.arange(unknowns)] += ridge
         largest = _largest_eigenvalue(factor) if refine else 0.0
@@ -357,14 +357,14 @@ def _add_own(texel, weight, block):  # type: ignore[no-untyped-def]
             row[texel[i, a]] += 0.5 * factor * factor
 
 
-def _own_products(rows: Rows) -> Floats:
+def own_products(rows: Rows) -> Floats:
     """BᵀB (T, T) of one texture."""
     half = np.zeros((rows.size**2, rows.size**2))
     _add_own(rows.texel, rows.weight, half)
     return half + half.T
 
 
-def _products(a: Rows, b: Rows) -> Floats:
+def products(a: Rows, b: Rows) -> Floats:
     """Aᵀ B (Ta, Tb) of the rows of two textures for the same samples."""
     block = np.zeros((a.size**2, b.size**2))
     _add_products(a.texel, a.weight, b.texel, b.weight, block)
