@@ -17,6 +17,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from app.comparison import Comparison
+from app.factoring import Factoring
 from engine.capture.sources import Sources
 from engine.capture.stack import ImageStack
 from engine.colour import Operator
@@ -124,6 +125,7 @@ class Project:
     environment: EnvironmentMap | None = None
     look: Look = field(default_factory=Look)
     comparison: Comparison = field(default_factory=Comparison)
+    factoring: Factoring = field(default_factory=Factoring)
     name: str = "Untitled"
 
     @property

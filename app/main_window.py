@@ -40,7 +40,9 @@ from app.capture_tab import CaptureTab
 from app.docks import JobsDock, LogDock
 from app.document import Project
 from app.export_tab import ExportTab
+from app.factor_tab import FactorTab
 from app.failures import Failures
+from app.help_table import help_table
 from app.image_view import ImageView
 from app.jobs import Job
 from app.material_tab import MaterialTab
@@ -52,39 +54,18 @@ from app.view_tab import ViewTab
 from app.workbench import Workbench
 
 #: The workspaces in the order of the work, and what their tabs say.
-WORKSPACES = {"capture": "Capture", "material": "Material", "brdf": "BRDF", "view": "View", "export": "Export"}
+WORKSPACES = {
+    "capture": "Capture",
+    "material": "Material",
+    "brdf": "BRDF",
+    "factor": "Factor",
+    "view": "View",
+    "export": "Export",
+}
 SMALLEST = QSize(1120, 700)
 
 #: A job's thread gives the interpreter to the window's after this long; Python's own 5 ms add up to stutter.
 SWITCH_S = 0.0005
-
-HELP = """Mouse in the viewport
-Left-drag\tturn the model
-Middle-drag\tmove
-Wheel\tzoom
-Ctrl+left-drag\tmove the light, turn the environment
-F\tframe the model, fit the picture
-
-Pictures
-Wheel\tzoom under the pointer
-1\t100 %
-Left, Right\tprevious, next photograph
-X\texclude the photograph
-M\tmark clipped texels
-Arrow keys\tmove the chosen point or reflection (Ctrl: finer, Shift: farther)
-Ins, Del\tadd, delete a point; Esc leaves
-
-Reflectances
-Enter\tcompare what is chosen in the library
-Space, Del\tshow or hide, remove an entry of the list
-Ctrl+left-drag\tmove the light of the lobes
-L\tlogarithmic or linear
-Ctrl+F, Esc\tsearch the library, show all views
-
-Numbers
-Drag a field\tchange it
-Type\ta number, a unit, or 2*3.5
-Ctrl+click\treset"""
 
 
 class MainWindow(QMainWindow):
@@ -114,10 +95,15 @@ class MainWindow(QMainWindow):
         self.capture = CaptureTab(self.bench)
         self.material = MaterialTab(self.bench)
         self.brdf = BrdfTab(self.bench)
+        self.factor = FactorTab(self.bench)
         self.view = ViewTab(self.bench)
         self.export = ExportTab(self.bench, self.view)
         self.tabs: dict[str, QWidget] = dict(
-            zip(WORKSPACES, (self.capture, self.material, self.brdf, self.view, self.export), strict=True)
+            zip(
+                WORKSPACES,
+                (self.capture, self.material, self.brdf, self.factor, self.view, self.export),
+                strict=True,
+            )
         )
         self.stack = QStackedWidget()
         for tab in self.tabs.values():
@@ -234,7 +220,8 @@ class MainWindow(QMainWindow):
         self.status.health_clicked.connect(lambda: self.show_workspace("capture"))
         self.view.viewport.broken.connect(lambda error: self.failures.report("The model cannot be drawn", error))
         self.brdf.broken.connect(lambda error: self.failures.report("The sphere cannot be drawn", error))
-        for drawing in (self.view, self.brdf):
+        self.factor.broken.connect(lambda error: self.failures.report("The preview cannot be drawn", error))
+        for drawing in (self.view, self.brdf, self.factor):
             drawing.drawn.connect(self.status.show_frame_time)
         for tab in (self.capture, self.material, self.export):
             tab.sample_wanted.connect(bench.open_sample)
@@ -287,8 +274,7 @@ class MainWindow(QMainWindow):
     def show_help(self) -> None:
         """Keys and gestures."""
         box = QMessageBox(QMessageBox.Icon.NoIcon, "Mouse and keyboard", "Mouse and keyboard", parent=self)
-        rows = "".join(_help_row(line) for line in HELP.splitlines()[0:])
-        box.setInformativeText(f"<table cellspacing='0' cellpadding='3'>{rows}</table>")
+        box.setInformativeText(help_table())
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.open()
 
@@ -340,7 +326,7 @@ class MainWindow(QMainWindow):
         self.mark.setPixmap(icons.pixmap("lightarc", 20, colours.accent, self.devicePixelRatioF()))
         for place, name in enumerate(WORKSPACES):
             self.buttons.button(place).setIcon(icons.icon(name))
-        for tab in (self.capture, self.material, self.brdf, self.view, self.export):
+        for tab in (self.capture, self.material, self.brdf, self.factor, self.view, self.export):
             tab.apply_theme()
         self.status.apply_theme()
         self._changed(Project(), self.bench.document.project)
@@ -360,13 +346,6 @@ class MainWindow(QMainWindow):
             layout=bytes(self.saveState().data()).hex(),
         )
         settings.save(kept, self.config)
-
-
-def _help_row(line: str) -> str:
-    keys, tab, words = line.partition("\t")
-    if not tab:
-        return f"<tr><td colspan='2'><b>{keys}</b></td></tr>"
-    return f"<tr><td>{keys}&nbsp;&nbsp;</td><td>{words}</td></tr>"
 
 
 def start() -> QApplication:
