@@ -105,7 +105,7 @@ def _is_brdf(path: Path, start: bytes) -> bool:
 def _start(path: Path) -> bytes:
     try:
         with path.open("rb") as file:
-            return file.read(4096)
+            return file.read(1 << 16)  # as many as `brdf_file` looks at
     except OSError as error:
         raise InputError(path, f"cannot be read ({error.strerror})", "Check the permissions of the file") from None
 

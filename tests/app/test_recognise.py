@@ -73,3 +73,9 @@ def test_other_files_are_not_taken_for_reflectance(tmp_path):
     notes.write_text("nothing of the kind")
     with pytest.raises(InputError, match="nothing that Lightarc can open"):
         recognise([notes])
+
+
+def test_measurements_behind_pages_of_comments_are_recognised(tmp_path):
+    path = tmp_path / "paint.dat"
+    path.write_text("# a long story\n" * 1000 + "#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n0.1 0.2 0.3 0.4 0.5\n")
+    assert recognise([path]).kind == "brdf"
