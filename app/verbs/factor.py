@@ -107,6 +107,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "asymmetry": found.asymmetry,
         "condition_number": found.condition_number if math.isfinite(found.condition_number) else None,
         "optimum_ratio": found.optimum_ratio,
+        "weighting": found.weighting or None,
+        "converged": found.converged,
+        "negative_energy_rel": found.negative_energy,
         "evaluations": found.evaluations,
         "projections": [_projection(each) for each in found.projections],
         "terms": [_rung(rung) for rung in found.ladder],
@@ -182,7 +185,13 @@ def report(result: dict[str, Any]) -> str:
     if result["optimum_ratio"]:
         lines.append(
             f"asymmetry of the matrix {result['asymmetry']:.2g}; truncation error over the optimum "
-            f"{result['optimum_ratio']:.9f}"
+            f"{result['optimum_ratio']:.9f} in the {result['weighting']} norm"
+        )
+    if not result["converged"]:
+        lines.append("The iteration gave up before it came to rest; these are its best terms so far.")
+    if result["negative_energy_rel"]:
+        lines.append(
+            f"Sums below 0 are taken as 0, which adds {100 * result['negative_energy_rel']:.2g} % to the energy."
         )
     if result["projections"]:
         lines.append(f"projections: {', '.join(each['kind'] for each in result['projections'])}")

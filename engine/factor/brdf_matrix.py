@@ -35,8 +35,8 @@ PROBE_TOLERANCE = 1e-12
 #: Directions of half and difference vectors that lead below the horizon are raised to this cosine.
 RAISED = 0.01
 
-#: Entries sampled between two steps.
-_ENTRIES_AT_ONCE = 400_000
+#: Entries sampled between two steps; always as many, because the last bits may depend on it.
+_ENTRIES_AT_ONCE = 80_000
 
 
 @dataclass(frozen=True, eq=False)

@@ -144,6 +144,9 @@ class Factorisation:
     evaluations : inner solves of a search, else 0.
     projections : a search's projections, else empty.
     searching : whether the last term is the best so far of a search that has not ended.
+    weighting : the norm of separable factors, "plain" or "cosine"; else "".
+    converged : False where an iteration gave up before its residual was small.
+    negative_energy : what clamping at 0 cuts off, as a fraction of what is left, weighted by cos θ_i over random pairs.
     """
 
     factors: Any
@@ -155,3 +158,6 @@ class Factorisation:
     evaluations: int = 0
     projections: tuple[Any, ...] = ()
     searching: bool = False
+    weighting: str = ""
+    converged: bool = True
+    negative_energy: float = 0.0

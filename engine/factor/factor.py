@@ -167,6 +167,9 @@ def _separable(brdf: Brdf, settings: FactorSettings, data: FactorData, pairs: Re
         asymmetry=found.asymmetry,
         condition_number=found.condition_number,
         optimum_ratio=found.optimum_ratio,
+        weighting=found.weighting,
+        converged=found.converged,
+        negative_energy=found.factors.negative_energy(pairs.wi, pairs.wo),
     )
     for terms in range(1, found.factors.terms + 1):
         rung = _rung(result.factors.truncated(terms), data, pairs, made, settings)

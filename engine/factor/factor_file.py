@@ -116,6 +116,9 @@ class _Record(_Strict):
     optimum_ratio: _Positive
     evaluations: Annotated[int, Field(ge=0)]
     searching: bool
+    weighting: Literal["", "plain", "cosine"]
+    converged: bool
+    negative_energy: _Positive
     ladder: Annotated[list[_Rung], Field(max_length=_MOST_TERMS)]
     sha256: dict[_Text, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]]
 
@@ -135,6 +138,9 @@ def write_factors(folder: str | os.PathLike[str], factorisation: Factorisation) 
         optimum_ratio=factorisation.optimum_ratio,
         evaluations=factorisation.evaluations,
         searching=factorisation.searching,
+        weighting=factorisation.weighting,  # type: ignore[arg-type]
+        converged=factorisation.converged,
+        negative_energy=factorisation.negative_energy,
         ladder=[_Rung(**asdict(rung) | {"rms_by_elevation_band": [*rung.rms_by_elevation_band]}) for rung in ladder],
         sha256={name: _fingerprint(picture) for name, picture in pictures.items()},
     )
@@ -262,6 +268,9 @@ def _factorisation(record: _Record, pictures: dict[str, NDArray[np.float32]]) ->
         evaluations=record.evaluations,
         projections=getattr(factors, "projections", ()),
         searching=record.searching,
+        weighting=record.weighting,
+        converged=record.converged,
+        negative_energy=record.negative_energy,
     )
 
 

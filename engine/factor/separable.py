@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import os
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args
 
@@ -38,6 +38,9 @@ METHODS = {"symmetric": symmetric, "svd": svd, "power": power}
 
 #: Sectors of up to this many rows are held to LAPACK's singular values, larger ones to those that were found.
 CHECKED = 640
+
+#: A step is yielded after so many seconds.
+PACE_S = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +114,8 @@ def separate(
     tried: list[Separated] = []
     wanted: tuple[Weighting, ...] = ("plain", "cosine") if weighting == "auto" else (weighting,)
     for index, norm in enumerate(wanted):
-        yield Step(0.5 + 0.5 * index / len(wanted), f"finding terms in the {norm} norm")
-        tried.append(_separated(brdf, matrix, terms, chosen, norm, alpha, seed))
+        start, stop = (0.5 + 0.5 * number / len(wanted) for number in (index, index + 1))
+        tried.append((yield from part(_separated(brdf, matrix, terms, chosen, norm, alpha, seed), start, stop)))
     if len(tried) == 1 or reference is None:
         return tried[0]
     return min(tried, key=lambda found: reference.rms(found.factors)[0])
@@ -135,13 +138,21 @@ def texel_weights(chart: DirectionMap, parametrisation: Parametrisation, weighti
 
 def _separated(
     brdf: Brdf, matrix: BrdfMatrix, terms: int, method: str, weighting: Weighting, alpha: float, seed: int
-) -> Separated:
+) -> Steps[Separated]:
     chart, parametrisation = matrix.chart, matrix.parametrisation
     rows, columns = texel_weights(chart, parametrisation, weighting)
     sectors = [matrix.sectors(channel, rows, columns) for channel in _different(matrix.rows)]
-    with one_thread(), ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+    pool = ThreadPoolExecutor(os.cpu_count() or 1)
+    try:
         work = [[pool.submit(_sector_terms, sector, terms, method, seed) for sector in channel] for channel in sectors]
+        futures = [future for channel in work for future in channel]
+        while not all(future.done() for future in futures):
+            done = sum(future.done() for future in futures) / len(futures)
+            yield Step(done, f"finding terms in the {weighting} norm")
+            wait([future for future in futures if not future.done()], PACE_S, FIRST_COMPLETED)
         found = [[future.result() for future in channel] for channel in work]
+    finally:
+        pool.shutdown(cancel_futures=True)
     cuts = [_cut(one, parts, terms) for one, parts in zip(sectors, found, strict=True)]
     by_channel = [cuts[index] for index in _same_as(matrix.rows)]
     kept = max(1, *(int(np.count_nonzero(cut.value)) for cut in cuts))
@@ -200,9 +211,10 @@ def _sector_terms(sector: Sector, terms: int, method: str, seed: int) -> tuple[D
     found = METHODS[method](matrix, wanted, seed)
     if min(matrix.shape) > CHECKED:
         return found, None
-    if method == "symmetric":
-        return found, np.abs(np.linalg.eigvalsh(matrix))
-    return found, np.asarray(np.linalg.svd(matrix, compute_uv=False))
+    with one_thread():
+        if method == "symmetric":
+            return found, np.abs(np.linalg.eigvalsh(matrix))
+        return found, np.asarray(np.linalg.svd(matrix, compute_uv=False))
 
 
 def _cut(sectors: list[Sector], found: list[tuple[Decomposition, Floats | None]], terms: int) -> _Cut:

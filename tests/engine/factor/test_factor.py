@@ -33,6 +33,9 @@ def test_a_ladder_tells_the_errors_of_each_number_of_terms(method: Any) -> None:
     assert last.metrics == metrics(found.factors.f(data.wi, data.wo), data)
     assert len(last.rms_by_elevation_band) == 9
     assert last.size_bytes == 2 * last.terms * 12 * 12 * 3 * 4
+    assert found.negative_energy == found.factors.negative_energy(pairs.wi, pairs.wo)
+    assert found.weighting in ("plain", "cosine")
+    assert found.converged
     assert (last.textures, last.time_s > 0.0) == (2 * last.terms, True)
 
 

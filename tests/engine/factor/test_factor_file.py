@@ -41,7 +41,8 @@ def test_factors_come_back_bit_for_bit(kind: str, made: dict[str, Factorisation]
     close = made[kind].factors.f(pairs.wi, pairs.wo)
     assert np.abs(found.factors.f(pairs.wi, pairs.wo) - close).max() <= 1e-5 * close.max()
     assert found.ladder == made[kind].ladder
-    for name in ("method", "asymmetry", "condition_number", "optimum_ratio", "evaluations", "searching"):
+    figures = ("method", "asymmetry", "condition_number", "optimum_ratio", "evaluations", "searching")
+    for name in (*figures, "weighting", "converged", "negative_energy"):
         assert getattr(found, name) == getattr(made[kind], name)
     one, other = (getattr(result.factors, "isotropic", None) for result in (found, stored))
     assert (one, found.factors.reciprocal) == (other, stored.factors.reciprocal)
