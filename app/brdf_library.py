@@ -48,7 +48,6 @@ class Library(QWidget):
     model_wanted = Signal(str)
     file_wanted = Signal(object)
     relocate_wanted = Signal(object)
-    forget_wanted = Signal(object)
     browse_wanted = Signal()
 
     def __init__(self, bench: Workbench) -> None:
@@ -249,7 +248,7 @@ class Library(QWidget):
         self._draw_next()
 
     def apply_theme(self) -> None:
-        """Nothing here keeps colours of its own but the search field's button."""
+        """Draw the icon in the colour of the current theme."""
         self.browse.setIcon(icons.icon("folder"))
 
 

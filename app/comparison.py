@@ -98,7 +98,3 @@ class Comparison:
             return replace(self, files=tuple(path if file == instead_of else file for file in self.files))
         kept = tuple(file for file in self.files if file not in (path, instead_of))
         return replace(self, files=(path, *kept))
-
-    def without_file(self, path: Path) -> Comparison:
-        """With `path` no longer in the library."""
-        return replace(self, files=tuple(file for file in self.files if file != path))

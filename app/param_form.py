@@ -23,7 +23,7 @@ from engine.colour import srgb_decode, srgb_encode
 from engine.params import Colour, Parameter, parameters
 
 TICKS = 1000
-FIELD_WIDTH = 68
+FIELD_WIDTH = 72
 KNOB = 6
 
 
