@@ -200,11 +200,16 @@ def _peak_bytes(process: Any) -> int:
 
 
 def _refuse_inside(output: Path, photographs: list[Path]) -> None:
-    """The stack must not be one of the folders of photographs, nor lie over them."""
+    """The stack must not be a folder of photographs nor lie in one; beside an archive of them it may."""
+    from engine.files.unpack import is_archive
+
+    place = output.resolve()
     for path in photographs:
-        folder = path if path.is_dir() else path.parent
-        if output.resolve() == folder.resolve():
+        folder = (path if path.is_dir() else path.parent).resolve()
+        if place == folder:
             raise InputError(output, "is the folder of the photographs", "Name another folder for the stack")
+        if folder in place.parents and not is_archive(path):
+            raise InputError(output, "lies in the folder of the photographs", "Name a folder beside it for the stack")
 
 
 def _numbers(text: str) -> list[float]:

@@ -151,3 +151,14 @@ def test_a_damaged_archive_is_refused_in_a_sentence(lightarc, photographs, tmp_p
     assert done.code == 3
     assert "shots.zip: is cut short" in done.err
     assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize("below", ["", "stack", "a/b"])
+@pytest.mark.parametrize("as_files", [False, True])
+def test_nothing_is_written_into_the_folder_of_photographs(lightarc, photographs, below, as_files):
+    before = sorted(photographs.rglob("*"))
+    given = sorted(photographs.glob("*.png")) if as_files else [photographs]
+    done = lightarc("import", *given, "-o", photographs / below)
+    assert done.code == 3
+    assert "folder of the photographs" in done.err
+    assert sorted(photographs.rglob("*")) == before
