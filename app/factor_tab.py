@@ -23,7 +23,7 @@ from app.factor_verbs import exported, judged
 from app.factoring import METRICS, FactorChoices, Factoring, Run
 from app.latest import Latest
 from app.number_field import NumberField
-from app.panels import EmptyState, Segments, side_by_side, text
+from app.panels import EmptyState, Segments, side_by_side
 from app.projection_view import ProjectionsView
 from app.theme import PADDING, STEP, role
 from app.tiles import Tile, Tiles
@@ -95,7 +95,7 @@ class FactorTab(QWidget):
             )
         )
         self.model.choose("sphere")
-        self.model.setMinimumWidth(160)
+        self.model.setFixedWidth(160)
         self.model.chosen.connect(lambda _value: self._show_mesh())
         row = QHBoxLayout(bar)
         row.setContentsMargins(PADDING, 0, PADDING, 0)
@@ -103,9 +103,6 @@ class FactorTab(QWidget):
         row.addWidget(self.measure)
         row.addWidget(self.against)
         row.addStretch(1)
-        row.addWidget(text("Textures", "secondary"))
-        row.addWidget(self.exposure)
-        row.addWidget(self.model)
         self.plot = ErrorPlot()
         self.textures = TexturesView()
         self.projections = ProjectionsView()
@@ -116,6 +113,12 @@ class FactorTab(QWidget):
             "textures": Tile("Textures", self.textures),
             "preview": Tile("Preview", self.preview),
         }
+        for name, control in (("textures", self.exposure), ("preview", self.model)):
+            head = self.tile_of[name].head
+            head.setFixedHeight(34)
+            layout = head.layout()
+            assert isinstance(layout, QHBoxLayout)
+            layout.insertWidget(2, control)
         places = {
             "plot": (0, 0, 1, 3),
             "projections": (0, 3, 1, 2),
