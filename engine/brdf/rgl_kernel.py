@@ -204,9 +204,9 @@ def _patch(colours, p, t, j, i, b, a, channel):  # type: ignore[no-untyped-def]
 
 
 @parallel
-def values(
+def values(  # type: ignore[no-untyped-def]
     phi_axis, theta_axis, reduction, relative, density, columns, rows, lowest, colours, scaled, ndf, sigma, wi, wo, out
-):  # type: ignore[no-untyped-def]
+):
     """Fill out (N, 3) with values in 1/sr, not below `lowest`, for incident wi (N, 3) and outgoing wo (N, 3).
 
     colours (P, T, Y, X, 3) times, where `scaled`, ndf / (4 sigma); over the outgoing cosine.
