@@ -31,7 +31,7 @@ from engine.errors import InputError
 from engine.factor.errors import Factorisation, Metrics, TermError
 from engine.factor.homomorphic import MOST_TERMS, HomomorphicFactors
 from engine.factor.log_space import LogSpace
-from engine.factor.maps import LARGEST_SIZE, DirectionMap
+from engine.factor.maps import DirectionMap
 from engine.factor.projections import FixedProjection, Kind, LinearProjection, Projection
 from engine.factor.separable_factors import SeparableFactors
 from engine.files.atomic import atomic_folder, write_bytes
@@ -48,13 +48,14 @@ SIDES = {"in-out": ("view", "light"), "half-diff": ("half", "difference")}
 _JSON_LIMIT_BYTES = 1 << 20
 _EXR_LIMIT_BYTES = 64 << 20
 _MOST_TERMS = 64
+_MOST_TEXELS = 128
 _REMEDY = "Factor the reflectance again with lightarc factor"
 
 _Number = Annotated[float, Field(allow_inf_nan=False)]
 _Positive = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 _Text = Annotated[str, Field(max_length=1000)]
 _Row = Annotated[list[_Number], Field(min_length=4, max_length=4)]
-_Side = Annotated[int, Field(ge=1, le=LARGEST_SIZE)]
+_Side = Annotated[int, Field(ge=1, le=_MOST_TEXELS)]
 
 
 class _Strict(BaseModel):
@@ -83,7 +84,7 @@ class _Homomorphic(_Strict):
     """f = mean · (exp(sum of look-ups) − epsilon)."""
 
     kind: Literal["homomorphic"]
-    size: Annotated[int, Field(ge=2, le=LARGEST_SIZE)]
+    size: Annotated[int, Field(ge=2, le=_MOST_TEXELS)]
     parametrisation: Literal["in-out", "half-diff"]
     reciprocal: bool
     mean: Annotated[list[_Number], Field(min_length=3, max_length=3)]
