@@ -250,7 +250,7 @@ def method_of(run: Run, live: Live) -> str:
         return METHODS.get(found, found or "Factors")
     words = METHODS[run.choices.method]
     if run.choices.method == "auto" and found in METHODS:
-        return f"{words}: {METHODS[found].lower()}"
+        return f"{METHODS[found]} (automatic)"
     return words
 
 

@@ -1,9 +1,13 @@
-"""Error against terms, time or bytes, a line and a marker per run; a click on a point chooses these terms."""
+"""Error against terms, time or bytes, a line and a marker per run; a click on a point chooses these terms.
+
+All axes but that of terms are logarithmic: methods differ by orders of magnitude in each.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import log10
 from typing import Any
 
 import numpy as np
@@ -21,13 +25,13 @@ MARK_PX = 10
 #: What a run is drawn against, and how that is written under the axis.
 AGAINST = {"terms": "Terms", "time": "Time / s", "bytes": "Size / kB"}
 
-#: Errors below this are drawn on it: they are rounding, and a logarithm needs an end.
-LEAST = 1e-12
+#: Errors below this are drawn on it: they are rounding, and a logarithm needs an end. So do times and sizes.
+LEAST, SHORTEST = 1e-12, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorLine:
-    """One run: the places and errors of its line, and of its points with the number of terms of each."""
+    """One run: the places and logarithms of the errors of its line, and of its points with the terms of each."""
 
     run: Run
     x: list[float]
@@ -44,10 +48,11 @@ class ErrorPlot(Plot):
     def __init__(self) -> None:
         super().__init__(AGAINST["terms"], "Error")
         self.setAccessibleName("Error of the factors")
-        self.setToolTip("Click a point to preview and export so many terms; double-click to see everything")
-        self.getPlotItem().setLogMode(y=True)
+        self.setToolTip("Click a point to preview and export so many terms (left and right arrow keys)")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.lines: list[tuple[Any, Any]] = []
         self.shown: list[ErrorLine] = []
+        self.chosen: tuple[int, int] | None = None
         self.ring = pg.ScatterPlotItem(size=MARK_PX + 8, brush=None, tip=None)
         self.ring.setZValue(5)
         self.addItem(self.ring, ignoreBounds=True)
@@ -70,16 +75,17 @@ class ErrorPlot(Plot):
                 item.setVisible(place < len(self.shown))
             if place < len(self.shown):
                 self._draw(self.shown[place], curve, marks)
+        self.chosen = chosen
         self._show_ring(chosen)
         self._fit()
 
     def _draw(self, line: ErrorLine, curve: Any, marks: Any) -> None:
         colour = line.run.colour
         dash = Qt.PenStyle.DashLine if line.going else Qt.PenStyle.SolidLine
-        curve.setData(np.array(line.x), np.log10(line.y), pen=pg.mkPen(colour, width=1.6, style=dash))
+        curve.setData(np.array(line.x), np.array(line.y), pen=pg.mkPen(colour, width=1.6, style=dash))
         marks.setData(
             x=[x for x, _, _ in line.marks],
-            y=[float(np.log10(y)) for _, y, _ in line.marks],
+            y=[y for _, y, _ in line.marks],
             data=[(line.run.number, terms) for _, _, terms in line.marks],
             symbol=line.run.marker,
             brush=pg.mkBrush(colour),
@@ -87,12 +93,7 @@ class ErrorPlot(Plot):
         )
 
     def _show_ring(self, chosen: tuple[int, int] | None) -> None:
-        at = [
-            (x, float(np.log10(y)))
-            for line in self.shown
-            for x, y, terms in line.marks
-            if (line.run.number, terms) == chosen
-        ]
+        at = [(x, y) for line in self.shown for x, y, terms in line.marks if (line.run.number, terms) == chosen]
         self.ring.setData(x=[x for x, _ in at], y=[y for _, y in at], pen=pg.mkPen(theme.current().text, width=1.6))
 
     def _label(self, against: str, metric: str) -> None:
@@ -102,17 +103,18 @@ class ErrorPlot(Plot):
         for side, label in (("bottom", self.x_label), ("left", self.y_label)):
             axis = self.getPlotItem().getAxis(side)
             axis.setLabel(label, siPrefixEnableRanges=(), **{"color": colours.secondary, "font-size": "11px"})
-        whole = against == "terms"
-        self.getPlotItem().getAxis("bottom").setTickSpacing(*((self._step(), 1) if whole else (None, None)))
+        bottom = self.getPlotItem().getAxis("bottom")
+        bottom.setTicks(None)
+        bottom.setTickSpacing(self._step(), 1)
 
     def _step(self) -> int:
         """Steps between numbers of terms that are written."""
-        most = max((x for line in self.shown for x in line.x), default=1.0)
+        most = max((terms for line in self.shown for _, _, terms in line.marks), default=1)
         return max(1, int(np.ceil(most / 12)))
 
     def _fit(self) -> None:
         x = [value for line in self.shown for value in line.x]
-        y = [float(np.log10(value)) for line in self.shown for value in line.y]
+        y = [value for line in self.shown for value in line.y]
         if not x:
             return
         low, high = min(y), max(y)
@@ -120,12 +122,22 @@ class ErrorPlot(Plot):
         self.setYRange(low - room, high + room, padding=0)
         self.getPlotItem().getAxis("left").setTicks(log_ticks(low - room, high + room))
         left, right = min(x), max(x)
-        side = 0.05 * max(right - left, 0.2 * right, 1e-3)
+        side = 0.05 * max(right - left, 0.5)
+        if self.x_label != AGAINST["terms"]:
+            self.getPlotItem().getAxis("bottom").setTicks(log_ticks(left - side, right + side))
         self.setXRange(left - side, right + side, padding=0)
 
     def mouseDoubleClickEvent(self, event: Any) -> None:
-        self._fit()
         event.accept()
+
+    def keyPressEvent(self, event: Any) -> None:
+        step = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}.get(event.key())
+        if step is None or self.chosen is None:
+            super().keyPressEvent(event)
+            return
+        number, terms = self.chosen
+        if any((line.run.number, of) == (number, terms + step) for line in self.shown for _, _, of in line.marks):
+            self.picked.emit(number, terms + step)
 
     def _clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
         if len(clicked):
@@ -138,7 +150,7 @@ class ErrorPlot(Plot):
             for x, y, of in line.marks:
                 if (line.run.number, of) == (number, terms):
                     box = self.getPlotItem().getViewBox()
-                    return QPointF(self.mapFromScene(box.mapViewToScene(QPointF(x, float(np.log10(y))))))
+                    return QPointF(self.mapFromScene(box.mapViewToScene(QPointF(x, y))))
         return None
 
 
@@ -161,10 +173,12 @@ def line_of(run: Run, live: Live, against: str, metric: str) -> ErrorLine | None
 
     def error(rung: Any) -> float:
         found = rung.rms_cosine_weighted if metric == "rms_cosine_weighted" else getattr(rung.metrics, metric)
-        return max(float(found), LEAST)
+        return log10(max(float(found), LEAST))
 
     def place(rung: Any) -> float:
-        return float({"terms": rung.terms, "time": rung.time_s, "bytes": rung.size_bytes / 1e3}[against])
+        if against == "terms":
+            return float(rung.terms)
+        return log10(max(rung.time_s if against == "time" else rung.size_bytes / 1e3, SHORTEST))
 
     way = [*live.history] if against == "time" else [*live.ladder]
     if against == "time":

@@ -113,7 +113,7 @@ class FactorSettingsPanel(Panel):
         self.preset = self._combo(
             self.search,
             "preset",
-            "Search",
+            "Preset",
             PRESETS,
             "Ours adds guesses, fixed projections and a final fit of all textures to what the thesis did",
         )
