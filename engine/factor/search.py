@@ -22,6 +22,7 @@ import os
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 
 import numpy as np
 
@@ -48,6 +49,9 @@ from engine.steps import Step, Steps
 
 #: A step is yielded after so many seconds.
 PACE_S = 0.05
+
+#: After so many rounds of the restarts the best of them is shown. Rounds, not seconds: results must not depend on time.
+SHOWN_ROUNDS = 100
 
 
 def search(
@@ -131,6 +135,8 @@ class _Search:
                 yield from self._pause(number, 0.0)
         self._show(number, candidates)
         starts = yield from self._starts(number)
+        if starts and self.partial is None:
+            self._show(number, [(0.0, linear_of_pair(starts[0], settings.extent))])
         found = yield from self._descend(self.low, starts, number, 0.0, 0.6)
         finalists = _distinct(found)[: settings.finalists]
         if finalists and self.low is not self.full:
@@ -175,19 +181,23 @@ class _Search:
         searches = [powell(start, tolerance, sweeps, scan=scan, step=step) for start in starts]
         asked = {index: next(each) for index, each in enumerate(searches)}
         found: dict[int, Minimum] = {}
-        rounds = 0
+        rounds, lowest, best = 0, float("inf"), None
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             while asked:
                 tried = [linear_of_pair(pair, self.settings.extent) for pair in asked.values()]
                 errors = list(pool.map(level.error, tried))
                 self.evaluations += len(tried)
-                for index, error in zip(list(asked), errors, strict=True):
+                for index, error, projection in zip(list(asked), errors, tried, strict=True):
+                    if error < lowest:
+                        lowest, best = error, projection
                     try:
                         asked[index] = searches[index].send(error)
                     except StopIteration as finished:
                         del asked[index]
                         found[index] = finished.value
                 rounds += 1
+                if scan and best is not None and rounds % SHOWN_ROUNDS == 0:
+                    self._show(number, [(lowest, best)])
                 yield from self._pause(number, begin + share * rounds / (rounds + 0.3 * expected))
         return [found[index] for index in range(len(starts))]
 
@@ -215,6 +225,7 @@ class _Search:
         self.fit = level.keep(projection)
         factors = level.factors(self.ladder.factors)
         level.chosen, level.textures = chosen, textures
+        level.forget()
         rung = self.ladder.rung(factors)
         shown, metric = self.partial, self.settings.metric
         if shown is not None and shown.searching and len(shown.ladder) == number:
@@ -237,8 +248,7 @@ class _Search:
         self.fit = full.keep(projection)
         fixed = mccool_projections(settings.reciprocal)
         if settings.mccool and number == len(fixed):
-            other = Level.__new__(Level)
-            other.__dict__.update(full.__dict__)
+            other = copy(full)
             other.chosen, other.textures = list(fixed), []
             fit = other.solve_all()
             self.evaluations += 1
@@ -250,6 +260,7 @@ class _Search:
                 self.low.solve_all()
             else:
                 self.low.keep(projection)
+        full.forget()
         self.ladder.add(full)
         self.partial = self.ladder.factorisation("search", self.fit, self.evaluations)
 

@@ -123,6 +123,10 @@ class Level:
             self._rows[id(projection)] = projection, self.rows(projection)
         return self._rows[id(projection)][1]
 
+    def forget(self) -> None:
+        """Let go of the rows of projections that were shown and not chosen: some megabytes each."""
+        self._rows = {id(each): self._rows[id(each)] for each in self.chosen if id(each) in self._rows}
+
     def _term(self, projection: Projection, rows: Rows, target: Floats) -> Term:
         parametrisation, reciprocal = self.settings.parametrisation, self.settings.reciprocal
         mask = texture_mask(projection, parametrisation, reciprocal, self.size)
