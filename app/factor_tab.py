@@ -167,6 +167,7 @@ class FactorTab(QWidget):
         runs.found.connect(lambda _number: self._soon(self.showing, SHOW_EVERY_MS))
         start = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WidgetWithChildrenShortcut)
         start.activated.connect(self.start)
+        self.bench.factors.connect(runs.open)
         self.bench.document.changed.connect(self._changed)
 
     @property

@@ -12,7 +12,7 @@ from engine.errors import InputError
 from engine.files.unpack import is_archive, zip_names
 from engine.mesh import SUFFIXES as MESH_SUFFIXES
 
-Kind = Literal["photographs", "stack", "bundle", "mesh", "environment", "brdf"]
+Kind = Literal["photographs", "stack", "bundle", "mesh", "environment", "brdf", "factors"]
 
 _PICTURE_STARTS = (
     b"\xff\xd8\xff",
@@ -50,7 +50,7 @@ def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
     if not paths:
         raise InputError("(nothing)", "nothing was dropped that is a file", "Drop files or a folder from this computer")
     kinds = {path: _kind(path) for path in paths}
-    for kind in ("bundle", "stack", "mesh"):
+    for kind in ("bundle", "stack", "mesh", "factors"):
         chosen = tuple(path for path, found in kinds.items() if found == kind)
         if chosen:
             return Recognised(kind, chosen[:1])
@@ -68,7 +68,7 @@ def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
         paths[0],
         "is nothing that Lightarc can open",
         "Drop a folder or an archive of photographs, a mesh (OBJ, PLY, STL, glTF), measured reflectance "
-        "(MERL, RGL, …), or a .lightarc bundle",
+        "(MERL, RGL, …), a folder of factors, or a .lightarc bundle",
     )
 
 
@@ -113,4 +113,6 @@ def _start(path: Path) -> bytes:
 def _kind_of_folder(path: Path) -> Kind:
     if (path / "stack.json").is_file():
         return "stack"
+    if (path / "factors.json").is_file():
+        return "factors"
     return "bundle" if (path / "manifest.json").is_file() else "photographs"

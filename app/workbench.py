@@ -60,11 +60,13 @@ class Workbench(QObject):
     said : a sentence for the status bar.
     wanted : the name of the workspace that shows what was just opened.
     partial : a partial result of the running import.
+    factors : the folder of factors that is to be opened.
     """
 
     said = Signal(str)
     wanted = Signal(str)
     partial = Signal(object)
+    factors = Signal(object)
 
     def __init__(self, folder: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -76,7 +78,7 @@ class Workbench(QObject):
         self._imports = 0
 
     def open(self, paths: Sequence[Path], *, lighting: bool = False) -> None:
-        """Open whatever `paths` are: photographs, a stack, a mesh, a bundle, measured reflectance, or an environment.
+        """Open whatever `paths` are: photographs, a stack, a mesh, a bundle, reflectance, factors, or an environment.
 
         An environment is recognised only while somebody is `lighting` a model.
         """
@@ -99,6 +101,9 @@ class Workbench(QObject):
             self.wanted.emit("brdf")
             for path in found.paths:
                 brdf_verbs.open_file(self, path)
+        elif found.kind == "factors":
+            self.wanted.emit("factor")
+            self.factors.emit(found.paths[0])
         elif found.kind == "bundle":
             job = self.jobs.submit("Opening the bundle", lambda: _bundle(found.paths[0]))
             job.succeeded.connect(lambda opened: self._bundle_opened(*opened))

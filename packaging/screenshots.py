@@ -20,6 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from PySide6.QtWidgets import QApplication
 
 from app import theme
+from app.factoring import FactorChoices
 from app.main_window import WORKSPACES, MainWindow
 from app.surfaces import request_format
 
@@ -45,6 +46,7 @@ def main() -> int:
     save(window, options.folder / "2-importing-capture.png")
     wait_until(lambda: window.bench.document.project.has_map and not window.bench.jobs.active)
     wait_for_model(window)
+    factored(window)
     everywhere(window, options.folder, "3-filled")
     if options.readme is not None:
         window.resize(1280, 800)
@@ -86,6 +88,15 @@ def wait_for_model(window: MainWindow) -> None:
     """The View workspace loads its model when it is first seen."""
     window.show_workspace("view")
     wait_until(lambda: window.view.default_mesh is not None)
+
+
+def factored(window: MainWindow) -> None:
+    """The reflectance of the material as textures, by two methods."""
+    window.show_workspace("factor")
+    for method in ("svd", "homomorphic"):
+        window.factor.settings.edited.emit(FactorChoices(method=method), True)
+        window.factor.start()
+    wait_until(lambda: not window.bench.jobs.active)
 
 
 def settle(seconds: float) -> None:

@@ -205,8 +205,8 @@ def test_factors_are_exported_and_opened_again(factor: Any, qtbot: Any, tmp_path
     settle(factor, qtbot)
     kept = read_factors(folder)
     assert kept.factors.terms == 2
-    factor.runs.open(folder)
-    settle(factor, qtbot)
+    factor.bench.open([folder])
+    qtbot.waitUntil(lambda: len(factor.factoring.runs) == 2, timeout=30_000)
     opened = factor.factoring.run
     assert (opened.name, opened.choices, factor.runs.of(opened).state) == ("factors", None, "opened")
     wi = wo = np.array([[0.3, 0.1, 0.9486833]])
