@@ -11,7 +11,8 @@ from engine.brdf.brdf import brdf_from_text
 from engine.factor.brdf_matrix import brdf_matrix
 from engine.factor.errors import reference
 from engine.factor.maps import DirectionMap
-from engine.factor.normalised import normalised, whole
+from engine.factor.normalised import NORMS, normalised, whole
+from engine.factor.normalised import _term as term_of
 from engine.factor.separable import separate
 from engine.steps import drain
 
@@ -56,6 +57,17 @@ def test_it_is_positive_and_not_far_from_the_best_term(form: Any) -> None:
     best = drain(separate(brdf, chart, 1, method="svd", parametrisation=form, reference=pairs)).factors
     assert min(factors.first.min(), factors.second.min()) >= 0.0
     assert pairs.rms(factors)[0] <= 1.5 * pairs.rms(best)[0]
+
+
+@pytest.mark.parametrize("norm", NORMS)
+def test_one_number_fits_the_product_by_least_squares(norm: float) -> None:
+    """What is left is orthogonal to the product, in the norm of the weights."""
+    rng = np.random.default_rng(0)
+    values, rows, columns = rng.random((9, 9)) ** 2, rng.random(9) + 0.1, rng.random(9) + 0.1
+    first, second = term_of(values, rows, columns, norm)
+    weight = rows[:, None] ** 2 * columns**2
+    product = np.outer(first, second)
+    assert abs((weight * product * (values - product)).sum()) <= 1e-13 * (weight * product * values).sum()
 
 
 def test_black_is_black() -> None:
