@@ -13,6 +13,7 @@ from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step, drain
 
 if TYPE_CHECKING:
+    from engine.factor.errors import Factorisation
     from engine.factor.factor import FactorSettings
 
 HELP = "Factor a reflectance (BRDF) into textures: sums of products, or products of projections."
@@ -28,12 +29,32 @@ _COLUMNS = (
     ("time", 10),
 )
 
+_TABLE_COLUMNS = (
+    ("method", 10),
+    ("over", 11),
+    ("", 12),
+    ("textures", 10),
+    ("size", 12),
+    ("sq. log", 10),
+    ("abs. log", 10),
+    ("RMS·cos 1/sr", 14),
+    ("time", 10),
+)
+
+#: What the table compares where nothing is named: the two models of Cole's Chapter 4.
+TABLE_BRDFS = ("lafortune:preset=blue-paint", "cook-torrance")
+
 METHODS = ("auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search")
 METRICS = ("abs_log", "sq_log", "max_log", "abs", "sq", "max")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("brdf", metavar="BRDF", help=BRDF_HELP)
+    parser.add_argument("brdf", metavar="BRDF", nargs="*", help=f"{BRDF_HELP}; one, or several with --table")
+    parser.add_argument(
+        "--table",
+        action="store_true",
+        help="compare every method on each BRDF, as Cole's Fig. 4.2 does; minutes each (blue paint, Cook-Torrance)",
+    )
     parser.add_argument("-o", "--output", metavar="FACTORS", help="folder to write: factors.json and OpenEXR textures")
     parser.add_argument(
         "--method", default="auto", choices=METHODS, help="auto: symmetric where the matrix is, else svd"
@@ -46,9 +67,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--map",
-        default="orthographic",
         choices=("orthographic", "polar", "parabolic", "auto"),
-        help="of separable textures; auto: the best one",
+        help="of separable textures (orthographic; half-diff: polar, with highlights at its pole); auto: the best",
     )
     parser.add_argument(
         "--weighting",
@@ -77,27 +97,45 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     import numpy as np
 
-    from app.cli import WrongUsage, usage
+    from app.cli import CANCELLED, DONE, WrongUsage, usage
     from engine.factor.errors import BANDS
     from engine.factor.factor import factor
     from engine.factor.factor_file import open_reflectance, read_factors, write_factors
     from engine.factor.uses import uses
 
     settings: FactorSettings = usage(_settings, arguments)
+    if arguments.table:
+        return _table(arguments, settings, show)
+    if len(arguments.brdf) != 1:
+        raise WrongUsage(f"One BRDF is factored at a time, not {len(arguments.brdf)}; several go with --table.")
+    text = arguments.brdf[0]
     if arguments.resume and settings.method != "search":
         raise WrongUsage("--resume goes with --method search; other methods are quick and start anew.")
     resume = read_factors(arguments.resume) if arguments.resume else None
     show(Step(0.0, "reading"))
-    brdf = usage(open_reflectance, arguments.brdf)
+    brdf = usage(open_reflectance, text)
     started = time.perf_counter()
-    found = usage(drain, factor(brdf, settings, resume), show)
+    best: Factorisation | None = None
+
+    def keep(step: Step) -> None:
+        nonlocal best
+        best = step.partial or best
+        show(step)
+
+    cancelled = False
+    try:
+        found = usage(drain, factor(brdf, settings, resume), keep)
+    except KeyboardInterrupt:
+        if best is None or not arguments.output:
+            raise
+        found, cancelled = best, True
     time_s = time.perf_counter() - started
     if arguments.output:
         show(Step(0.99, "writing"))
         found = write_factors(arguments.output, found)
     factors = found.factors
     return {
-        "brdf": arguments.brdf,
+        "brdf": text,
         "output": arguments.output,
         "method": found.method,
         "parametrisation": factors.parametrisation,
@@ -120,7 +158,34 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "seed": settings.seed,
         "time_s": time_s,
         "uses": list(uses(found, brdf)),
+        "cancelled": cancelled,
+        "exit_code": CANCELLED if cancelled else DONE,
     }
+
+
+def _table(arguments: argparse.Namespace, settings: FactorSettings, show: Callable[[Step], None]) -> dict[str, Any]:
+    """`table`: a row for each BRDF, method, parametrisation and reciprocity."""
+    from dataclasses import replace
+
+    from app.cli import WrongUsage, usage
+    from engine.factor.factor_file import open_reflectance
+    from engine.factor.thesis_table import FIGURE_4_2, thesis_table
+
+    if arguments.output or arguments.resume:
+        raise WrongUsage("--table compares and keeps nothing: leave out --output and --resume.")
+    chosen = replace(settings, method="search", parametrisation="in-out", size=settings.size or FIGURE_4_2.size)
+    search = usage(chosen.search_settings)
+    show(Step(0.0, "reading"))
+    brdfs = {text: usage(open_reflectance, text) for text in arguments.brdf or TABLE_BRDFS}
+    steps = thesis_table(
+        brdfs, settings=search, count=settings.samples, max_theta=settings.max_theta, seed=settings.seed
+    )
+    rows = usage(drain, steps, show)
+    return {"table": [{**_flat(asdict(row)), "projections": list(row.projections)} for row in rows]}
+
+
+def _flat(values: dict[str, Any]) -> dict[str, Any]:
+    return {**values, **values.pop("metrics")}
 
 
 def _settings(arguments: argparse.Namespace) -> FactorSettings:
@@ -139,7 +204,7 @@ def _settings(arguments: argparse.Namespace) -> FactorSettings:
     return FactorSettings(
         method=arguments.method,
         parametrisation=arguments.parametrisation,
-        map=arguments.map,
+        map=arguments.map or ("polar" if arguments.parametrisation == "half-diff" else "orthographic"),
         weighting=arguments.weighting,
         size=arguments.size or 0,
         terms=arguments.terms or 0,
@@ -156,8 +221,7 @@ def _settings(arguments: argparse.Namespace) -> FactorSettings:
 
 
 def _rung(rung: Any) -> dict[str, Any]:
-    values = asdict(rung)
-    return {**values, **values.pop("metrics"), "rms_by_elevation_band": list(rung.rms_by_elevation_band)}
+    return {**_flat(asdict(rung)), "rms_by_elevation_band": list(rung.rms_by_elevation_band)}
 
 
 def _projection(projection: Any) -> dict[str, Any]:
@@ -167,6 +231,8 @@ def _projection(projection: Any) -> dict[str, Any]:
 
 def report(result: dict[str, Any]) -> str:
     """The result in words, for people who did not ask for JSON."""
+    if "table" in result:
+        return _report_table(result["table"])
     form = {"in-out": "light and viewer", "half-diff": "half and difference vector"}[result["parametrisation"]]
     title = f"{result['method']}, {form}, textures of {result['size']}²"
     lines = [f"{title}, {result['map']} map" if result["map"] else title]
@@ -196,6 +262,26 @@ def report(result: dict[str, Any]) -> str:
     if result["projections"]:
         lines.append(f"projections: {', '.join(each['kind'] for each in result['projections'])}")
     lines += result["uses"]
+    if result["cancelled"]:
+        lines.append("Cancelled: these are the best factors until then, and a search goes on from them with --resume.")
     if result["output"]:
         lines.append(f"written to {result['output']}")
+    return "\n".join(lines)
+
+
+def _report_table(rows: list[dict[str, Any]]) -> str:
+    lines: list[str] = []
+    shown = None
+    for row in rows:
+        if row["brdf"] != shown:
+            shown = row["brdf"]
+            domain = f"{row['samples']:,} samples, formulas up to {row['max_theta_deg']:g}°"
+            lines.append(f"{shown}: {domain}; RMS over the hemisphere")
+            lines.append("".join(f"{word:>{width}}" for word, width in _TABLE_COLUMNS))
+        reciprocal = "reciprocal" if row["reciprocal"] else ""
+        lines.append(
+            f"{row['method']:>10}{row['parametrisation']:>11}{reciprocal:>12}{row['textures']:10d}"
+            f"{row['size_bytes'] / 1024:8.1f} KiB{row['sq_log']:10.4g}{row['abs_log']:10.4g}"
+            f"{row['rms_cosine_weighted']:14.5g}{row['time_s']:8.2f} s  {', '.join(row['projections'])}"
+        )
     return "\n".join(lines)

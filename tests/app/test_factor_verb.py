@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -13,8 +14,10 @@ import pytest
 from app.verbs import factor
 from engine.factor.errors import METRICS
 from engine.factor.factor import METHOD_NAMES
+from engine.factor.factor_file import read_factors
 from engine.factor.maps import KINDS
 from engine.factor.separable_factors import PARAMETRISATIONS
+from engine.steps import Step
 
 Command = Callable[..., SimpleNamespace]
 QUICK = ("--size", "8", "--samples", "300", "--terms", "2", "--json")
@@ -66,6 +69,39 @@ def test_a_search_goes_on_where_it_ended(lightarc: Command, tmp_path: Path) -> N
     assert second["evaluations"] > first["evaluations"]
 
 
+def test_what_is_cancelled_keeps_the_best_so_far(tmp_path: Path) -> None:
+    folder = tmp_path / "best"
+    parser = argparse.ArgumentParser()
+    factor.add_arguments(parser)
+    words = ["phong", "--method", "search", "--restarts", "2", "--size", "6", "--samples", "300", "--terms", "3"]
+
+    def interrupted(step: Step) -> None:
+        if step.partial is not None:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        factor.run(parser.parse_args(words), interrupted)
+    found = factor.run(parser.parse_args([*words, "-o", str(folder)]), interrupted)
+    assert (found["cancelled"], found["exit_code"]) == (True, 4)
+    assert len(read_factors(folder).ladder) == len(found["terms"]) >= 1
+    assert "--resume" in factor.report(found)
+
+
+def test_a_table_compares_every_method_on_each_reflectance(lightarc: Command) -> None:
+    options = ("--restarts", "0", "--size", "6", "--samples", "300", "--terms", "1")
+    found = result(lightarc("factor", "phong", "lambert", "--table", *options, "--json"))
+    rows = found["table"]
+    assert [row["brdf"] for row in rows] == ["phong"] * 7 + ["lambert"] * 7
+    assert {row["method"] for row in rows} == {"mccool", "search", "separable"}
+    searched = [row for row in rows if row["method"] == "search" and row["brdf"] == "phong"]
+    forms = {(row["parametrisation"], row["reciprocal"]) for row in searched}
+    assert len(forms) == 4
+    assert all(row["max_theta_deg"] == pytest.approx(88.0) for row in rows)
+    assert set(METRICS) <= set(rows[0])
+    assert factor.report(found).count("phong: 300 samples") == 1
+    assert "half-diff" in factor.report(found)
+
+
 def test_the_report_is_in_words(lightarc: Command) -> None:
     command = lightarc("factor", "oren-nayar", *QUICK[:-1])
     assert command.code == 0
@@ -76,6 +112,10 @@ def test_the_report_is_in_words(lightarc: Command) -> None:
 @pytest.mark.parametrize(
     ("words", "code"),
     [
+        ((), 2),
+        (("lambert", "phong"), 2),
+        (("lambert", "--table", "-o", "factors"), 2),
+        (("nonsense", "--table"), 2),
         (("nonsense",), 2),
         (("./missing.bsdf",), 3),
         (("lambert", "--size", "0"), 2),
