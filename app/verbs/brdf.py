@@ -167,14 +167,11 @@ def _evaluate(arguments: argparse.Namespace, show: Callable[[Step], None]) -> di
 def _directions(arguments: argparse.Namespace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     import numpy as np
 
-    from engine.brdf.csv_samples import read_directions
-    from engine.directions import surface_direction
+    from engine.brdf.csv_samples import directions_from_degrees, read_directions
 
     if arguments.directions is not None:
         return read_directions(Path(arguments.directions))
-    angles = np.radians([arguments.wi_deg, arguments.wo_deg])
-    wi, wo = surface_direction(angles[:, 0], angles[:, 1])
-    return wi[None], wo[None]
+    return directions_from_degrees(np.array([[*arguments.wi_deg, *arguments.wo_deg]]))
 
 
 def _fit(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -230,14 +227,16 @@ def _fit(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[st
 def _convert(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """What was written, and how far the table is from what it was made of."""
     from app.cli import WrongUsage
-    from engine.brdf.merl import write_merl
+    from engine.brdf.merl import SIZE_BYTES, write_merl
     from engine.brdf.resample import SHAPE, resample
     from engine.brdf.table import DirectionTable, HalfDifferenceTable
     from engine.brdf.table_file import write_table
+    from engine.files.atomic import require_space
 
     output = Path(arguments.output)
     if output.suffix.lower() not in (".binary", ".exr"):
         raise WrongUsage(f"{output.name} must end in .binary (MERL) or .exr (our table).")
+    require_space(output, SIZE_BYTES)
     show(Step(0.0, "reading"))
     merl = output.suffix.lower() == ".binary"
     table: Any = _open(arguments.brdf)

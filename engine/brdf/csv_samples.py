@@ -73,7 +73,7 @@ def read_csv_samples(path: Path) -> BrdfSamples:
     else:
         raise InputError(path, "has directions but no values R,G,B", "Add the columns R, G, B in 1/sr")
     angles = data[:, [columns.index(angle) for angle in ANGLES]]
-    wi, wo = _directions(angles)
+    wi, wo = directions_from_degrees(angles)
     findings = []
     if np.nanmax(np.abs(np.where(np.isfinite(angles), angles, np.nan)), initial=0.0) <= 2.0 * math.pi:
         text = "no angle is above 6.3; this file is read in degrees, but looks like radians"
@@ -94,13 +94,20 @@ def read_directions(path: Path) -> tuple[Vectors, Vectors]:
     if not np.isfinite(angles).all():
         row = int(np.flatnonzero(~np.isfinite(angles).all(axis=1))[0])
         raise InputError(path, f"has an angle that is not finite in row {row + 1}", "Give all angles in degrees")
-    return _directions(angles)
+    return directions_from_degrees(angles)
 
 
-def _directions(angles_deg: NDArray[np.float64]) -> tuple[Vectors, Vectors]:
+def directions_from_degrees(angles_deg: NDArray[np.float64]) -> tuple[Vectors, Vectors]:
+    """Unit directions wi, wo (N, 3) of theta_i, phi_i, theta_o, phi_o (N, 4) in degrees.
+
+    90° is exactly on the horizon, which its cosine in floating-point numbers is not.
+    """
     with np.errstate(invalid="ignore"):
         theta_i, phi_i, theta_o, phi_o = np.deg2rad(angles_deg).T
-        return surface_direction(theta_i, phi_i), surface_direction(theta_o, phi_o)
+        wi, wo = surface_direction(theta_i, phi_i), surface_direction(theta_o, phi_o)
+        for directions, theta_deg in ((wi, angles_deg[:, 0]), (wo, angles_deg[:, 2])):
+            directions[np.abs(theta_deg) % 180.0 == 90.0, 2] = 0.0
+    return wi, wo
 
 
 def _read(path: Path) -> tuple[list[str], NDArray[np.float64]]:

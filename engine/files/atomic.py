@@ -159,8 +159,8 @@ def remove_leftovers(folder: AnyPath) -> None:
 
 
 def require_space(path: AnyPath, size_bytes: int) -> None:
-    """Raise OutputError unless the disk that holds the folder of `path` has room for 1.1 times `size_bytes`."""
-    target = _spelled(path)
+    """Raise OutputError unless the folder of `path` can be written to and its disk has room for 1.1 `size_bytes`."""
+    target = _target(path)
     needed = int(HEADROOM * size_bytes)
     if needed > free_bytes(target.parent):
         raise _explained(target, OSError(errno.ENOSPC, ""), needed)

@@ -17,7 +17,7 @@ from engine.directions import surface_direction
 Command = Callable[..., SimpleNamespace]
 
 #: A grid of directions in degrees: theta_i, phi_i, theta_o, phi_o.
-PAIRS_DEG = np.array([(30, 0, 30, 180), (10, 20, 70, 300), (80, 0, 80, 180), (95, 0, 10, 0), (0, 0, 0, 0)], float)
+PAIRS_DEG = np.array([(30, 0, 30, 180), (10, 20, 70, 300), (80, 0, 80, 180), (90, 0, 10, 0), (0, 0, 0, 0)], float)
 
 
 def directions(degrees: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -64,8 +64,16 @@ def test_list_names_every_model_with_its_parameters(lightarc: Command) -> None:
 def test_eval_gives_the_values_of_a_file_of_directions(lightarc: Command, pairs_file: Path) -> None:
     text = "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=100"
     found = result(lightarc("brdf", "eval", text, "--directions", pairs_file, "--json"))
-    assert np.array_equal(found["values"], brdf_from_text(text).f(*directions(PAIRS_DEG)))
-    assert found["values"][3] == [0.0, 0.0, 0.0]
+    wanted = brdf_from_text(text).f(*directions(PAIRS_DEG))
+    wanted[3] = 0.0
+    assert np.array_equal(found["values"], wanted)
+
+
+@pytest.mark.parametrize("horizon", ["90", "-90", "270"])
+def test_eval_at_the_horizon_is_0(lightarc: Command, horizon: str) -> None:
+    for wi, wo in ((horizon, "10"), ("10", horizon)):
+        command = lightarc("brdf", "eval", "lambert", f"--wi-deg={wi},20", f"--wo-deg={wo},70", "--json")
+        assert result(command)["values"] == [[0.0, 0.0, 0.0]]
 
 
 def test_eval_of_a_single_pair(lightarc: Command) -> None:
