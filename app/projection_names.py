@@ -13,6 +13,8 @@ FIXED = {
     "wi-dot-h": "angles θh, θd",
     "elevations": "angles θi, θo",
     "elevations-exchanged": "angles θo, θi",
+    "half-mean": "angles θh, θm",
+    "wi-dot-h-mean": "angles θd, θm",
 }
 DISKS = {"in-out": ("light", "view"), "half-diff": ("half vector", "difference")}
 

@@ -23,7 +23,13 @@ ROW_PX, RADIUS = 62, 23
 AXES = (theme.LINES[0], theme.LINES[1])
 
 #: Fixed projections whose two coordinates are two angles from the normal, which grow from the middle of a disk.
-ANGLES = {"wi-dot-h": ("θh", "θd"), "elevations": ("θi", "θo"), "elevations-exchanged": ("θo", "θi")}
+ANGLES = {
+    "wi-dot-h": ("θh", "θd"),
+    "elevations": ("θi", "θo"),
+    "elevations-exchanged": ("θo", "θi"),
+    "half-mean": ("θh", "θm"),
+    "wi-dot-h-mean": ("θd", "θm"),
+}
 
 #: An arrow shorter than this share of the disk is not drawn.
 SHORT = 0.06
@@ -66,7 +72,7 @@ def rows_of(factors: Any) -> list[tuple[Any, str, str]]:
     if hasattr(factors, "chart"):
         sides = ("view", "light") if factors.parametrisation == "in-out" else ("half vector", "difference")
         return [
-            (side, f"{side[:1].upper()}{side[1:]} maps", f"{factors.chart.kind}, {factors.terms} terms")
+            (side, f"{side[:1].upper()}{side[1:]} maps", f"{factors.chart.kind}, {factors.terms} of them")
             for side in sides
         ]
     found = []

@@ -11,11 +11,14 @@ the 4-cube around them, as the thesis has it, which is up to √2 larger. Others
                 cos θ_d = wi·h
     elevations  those of the two directions: tan(θ_i/2) and tan(θ_o/2)
 
-The last two suit isotropic surfaces: facets reflect a function of wi-dot-h times one of elevations.
+    half-mean, wi-dot-h-mean    θ_h or θ_d with θ_m, again as radii, where cos² θ_m = cos θ_i cos θ_o
+
+The last four suit isotropic surfaces: facets reflect a function of wi-dot-h times one of elevations, and θ_h, θ_d and
+θ_m do not change with exchange.
 
 Exchanging wi and wo exchanges the disks, or turns the second by half: that gives the conjugate of a linear projection;
-wi and wo are each other's, as are elevations and their exchange; half and wi-dot-h are their own. Sums are written so
-that a projection of (wi, wo) and its conjugate of (wo, wi) agree bit for bit: reciprocity is exact, not nearly so.
+wi and wo are each other's, as are elevations and their exchange; the others are their own. Sums are written so that a
+projection of (wi, wo) and its conjugate of (wo, wi) agree bit for bit: reciprocity is exact, not nearly so.
 
 Mask. The image of the 4-cube is the set Σ c_k g_k with |c_k| ≤ 1 and g_k the columns of the matrix. A point is inside
 if, for the normal of each column, it is no farther out than Σ |n·g_k|: four comparisons instead of a convex hull of
@@ -26,7 +29,7 @@ the texels that some bilinear look-up can touch.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,9 +44,10 @@ Mask = NDArray[np.bool_]
 
 Parametrisation = Literal["in-out", "half-diff"]
 Extent = Literal["disks", "cube"]
-Kind = Literal["wi", "wo", "half", "wi-dot-h", "elevations", "elevations-exchanged"]
+Kind = Literal["wi", "wo", "half", "wi-dot-h", "elevations", "elevations-exchanged", "half-mean", "wi-dot-h-mean"]
 
-KINDS: tuple[Kind, ...] = ("wi", "wo", "half", "wi-dot-h", "elevations", "elevations-exchanged")
+KINDS: tuple[Kind, ...] = get_args(Kind)
+_ANGLES: dict[Kind, list[int]] = {"wi-dot-h": [0, 1], "half-mean": [0, 2], "wi-dot-h-mean": [1, 2]}
 _EXCHANGED: dict[Kind, Kind] = {
     "wi": "wo",
     "wo": "wi",
@@ -57,7 +61,10 @@ _ORTHONORMAL = 1e-9
 
 
 class Points(NamedTuple):
-    """Pairs of directions: `flat` (N, 4) for linear projections; wi, wo, half (N, 2); angles (N, 2) in [0, 1]."""
+    """Pairs of directions: `flat` (N, 4) for linear projections; wi, wo, half (N, 2); angles (N, 3) in [0, 1].
+
+    The angles are θ_h, θ_d and θ_m as parabolic radii.
+    """
 
     flat: Floats
     wi: Floats
@@ -72,9 +79,12 @@ def points_of(wi: ArrayLike, wo: ArrayLike, parametrisation: Parametrisation) ->
     both, between = 0.5 * (wi + wo), 0.5 * (wi - wo)
     cosine, sine = np.sqrt(dot(both, both)), np.sqrt(dot(between, between))
     unit = half_vector(wi, wo)
-    half = parabolic(unit)
-    angles = np.column_stack([np.hypot(half[:, 0], half[:, 1]), sine / (1.0 + cosine)])
-    incident, outgoing = parabolic(wi), parabolic(wo)
+    half, incident, outgoing = parabolic(unit), parabolic(wi), parabolic(wo)
+    # 1 − cos θ_i cos θ_o as a sum, in which nothing cancels near the normal
+    squares = (incident**2).sum(axis=1), (outgoing**2).sum(axis=1)
+    deficit = 2.0 * (squares[0] + squares[1]) / ((1.0 + squares[0]) * (1.0 + squares[1]))
+    mean = np.sqrt(deficit) / (1.0 + np.sqrt(np.maximum(wi[:, 2] * wo[:, 2], 0.0)))
+    angles = np.column_stack([np.hypot(half[:, 0], half[:, 1]), sine / (1.0 + cosine), mean])
     if parametrisation == "in-out":
         return Points(np.hstack([incident, outgoing]), incident, outgoing, half, angles)
     x_axis, y_axis = cole_frame(unit)
@@ -157,8 +167,8 @@ class FixedProjection:
 
     def coordinates(self, points: Points) -> Floats:
         """Texture coordinates (N, 2) in [−1, 1]."""
-        if self.kind == "wi-dot-h":
-            return 2.0 * points.angles - 1.0
+        if self.kind in _ANGLES:
+            return 2.0 * points.angles[:, _ANGLES[self.kind]] - 1.0
         if self.kind in ("elevations", "elevations-exchanged"):
             radii = np.column_stack([np.hypot(*points.wi.T), np.hypot(*points.wo.T)])
             return 2.0 * (radii if self.kind == "elevations" else radii[:, ::-1]) - 1.0
@@ -167,7 +177,7 @@ class FixedProjection:
     def mask(self, size: int) -> Mask:
         """The texels (size, size) that a pair above the horizon can touch."""
         axis = np.linspace(-1.0, 1.0, size)
-        if self.kind in ("wi-dot-h", "elevations", "elevations-exchanged"):
+        if self.kind not in ("wi", "wo", "half"):
             return np.ones((size, size), bool)
         nearest = np.maximum(np.abs(axis) - 2.0 / (size - 1), 0.0)
         return np.asarray(np.hypot(nearest[:, None], nearest) <= 1.0 + 1e-9)

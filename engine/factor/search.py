@@ -5,7 +5,7 @@ starts, with the last few textures solved together for every projection tried. W
 in `THESIS`:
 
     guesses     the two disks, their sum and their difference are tried as starts too
-    fixed       half, wi-dot-h and elevations compete with the projection that was found
+    fixed       projections that are not linear compete with the one that was found
     mccool      so does McCool's whole set, where it has as many textures
     refit       once a projection is chosen, all textures are solved together
     low_size    restarts run with small textures on a part of the samples; the best few go on with all of both
@@ -146,7 +146,7 @@ class _Search:
             finalists = yield from self._descend(self.full, again, number, 0.6, 0.4)
         candidates.extend((one.error, linear_of_pair(one.pair, settings.extent)) for one in finalists)
         self._keep(number, min(candidates, key=lambda one: one[0])[1])
-        yield Step(number / settings.terms, f"term {number} of {settings.terms}", self.partial)
+        yield from self._step(number / settings.terms, f"term {number} of {settings.terms}")
 
     def _starts(self, number: int) -> Steps[list[Pair]]:
         """The guess that is best with all samples, where guesses are made, and random rotations."""
@@ -207,11 +207,16 @@ class _Search:
 
     def _pause(self, number: int, done: float) -> Steps[None]:
         """A step, if the last one is long enough ago."""
-        now = time.perf_counter()
-        if now - self.breath >= PACE_S:
+        if time.perf_counter() - self.breath >= PACE_S:
             terms = self.settings.terms
-            yield Step((number - 1 + done) / terms, f"term {number} of {terms}, {self.evaluations} tried", self.partial)
-            self.breath = time.perf_counter()
+            yield from self._step((number - 1 + done) / terms, f"term {number} of {terms}, {self.evaluations} tried")
+
+    def _step(self, done: float, note: str) -> Steps[None]:
+        """A step; the time until the next one is asked for is not the search's."""
+        offered = time.perf_counter()
+        yield Step(done, note, self.partial)
+        self.breath = time.perf_counter()
+        self.ladder.started += self.breath - offered
 
     def _show(self, number: int, candidates: Sequence[tuple[float, Projection]]) -> None:
         """Make the best candidate the partial result, if it is better than what is shown."""

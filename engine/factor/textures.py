@@ -66,7 +66,7 @@ class SearchSettings:
     epsilon: float = EPSILON
     smoothing: float = SMOOTHING
     guesses: bool = True
-    fixed: tuple[Kind, ...] = ("half", "wi-dot-h", "elevations")
+    fixed: tuple[Kind, ...] = ("half", "wi-dot-h", "elevations", "half-mean", "wi-dot-h-mean")
     mccool: bool = True
     refit: bool = True
     seed: int = 1

@@ -25,7 +25,7 @@ struct Points {
     vec2 incident;
     vec2 outgoing;
     vec2 half_way;
-    vec2 angles;
+    vec3 angles;
 };
 
 vec2 parabolic(vec3 w)
@@ -43,7 +43,10 @@ Points points_of(vec3 wi, vec3 wo)
     points.incident = parabolic(wi);
     points.outgoing = parabolic(wo);
     points.half_way = parabolic(h);
-    points.angles = vec2(length(points.half_way), length(between) / (1.0 + cosine));
+    float a = dot(points.incident, points.incident);
+    float b = dot(points.outgoing, points.outgoing);
+    float mean = sqrt(2.0 * (a + b) / ((1.0 + a) * (1.0 + b))) / (1.0 + sqrt(wi.z * wo.z));
+    points.angles = vec3(length(points.half_way), length(between) / (1.0 + cosine), mean);
     points.flat_pair = vec4(points.incident, points.outgoing);
     if (brdf_of_half == 1) {
         // Cole 2002, Eq. 1.4, and its limit towards the tangent
@@ -79,11 +82,15 @@ vec2 project(Points points, int term)
     case 3:
         return points.half_way;
     case 4:
-        return 2.0 * points.angles - 1.0;
+        return 2.0 * points.angles.xy - 1.0;
     case 5:
         return 2.0 * vec2(length(points.incident), length(points.outgoing)) - 1.0;
     case 6:
         return 2.0 * vec2(length(points.outgoing), length(points.incident)) - 1.0;
+    case 7:
+        return 2.0 * points.angles.xz - 1.0;
+    case 8:
+        return 2.0 * points.angles.yz - 1.0;
     }
     return vec2(dot(brdf_rows[2 * term], points.flat_pair), dot(brdf_rows[2 * term + 1], points.flat_pair));
 }

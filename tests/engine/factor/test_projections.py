@@ -38,7 +38,7 @@ def test_coordinates_of_a_pair_known_by_hand() -> None:
     points = points_of([[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]], "in-out")
     np.testing.assert_allclose(points.flat, [[1.0, 0.0, 0.0, 0.0]], atol=1e-15)
     np.testing.assert_allclose(points.half, [[r, 0.0]], atol=1e-15)
-    np.testing.assert_allclose(points.angles, [[r, r]], atol=1e-15)
+    np.testing.assert_allclose(points.angles, [[r, r, 1.0]], atol=1e-15)
     np.testing.assert_allclose(SUM.coordinates(points), [[0.5, 0.0]], atol=1e-15)
     np.testing.assert_allclose(FixedProjection("elevations").coordinates(points), [[1.0, -1.0]], atol=1e-15)
     turned = points_of([[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]], "half-diff")
@@ -125,7 +125,16 @@ def test_fixed_masks_hold_every_look_up() -> None:
 def test_reciprocal_terms_read_twice_unless_they_are_their_own_conjugate() -> None:
     points = points_of(hemisphere(3, 11), hemisphere(3, 12), "in-out")
     reads = {kind: len(look_ups(FixedProjection(kind), points, "in-out", True)) for kind in KINDS}
-    assert reads == {"wi": 2, "wo": 2, "half": 1, "wi-dot-h": 1, "elevations": 2, "elevations-exchanged": 2}
+    assert reads == {
+        "wi": 2,
+        "wo": 2,
+        "half": 1,
+        "wi-dot-h": 1,
+        "elevations": 2,
+        "elevations-exchanged": 2,
+        "half-mean": 1,
+        "wi-dot-h-mean": 1,
+    }
     assert len(look_ups(SUM, points, "in-out", True)) == 2
     assert len(look_ups(SUM, points, "in-out", False)) == 1
     assert len(mccool_projections(True)) == 2

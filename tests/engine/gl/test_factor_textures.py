@@ -87,7 +87,7 @@ def test_separable_factors_agree_with_python_to_1e_5(kind: Any, form: Any, size:
 @pytest.mark.parametrize("reciprocal", [False, True])
 def test_homomorphic_factors_agree_with_python_to_1e_5(form: Any, reciprocal: bool, gl: Any, shader: Any) -> None:
     rng = np.random.default_rng(3)
-    kinds: tuple[Any, ...] = ("wi", "wo", "elevations", "elevations-exchanged")
+    kinds: tuple[Any, ...] = ("wi", "wo", "elevations", "elevations-exchanged", "half-mean", "wi-dot-h-mean")
     fixed = (HALF, WI_DOT_H, *(FixedProjection(kind) for kind in kinds))
     projections = (FIRST, SECOND, SUM, DIFFERENCE, linear(rng.normal(size=(2, 4)), "cube"), *fixed)
     textures = tuple(0.3 * rng.normal(size=(9, 9, 3)) for _ in projections)
