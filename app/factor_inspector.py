@@ -132,7 +132,7 @@ class FactorInspector(Panel):
             if item.data(NUMBER) != run.number:
                 item.setData(NUMBER, run.number)
                 item.setIcon(marker_icon(run.colour, run.marker))
-            words = f"{run.name}\n{method_of(run, known)} · {state_of(known)}"
+            words = f"{run.name} · {state_of(known)}\n{method_of(run, known)}{_form_of(run)}"
             if item.text() != words:
                 item.setText(words)
                 item.setToolTip(words)
@@ -244,14 +244,23 @@ class BandPlot(Plot):
 
 
 def method_of(run: Run, live: Live) -> str:
-    """The name of the method; of 'auto' also what it came to."""
+    """The name of the method; of 'auto' what it came to, once that is known."""
     found = live.factorisation.method if live.factorisation is not None else ""
     if run.choices is None:
         return METHODS.get(found, found or "Factors")
     words = METHODS[run.choices.method]
     if run.choices.method == "auto" and found in METHODS:
-        return f"{METHODS[found]} (automatic)"
+        return METHODS[found]
     return words
+
+
+def _form_of(run: Run) -> str:
+    """The settings in which runs of the same method differ, in short."""
+    if run.choices is None:
+        return " from a file"
+    choices = run.choices
+    form = {"in-out": "", "half-diff": ", half/difference", "auto": ", any"}[choices.parametrisation]
+    return f"{form}, {round(choices.side if choices.separable else choices.size)}²"
 
 
 def state_of(live: Live) -> str:

@@ -141,13 +141,18 @@ class _Strip(QWidget):
         self.terms: int | None = None
 
     def rows(self) -> int:
-        """Two rows where terms have two textures."""
-        return 2 if len(self.pictures) > 1 and self.pictures[0].term == self.pictures[1].term else 1
+        """Two rows where terms have two textures and one row has no room for all."""
+        paired = len(self.pictures) > 1 and self.pictures[0].term == self.pictures[1].term
+        one_row = 2 * PADDING + len(self.pictures) * (self._side_in(1) + GAP)
+        return 2 if paired and one_row > self.view.viewport().width() else 1
 
     def side(self) -> int:
         """Pixels along a side of each picture."""
-        room = self.view.viewport().height() - (self.rows() + 1) * GAP - self.rows() * CAPTION
-        return max(SMALLEST // self.rows(), room // self.rows())
+        return self._side_in(self.rows())
+
+    def _side_in(self, rows: int) -> int:
+        room = self.view.viewport().height() - (rows + 1) * GAP - rows * CAPTION
+        return max(SMALLEST // rows, room // rows)
 
     def columns(self) -> int:
         return -(-len(self.pictures) // self.rows())

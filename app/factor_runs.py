@@ -76,6 +76,7 @@ class FactorRuns(QObject):
         super().__init__(bench)
         self.bench = bench
         self.live: dict[int, Live] = {}
+        self._last_number = 0
         bench.document.changed.connect(self._follow)
         bench.jobs.changed.connect(self._job_changed)
 
@@ -146,7 +147,8 @@ class FactorRuns(QObject):
             self.bench.jobs.cancel(job)
 
     def _next_number(self) -> int:
-        return max(self.live, default=0) + 1
+        self._last_number += 1
+        return self._last_number
 
     def _begin(self, run: Run, given: Any, resume: Factorisation | None) -> None:
         live, choices = self.of(run), run.choices
@@ -195,6 +197,8 @@ class FactorRuns(QObject):
         for run in old.factoring.runs:
             if run.number not in kept:
                 self.cancel(run)
+        if not kept and not self.bench.document.undo_stack.count():
+            self.live = {number: live for number, live in self.live.items() if live.job is not None}
 
 
 def name_of(project: Project, source: str) -> str:

@@ -16,9 +16,10 @@ from app.factor_inspector import state_of
 from app.factor_plot import log_ticks
 from app.factoring import MATERIAL, FactorChoices, Factoring, Run
 from app.main_window import MainWindow
-from app.projection_names import projection_name, shares
+from app.projection_names import FIXED, projection_name, shares
+from app.projection_view import ANGLES
 from engine.factor.factor_file import read_factors
-from engine.factor.projections import DIFFERENCE, FIRST, SECOND, SUM, FixedProjection, linear
+from engine.factor.projections import DIFFERENCE, FIRST, KINDS, SECOND, SUM, FixedProjection, linear
 
 #: So small that a run takes a fraction of a second.
 QUICK = FactorChoices(side=10.0, products=3.0, size=8.0, textures=2.0, restarts=1.0, samples=800.0, method="svd")
@@ -263,6 +264,12 @@ def test_projections_have_names_that_turning_the_texture_does_not_change(project
     assert projection_name(projection, "in-out") == name
     if projection.name == "linear":
         assert sum(shares(projection)) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_fixed_projection_has_a_name_and_a_diagram(kind: str) -> None:
+    assert FIXED[kind] == projection_name(FixedProjection(kind), "half-diff")  # type: ignore[arg-type]
+    assert kind in ("wi", "wo", "half") or len(ANGLES[kind]) == 2
 
 
 @pytest.mark.parametrize(("low", "high"), [(-2.1, -1.9), (-3.0, 0.5), (-12.0, 2.0)])
