@@ -39,6 +39,9 @@ METHODS = {"symmetric": symmetric, "svd": svd, "power": power}
 #: Sectors of up to this many rows are held to LAPACK's singular values, larger ones to those that were found.
 CHECKED = 640
 
+#: Below this fraction of ‖M‖² the difference of squares no longer knows the optimum, and the error stands for it.
+CANCELLED = 1e-6
+
 #: A step is yielded after so many seconds.
 PACE_S = 0.05
 
@@ -239,7 +242,9 @@ def _cut(sectors: list[Sector], found: list[tuple[Decomposition, Floats | None]]
         everything = np.sort(np.concatenate([values for _, values in found if values is not None]))[::-1]
         optimum = float((everything[terms:] ** 2).sum())
     else:
-        optimum = max(energy - float((value[order] ** 2).sum()), 0.0)
+        optimum = energy - float((value[order] ** 2).sum())
+        if optimum <= CANCELLED * energy:
+            optimum = error
     rounding = (64.0 * sum(len(sector.matrix) for sector in sectors) * 2.0**-53) ** 2 * energy
     if error <= rounding:
         error = optimum = 0.0

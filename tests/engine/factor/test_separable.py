@@ -87,6 +87,15 @@ def test_X3_the_asymmetry_is_measured_and_decides_the_method() -> None:
         separated(Skewed(), method="symmetric")
 
 
+def test_the_optimum_of_matrices_too_large_for_lapack_is_known_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the terms hold all but rounding, so that a difference of squares would say anything."""
+    checked = [separated(brdf, terms, size=16).optimum_ratio for brdf, terms in ((Skewed(), 3), (Skewed(), 24))]
+    monkeypatch.setattr("engine.factor.separable.CHECKED", 0)
+    found = [separated(brdf, terms, size=16).optimum_ratio for brdf, terms in ((Skewed(), 3), (Skewed(), 24))]
+    assert found == pytest.approx(checked, abs=1e-6)
+    assert found == pytest.approx([1.0, 1.0], abs=1e-6)
+
+
 def test_mirrors_are_found_and_save_three_quarters_of_the_rows() -> None:
     chart = DirectionMap("orthographic", 12)
     texels = len(chart.directions)
