@@ -22,11 +22,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.directions import normalize
+from engine.directions import normalize, world_from_tangent
 from engine.errors import InputError
 from engine.files.untrusted import AGAIN, decode_in_child
 from engine.health import Finding, Health, Verdict
 from engine.mesh_text import checked_text
+from engine.tangents import uv_tangents
 
 #: Kinds of file, by the ending of the name.
 SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
@@ -80,6 +81,16 @@ class Mesh:
     def radius(self) -> float:
         """Radius of the smallest sphere about `centre` that holds the mesh."""
         return float(np.sqrt(np.max(np.sum((self.positions - self.centre) ** 2, axis=1))))
+
+    @cached_property
+    def tangents(self) -> NDArray[np.float32]:
+        """(V, 3) float32 unit vectors along which brushed materials run: dP/du where the mesh came with coordinates.
+
+        Where texture coordinates were made, they are those of `world_from_tangent`.
+        """
+        if self.health.figures.get("texture_coordinates_made"):
+            return world_from_tangent(normalize(self.normals))[..., 0].astype(np.float32)
+        return uv_tangents(self.positions, self.normals, self.uv, self.faces)[0].astype(np.float32)
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
@@ -185,6 +196,7 @@ def complete(
     else:
         given = normalize(normals, fallback=(0.0, 0.0, 0.0))[faces]
         corner_normals = np.where(given.any(axis=-1, keepdims=True), given, normalize(directed)[:, None])
+        figures["normals_replaced"] = len(np.unique(faces[~given.any(axis=-1)]))
         if np.sum(corner_normals * directed[:, None]) < 0.0:
             faces, corner_normals = faces[:, ::-1], corner_normals[:, ::-1]
 

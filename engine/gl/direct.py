@@ -211,6 +211,7 @@ class DirectRenderer:
         if len(scene.lights.direction) == 1 or scene.lookup in ("texture", "outgoing"):
             definitions["ONE_LOOKUP"] = "1"
         definitions |= {"LAYERS": str(textures.layers)} if textures and textures.layers else {}
+        definitions |= {} if scene.brdf.isotropic else {"BRUSHED": "1"}
         definitions |= {"DEBUG": "1"} if self.debug else {}
         key = tuple(definitions.items())
         if key not in self._programs:

@@ -10,13 +10,15 @@ from engine.mesh import Mesh
 
 
 class MeshBuffers:
-    """Owns a vertex and an index buffer, and one vertex array per program that has drawn it."""
+    """Owns a vertex and an index buffer, tangents once they are asked for, and a vertex array per program."""
 
     def __init__(self, context: Any, mesh: Mesh) -> None:
         self.context = context
         position = (mesh.positions - mesh.centre).astype(np.float32)
         self.vertices = context.buffer(np.concatenate([position, mesh.normals, mesh.uv], axis=1).tobytes())
         self.indices = context.buffer(mesh.faces.tobytes())
+        self.mesh = mesh
+        self.tangents: Any = None
         self.arrays: dict[Any, Any] = {}
 
     def draw(self, program: Any) -> None:
@@ -26,10 +28,15 @@ class MeshBuffers:
                 size if name in program else size.replace("f", "f4").replace("f4", "x4") for name, size in wanted
             )
             names = [name for name, _ in wanted if name in program]
-            self.arrays[program] = self.context.vertex_array(program, [(self.vertices, layout, *names)], self.indices)
+            content = [(self.vertices, layout, *names)]
+            if "in_tangent" in program:
+                self.tangents = self.tangents or self.context.buffer(self.mesh.tangents.tobytes())
+                content.append((self.tangents, "3f", "in_tangent"))
+            self.arrays[program] = self.context.vertex_array(program, content, self.indices)
         self.arrays[program].render()
 
     def release(self) -> None:
-        for item in (*self.arrays.values(), self.vertices, self.indices):
-            item.release()
+        for item in (*self.arrays.values(), self.vertices, self.indices, self.tangents):
+            if item is not None:
+                item.release()
         self.arrays.clear()

@@ -21,6 +21,7 @@ from engine.shading.lookup import neighbours, share_and_gain
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
 from engine.steps import Step, Steps
+from engine.tangents import frames_along
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -108,7 +109,10 @@ class Shader:
         weights = at(column + 0.5, row + 0.5)
         wo = normalize(self._eye - np.einsum("nc,nci->ni", weights, triangle))
         normal = _visible_normal(np.einsum("nc,nci->ni", weights, scene.mesh.normals[faces]), triangle, wo)
-        frame = world_from_tangent(normal)
+        if scene.brdf.isotropic:
+            frame = world_from_tangent(normal)
+        else:
+            frame = frames_along(normal, np.einsum("nc,nci->ni", weights, scene.mesh.tangents[faces]))
         terms = _light_terms(scene, lights, frame, np.einsum("nij,ni->nj", frame, wo))
         if scene.shading is None:
             return _sum_of_reflections(terms, len(wo))

@@ -16,6 +16,9 @@ uniform float r_max;
 in vec3 position;
 in vec3 normal;
 in vec2 uv;
+#if defined(BRUSHED)
+in vec3 tangent;
+#endif
 
 out vec4 radiance;
 
@@ -86,7 +89,11 @@ vec3 visible_normal(vec3 wo)
 void main()
 {
     vec3 wo = safe_normalize(eye - position, vec3(0.0, 0.0, 1.0));
+#if defined(BRUSHED)
+    mat3 frame = frame_along(visible_normal(wo), tangent);
+#else
     mat3 frame = world_from_tangent(visible_normal(wo));
+#endif
     vec3 value = shade(frame, wo * frame);
     radiance = vec4(max(value, 0.0), 1.0);
     if (any(isnan(value)) || any(isinf(value)))

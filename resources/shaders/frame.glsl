@@ -13,6 +13,18 @@ mat3 world_from_tangent(vec3 n)
     return mat3(tangent, bitangent, n);
 }
 
+// The frame whose tangent is a direction of any length, projected into the surface; world_from_tangent where that
+// leaves nothing (engine.tangents.frames_along).
+mat3 frame_along(vec3 n, vec3 direction)
+{
+    vec3 inside = direction - dot(n, direction) * n;
+    float squared = dot(inside, inside);
+    if (!(squared > 1e-12 * dot(direction, direction)))
+        return world_from_tangent(n);
+    vec3 tangent = inside * inversesqrt(squared);
+    return mat3(tangent, cross(n, tangent), n);
+}
+
 // Unit vector, or the fallback where the length is 0 or not finite.
 vec3 safe_normalize(vec3 v, vec3 fallback)
 {
