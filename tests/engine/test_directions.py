@@ -41,10 +41,20 @@ def test_F1_frames_are_orthonormal_everywhere() -> None:
 
 
 def test_F5_the_stable_frame_is_the_printed_one_away_from_its_singularity() -> None:
-    n = normalize(np.random.default_rng(2).normal(size=(100_000, 3)))
+    """To 1e-14 from 2° on and 3e-14 before: what rounding the components of n does to the printed 1 + n_y."""
+    n = normalize(np.random.default_rng(2).normal(size=(1_000_000, 3)))
     n = n[dot(n, POLE) < np.cos(np.radians(1.0))]
     x, y, z = n.T
     printed = normalize(np.stack([(y + 1) ** 2 + z**2 - x**2, -2 * (y + 1) * x, -2 * x * z], axis=-1))
     frames = world_from_tangent(n)
-    assert np.abs(frames[..., 0] - printed).max() <= 1e-12
-    assert np.abs(frames[..., 1] - np.cross(n, printed)).max() <= 1e-12
+    bound = np.where(y > -np.cos(np.radians(2.0)), 1e-14, 3e-14)
+    assert (np.abs(frames[..., 0] - printed).max(axis=1) <= bound).all()
+    assert (np.abs(frames[..., 1] - np.cross(n, printed)).max(axis=1) <= bound).all()
+
+
+def test_F5_vectors_near_the_singularity_that_broke_other_frames_are_safe() -> None:
+    """The vectors of Duff et al. 2017, Table 1, with their singular axis turned to ours."""
+    bad = [(0.00038527316, 0.00038460016, -0.99999988079), (-0.00019813581, -0.00008946839, -0.99999988079)]
+    n = normalize([(x, z, y) for x, y, z in bad])
+    frames = world_from_tangent(n)
+    assert np.abs(np.einsum("nij,nik->njk", frames, frames) - np.eye(3)).max() <= 2e-15
