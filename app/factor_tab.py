@@ -256,7 +256,8 @@ class FactorTab(QWidget):
         self._show_textures()
 
     def _changed(self, old: Project, new: Project) -> None:
-        self._show_settings()
+        if any(getattr(old, part) is not getattr(new, part) for part in ("factoring", "comparison", "material")):
+            self._show_settings()
         if old.mesh is not new.mesh:
             self._show_mesh()
         if old.factoring is not new.factoring or not new.factoring.runs:

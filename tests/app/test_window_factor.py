@@ -145,6 +145,18 @@ def test_a_search_goes_on_with_further_terms_from_where_it_was(factor: Any, qtbo
     assert factor.factoring.run.choices.textures == 2.0
 
 
+def test_what_a_method_refuses_is_said_in_a_sentence(factor: Any, qtbot: Any, window: MainWindow) -> None:
+    factor._set_source("model:lambert:albedo=0")
+    run = run_with(factor, qtbot, method="search")
+    live = factor.runs.of(run)
+    assert (live.state, live.ladder) == ("failed", ())
+    qtbot.waitUntil(lambda: bool(window.failures.open_dialogs))
+    (words,) = window.failures.open_dialogs
+    assert "0 everywhere" in words
+    assert "another method" in words
+    assert not factor.inspector.export.isEnabled()
+
+
 def test_undoing_the_start_of_a_run_ends_it(factor: Any, qtbot: Any) -> None:
     factor._edited(replace(QUICK, method="search", textures=8.0, restarts=100.0, samples=3000.0), True)
     factor.start()
