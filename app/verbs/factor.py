@@ -248,6 +248,9 @@ def report(result: dict[str, Any]) -> str:
         f"RMS over 80,000 pairs of the hemisphere; logarithms over {result['samples']:,} samples up to "
         f"{result['max_theta_deg']:g}° of a formula, or the measured ones"
     )
+    if result["terms"]:
+        bands = "  ".join(f"{rms:.3g}" for rms in result["terms"][-1]["rms_by_elevation_band"])
+        lines.append(f"RMS of all terms by the viewer's elevation, from 0° upwards in bands of 10°: {bands}")
     if result["optimum_ratio"]:
         lines.append(
             f"asymmetry of the matrix {result['asymmetry']:.2g}; truncation error over the optimum "

@@ -106,6 +106,7 @@ def test_the_report_is_in_words(lightarc: Command) -> None:
     command = lightarc("factor", "oren-nayar", *QUICK[:-1])
     assert command.code == 0
     assert "truncation error over the optimum 1.00000" in command.out
+    assert "bands of 10°" in command.out
     assert "wavelets" in command.out
 
 
