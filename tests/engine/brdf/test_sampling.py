@@ -7,6 +7,8 @@ import pytest
 from scipy.stats import chi2
 
 from engine.brdf.brdf import Brdf, brdf_from_text
+from engine.brdf.resample import table_from
+from engine.brdf.samples import BrdfSamples
 from engine.brdf.sampling import (
     GaussianHalfVectors,
     HalfVectorLobe,
@@ -19,6 +21,8 @@ from engine.brdf.sampling import (
     VisibleGgxLobe,
     sampler_of,
 )
+from engine.brdf.scattered import scattered_brdf
+from engine.brdf.table import DirectionTable
 from engine.directions import surface_direction
 
 #: Cells of the test over the hemisphere, and points a side of each for the expected counts. The edges and the viewers
@@ -151,3 +155,31 @@ def test_narrow_lobes_are_found_by_their_own_sampler(text: str) -> None:
     mean, error, largest = estimate(brdf, sampler_of(brdf), wo)
     assert error < 0.01 * mean
     assert largest < 5 * mean
+
+
+def measured(kind: str) -> Brdf:
+    """A BRDF of each kind that files hold, with values of a model."""
+    model = brdf_from_text("ggx:kd=0.2,alpha=0.3,f0=0.3")
+    if kind == "half-difference table":
+        return table_from(model, (30, 20, 24))
+    theta, phi = np.radians([5.0, 25.0, 45.0, 65.0, 85.0]), np.radians(np.arange(0.0, 360.0, 45.0))
+    if kind == "direction table":
+        wi = surface_direction(theta[:, None], phi[None, :])
+        values = brdf_from_text("ggx:kd=0.2,alpha_x=0.2,alpha_y=0.6,f0=0.3").f(wi[:, :, None, None], wi[None, None])
+        return DirectionTable(theta, phi, theta, phi, values, np.zeros(values.shape[:-1], bool))
+    directions = surface_direction(theta[:, None], phi[None, :]).reshape(-1, 3)
+    wi, wo = np.repeat(directions[::8], 40, axis=0), np.tile(directions, (5, 1))
+    return scattered_brdf(BrdfSamples(wi, wo, model.f(wi, wo)))
+
+
+@pytest.mark.parametrize("kind", ["half-difference table", "direction table", "scattered samples"])
+def test_BR11_measurements_are_drawn_at_their_density_and_find_their_albedo(kind: str) -> None:
+    brdf = measured(kind)
+    sampler = sampler_of(brdf)
+    check(sampler)
+    wo = surface_direction(0.6, 0.3)
+    mean, error, largest = estimate(brdf, sampler, wo)
+    uniform, spread, _ = estimate(brdf, Mixture((PowerLobe(0.0, (0.0, 0.0, 1.0)),), (1.0,)), wo)
+    assert abs(mean - uniform) <= 4 * (error + spread)
+    assert error < spread
+    assert largest < 10 * mean
