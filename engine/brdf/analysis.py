@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.brdf.half_difference import directions
-from engine.brdf.sampling import Sampler, sampler_of
+from engine.brdf.lobes import Sampler
+from engine.brdf.sampling import sampler_of
 from engine.directions import Vectors, normalize, surface_direction
 
 Floats = NDArray[np.float64]

@@ -7,22 +7,21 @@ import pytest
 from scipy.stats import chi2
 
 from engine.brdf.brdf import Brdf, brdf_from_text
-from engine.brdf.resample import table_from
-from engine.brdf.samples import BrdfSamples
-from engine.brdf.sampling import (
+from engine.brdf.lobes import (
     GaussianHalfVectors,
     HalfVectorLobe,
     Mixture,
     PowerHalfVectors,
     PowerLobe,
     Sampler,
-    TabulatedHalfVectors,
-    TabulatedLobe,
     VisibleGgxLobe,
-    sampler_of,
 )
+from engine.brdf.resample import table_from
+from engine.brdf.samples import BrdfSamples
+from engine.brdf.sampling import sampler_of
 from engine.brdf.scattered import scattered_brdf
 from engine.brdf.table import DirectionTable
+from engine.brdf.tabulated_lobes import TabulatedHalfVectors, TabulatedLobe
 from engine.directions import surface_direction
 
 #: Cells of the test over the hemisphere, and points a side of each for the expected counts. The edges and the viewers
