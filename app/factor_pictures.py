@@ -72,8 +72,8 @@ def _picture(
     values = np.asarray(texture, np.float64)[::-1]
     seen = mask[::-1]
     inside = values[seen]
-    white = float(np.quantile(np.abs(inside), 0.95)) if inside.size else 1.0
-    white = max(white, 1e-30) * 2.0**-exposure_ev
+    middle, high = np.quantile(np.abs(inside), (0.5, 0.95)) if inside.size else (0.0, 1.0)
+    white = max(1.6 * float(middle), float(high), 1e-30) * 2.0**-exposure_ev
     signed = bool(inside.size) and float(inside.min()) < -1e-3 * float(np.abs(inside).max())
     if signed:
         pixels = diverging(luminance(values) / white)

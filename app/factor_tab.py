@@ -249,7 +249,8 @@ class FactorTab(QWidget):
         """The material reflects as the chosen factors do."""
         factors = self.runs.of(run).factors(self.factoring.terms)
         if factors is not None:
-            brdf_verbs.use(self.bench, Entry(f"{run.name}, {factors.terms} terms", factors, run.identity))
+            name = f"{run.name}, {factors.terms} term{'s'[: factors.terms != 1]}"
+            brdf_verbs.use(self.bench, Entry(name, dataclasses.replace(factors, name=name), run.identity))
 
     def _set_exposure(self, value: float) -> None:
         self.exposure_ev = value
