@@ -105,8 +105,20 @@ def separate(
     if weighting == "auto" and reference is None:
         raise ValueError("the automatic weighting needs pairs of directions to compare at")
     matrix = yield from part(brdf_matrix(brdf, chart, parametrisation), 0.0, 0.5)
+    # held from here to the end, and not taken anew by each part: changing the number of threads makes BLAS start them
+    with one_thread():
+        tried = yield from part(_tried(brdf, matrix, terms, method, weighting, seed), 0.5, 1.0)
+    if len(tried) == 1 or reference is None:
+        return tried[0]
+    return min(tried, key=lambda found: reference.rms(found.factors)[0])
+
+
+def _tried(
+    brdf: Brdf, matrix: BrdfMatrix, terms: int, method: SeparableMethod, weighting: Weighting, seed: int
+) -> Steps[list[Separated]]:
+    """The factors in each norm that is asked for."""
     alpha = _asymmetry(matrix)
-    square = parametrisation == "in-out"
+    square = matrix.parametrisation == "in-out"
     if method == "symmetric" and not square:
         raise ValueError("over half and difference vectors no matrix is symmetric; take the method svd or power")
     if method == "symmetric" and not alpha <= ASYMMETRY:
@@ -117,11 +129,9 @@ def separate(
     tried: list[Separated] = []
     wanted: tuple[Weighting, ...] = ("plain", "cosine") if weighting == "auto" else (weighting,)
     for index, norm in enumerate(wanted):
-        start, stop = (0.5 + 0.5 * number / len(wanted) for number in (index, index + 1))
-        tried.append((yield from part(_separated(brdf, matrix, terms, chosen, norm, alpha, seed), start, stop)))
-    if len(tried) == 1 or reference is None:
-        return tried[0]
-    return min(tried, key=lambda found: reference.rms(found.factors)[0])
+        steps = _separated(brdf, matrix, terms, chosen, norm, alpha, seed)
+        tried.append((yield from part(steps, index / len(wanted), (index + 1) / len(wanted))))
+    return tried
 
 
 def texel_weights(chart: DirectionMap, parametrisation: Parametrisation, weighting: Weighting) -> tuple[Floats, Floats]:
