@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QListWidget, QList
 from app import icons
 from app.brdf_plots import marker_icon
 from app.factor_runs import Live
-from app.factoring import METHODS, METRICS, Factoring, Run
+from app.factoring import MAPS, METHODS, METRICS, PARAMETRISATIONS, PRESETS, Factoring, Run
 from app.number_field import NumberField
 from app.panels import Panel, button, enable, text
 from app.plots import Plot
@@ -135,7 +135,7 @@ class FactorInspector(Panel):
             words = f"{run.name} · {state_of(known)}\n{method_of(run, known)}{_form_of(run)}"
             if item.text() != words:
                 item.setText(words)
-                item.setToolTip(words)
+                item.setToolTip(f"{words}\n{settings_of(run)}".strip())
             if run.number == factoring.current and self.list.currentItem() is not item:
                 self.list.setCurrentItem(item)
         if factoring.run is None:
@@ -261,6 +261,25 @@ def _form_of(run: Run) -> str:
     choices = run.choices
     form = {"in-out": "", "half-diff": ", half/difference", "auto": ", any"}[choices.parametrisation]
     return f"{form}, {round(choices.side if choices.separable else choices.size)}²"
+
+
+def settings_of(run: Run) -> str:
+    """All settings that a run read, in two lines; nothing for factors of a file."""
+    choices = run.choices
+    if choices is None:
+        return ""
+    words = [PARAMETRISATIONS[choices.parametrisation]]
+    if choices.separable:
+        words += [f"{MAPS[choices.map].lower()} map"]
+    elif choices.reciprocal:
+        words += ["reciprocal"]
+    if choices.method == "search":
+        words += [
+            f"{PRESETS[choices.preset].lower()}, {choices.restarts:.0f} restarts, {choices.together:.0f} together"
+        ]
+        words += [f"makes {METRICS[choices.metric][0].lower()} small"]
+    samples = f"{choices.samples:.0f} samples up to {choices.max_theta_deg:g}°, seed {choices.seed:.0f}"
+    return f"{', '.join(words)}\n{samples}"
 
 
 def state_of(live: Live) -> str:

@@ -141,18 +141,24 @@ class _Strip(QWidget):
         self.terms: int | None = None
 
     def rows(self) -> int:
-        """Two rows where terms have two textures and one row has no room for all."""
-        paired = len(self.pictures) > 1 and self.pictures[0].term == self.pictures[1].term
-        one_row = 2 * PADDING + len(self.pictures) * (self._side_in(1) + GAP)
-        return 2 if paired and one_row > self.view.viewport().width() else 1
+        """Two rows where terms have two textures and are larger so than in one row."""
+        return 2 if self._paired() and self._across() < self._high(2) else 1
 
     def side(self) -> int:
-        """Pixels along a side of each picture."""
-        return self._side_in(self.rows())
+        """Pixels along a side of each picture: what there is room for in height, or, in one row of pairs, in width."""
+        rows = self.rows()
+        return min(self._high(1), self._across()) if self._paired() and rows == 1 else self._high(rows)
 
-    def _side_in(self, rows: int) -> int:
+    def _paired(self) -> bool:
+        return len(self.pictures) > 1 and self.pictures[0].term == self.pictures[1].term
+
+    def _high(self, rows: int) -> int:
         room = self.view.viewport().height() - (rows + 1) * GAP - rows * CAPTION
         return max(SMALLEST // rows, room // rows)
+
+    def _across(self) -> int:
+        """The side with which all pictures fit beside each other."""
+        return (self.view.viewport().width() - 2 * PADDING) // max(1, len(self.pictures)) - GAP
 
     def columns(self) -> int:
         return -(-len(self.pictures) // self.rows())

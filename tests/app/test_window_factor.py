@@ -94,6 +94,7 @@ def test_methods_stand_side_by_side_each_in_a_colour_of_its_own(factor: Any, qtb
     first, second = run_with(factor, qtbot), run_with(factor, qtbot, method="homomorphic")
     assert len({(run.colour, run.marker) for run in (first, second)}) == 2
     assert len(factor.plot.shown) == 2
+    assert "800 samples up to 88°, seed 1" in factor.inspector.list.item(1).toolTip()
     factor.inspector.list.setCurrentRow(0)
     assert factor.factoring.run is first
     factor.inspector.remove.click()
