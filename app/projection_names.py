@@ -16,6 +16,13 @@ FIXED = {
     "half-mean": "angles θh, θm",
     "wi-dot-h-mean": "angles θd, θm",
 }
+SCALES = {
+    "radii": "angles",
+    "cosines": "cosines of",
+    "sines": "sines of",
+    "squares": "squares of",
+    "turned": "turned angles",
+}
 DISKS = {"in-out": ("light", "view"), "half-diff": ("half vector", "difference")}
 
 #: How far from a named one a projection may be to have its name, as a share of its length.
@@ -28,7 +35,8 @@ def projection_name(projection: Any, parametrisation: str) -> str:
     Turning or mirroring a texture changes nothing, so a name stands for all projections that differ by that only.
     """
     if projection.name != "linear":
-        return FIXED[projection.name]
+        words = FIXED[projection.angles or projection.name]
+        return words.replace("angles", SCALES[projection.scale], 1)
     first, second = projection.rows[:, :2], projection.rows[:, 2:]
     one, other = DISKS[parametrisation]
     if np.linalg.norm(second) < NEAR * np.sqrt(2.0):

@@ -128,8 +128,9 @@ class _Diagram(QWidget):
                     x, y = (float(part) for part in what.rows[axis, 2 * half : 2 * half + 2])
                     _arrow(painter, middle, QPointF(x, -y) * RADIUS, colour, hollow=bool(axis))
             return
-        if what.name in ANGLES:
-            for middle, letter in zip((left, right), ANGLES[what.name], strict=True):
+        angles = ANGLES.get(what.angles or what.name)
+        if angles:
+            for middle, letter in zip((left, right), angles, strict=True):
                 self._disk(painter, middle, letter)
             _arrow(painter, left, QPointF(0.9 * RADIUS, 0.0), AXES[0], hollow=False)
             _arrow(painter, right, QPointF(0.9 * RADIUS, 0.0), AXES[1], hollow=True)

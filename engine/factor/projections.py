@@ -13,8 +13,11 @@ the 4-cube around them, as the thesis has it, which is up to √2 larger. Others
 
     half-mean, wi-dot-h-mean    θ_h or θ_d with θ_m, again as radii, where cos² θ_m = cos θ_i cos θ_o
 
-The last four suit isotropic surfaces: facets reflect a function of wi-dot-h times one of elevations, and θ_h, θ_d and
-θ_m do not change with exchange.
+The last four, and the same angles on other scales, suit isotropic surfaces: facets reflect a function of wi-dot-h times
+one of elevations, and θ_h, θ_d and θ_m do not change with exchange. A name with -cosines, -sines or -squares has cos θ,
+sin θ or the square of the radius in place of the radius, and so its texels elsewhere: close where those of the others
+are wide. -turned is the radii turned by 45°. Two textures of the same angles on two scales describe a narrow highlight
+better than one.
 
 Exchanging wi and wo exchanges the disks, or turns the second by half: that gives the conjugate of a linear projection;
 wi and wo are each other's, as are elevations and their exchange; the others are their own. Sums are written so that a
@@ -44,10 +47,33 @@ Mask = NDArray[np.bool_]
 
 Parametrisation = Literal["in-out", "half-diff"]
 Extent = Literal["disks", "cube"]
-Kind = Literal["wi", "wo", "half", "wi-dot-h", "elevations", "elevations-exchanged", "half-mean", "wi-dot-h-mean"]
+Kind = Literal[
+    "wi",
+    "wo",
+    "half",
+    "wi-dot-h",
+    "elevations",
+    "elevations-exchanged",
+    "half-mean",
+    "wi-dot-h-mean",
+    "wi-dot-h-cosines",
+    "wi-dot-h-sines",
+    "wi-dot-h-squares",
+    "wi-dot-h-turned",
+    "half-mean-cosines",
+    "half-mean-sines",
+    "half-mean-squares",
+    "half-mean-turned",
+    "wi-dot-h-mean-cosines",
+    "wi-dot-h-mean-sines",
+    "wi-dot-h-mean-squares",
+    "wi-dot-h-mean-turned",
+]
+Scale = Literal["radii", "cosines", "sines", "squares", "turned"]
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
-_ANGLES: dict[Kind, list[int]] = {"wi-dot-h": [0, 1], "half-mean": [0, 2], "wi-dot-h-mean": [1, 2]}
+_SCALES: tuple[Scale, ...] = get_args(Scale)
+_ANGLES = {"wi-dot-h": [0, 1], "half-mean": [0, 2], "wi-dot-h-mean": [1, 2]}
 _EXCHANGED: dict[Kind, Kind] = {
     "wi": "wo",
     "wo": "wi",
@@ -161,14 +187,25 @@ class FixedProjection:
     def name(self) -> str:
         return self.kind
 
+    @property
+    def angles(self) -> str:
+        """Which of the pairs of angles this is, without its scale; empty for directions and elevations."""
+        base = self.kind.removesuffix(f"-{self.scale}")
+        return base if base in _ANGLES else ""
+
+    @property
+    def scale(self) -> Scale:
+        """What of the angles the coordinates are."""
+        return next((scale for scale in _SCALES if self.kind.endswith(f"-{scale}")), "radii")
+
     def conjugate(self, parametrisation: Parametrisation) -> FixedProjection:
         """The projection that sees (wo, wi) where this one sees (wi, wo), in either parametrisation."""
         return FixedProjection(_EXCHANGED.get(self.kind, self.kind))
 
     def coordinates(self, points: Points) -> Floats:
         """Texture coordinates (N, 2) in [−1, 1]."""
-        if self.kind in _ANGLES:
-            return 2.0 * points.angles[:, _ANGLES[self.kind]] - 1.0
+        if self.angles:
+            return _on_scale(points.angles[:, _ANGLES[self.angles]], self.scale)
         if self.kind in ("elevations", "elevations-exchanged"):
             radii = np.column_stack([np.hypot(*points.wi.T), np.hypot(*points.wo.T)])
             return 2.0 * (radii if self.kind == "elevations" else radii[:, ::-1]) - 1.0
@@ -177,10 +214,25 @@ class FixedProjection:
     def mask(self, size: int) -> Mask:
         """The texels (size, size) that a pair above the horizon can touch."""
         axis = np.linspace(-1.0, 1.0, size)
+        if self.scale == "turned":
+            return np.abs(axis[:, None]) + np.abs(axis) <= 1.0 + 4.0 / (size - 1) + 1e-9
         if self.kind not in ("wi", "wo", "half"):
             return np.ones((size, size), bool)
         nearest = np.maximum(np.abs(axis) - 2.0 / (size - 1), 0.0)
         return np.asarray(np.hypot(nearest[:, None], nearest) <= 1.0 + 1e-9)
+
+
+def _on_scale(radii: Floats, scale: Scale) -> Floats:
+    """Coordinates (N, 2) in [−1, 1] of angles given as radii tan(θ/2) (N, 2) in [0, 1]."""
+    squares = radii * radii
+    if scale == "turned":
+        first, second = (2.0 * radii - 1.0).T
+        return np.column_stack([0.5 * (first + second), 0.5 * (first - second)])
+    if scale == "cosines":
+        return 2.0 * (1.0 - squares) / (1.0 + squares) - 1.0
+    if scale == "sines":
+        return 4.0 * radii / (1.0 + squares) - 1.0
+    return 2.0 * (squares if scale == "squares" else radii) - 1.0
 
 
 Projection = LinearProjection | FixedProjection

@@ -19,6 +19,7 @@ from engine.factor.homomorphic import MOST_TERMS, HomomorphicFactors
 from engine.factor.least_squares import Fit, Rows, Term, predicted, rows_of, solve, term
 from engine.factor.log_space import EPSILON, LogSpace
 from engine.factor.projections import (
+    KINDS,
     Extent,
     Kind,
     Parametrisation,
@@ -66,7 +67,7 @@ class SearchSettings:
     epsilon: float = EPSILON
     smoothing: float = SMOOTHING
     guesses: bool = True
-    fixed: tuple[Kind, ...] = ("half", "wi-dot-h", "elevations", "half-mean", "wi-dot-h-mean")
+    fixed: tuple[Kind, ...] = tuple(kind for kind in KINDS if kind not in ("wi", "wo", "elevations-exchanged"))
     mccool: bool = True
     refit: bool = True
     seed: int = 1

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, Delaunay
 
+from engine.brdf.half_difference import directions
 from engine.directions import normalize, surface_direction
 from engine.factor.projections import (
     DIFFERENCE,
@@ -129,11 +130,9 @@ def test_reciprocal_terms_read_twice_unless_they_are_their_own_conjugate() -> No
         "wi": 2,
         "wo": 2,
         "half": 1,
-        "wi-dot-h": 1,
         "elevations": 2,
         "elevations-exchanged": 2,
-        "half-mean": 1,
-        "wi-dot-h-mean": 1,
+        **{kind: 1 for kind in KINDS if FixedProjection(kind).angles},
     }
     assert len(look_ups(SUM, points, "in-out", True)) == 2
     assert len(look_ups(SUM, points, "in-out", False)) == 1
@@ -150,3 +149,26 @@ def test_what_is_no_projection_is_refused() -> None:
         linear([[1.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0]])
     with pytest.raises(ValueError, match="half"):
         FixedProjection("mirror")  # type: ignore[arg-type]
+
+
+def test_scales_of_angles_are_what_they_say() -> None:
+    """For a pair whose angles are known: θ_h = 20°, θ_d = 50°, and θ_m from the two elevations."""
+    theta_h, theta_d = np.radians([20.0, 50.0])
+    wi, wo = directions(np.array([theta_h]), 0.0, np.array([theta_d]), 0.5 * np.pi)
+    theta_m = np.arccos(np.sqrt(wi[0, 2] * wo[0, 2]))
+    points = points_of(wi, wo, "in-out")
+    for base, angles in (
+        ("wi-dot-h", (theta_h, theta_d)),
+        ("half-mean", (theta_h, theta_m)),
+        ("wi-dot-h-mean", (theta_d, theta_m)),
+    ):
+        radii = np.tan(0.5 * np.array(angles))
+        for scale, wanted in (
+            ("cosines", 2.0 * np.cos(angles) - 1.0),
+            ("sines", 2.0 * np.sin(angles) - 1.0),
+            ("squares", 2.0 * radii**2 - 1.0),
+            ("turned", np.array([radii.sum() - 1.0, radii[0] - radii[1]])),
+        ):
+            projection = FixedProjection(f"{base}-{scale}")  # type: ignore[arg-type]
+            assert (projection.angles, projection.scale) == (base, scale)
+            np.testing.assert_allclose(projection.coordinates(points)[0], wanted, atol=1e-14)
