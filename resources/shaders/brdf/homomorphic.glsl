@@ -72,8 +72,27 @@ Points exchanged(Points points)
     return points;
 }
 
+// The angles of kind 9 and up: three pairs, on four scales each.
+vec2 on_scale(Points points, int number)
+{
+    int pair = number / 4;
+    vec2 radii = pair == 0 ? points.angles.xy : pair == 1 ? points.angles.xz : points.angles.yz;
+    vec2 squares = radii * radii;
+    switch (number - 4 * pair) {
+    case 0:
+        return 2.0 * (1.0 - squares) / (1.0 + squares) - 1.0;
+    case 1:
+        return 4.0 * radii / (1.0 + squares) - 1.0;
+    case 2:
+        return 2.0 * squares - 1.0;
+    }
+    return vec2(radii.x + radii.y - 1.0, radii.x - radii.y);
+}
+
 vec2 project(Points points, int term)
 {
+    if (brdf_kinds[term] > 8)
+        return on_scale(points, brdf_kinds[term] - 9);
     switch (brdf_kinds[term]) {
     case 1:
         return points.incident;
