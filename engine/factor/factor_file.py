@@ -51,6 +51,9 @@ _MOST_TERMS = 64
 _MOST_TEXELS = 128
 _REMEDY = "Factor the reflectance again with lightarc factor"
 
+#: Stands for a largest value where there is none: JSON knows no infinity.
+_NO_LIMIT = 1e100
+
 _Number = Annotated[float, Field(allow_inf_nan=False)]
 _Positive = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 _Text = Annotated[str, Field(max_length=1000)]
@@ -81,13 +84,14 @@ class _Projection(_Strict):
 
 
 class _Homomorphic(_Strict):
-    """f = mean · (exp(sum of look-ups) − epsilon)."""
+    """f = mean · (exp(sum of look-ups) − epsilon), from 0 to largest."""
 
     kind: Literal["homomorphic"]
     size: Annotated[int, Field(ge=2, le=_MOST_TEXELS)]
     parametrisation: Literal["in-out", "half-diff"]
     reciprocal: bool
     mean: Annotated[list[_Number], Field(min_length=3, max_length=3)]
+    largest: Annotated[list[_Number], Field(min_length=3, max_length=3)]
     epsilon: _Number
     projections: Annotated[
         list[Annotated[list[_Projection], Field(min_length=1, max_length=MOST_TERMS)]],
@@ -207,6 +211,7 @@ def _described(factors: Any) -> _Separable | _Homomorphic:
         parametrisation=factors.parametrisation,
         reciprocal=factors.reciprocal,
         mean=factors.space.mean.tolist(),
+        largest=np.minimum(factors.space.largest, _NO_LIMIT).tolist(),
         epsilon=factors.space.epsilon,
         projections=[[_named(each) for each in rung.projections] for rung in (*factors.shorter, factors)],
     )
@@ -285,7 +290,7 @@ def _factors(record: _Record, pictures: dict[str, NDArray[np.float32]]) -> Any:
         )
         words = (described.isotropic, described.reciprocal, record.name)
         return SeparableFactors(chart, described.parametrisation, first, second, *words)
-    space = LogSpace(np.array(described.mean), described.epsilon)
+    space = LogSpace(np.array(described.mean), described.epsilon, np.array(described.largest))
     rungs: tuple[HomomorphicFactors, ...] = ()
     for projections in described.projections:
         terms = len(projections)

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 #: Terms that the shader of homomorphic factors has room for; a search finds no more.
 MOST_TERMS = 16
 
+#: Logarithms above this leave 32-bit floats.
+LARGEST_LOG = 80.0
+
 #: Texture units, above those of a material and the lights.
 UNITS = (5, 6)
 
@@ -76,6 +79,7 @@ class HomomorphicTextures:
             "brdf_rows": [tuple(row) for row in rows.reshape(-1, 4).tolist()],
             "brdf_of_half": int(factors.parametrisation == "half-diff"),
             "brdf_mean": tuple(factors.space.mean.tolist()),
+            "brdf_highest": tuple(np.minimum(factors.space.highest, LARGEST_LOG).tolist()),
             "brdf_epsilon": factors.space.epsilon,
         }
 

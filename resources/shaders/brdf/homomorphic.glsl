@@ -17,6 +17,8 @@ uniform int brdf_twice[MOST_TERMS];
 uniform int brdf_of_half;
 
 uniform vec3 brdf_mean;
+// The largest logarithm that is taken back.
+uniform vec3 brdf_highest;
 uniform float brdf_epsilon;
 
 // What projections see of a pair of directions.
@@ -139,5 +141,5 @@ vec3 brdf(vec3 wi, vec3 wo)
         if (brdf_twice[term] == 1)
             sum += log_look_up(project(conjugate, term), term);
     }
-    return brdf_mean * max(exp(min(sum, 80.0)) - brdf_epsilon, 0.0);
+    return brdf_mean * max(exp(min(sum, brdf_highest)) - brdf_epsilon, 0.0);
 }

@@ -210,7 +210,7 @@ def test_the_thesis_searches_linear_projections_alone(parametrisation: Any) -> N
 def test_facets_without_a_base_are_a_product_of_two_textures() -> None:
     """GGX with kd = 0: D F depends on wi-dot-h, the rest on elevations."""
     data = factor_data(brdf_from_text("ggx:kd=0,alpha=0.6,f0=0.5"), 4000, np.radians(75.0))
-    settings = SearchSettings(terms=2, size=16, restarts=0, guesses=False)
+    settings = SearchSettings(terms=2, size=16, restarts=0, guesses=False, fixed=("half", "wi-dot-h", "elevations"))
     found = drain(search(data, settings))
     assert [projection.name for projection in found.projections] == ["wi-dot-h", "elevations"]
     assert found.ladder[-1].metrics.sq_log < 1e-4

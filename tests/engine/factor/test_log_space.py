@@ -60,6 +60,14 @@ def test_L4_no_log_overflows(log: float) -> None:
     assert (value >= 0.0).all()
 
 
+def test_L4_nothing_comes_back_above_the_largest_sample() -> None:
+    """Textures may say anything between and beyond the samples."""
+    value = np.array([[0.1, 2.0, 0.0], [3.0, 1.0, 0.0]])
+    space = LogSpace.of(value)
+    np.testing.assert_allclose(space.backward(np.full(3, 9.0)), [3.0, 2.0, 3.0], rtol=1e-12)
+    np.testing.assert_allclose(space.backward(space.forward(value)), value, rtol=1e-12, atol=1e-15)
+
+
 def test_L4_eight_decades_come_back() -> None:
     space = LogSpace.of(np.array([[1e-8, 1e-8, 1e-8], [1.0, 1.0, 1.0]]), 1e-9)
     np.testing.assert_allclose(space.backward(space.forward(np.full(3, 1e-8))), 1e-8, rtol=1e-6)
