@@ -105,7 +105,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def report(result: dict[str, Any]) -> str:
     warnings = "".join(f"\n{warning}" for warning in result["warnings"])
-    return f"{result['image']}: {1e3 * result['frame_s']:.0f} ms a frame on {result['gl_renderer']}{warnings}"
+    device = "the processor" if result["gl_renderer"].startswith("none") else result["gl_renderer"]
+    return f"{result['image']}: {1e3 * result['frame_s']:.0f} ms a frame on {device}{warnings}"
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -165,6 +166,7 @@ def _draw(
     from engine.errors import MissingCapability
     from engine.gl.context import create_context
     from engine.gl.draw import draw_off_screen
+    from engine.gl.factor_textures import factor_source
     from engine.render.direct import radiance
 
     size = (arguments.width, arguments.height)
@@ -172,7 +174,8 @@ def _draw(
     if scene.environment is not None:
         warnings += [f"{scene.environment.name}: {text}" for text in scene.environment.health.warnings]
     on_processor = arguments.renderer == "cpu"
-    if arguments.renderer == "auto" and not scene.brdf.isotropic and type(scene.brdf) not in MODELS.values():
+    has_shader = type(scene.brdf) in MODELS.values() or factor_source(scene.brdf) is not None
+    if arguments.renderer == "auto" and not scene.brdf.isotropic and not has_shader:
         on_processor = True
         warnings.append("The measured reflectance is anisotropic and drawn on the processor, which shows it as it is.")
     if not on_processor:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.directions import Vectors
 from engine.factor.log_space import LogSpace
-from engine.factor.projections import Parametrisation, Points, Projection, look_ups, points_of
+from engine.factor.projections import FixedProjection, Parametrisation, Points, Projection, look_ups, points_of
 from engine.kernels import parallel, prange
 
 Floats = NDArray[np.float64]
@@ -73,7 +73,8 @@ class HomomorphicFactors:
 
     @property
     def isotropic(self) -> bool:
-        return False
+        """Whether all textures are of angles, which turning both directions about the normal does not change."""
+        return all(isinstance(each, FixedProjection) and each.of_angles for each in self.projections)
 
     @property
     def energy_conserving(self) -> bool:

@@ -194,6 +194,11 @@ class FixedProjection:
         return base if base in _ANGLES else ""
 
     @property
+    def of_angles(self) -> bool:
+        """Whether the coordinates are polar angles only."""
+        return bool(self.angles) or self.kind in ("elevations", "elevations-exchanged")
+
+    @property
     def scale(self) -> Scale:
         """What of the angles the coordinates are."""
         return next((scale for scale in _SCALES if self.kind.endswith(f"-{scale}")), "radii")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
+from engine.directions import normalize
 from engine.factor.data import FactorData, factor_data
 from engine.factor.errors import METRICS, Factorisation, metrics, reference
 from engine.factor.homomorphic import HomomorphicFactors
@@ -253,3 +254,15 @@ def test_parabolic_coordinates_are_the_thesis_ones() -> None:
     w = hemisphere(10, 9)
     k = w[:, 2:] + 1.0
     np.testing.assert_allclose(parabolic(w) * k, w[:, :2])
+
+
+def test_textures_of_angles_alone_are_isotropic() -> None:
+    rng = np.random.default_rng(2)
+    turn = np.array([[np.cos(1.0), -np.sin(1.0), 0.0], [np.sin(1.0), np.cos(1.0), 0.0], [0.0, 0.0, 1.0]])
+    wi, wo = normalize(np.abs(rng.normal(size=(2, 50, 3))))
+    for kinds, isotropic in ((("wi-dot-h-cosines", "elevations"), True), (("wi-dot-h", "half"), False)):
+        projections = tuple(FixedProjection(kind) for kind in kinds)  # type: ignore[arg-type]
+        textures = tuple(rng.normal(size=(5, 5, 3)) for _ in kinds)
+        factors = HomomorphicFactors(textures, projections, LogSpace(np.ones(3)))
+        assert factors.isotropic == isotropic
+        assert np.allclose(factors.f(wi, wo), factors.f(wi @ turn.T, wo @ turn.T)) == isotropic
