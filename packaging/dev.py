@@ -59,16 +59,19 @@ LIBRARIES = {
     "libxcb-shape.so.0": "libxcb-shape0",
 }
 
+#: The same for Mitsuba, with which tests compare; without it they are skipped.
+TEST_LIBRARIES = {"libatomic.so.1": "libatomic1"}
+
 #: The same by the package managers of other Linux systems: the line to type.
 OTHER_SYSTEMS = {
     "dnf": "sudo dnf install mesa-libEGL mesa-libGL mesa-dri-drivers glib2 libgomp dbus-libs fontconfig "
     "libxkbcommon-x11 xcb-util-cursor xcb-util-wm xcb-util-image xcb-util-keysyms xcb-util-renderutil "
-    "dejavu-sans-fonts xorg-x11-server-Xvfb",
+    "dejavu-sans-fonts xorg-x11-server-Xvfb libatomic",
     "pacman": "sudo pacman -S --needed mesa libglvnd glib2 gcc-libs dbus fontconfig libxkbcommon-x11 xcb-util-cursor "
     "xcb-util-wm xcb-util-image xcb-util-keysyms xcb-util-renderutil ttf-dejavu xorg-server-xvfb",
     "zypper": "sudo zypper install Mesa-libEGL1 Mesa-libGL1 Mesa-dri libglib-2_0-0 libgomp1 libdbus-1-3 "
     "libfontconfig1 libxkbcommon-x11-0 libxcb-cursor0 libxcb-icccm4 libxcb-image0 libxcb-keysyms1 "
-    "libxcb-render-util0 libxcb-shape0 dejavu-fonts xorg-x11-server-Xvfb",
+    "libxcb-render-util0 libxcb-shape0 dejavu-fonts xorg-x11-server-Xvfb libatomic1",
 }
 
 #: What pip says when it fails, and what that means for the person who waits for it.
@@ -165,7 +168,7 @@ def python_version() -> str:
 
 def provide_system_packages(purpose: str, *, with_venv: bool) -> None:
     """Install, or tell the user how to install, what pip cannot bring."""
-    wanted = missing_libraries() if sys.platform.startswith("linux") else []
+    wanted = missing_libraries(purpose) if sys.platform.startswith("linux") else []
     if purpose == "test" and sys.platform.startswith("linux") and not shutil.which("Xvfb"):
         wanted.append("xvfb")
     if with_venv and importlib.util.find_spec("ensurepip") is None:
@@ -176,9 +179,10 @@ def provide_system_packages(purpose: str, *, with_venv: bool) -> None:
         install_with_apt(wanted)
 
 
-def missing_libraries() -> list[str]:
-    """Debian packages of those libraries that the dynamic linker does not find."""
-    return [package for library, package in LIBRARIES.items() if not can_load(library)]
+def missing_libraries(purpose: str) -> list[str]:
+    """Debian packages of those libraries for `purpose` that the dynamic linker does not find."""
+    needed = LIBRARIES | TEST_LIBRARIES if purpose == "test" else LIBRARIES
+    return [package for library, package in needed.items() if not can_load(library)]
 
 
 def can_load(library: str) -> bool:
