@@ -80,6 +80,7 @@ def save(window: MainWindow, path: Path) -> None:
     settle(0.6)
     wait_until(lambda: not any(not job.heavy for job in window.bench.jobs.active))
     settle(0.4)
+    wait_until(lambda: not window.view.isVisible() or getattr(window.view.viewport.surface, "is_finished", True))
     if not window.grab().save(str(path)):
         raise SystemExit(f"{path} cannot be written")
 
