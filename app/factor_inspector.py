@@ -329,5 +329,5 @@ def _where(name: str) -> str:
     return "over random pairs of directions" if name == "rms_cosine_weighted" else "over the samples and channels"
 
 
-def _elided(words: str, most: int = 30) -> str:
+def _elided(words: str, most: int = 25) -> str:
     return words if len(words) <= most else f"{words[: most - 1]}…"
