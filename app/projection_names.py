@@ -16,7 +16,7 @@ FIXED = {
     "half-mean": "angles θh, θm",
     "wi-dot-h-mean": "angles θd, θm",
 }
-SCALES = {
+MEASURES = {
     "radii": "angles",
     "cosines": "cosines of",
     "sines": "sines of",
@@ -36,7 +36,7 @@ def projection_name(projection: Any, parametrisation: str) -> str:
     """
     if projection.name != "linear":
         words = FIXED[projection.angles or projection.name]
-        return words.replace("angles", SCALES[projection.scale], 1)
+        return words.replace("angles", MEASURES[projection.measure], 1)
     first, second = projection.rows[:, :2], projection.rows[:, 2:]
     one, other = DISKS[parametrisation]
     if np.linalg.norm(second) < NEAR * np.sqrt(2.0):

@@ -279,9 +279,12 @@ def _settings(material: Material, provenance: dict[str, Any]) -> dict[str, Any]:
 
 
 def load_shape(name_or_path: str) -> Steps[Mesh]:
-    """A built-in model or the mesh in a file."""
+    """A built-in model or the mesh in a file, with the tangents that drawing would otherwise wait for."""
     yield Step(0.0, f"loading {Path(name_or_path).name}")
-    return open_mesh(name_or_path)
+    mesh = open_mesh(name_or_path)
+    yield Step(0.9, "finding its tangents")
+    mesh.tangents.flags.writeable = False
+    return mesh
 
 
 def _material(project: Project) -> Steps[Material]:

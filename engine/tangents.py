@@ -50,9 +50,8 @@ def uv_tangents(
     grows = normalize(first * two[:, 1:] - second * one[:, 1:], fallback=(0.0, 0.0, 0.0)) * sign[:, None]
     directed = np.cross(first, second)
     area = np.sqrt(dot(directed, directed))
-    summed, signs = np.zeros((len(positions), 3)), np.zeros(len(positions))
-    for corner in range(3):
-        np.add.at(summed, faces[:, corner], grows * area[:, None])
-        np.add.at(signs, faces[:, corner], sign * area)
-    frames = frames_along(normalize(normals), summed)
-    return frames[..., 0], np.where(signs < 0.0, -1.0, 1.0)
+    vertex, count = faces.ravel(), len(positions)
+    parts = np.column_stack([grows, sign]) * area[:, None]
+    summed = np.stack([np.bincount(vertex, np.repeat(part, 3), count) for part in parts.T], axis=-1)
+    frames = frames_along(normalize(normals), summed[:, :3])
+    return frames[..., 0], np.where(summed[:, 3] < 0.0, -1.0, 1.0)

@@ -77,11 +77,6 @@ def _weights(brdf: Brdf, sampler: Sampler, wi: Vectors, u: Floats) -> Vectors:
     return weights
 
 
-def albedo_curve(brdf: Brdf, theta: ArrayLike, phi: float = 0.0, *, count: int = 4096) -> Vectors:
-    """The albedo (N, 3) of beams from polar angles `theta` (N,) in radians."""
-    return albedo(brdf, surface_direction(theta, phi), count=count)
-
-
 def maximum_albedo(brdf: Brdf, *, angles: int = 32, count: int = 2048) -> MaximumAlbedo:
     """The largest albedo of beams from the normal to 89.9°, and over eight azimuths where the BRDF is brushed."""
     theta = np.linspace(0.0, GRAZING, angles)

@@ -160,7 +160,7 @@ def write_factors(folder: str | os.PathLike[str], factorisation: Factorisation) 
 def read_factors(folder: str | os.PathLike[str]) -> Factorisation:
     """The factorisation in `folder`; InputError for anything else, and for one that is damaged."""
     path = Path(folder)
-    value = read_json(read_bytes(path / MEMBER, _JSON_LIMIT_BYTES), path, MEMBER)
+    value = read_json(read_bytes(path / MEMBER, _JSON_LIMIT_BYTES), path, MEMBER, _REMEDY)
     if not isinstance(value, dict) or value.get("format") != FORMAT:
         raise InputError(path, f"{MEMBER} does not describe factors", _REMEDY)
     if isinstance(value.get("version"), int) and value["version"] > 1:

@@ -69,10 +69,10 @@ Kind = Literal[
     "wi-dot-h-mean-squares",
     "wi-dot-h-mean-turned",
 ]
-Scale = Literal["radii", "cosines", "sines", "squares", "turned"]
+Measure = Literal["radii", "cosines", "sines", "squares", "turned"]
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
-_SCALES: tuple[Scale, ...] = get_args(Scale)
+_MEASURES: tuple[Measure, ...] = get_args(Measure)
 _ANGLES = {"wi-dot-h": [0, 1], "half-mean": [0, 2], "wi-dot-h-mean": [1, 2]}
 _EXCHANGED: dict[Kind, Kind] = {
     "wi": "wo",
@@ -189,8 +189,8 @@ class FixedProjection:
 
     @property
     def angles(self) -> str:
-        """Which of the pairs of angles this is, without its scale; empty for directions and elevations."""
-        base = self.kind.removesuffix(f"-{self.scale}")
+        """Which of the pairs of angles this is, without their measure; empty for directions and elevations."""
+        base = self.kind.removesuffix(f"-{self.measure}")
         return base if base in _ANGLES else ""
 
     @property
@@ -199,9 +199,9 @@ class FixedProjection:
         return bool(self.angles) or self.kind in ("elevations", "elevations-exchanged")
 
     @property
-    def scale(self) -> Scale:
+    def measure(self) -> Measure:
         """What of the angles the coordinates are."""
-        return next((scale for scale in _SCALES if self.kind.endswith(f"-{scale}")), "radii")
+        return next((measure for measure in _MEASURES if self.kind.endswith(f"-{measure}")), "radii")
 
     def conjugate(self, parametrisation: Parametrisation) -> FixedProjection:
         """The projection that sees (wo, wi) where this one sees (wi, wo), in either parametrisation."""
@@ -210,7 +210,7 @@ class FixedProjection:
     def coordinates(self, points: Points) -> Floats:
         """Texture coordinates (N, 2) in [−1, 1]."""
         if self.angles:
-            return _on_scale(points.angles[:, _ANGLES[self.angles]], self.scale)
+            return _measured(points.angles[:, _ANGLES[self.angles]], self.measure)
         if self.kind in ("elevations", "elevations-exchanged"):
             radii = np.column_stack([np.hypot(*points.wi.T), np.hypot(*points.wo.T)])
             return 2.0 * (radii if self.kind == "elevations" else radii[:, ::-1]) - 1.0
@@ -219,7 +219,7 @@ class FixedProjection:
     def mask(self, size: int) -> Mask:
         """The texels (size, size) that a pair above the horizon can touch."""
         axis = np.linspace(-1.0, 1.0, size)
-        if self.scale == "turned":
+        if self.measure == "turned":
             return np.abs(axis[:, None]) + np.abs(axis) <= 1.0 + 4.0 / (size - 1) + 1e-9
         if self.kind not in ("wi", "wo", "half"):
             return np.ones((size, size), bool)
@@ -227,17 +227,17 @@ class FixedProjection:
         return np.asarray(np.hypot(nearest[:, None], nearest) <= 1.0 + 1e-9)
 
 
-def _on_scale(radii: Floats, scale: Scale) -> Floats:
+def _measured(radii: Floats, measure: Measure) -> Floats:
     """Coordinates (N, 2) in [−1, 1] of angles given as radii tan(θ/2) (N, 2) in [0, 1]."""
     squares = radii * radii
-    if scale == "turned":
+    if measure == "turned":
         first, second = (2.0 * radii - 1.0).T
         return np.column_stack([0.5 * (first + second), 0.5 * (first - second)])
-    if scale == "cosines":
+    if measure == "cosines":
         return 2.0 * (1.0 - squares) / (1.0 + squares) - 1.0
-    if scale == "sines":
+    if measure == "sines":
         return 4.0 * radii / (1.0 + squares) - 1.0
-    return 2.0 * (squares if scale == "squares" else radii) - 1.0
+    return 2.0 * (squares if measure == "squares" else radii) - 1.0
 
 
 Projection = LinearProjection | FixedProjection

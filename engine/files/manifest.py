@@ -178,16 +178,19 @@ def read_manifest(content: bytes, path: Any) -> Manifest:
         raise InputError(path, f"manifest.json: {where}: {first['msg']}", "Export the bundle again") from None
 
 
-def read_json(content: bytes, path: Any, member: str) -> Any:
-    """A JSON value of a stranger: UTF-8, finite numbers, no key twice, no nesting that exhausts the interpreter."""
+def read_json(content: bytes, path: Any, member: str, remedy: str = "Export the bundle again") -> Any:
+    """A JSON value of a stranger: UTF-8, finite numbers, no key twice, no nesting that exhausts the interpreter.
+
+    Raises InputError for anything else, about `member` of `path`, with `remedy`.
+    """
     try:
         return json.loads(
             content.decode("utf-8"), parse_constant=_refuse, parse_float=_finite, object_pairs_hook=_without_repeats
         )
     except RecursionError:
-        raise InputError(path, f"{member} is nested too deeply", "Export the bundle again") from None
+        raise InputError(path, f"{member} is nested too deeply", remedy) from None
     except ValueError as error:
-        raise InputError(path, f"{member} is not valid JSON ({str(error)[:120]})", "Export the bundle again") from None
+        raise InputError(path, f"{member} is not valid JSON ({str(error)[:120]})", remedy) from None
 
 
 def _refuse(constant: str) -> NoReturn:

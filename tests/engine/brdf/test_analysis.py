@@ -7,7 +7,6 @@ import pytest
 
 from engine.brdf.analysis import (
     albedo,
-    albedo_curve,
     half_difference_slice,
     lobe,
     maximum_albedo,
@@ -54,9 +53,11 @@ def test_albedo_of_one_way_data_is_what_leaves_the_surface() -> None:
     assert albedo(Glowing(), surface_direction(np.array([0.2, 1.5]))) == pytest.approx(2.0, rel=0.02)
 
 
-def test_albedo_curve_equals_single_albedos() -> None:
+def test_albedos_of_many_beams_equal_single_albedos() -> None:
     brdf, theta = brdf_from_text("ggx:kd=0.1,alpha=0.3,f0=0.5"), np.array([0.1, 0.7, 1.4])
-    assert np.array_equal(albedo_curve(brdf, theta), [albedo(brdf, surface_direction(angle)) for angle in theta])
+    assert np.array_equal(
+        albedo(brdf, surface_direction(theta)), [albedo(brdf, surface_direction(angle)) for angle in theta]
+    )
 
 
 def test_reciprocity_error_is_zero_for_reciprocal_models_and_found_where_not() -> None:

@@ -170,5 +170,5 @@ def test_scales_of_angles_are_what_they_say() -> None:
             ("turned", np.array([radii.sum() - 1.0, radii[0] - radii[1]])),
         ):
             projection = FixedProjection(f"{base}-{scale}")  # type: ignore[arg-type]
-            assert (projection.angles, projection.scale) == (base, scale)
+            assert (projection.angles, projection.measure) == (base, scale)
             np.testing.assert_allclose(projection.coordinates(points)[0], wanted, atol=1e-14)
