@@ -36,7 +36,7 @@ LAYERS = (
         "files.manifest",
     },
     {"images", "environment", "environment_file", "light_tree", "camera", "drape"},
-    {"mesh", "mesh_text", "shapes"},
+    {"mesh", "mesh_text", "shapes", "ground", "mesh_clean", "unwrap"},
     {"capture", "brdf"},
     {"factor"},
     {"shading"},
