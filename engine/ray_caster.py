@@ -1,0 +1,183 @@
+"""Rays against a mesh: the nearest hit, or only whether there is one.
+
+embree looks for the face, in float32 and in its robust mode, in coordinates about the centre of the bounding box that
+are scaled by a power of two to about one; so scaling a mesh by a power of two changes no answer. Where the ray meets
+that face is then worked out in float64 from the vertices as they are given. Of faces that coincide, the one of lowest
+index is met.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.floating[Any]]
+
+#: Rays that one thread takes at a time.
+CHUNK = 1 << 15
+
+#: Unit roundoff of embree's float32 coordinates and of the float64 ones that they come from.
+UNIT, FINE_UNIT = 2.0**-24, 2.0**-53
+
+#: An origin is pushed off a face by so many roundings of the largest coordinate: three of the vertices and three of the
+#: origin, and some twenty of the edge tests (pbrt's gamma bounds), all on the safe side.
+ROUNDINGS = 32
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """What rays meet.
+
+    Attributes
+    ----------
+    face : (N,) int32 index of the face, −1 where a ray meets none.
+    distance : (N,) float64 in lengths of the direction; infinite where nothing is met.
+    barycentric : (N, 3) float64 weights of the face's corners, each in [0, 1], with sum 1; zero where nothing is met.
+    """
+
+    face: NDArray[np.int32]
+    distance: NDArray[np.float64]
+    barycentric: NDArray[np.float64]
+
+
+class RayCaster:
+    """The triangles (F, 3) of a mesh with vertices (V, 3), ready for rays; the arrays must not change afterwards.
+
+    Attributes
+    ----------
+    centre : (3,) float64, the centre of the bounding box.
+    extent : the largest distance of a coordinate from the centre, at least the smallest normal number.
+    offset : how far an origin on a face must stand off it: `ROUNDINGS` of `extent`, and of the coordinates in float64.
+
+    About 0.2 µs a face to build on one core, and 100 bytes a face. ValueError for faces that name no vertex, or
+    vertices that are not finite.
+    """
+
+    def __init__(self, positions: ArrayLike, faces: ArrayLike) -> None:
+        self.positions = np.ascontiguousarray(positions, np.float64).reshape(-1, 3)
+        self.faces = np.ascontiguousarray(faces, np.int32).reshape(-1, 3)
+        if self.faces.size and not 0 <= int(self.faces.min()) <= int(self.faces.max()) < len(self.positions):
+            raise ValueError("faces name vertices that do not exist")
+        used = self.positions[np.unique(self.faces)]
+        if not np.isfinite(used).all():
+            raise ValueError("vertices are not finite")
+        low, high = (used.min(axis=0), used.max(axis=0)) if len(used) else (np.zeros(3), np.zeros(3))
+        self.centre = low / 2.0 + high / 2.0
+        self.extent = max(float(np.max(high / 2.0 - low / 2.0)), float(np.finfo(np.float64).tiny))
+        largest = max(float(np.abs(low).max()), float(np.abs(high).max()))
+        self.offset = gamma(ROUNDINGS, UNIT) * self.extent + gamma(ROUNDINGS, FINE_UNIT) * largest
+        self._power = -math.frexp(self.extent)[1]
+        self._kept = _first_of_coincident(self.positions, self.faces)
+        self._scene = _scene(
+            self._inside(np.where(np.isfinite(self.positions), self.positions, 0.0)), self.faces[self._kept]
+        )
+
+    def intersect(self, origin: Floats, direction: Floats) -> Hits:
+        """The nearest face along each ray from `origin` (N, 3) towards `direction` (N, 3), of any length but zero.
+
+        Rays that are not finite, and those without direction, meet nothing.
+        """
+        face = np.full(len(origin), -1, np.int32)
+        distance, barycentric = np.full(len(origin), np.inf), np.zeros((len(origin), 3))
+
+        def work(rays: slice) -> None:
+            found = self._ask(origin[rays], direction[rays], "INTERSECT")
+            hit = found >= 0
+            face[rays][hit] = self._kept[found[hit]]
+            distance[rays][hit], barycentric[rays][hit] = self._refined(
+                np.asarray(origin[rays][hit], np.float64), np.asarray(direction[rays][hit], np.float64), face[rays][hit]
+            )
+
+        _in_chunks(work, len(origin))
+        return Hits(face, distance, barycentric)
+
+    def occluded(self, origin: Floats, direction: Floats) -> NDArray[np.bool_]:
+        """Whether each ray from `origin` (N, 3) towards `direction` (N, 3) meets any face; bools (N,)."""
+        result = np.empty(len(origin), np.bool_)
+
+        def work(rays: slice) -> None:
+            result[rays] = self._ask(origin[rays], direction[rays], "OCCLUDED") >= 0
+
+        _in_chunks(work, len(origin))
+        return result
+
+    def _inside(self, positions: Floats) -> NDArray[np.float32]:
+        return np.ldexp(np.asarray(positions, np.float64) - self.centre, self._power).astype(np.float32)
+
+    def _ask(self, origin: Floats, direction: Floats, query: str) -> NDArray[np.int32]:
+        usable = (
+            np.isfinite(origin).all(axis=1) & np.isfinite(direction).all(axis=1) & np.asarray(direction).any(axis=1)
+        )
+        found = np.full(len(origin), -1, np.int32)
+        if len(self._kept) and usable.any():
+            start = self._inside(np.asarray(origin)[usable])
+            found[usable] = self._scene.run(start, np.asarray(direction, np.float32)[usable], query=query)
+        return found
+
+    def _refined(
+        self, origin: NDArray[np.float64], direction: NDArray[np.float64], face: NDArray[np.int32]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Distance (N,) and barycentric weights (N, 3) of where rays meet the faces, in float64."""
+        a, b, c = (self.positions[self.faces[face, corner]] - origin for corner in range(3))
+        volumes = np.stack([_triple(direction, b, c), _triple(direction, c, a), _triple(direction, a, b)], axis=-1)
+        sign = np.sign(volumes.sum(axis=-1, keepdims=True))
+        volumes = np.maximum(volumes * sign, 0.0)
+        total = volumes.sum(axis=-1, keepdims=True)
+        weights = np.where(total > 0.0, volumes / np.where(total > 0.0, total, 1.0), 1.0 / 3.0)
+        point = weights[:, :1] * a + weights[:, 1:2] * b + weights[:, 2:] * c
+        along = np.einsum("ni,ni->n", point, direction) / np.einsum("ni,ni->n", direction, direction)
+        return np.maximum(along, 0.0), weights
+
+
+def gamma(count: int, unit: float) -> float:
+    """Bound of the relative error of `count` roundings (Higham 2002, lemma 3.1)."""
+    return count * unit / (1.0 - count * unit)
+
+
+def offset_origins(positions: Floats, normals: Floats, caster: RayCaster) -> NDArray[np.float64]:
+    """`positions` (N, 3) moved along the unit `normals` (N, 3) by `caster.offset`: rays from there miss their own face.
+
+    The normal given decides the side. The offset grows with the bounding box and, far from the origin of the
+    coordinates, with the coordinates; it is some 2e-6 of the box.
+    """
+    return np.asarray(positions, np.float64) + caster.offset * np.asarray(normals, np.float64)
+
+
+def _triple(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
+    volume: NDArray[np.float64] = np.einsum("ni,ni->n", a, np.cross(b, c))
+    return volume
+
+
+def _first_of_coincident(positions: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Indices of the faces without those that have the same three corners as an earlier one, whichever way round."""
+    point = np.unique(positions, axis=0, return_inverse=True)[1].reshape(-1)
+    corners = np.sort(point[faces], axis=1)
+    kept: NDArray[np.int32] = np.sort(np.unique(corners, axis=0, return_index=True)[1]).astype(np.int32)
+    return kept
+
+
+def _scene(positions: NDArray[np.float32], faces: NDArray[np.int32]) -> Any:
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    scene = EmbreeScene(robust=True)
+    if len(faces):
+        TriangleMesh(scene, positions, faces)
+    return scene
+
+
+def _in_chunks(work: Callable[[slice], None], count: int) -> None:
+    chunks = [slice(start, start + CHUNK) for start in range(0, count, CHUNK)]
+    if len(chunks) < 2:
+        for chunk in chunks:
+            work(chunk)
+        return
+    with ThreadPoolExecutor(min(len(chunks), os.cpu_count() or 1)) as pool:
+        list(pool.map(work, chunks))
