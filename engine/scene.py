@@ -1,8 +1,8 @@
-"""Everything that one picture shows: model, material, reflectance, light and camera, as one value.
+"""Everything that one picture shows: model, ground, material, reflectance, light and camera, as one value.
 
 The GL renderer (`engine.gl.direct`) and the CPU renderer (`engine.render.direct`) draw the same scene to the same
 numbers. Following Kautz et al. 2004, section 4, the light is one direction or several, chosen by importance from an
-environment map, of irradiance E_j perpendicular to them:
+environment map and spread over lamps, of irradiance E_j perpendicular to them:
 
     r_j = sigma Y(f_r(wi_j, wo)) cos(theta_j),    radiance = sum over j of S(r_j) E_j         (Eqs. 2 and 3)
 
@@ -31,6 +31,8 @@ from engine.brdf.brdf import Brdf
 from engine.camera import Camera
 from engine.directions import normalize
 from engine.environment import DistantLights, EnvironmentMap
+from engine.ground import Ground, with_ground
+from engine.lamps import Lamp, lights_of_all
 from engine.light_tree import chosen_lights
 from engine.material import Material, auto_sigma
 from engine.mesh import Mesh
@@ -48,20 +50,26 @@ ABOVES: tuple[Above, ...] = ("clamp", "scale")
 #: Most directions of an environment: four times what the smoothest picture needs.
 MOST_DIRECTIONS = 4096
 
+#: Most lamps beside it; a texture of all lights then still fits every graphics device.
+MOST_LAMPS = 64
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """One model with one material under one directional light or an environment.
+    """One model with one material under one directional light or an environment, and any lamps beside it.
 
     Attributes
     ----------
     light : (3,) world direction towards the light.
-    irradiance : of the light on a surface that faces it; with an environment, the factor on the map's radiance.
+    irradiance : of the light on a surface that faces it; with an environment, the factor on the map's radiance. With
+        0 and no environment, the lamps are the only lights.
     environment : takes the place of the light.
     environment_rotation : radians about +Y, as `DistantLights.turned`.
     directions : how many lights stand for the environment; powers of two are spread best.
     source : which form of the material is looked up, where it has both.
     repeats : how often the material repeats over one unit of texture coordinates.
+    lamps : lights beside the one or the environment, in the world; the rotation and the factor are not theirs.
+    ground : what the model stands on; None for nothing.
     """
 
     mesh: Mesh
@@ -77,6 +85,8 @@ class Scene:
     environment: EnvironmentMap | None = None
     environment_rotation: float = 0.0
     directions: int = 64
+    lamps: tuple[Lamp, ...] = ()
+    ground: Ground | None = None
 
     def __post_init__(self) -> None:
         if self.source not in SOURCES or self.lookup not in LOOKUPS or self.above not in ABOVES:
@@ -88,15 +98,34 @@ class Scene:
                 f"a rotation of {self.environment_rotation} or {self.directions} directions (1 … {MOST_DIRECTIONS}) "
                 "is not possible"
             )
+        if len(self.lamps) > MOST_LAMPS:
+            raise ValueError(f"a scene has at most {MOST_LAMPS} lamps, not {len(self.lamps)}")
+        object.__setattr__(self, "lamps", tuple(self.lamps))
         object.__setattr__(self, "light", tuple(float(x) for x in normalize(self.light, (0.0, 1.0, 0.0))))
 
     @cached_property
     def lights(self) -> DistantLights:
-        """What the sums run over, in the world: the one light, or those that stand for the environment."""
+        """What the sums run over, in the world: the one light or those of the environment, then those of the lamps."""
+        if not self.lamps:
+            return self._without_lamps
+        lamps, first = lights_of_all(self.lamps), self._without_lamps
+        if self.environment is None and self.irradiance == 0.0:
+            return lamps
+        return DistantLights(
+            np.concatenate([first.direction, lamps.direction]), np.concatenate([first.irradiance, lamps.irradiance])
+        )
+
+    @property
+    def _without_lamps(self) -> DistantLights:
         if self.environment is None:
             return DistantLights(np.array([self.light]), np.full((1, 3), self.irradiance))
         chosen = chosen_lights(self.environment, self.directions)
         return DistantLights(chosen.direction, chosen.irradiance * self.irradiance).turned(self.environment_rotation)
+
+    @cached_property
+    def surface(self) -> Mesh:
+        """What rays meet: the model, and after it the vertices and triangles of the ground where there is one."""
+        return self.mesh if self.ground is None else with_ground(self.mesh, self.ground)[0]
 
     @property
     def shading(self) -> ShadingMap | PowerLawMap | None:
