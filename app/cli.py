@@ -31,6 +31,7 @@ VERBS = (
     ("import", "app.verbs.import_"),
     ("shade", "app.verbs.shade"),
     ("render", "app.verbs.render"),
+    ("compare", "app.verbs.compare"),
     ("brdf", "app.verbs.brdf"),
     ("factor", "app.verbs.factor"),
     ("bundle", "app.verbs.bundle"),

@@ -56,6 +56,7 @@ LAYERS = (
     {"scene"},
     {"transport"},
     {"render", "gl"},
+    {"accuracy"},
     {"files"},
     {"contact_sheet", "material_pictures", "demo_sheet", "demo", "bench"},
 )

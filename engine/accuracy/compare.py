@@ -1,0 +1,144 @@
+"""How far a picture is from a reference: relative RMSE of linear radiance, ꟻLIP, and the largest difference.
+
+Over the pixels p of the mask and the three channels, with a the picture and b the reference,
+
+    rmse_rel = ‖a − b‖ / ‖b‖,    max_abs = max |a − b|,    flip = mean of ꟻLIP (`engine.accuracy.flip`).
+
+Pixels that are not finite in either picture are left out and counted.
+
+A Monte Carlo reference b = t + n is itself uncertain: E ‖a − b‖² = ‖a − t‖² + Σ v, where v is the variance of each of
+its values. `error_against` takes that bias off and states what is left: with normal n the squared distance has the
+variance Σ (4 (a − t)² v + 2 v²).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.accuracy.flip import LARGE_TILE, flip_map
+from engine.steps import Steps, drain
+
+Picture = NDArray[Any]
+Mask = NDArray[np.bool_]
+
+#: An uncertainty is so many standard deviations: true in 95 % of all cases.
+DEVIATIONS = 1.96
+
+
+@dataclass(frozen=True)
+class ImageError:
+    """How far two pictures are apart.
+
+    Attributes
+    ----------
+    rmse_rel : relative root mean square error, no unit; infinite where the reference is black and the picture is not.
+    flip : mean ꟻLIP in [0, 1].
+    max_abs : largest difference of a channel, in radiance.
+    pixels : how many were compared; invalid_pixels : how many of the mask were not finite in one of the two.
+    """
+
+    rmse_rel: float
+    flip: float
+    max_abs: float
+    pixels: int
+    invalid_pixels: int = 0
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """Relative RMSE against an uncertain reference: the truth is within ± `uncertainty` in 95 % of all cases."""
+
+    rmse_rel: float
+    uncertainty: float
+
+
+def compare(a: Picture, b: Picture, mask: Mask | None = None, *, displayed: bool = False) -> ImageError:
+    """The error of picture `a` (H, W, 3 or more) against the reference `b`; further channels, as coverage, are ignored.
+
+    `mask` (H, W) selects pixels. `displayed` tells ꟻLIP that both are what a screen shows, in [0, 1], and not radiance.
+    ValueError where the shapes differ or no pixel is left to compare.
+    """
+    return drain(comparison(a, b, mask, displayed=displayed))
+
+
+def comparison(
+    a: Picture, b: Picture, mask: Mask | None = None, *, displayed: bool = False, tile: int = LARGE_TILE
+) -> Steps[ImageError]:
+    """`compare` in steps; `tile` is the side of the squares of which ꟻLIP is computed one at a time."""
+    valid, invalid_pixels = _valid(a, b, mask)
+    first, second = (np.asarray(picture)[..., :3][valid].astype(np.float64) for picture in (a, b))
+    found = yield from flip_map(
+        np.where(valid[..., None], a[..., :3], 0.0),
+        np.where(valid[..., None], b[..., :3], 0.0),
+        valid,
+        displayed=displayed,
+        tile=tile,
+    )
+    return ImageError(
+        rmse_rel=_ratio(_length(first - second), _length(second)),
+        flip=float(found[valid].mean(dtype=np.float64)),
+        max_abs=float(np.abs(first - second).max()),
+        pixels=len(first),
+        invalid_pixels=invalid_pixels,
+    )
+
+
+def error_against(
+    a: Picture, reference: Picture, variance: Picture | float = 0.0, mask: Mask | None = None
+) -> ErrorEstimate:
+    """Relative RMSE of `a` (H, W, 3) against the truth of which `reference` is an estimate.
+
+    `variance` (H, W, 3) is that of the reference's own values (of the mean, not of a sample). ValueError as `compare`.
+    """
+    valid, _ = _valid(a, reference, mask)
+    first, second = (np.asarray(picture)[..., :3][valid].astype(np.float64) for picture in (a, reference))
+    noise = np.broadcast_to(variance, (*valid.shape, 3))[valid].astype(np.float64)
+    apart = (first - second) ** 2
+    total = max(float(np.sum(second**2 - noise)), 0.0)
+    squared = float(np.sum(apart - noise))
+    spread = max(float(np.sum(4.0 * (apart - noise) * noise)), 0.0) + float(np.sum(2.0 * noise**2))
+    spread = DEVIATIONS * float(np.sqrt(spread))
+    low, middle, high = (np.sqrt(max(value, 0.0)) for value in (squared - spread, squared, squared + spread))
+    scale = float(np.sqrt(total))
+    return ErrorEstimate(_ratio(middle, scale), _ratio(max(high - middle, middle - low), scale))
+
+
+def noise_of(reference: Picture, variance: Picture, mask: Mask | None = None) -> float:
+    """Relative RMSE that the noise of `reference` alone amounts to: the root of Σ v over that of Σ b²."""
+    valid, _ = _valid(reference, reference, mask)
+    noise = np.asarray(variance)[..., :3][valid].astype(np.float64)
+    values = np.asarray(reference)[..., :3][valid].astype(np.float64)
+    return _ratio(float(np.sqrt(noise.sum())), float(np.sqrt(max(np.sum(values**2 - noise), 0.0))))
+
+
+def _valid(a: Picture, b: Picture, mask: Mask | None) -> tuple[Mask, int]:
+    """(H, W) the pixels to compare, and how many of the mask are not finite."""
+    if a.ndim != 3 or b.ndim != 3 or a.shape[:2] != b.shape[:2] or min(a.shape[2], b.shape[2]) < 3:
+        raise ValueError(f"pictures of {a.shape} and {b.shape} cannot be compared")
+    wanted = np.ones(a.shape[:2], np.bool_) if mask is None else np.asarray(mask, np.bool_)
+    if wanted.shape != a.shape[:2]:
+        raise ValueError(f"a mask of {wanted.shape} does not fit a picture of {a.shape[:2]}")
+    if not wanted.any():
+        raise ValueError("the mask selects no pixel")
+    finite = np.isfinite(a[..., :3]).all(axis=2) & np.isfinite(b[..., :3]).all(axis=2)
+    valid = wanted & finite
+    if not valid.any():
+        raise ValueError("no pixel is finite in both pictures")
+    return valid, int(np.sum(wanted & ~finite))
+
+
+def _length(values: NDArray[np.float64]) -> float:
+    """Euclidean norm without overflow."""
+    top = float(np.abs(values).max())
+    return top * float(np.sqrt(np.sum((values / top) ** 2))) if top > 0.0 else 0.0
+
+
+def _ratio(part: float, whole: float) -> float:
+    """`part` / `whole`; 0 where both are 0, infinite where only `whole` is."""
+    if whole > 0.0:
+        return float(part / whole)
+    return 0.0 if part == 0.0 else float("inf")
