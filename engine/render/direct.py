@@ -26,7 +26,7 @@ from engine.tangents import frames_along
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Light by light: the points that it reaches, the BRDF and the cosine there, and its irradiance.
+#: Light by light: the points that it reaches, the BRDF and the cosine there, and its irradiance (one, or one a point).
 Terms = Iterator[tuple[Indices, Array, Array, Array]]
 
 #: Look-up by look-up: the points, r / r_max in [0, 1], and the factor on what is looked up.
@@ -81,7 +81,7 @@ class Shader:
         self.scene, self.size = scene, size
         self._eye = np.subtract(scene.camera.eye, scene.mesh.centre)
         self._tracer = _tracer(scene)
-        self._levels = _mip_levels(scene.shading)
+        self._levels = mip_levels(scene.shading)
 
     def __call__(self, row: Indices, column: Indices, lights: DistantLights | None = None) -> Array:
         """(N, 4) radiance and coverage 1 where the mesh is hit, else 0; `lights` instead of the scene's own."""
@@ -116,14 +116,14 @@ class Shader:
         terms = _light_terms(scene, lights, frame, np.einsum("nij,ni->nj", frame, wo))
         if scene.shading is None:
             return _sum_of_reflections(terms, len(wo))
-        uv = _texture_coordinates(scene, faces)
+        uv = texture_coordinates(scene, faces)
         left, bottom = column - column % 2, row + (self.size[1] - 1 - row) % 2
         steps = (
             at(left + 1.5, row + 0.5) - at(left + 0.5, row + 0.5),
             at(column + 0.5, bottom - 0.5) - at(column + 0.5, bottom + 0.5),
         )
         along = [np.einsum("nc,nci->ni", step, uv) for step in steps]
-        return _looked_up(scene, self._levels, np.einsum("nc,nci->ni", weights, uv), along, terms)
+        return looked_up(scene, self._levels, np.einsum("nc,nci->ni", weights, uv), along, terms)
 
 
 def _light_terms(scene: Scene, lights: DistantLights, frame: Array, wo: Array) -> Terms:
@@ -165,14 +165,14 @@ def _visible_normal(normal: Array, triangle: Array, wo: Array) -> Array:
     return np.where(facing < 0.01, normalize(normal + (0.01 - facing) * wo), normal)
 
 
-def _texture_coordinates(scene: Scene, faces: NDArray[np.int32]) -> Array:
-    """(N, 3, 2) of the corners, v down, one unit per repeat."""
+def texture_coordinates(scene: Scene, faces: NDArray[np.int32]) -> Array:
+    """(N, 3, 2) of the corners of `faces` (N, 3), v down, one unit per repeat."""
     uv = scene.mesh.uv[faces].astype(np.float64)
     return np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1) * scene.repeats
 
 
-def _looked_up(scene: Scene, levels: Levels, uv: Array, along: list[Array], terms: Terms) -> Array:
-    """Radiance (N, 3), with the look-up inside the sum over lights; `along` is d(uv) / d(pixel)."""
+def looked_up(scene: Scene, levels: Levels, uv: Array, along: list[Array], terms: Terms) -> Array:
+    """Radiance (N, 3) at `uv` (N, 2), with the look-up inside the sum over lights; `along` is d(uv) / d(pixel)."""
     assert scene.shading is not None
     if isinstance(scene.shading, ShadingMap):
         summed = _sum_of_slices
@@ -258,7 +258,7 @@ def _filtered(levels: Levels, layer: int, uv: Array, detail: Array) -> Array:
     return value
 
 
-def _mip_levels(shading: ShadingMap | PowerLawMap | None) -> Levels:
+def mip_levels(shading: ShadingMap | PowerLawMap | None) -> Levels:
     """The map at full size, at half, at a quarter … down to one texel, as OpenGL makes mip-maps."""
     if shading is None:
         return []
