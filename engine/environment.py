@@ -56,6 +56,12 @@ class DistantLights:
         about_y = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
         return DistantLights(self.direction @ about_y.T, self.irradiance) if angle else self
 
+    def beside(self, others: DistantLights) -> DistantLights:
+        """These lights and then the `others`."""
+        return DistantLights(
+            np.concatenate([self.direction, others.direction]), np.concatenate([self.irradiance, others.irradiance])
+        )
+
 
 def solid_angles(height: int, width: int) -> NDArray[np.float64]:
     """(H, 1) solid angle in sr of a texel in each row; the whole map sums to 4 pi."""

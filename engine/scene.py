@@ -108,12 +108,10 @@ class Scene:
         """What the sums run over, in the world: the one light or those of the environment, then those of the lamps."""
         if not self.lamps:
             return self._without_lamps
-        lamps, first = lights_of_all(self.lamps), self._without_lamps
+        lamps = lights_of_all(self.lamps)
         if self.environment is None and self.irradiance == 0.0:
             return lamps
-        return DistantLights(
-            np.concatenate([first.direction, lamps.direction]), np.concatenate([first.irradiance, lamps.irradiance])
-        )
+        return self._without_lamps.beside(lamps)
 
     @property
     def _without_lamps(self) -> DistantLights:

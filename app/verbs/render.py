@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from engine.lamps import Lamp
     from engine.render.display import Display
     from engine.scene import Scene
 
@@ -22,6 +23,9 @@ EXAMPLE = "lightarc render cloth --brdf phong:exponent=20 --light-deg 45,30 -o c
 
 #: Most pixels of a picture; its linear radiance takes 16 bytes for each.
 MOST_PIXELS = 2**28
+
+#: Where the light is unless something else is said.
+LIGHT_DEG = (50.0, 30.0)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,10 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--light-deg",
         type=_two_numbers,
-        default=(50.0, 30.0),
         metavar="THETA,PHI",
         help="where the light is, in the world: THETA from +Y (up), PHI from +Z (the viewer's side of the plane) "
-        "towards +X (right); 90,0 shines along -Z (50,30)",
+        "towards +X (right); 90,0 shines along -Z (50,30; no such light where there is a --lamp)",
     )
     parser.add_argument(
         "--intensity", type=float, default=1.0, metavar="L", help="irradiance of the light, or factor on --env (1)"
@@ -51,6 +54,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=0.0,
         metavar="A",
         help="turn it about +Y, anticlockwise from above (0)",
+    )
+    parser.add_argument(
+        "--lamp",
+        type=_lamp,
+        action="append",
+        default=[],
+        metavar="TEXT",
+        help="one more light, beside --env or --light-deg; can be given several times: "
+        "theta_deg=40,phi_deg=20,irradiance=2,radius_deg=5,colour=1:0.8:0.6, a disc of that angular radius, with 0 a "
+        "directional light",
+    )
+    parser.add_argument(
+        "--ground",
+        nargs="?",
+        type=float,
+        const=0.5,
+        metavar="ALBEDO",
+        help="let the model stand on a matt ground (of albedo 0.5)",
     )
     parser.add_argument("--directions", type=int, default=64, metavar="N", help="lights that stand for it (64)")
     parser.add_argument(
@@ -130,6 +151,7 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     from engine.environment_file import open_environment
     from engine.factor.factor_file import open_reflectance
     from engine.files.bundle import open_bundle
+    from engine.ground import Ground
     from engine.scene import Scene
     from engine.shapes import open_mesh
 
@@ -138,14 +160,16 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     mesh = open_mesh(arguments.mesh)
     environment = open_environment(arguments.env) if arguments.env else None
     camera = usage(parse, arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height))
+    ground = None if arguments.ground is None else usage(lambda: Ground(albedo=arguments.ground))
+    only_lamps = bool(arguments.lamp) and not arguments.env and arguments.light_deg is None
     scene: Scene = usage(
         lambda: Scene(
             mesh=mesh,
             camera=camera,
             brdf=brdf or (material.reflectance if material else brdf_from_text("phong")),
             material=material,
-            light=tuple(world_direction(*map(math.radians, arguments.light_deg))),
-            irradiance=arguments.intensity,
+            light=tuple(world_direction(*map(math.radians, arguments.light_deg or LIGHT_DEG))),
+            irradiance=0.0 if only_lamps else arguments.intensity,
             source=arguments.source,
             lookup=arguments.lookup,
             above=arguments.above,
@@ -153,6 +177,8 @@ def _scene(arguments: argparse.Namespace) -> Scene:
             environment=environment,
             environment_rotation=math.radians(arguments.env_rotation_deg),
             directions=arguments.directions,
+            lamps=tuple(arguments.lamp),
+            ground=ground,
         )
     )
     return scene
@@ -197,9 +223,30 @@ def _draw(
 
 
 def _light(scene: Scene) -> dict[str, Any]:
-    if scene.environment is None:
-        return {"light_direction": list(scene.light), "directions": 1}
-    return {"environment": scene.environment.name, "directions": scene.directions}
+    """What there is of light, and what it falls on beside the model."""
+    lights: dict[str, Any] = {}
+    if scene.environment is not None:
+        lights = {"environment": scene.environment.name, "directions": scene.directions}
+    elif scene.irradiance or not scene.lamps:
+        lights = {"light_direction": list(scene.light), "directions": 1}
+    if scene.lamps:
+        lights["lamps"] = [_described(lamp) for lamp in scene.lamps]
+        lights["directional_lights"] = len(scene.lights.direction)
+    if scene.ground is not None:
+        lights["ground_albedo"] = scene.ground.albedo
+    return lights
+
+
+def _described(lamp: Lamp) -> dict[str, Any]:
+    from engine.directions import world_angles
+
+    theta, phi = world_angles(lamp.direction)
+    return {
+        "theta_deg": math.degrees(theta),
+        "phi_deg": math.degrees(phi),
+        "radius_deg": math.degrees(lamp.radius),
+        "irradiance": list(lamp.irradiance),
+    }
 
 
 def _error(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -234,3 +281,12 @@ def _two_numbers(text: str) -> tuple[float, float]:
     if not (math.isfinite(theta) and math.isfinite(phi)):
         raise argparse.ArgumentTypeError(f"{text!r} is not finite")
     return theta, phi
+
+
+def _lamp(text: str) -> Lamp:
+    from engine.lamps import lamp_from_text
+
+    try:
+        return lamp_from_text(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.environment import DistantLights, all_lights
+from engine.lamps import lights_of_all
 from engine.render.direct import Shader
 from engine.scene import Scene
 from engine.steps import Step, Steps
@@ -61,6 +62,7 @@ def error_ladder(
     row, column = _pixels(shade, size, pixels, seed)
     lights = all_lights(scene.environment, REFERENCE_ROWS)
     dense = DistantLights(lights.direction, lights.irradiance * scene.irradiance).turned(scene.environment_rotation)
+    dense = dense.beside(lights_of_all(scene.lamps))
     truth = yield from _summed(shade, row, column, dense)
     size_of_reference = (2 * REFERENCE_ROWS, REFERENCE_ROWS)
     errors = []
