@@ -31,7 +31,7 @@ FACES = np.array(
 )
 
 #: Fewest meridians along which overlaps are added up.
-_MERIDIANS = 8192
+_MERIDIANS = 4096
 
 
 @dataclass(frozen=True, eq=False)
