@@ -16,7 +16,7 @@ In parabolic coordinates (x, y)/(1 + z) the hemisphere is the unit disk, and the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,13 +43,18 @@ class FactorData:
     ----------
     wi, wo : (N, 3) unit directions towards light and viewer in the surface frame, above the horizon.
     value : (N, 3) in 1/sr without the cosine, finite and not negative.
+    measurement : (N,) numbers; samples with the same one are one measurement, turned about the normal. By default
+        every sample is one of its own.
     """
 
     wi: Floats
     wo: Floats
     value: Floats
+    measurement: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
 
     def __post_init__(self) -> None:
+        if not self.measurement.size:
+            object.__setattr__(self, "measurement", np.arange(len(self.value)))
         for name in ("wi", "wo", "value"):
             array = np.array(getattr(self, name), np.float64)
             array.flags.writeable = False
@@ -57,6 +62,8 @@ class FactorData:
         count = len(self.value)
         if not count or any(array.shape != (count, 3) for array in (self.wi, self.wo, self.value)):
             raise ValueError("wi, wo and value must have the shape (N, 3) with N > 0")
+        if self.measurement.shape != (count,):
+            raise ValueError(f"{self.measurement.shape} numbers of measurements for {count} samples")
         if not (self.wi[:, 2].min() > 0.0 and self.wo[:, 2].min() > 0.0):
             raise ValueError("directions must be above the horizon")
         if not (self.value.min() >= 0.0 and np.isfinite(self.value).all()):
@@ -64,6 +71,10 @@ class FactorData:
 
     def __len__(self) -> int:
         return len(self.value)
+
+    def part(self, samples: NDArray[np.intp]) -> FactorData:
+        """The samples of these indices."""
+        return FactorData(self.wi[samples], self.wo[samples], self.value[samples], self.measurement[samples])
 
 
 def factor_data(
@@ -121,7 +132,7 @@ def _turned(wi: Floats, wo: Floats, value: Floats, isotropic: bool, count: int, 
     times = max(1, count // len(value))
     angle = 2.0 * np.pi * rng.random(times * len(value))
     wi, wo = (_about_normal(np.tile(directions, (times, 1)), angle) for directions in (wi, wo))
-    return FactorData(wi, wo, np.tile(value, (times, 1)))
+    return FactorData(wi, wo, np.tile(value, (times, 1)), np.tile(np.arange(len(value)), times))
 
 
 def _about_normal(vectors: Floats, angle: Floats) -> Floats:

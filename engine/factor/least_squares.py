@@ -28,7 +28,7 @@ depend on its threads. Bound by scattered additions into BᵀB: for two textures
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -118,9 +118,8 @@ def term(rows: Rows, target: Floats, mask: Mask, smoothing: float) -> Term:
 
     Raises ValueError where λ = 0 and the mask has texels that no sample touches.
     """
-    count, texels = len(rows.texel), rows.size**2
-    reached = np.zeros(texels, np.bool_)
-    _mark(rows.texel, rows.weight, reached)
+    count = len(rows.texel)
+    reached = _reached(rows)
     mask = mask.reshape(-1) | reached
     if smoothing == 0.0 and (mask & ~reached).any():
         raise ValueError(f"{int((mask & ~reached).sum())} texels have no sample; smoothing above 0 fills them")
@@ -129,6 +128,25 @@ def term(rows: Rows, target: Floats, mask: Mask, smoothing: float) -> Term:
     differences = Rows(index, weight, rows.size)
     _add_products(index, weight, index, weight, gram)
     return Term(rows, differences, gram, _moments(rows, target) / count, reached, mask)
+
+
+def touched(rows: Rows) -> int:
+    """How many texels samples touch: the unknowns of a term."""
+    return int(_reached(rows).sum())
+
+
+def _reached(rows: Rows) -> Mask:
+    reached = np.zeros(rows.size**2, np.bool_)
+    _mark(rows.texel, rows.weight, reached)
+    return reached
+
+
+def with_smoothing(one: Term, share: float) -> Term:
+    """The same with another λ: `share` ≥ 0 of its own."""
+    index, weight, size = one.smoothing
+    gram = one.gram.copy()
+    _add_products(index, weight, index, (share - 1.0) * weight, gram)
+    return replace(one, gram=gram, smoothing=Rows(index, np.sqrt(share) * weight, size))
 
 
 def solve(terms: Sequence[Term], target: Floats, refine: bool = False) -> Fit:

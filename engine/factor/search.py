@@ -8,6 +8,7 @@ in `THESIS`:
     fixed       projections that are not linear compete with the one that was found
     mccool      so does McCool's whole set, where it has as many textures
     refit       once a projection is chosen, all textures are solved together
+    held_out    textures that are kept are as smooth as samples that were left out ask for (`engine.factor.smoothing`)
     low_size    restarts run with small textures on a part of the samples; the best few go on with all of both
     extent      textures are filled by the two disks and not by the 4-cube around them
 
@@ -22,7 +23,6 @@ import os
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from copy import copy
 
 import numpy as np
 
@@ -86,9 +86,9 @@ class _Search:
         if low_size < settings.size or settings.low_samples < len(data):
             few = np.random.default_rng(settings.seed).permutation(len(data))[: settings.low_samples]
             few.sort()
-            part = FactorData(data.wi[few], data.wo[few], data.value[few])
-            self.low = Level(part, space, settings, low_size)
+            self.low = Level(data.part(few), space, settings, low_size)
         self.evaluations = 0
+        self.smoothing = settings.smoothing
         self.fit: Fit | None = None
         self.partial: Factorisation | None = None
         self.started_with: Projection | None = None
@@ -110,6 +110,8 @@ class _Search:
             finished, errors = factors.shorter[-1], errors[:-1]
         self.ladder.factors, self.ladder.errors = (*finished.shorter, finished), errors
         self.full.chosen, self.full.textures = list(finished.projections), list(finished.textures)
+        if self.settings.refit:
+            self.full.solve_all()
         if self.low is not self.full:
             self.low.chosen = list(finished.projections)
             self.low.solve_all()
@@ -226,10 +228,10 @@ class _Search:
         _, projection = min(candidates, key=lambda one: one[0])
         if self.partial is not None and self.partial.projections[-1] is projection:
             return
-        chosen, textures = list(level.chosen), list(level.textures)
-        self.fit = level.keep(projection)
-        factors = level.factors(self.ladder.factors)
-        level.chosen, level.textures = chosen, textures
+        trial = level.beside()
+        trial.smoothing = self.smoothing
+        self.fit = trial.keep(projection)
+        factors = trial.factors(self.ladder.factors)
         level.forget()
         rung = self.ladder.rung(factors)
         shown, metric = self.partial, self.settings.metric
@@ -251,14 +253,20 @@ class _Search:
         """End a term with `projection`, or with McCool's set where that is as large and better."""
         settings, full = self.settings, self.full
         self.fit = full.keep(projection)
+        best = full
+        if settings.refit:
+            best, self.fit = full.settled()
         fixed = mccool_projections(settings.reciprocal)
         if settings.mccool and number == len(fixed):
-            other = copy(full)
-            other.chosen, other.textures = list(fixed), []
-            fit = other.solve_all()
+            other = full.beside()
+            other.chosen = list(fixed)
+            other.solve_all()
+            settled, fit = other.settled()
             self.evaluations += 1
-            if other.chosen_error() < full.chosen_error():
-                full.chosen, full.textures, self.fit = other.chosen, other.textures, fit
+            if settled.chosen_error() < best.chosen_error():
+                full.chosen, full.textures = other.chosen, other.textures
+                best, self.fit = settled, fit
+        self.smoothing = best.smoothing
         if self.low is not full:
             if settings.refit or self.low.chosen != full.chosen[:-1]:
                 self.low.chosen = list(full.chosen)
@@ -266,7 +274,7 @@ class _Search:
             else:
                 self.low.keep(projection)
         full.forget()
-        self.ladder.add(full)
+        self.ladder.add(best)
         self.partial = self.ladder.factorisation("search", self.fit, self.evaluations)
 
 

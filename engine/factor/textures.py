@@ -8,6 +8,7 @@ number of terms with their errors.
 from __future__ import annotations
 
 import time
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from engine.factor.data import FactorData
 from engine.factor.errors import METRICS, Factorisation, Reference, TermError, metrics
 from engine.factor.homomorphic import MOST_TERMS, HomomorphicFactors
-from engine.factor.least_squares import Fit, Rows, Term, predicted, rows_of, solve, term
+from engine.factor.least_squares import DENSE_LIMIT, Fit, Rows, Term, predicted, rows_of, solve, term, touched
 from engine.factor.log_space import EPSILON, LogSpace
 from engine.factor.projections import (
     KINDS,
@@ -29,11 +30,15 @@ from engine.factor.projections import (
     points_of,
     texture_mask,
 )
+from engine.factor.smoothing import held_out, part_of, smoothing_share
 
 Floats = NDArray[np.float64]
 
-#: Strength λ of the smoothing: it costs 1 % of the error on smooth data and fills what has no samples.
+#: Strength λ of the smoothing while projections are searched: it fills what has no samples.
 SMOOTHING = 1e-4
+
+#: Share of the measurements that are left out, to see how much of it the textures need that are kept.
+HELD_OUT = 0.2
 
 #: Largest texture that is solved for.
 LARGEST_SIZE = 64
@@ -49,7 +54,10 @@ class SearchSettings:
     low_samples : samples while restarts run. finalists : how many of the starts go on with all.
     parametrisation, reciprocal : of the factors. extent : what textures are filled by.
     restarts : random starts per term. together : textures solved for every projection tried.
-    metric : of `METRICS`, which is made small. epsilon : see `LogSpace`. smoothing : λ ≥ 0.
+    metric : of `METRICS`, which is made small. epsilon : see `LogSpace`.
+    smoothing : λ ≥ 0 while projections are searched.
+    held_out : share of the measurements by which the λ of the textures that are given away is chosen, not above
+        `smoothing` (see `engine.factor.smoothing`); 0 leaves it. Without `refit` it is left anyway.
     guesses, fixed, mccool, refit : see there. seed : of all random numbers.
     """
 
@@ -66,6 +74,7 @@ class SearchSettings:
     metric: str = "sq_log"
     epsilon: float = EPSILON
     smoothing: float = SMOOTHING
+    held_out: float = HELD_OUT
     guesses: bool = True
     fixed: tuple[Kind, ...] = tuple(kind for kind in KINDS if kind not in ("wi", "wo", "elevations-exchanged"))
     mccool: bool = True
@@ -89,6 +98,8 @@ class SearchSettings:
             raise ValueError(f"{self.metric!r} is no metric; known are {', '.join(METRICS)}")
         if not self.smoothing >= 0.0:
             raise ValueError(f"the smoothing must not be negative, but is {self.smoothing}")
+        if not 0.0 <= self.held_out < 1.0:
+            raise ValueError(f"the share that is held out must lie in [0, 1), not {self.held_out}")
         if not (self.restarts or self.guesses or self.fixed):
             raise ValueError("without restarts, guesses and fixed projections there is nothing to try")
 
@@ -97,7 +108,7 @@ class SearchSettings:
 DEFAULT = SearchSettings()
 
 #: The thesis's settings (Sec. 4.1); it measured with textures of 16² and 24².
-THESIS = SearchSettings(extent="cube", guesses=False, fixed=(), mccool=False, refit=False)
+THESIS = SearchSettings(extent="cube", guesses=False, fixed=(), mccool=False, refit=False, held_out=0.0)
 
 
 class Level:
@@ -108,6 +119,8 @@ class Level:
         self.points = points_of(data.wi, data.wo, settings.parametrisation)
         self.target = space.forward(data.value)
         self.value = data.value
+        self.measurement = data.measurement
+        self.smoothing = settings.smoothing
         self.chosen: list[Projection] = []
         self.textures: list[Floats] = []
         self._rows: dict[int, tuple[Projection, Rows]] = {}
@@ -131,7 +144,7 @@ class Level:
     def _term(self, projection: Projection, rows: Rows, target: Floats) -> Term:
         parametrisation, reciprocal = self.settings.parametrisation, self.settings.reciprocal
         mask = texture_mask(projection, parametrisation, reciprocal, self.size)
-        return term(rows, target, mask, self.settings.smoothing)
+        return term(rows, target, mask, self.smoothing)
 
     def prepare(self) -> None:
         """Take the textures that stay as they are from the target, and set up those that are solved anew."""
@@ -170,6 +183,27 @@ class Level:
         self.chosen.append(projection)
         self.textures = [*self.textures[: len(self.chosen) - len(terms)], *fit.textures]
         return fit
+
+    def settled(self) -> tuple[Level, Fit]:
+        """The same projections, with textures as smooth as samples that are left out ask for: those to be given away.
+
+        Of more texels than `DENSE_LIMIT` none are left out: they stay as they are.
+        """
+        other = self.beside()
+        held = held_out(self.measurement, self.settings.held_out, self.settings.seed)
+        rows = [self._kept_rows(each) for each in self.chosen]
+        if held.any() and self.settings.smoothing > 0.0 and sum(map(touched, rows)) <= DENSE_LIMIT:
+            target, known = self.target[~held], [part_of(one, held) for one in rows]
+            pairs = zip(self.chosen, rows, strict=True)
+            terms = [self._term(each, part_of(one, ~held), target) for each, one in pairs]
+            other.smoothing *= smoothing_share(terms, target, known, self.target[held])
+        return other, other.solve_all()
+
+    def beside(self) -> Level:
+        """A copy that goes on by itself: samples are shared, projections and textures are not."""
+        other = copy(self)
+        other.chosen, other.textures = list(self.chosen), list(self.textures)
+        return other
 
     def solve_all(self) -> Fit:
         """All textures of the chosen projections together."""
@@ -239,15 +273,24 @@ def mccool(
     reciprocal: bool = True,
     *,
     smoothing: float = SMOOTHING,
+    held_out: float = HELD_OUT,
     epsilon: float = EPSILON,
     reference: Reference | None = None,
 ) -> Factorisation:
     """McCool's fixed projections, wi, h and wo, all textures solved together (McCool, Ang and Ahmad 2001).
 
+    `smoothing`, `held_out` and `epsilon` are as in `SearchSettings`.
     `reference` are random pairs of the BRDF for the cosine-weighted error; without them it is taken over the samples.
     """
     settings = SearchSettings(
-        size=size, low_size=0, reciprocal=reciprocal, smoothing=smoothing, epsilon=epsilon, terms=3, fixed=()
+        terms=3,
+        size=size,
+        low_size=0,
+        reciprocal=reciprocal,
+        epsilon=epsilon,
+        smoothing=smoothing,
+        held_out=held_out,
+        fixed=(),
     )
     started = time.perf_counter()
     level = Level(data, LogSpace.of(data.value, epsilon), settings, size)
@@ -255,6 +298,6 @@ def mccool(
     fit: Fit | None = None
     for projection in mccool_projections(reciprocal):
         level.chosen.append(projection)
-        fit = level.solve_all()
-        ladder.add(level)
+        settled, fit = level.settled()
+        ladder.add(settled)
     return ladder.factorisation("mccool", fit, 0)

@@ -144,6 +144,7 @@ def _rows(
             settings.size,
             reciprocal,
             smoothing=settings.smoothing,
+            held_out=settings.held_out,
             epsilon=settings.epsilon,
             reference=pairs,
         )
