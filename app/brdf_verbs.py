@@ -13,6 +13,7 @@ from app.brdf_names import BRDF_NAMES
 from app.comparison import MARKERS, Entry, Fitted
 from app.jobs import Job
 from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, model_name
+from engine.gl.factor_textures import factor_source
 from engine.steps import Step, Steps, part
 
 if TYPE_CHECKING:
@@ -39,6 +40,11 @@ class FitSoFar:
 def is_model(brdf: Any) -> bool:
     """Whether `brdf` has parameters and a text, and is quick to evaluate."""
     return type(brdf) in MODELS.values()
+
+
+def has_shader(brdf: Any) -> bool:
+    """Whether `brdf` is drawn as it is, without a table: a model, or factors, which are textures already."""
+    return is_model(brdf) or factor_source(brdf) is not None
 
 
 def add_model(bench: Workbench, text: str) -> None:
@@ -85,7 +91,7 @@ def _read(path: Path) -> Steps[Any]:
 
 
 def use(bench: Workbench, entry: Entry) -> Job | None:
-    """Make `entry` the reflectance of the material; a measurement becomes a table first, in a job."""
+    """Make `entry` the reflectance of the material; a measurement becomes a table first, in a job. Factors stay."""
     if is_model(entry.brdf):
         _used(bench, entry.name, {"brdf": brdf_to_text(entry.brdf), "measured": None})
         return None
@@ -101,15 +107,15 @@ def _used(bench: Workbench, name: str, parts: dict[str, Any]) -> None:
 
 
 def _as_material(brdf: Any) -> Steps[dict[str, Any]]:
-    """The table of a measurement, and the model nearest to it for what holds no table."""
+    """The table of a measurement, or factors as they are, and the model nearest to it for what holds neither."""
     yield Step(0.0, "preparing kernels")
     from engine.brdf.fit import fit, fit_data
     from engine.brdf.microfacet import Ggx
     from engine.brdf.table_file import kept_table
 
-    table = yield from part(kept_table(brdf), 0.0, 0.5)
-    nearest = yield from part(fit(fit_data(table, count=NEAREST), Ggx()), 0.5, 1.0)
-    return {"brdf": brdf_to_text(nearest.brdf), "measured": table}
+    measured = brdf if has_shader(brdf) else (yield from part(kept_table(brdf), 0.0, 0.5))
+    nearest = yield from part(fit(fit_data(measured, count=NEAREST), Ggx()), 0.5, 1.0)
+    return {"brdf": brdf_to_text(nearest.brdf), "measured": measured}
 
 
 def save_table(bench: Workbench, brdf: Any, path: Path) -> Job:

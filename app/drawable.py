@@ -7,7 +7,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 
 from app.brdf_figures import drawable
-from app.brdf_verbs import is_model
+from app.brdf_verbs import has_shader
 from app.jobs import Jobs
 from app.latest import Latest
 from engine.brdf.table import HalfDifferenceTable
@@ -28,7 +28,7 @@ class Drawable(QObject):
     def of(self, brdf: Any) -> Any:
         """`brdf` or its table; None while that is under way. `note` says in a few words what is shown."""
         self.note = ""
-        if is_model(brdf) or isinstance(brdf, HalfDifferenceTable):
+        if has_shader(brdf) or isinstance(brdf, HalfDifferenceTable):
             return brdf
         if self._made[0] is not brdf:
             self.note = "preparing…"

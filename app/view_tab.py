@@ -340,7 +340,8 @@ class ViewTab(QWidget):
         for entry in project.comparison.entries:
             self.brdf_choice.addItem(entry.name, entry)
         if measured is not None:
-            self.brdf_choice.addItem(f"{measured.name} (measured)", measured)
+            is_table = not brdf_verbs.has_shader(measured)
+            self.brdf_choice.addItem(f"{measured.name} ({'measured' if is_table else 'factors'})", measured)
         current = measured if measured is not None else model_name(brdf)
         places = range(self.brdf_choice.count())
         self.brdf_choice.setCurrentIndex(next(at for at in places if self.brdf_choice.itemData(at) == current))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,10 @@ from engine.directions import surface_direction
 from engine.health import Health
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
+
+if TYPE_CHECKING:
+    from engine.factor.homomorphic import HomomorphicFactors
+    from engine.factor.separable_factors import SeparableFactors
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +33,8 @@ class Material:
     sigma : the factor in r = sigma f_r cos(theta_i); None means automatic (see `auto_sigma`).
     elevation_deg : elevations of the lights of the capture, which the automatic sigma needs.
     name : shown to people.
-    measured : the reflectance as it was measured; `brdf` is then the model nearest to it, for what holds no table.
+    measured : the reflectance as it was measured, a table, or factors, which a bundle holds as a table; `brdf` is then
+        the model nearest to it, for what holds no table.
     """
 
     shading_map: ShadingMap | None
@@ -39,7 +44,7 @@ class Material:
     elevation_deg: tuple[float, ...] = ()
     name: str = "material"
     health: Health = field(default_factory=Health)
-    measured: HalfDifferenceTable | DirectionTable | None = None
+    measured: HalfDifferenceTable | DirectionTable | SeparableFactors | HomomorphicFactors | None = None
 
     @property
     def reflectance(self) -> Brdf:

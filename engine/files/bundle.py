@@ -17,7 +17,7 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
-from engine.brdf.table_file import Table, decode_table, encode_table
+from engine.brdf.table_file import Table, decode_table, encode_table, kept_table
 from engine.errors import InputError, OutputError
 from engine.files.archive import TOTAL_LIMIT_BYTES, Archive, open_archive
 from engine.files.atomic import atomic_file, atomic_folder, make_folder, write_bytes
@@ -49,7 +49,7 @@ from engine.files.manifest import (
     write_manifest,
 )
 from engine.material import Material
-from engine.steps import Step, Steps
+from engine.steps import Step, Steps, part
 
 SUFFIX = ".lightarc"
 MANIFEST = "manifest.json"
@@ -89,6 +89,8 @@ def save_bundle(
 ) -> Steps[Path]:
     """Write `material` as a bundle; an existing bundle is replaced in one step, anything else is refused.
 
+    Factors are sampled into a table first, the one form of measured reflectance that a bundle has.
+
     Parameters
     ----------
     path : folder, or a file that ends in .lightarc.
@@ -102,14 +104,17 @@ def save_bundle(
     target = Path(path)
     check_replaceable(target)
     _check_values(material)
+    if material.measured is not None:
+        material = replace(material, measured=(yield from part(kept_table(material.measured), 0.0, 0.2)))
     contents = _contents(material, preview)
     members: dict[str, Member] = {}
     with _sink(target, _size_estimate(material)) as put:
         for index, (name, produce) in enumerate(contents.items()):
-            content = yield from _in_thread(produce, index / (len(contents) + 1), f"writing {name}")
+            done = 0.2 + 0.8 * index / (len(contents) + 1)
+            content = yield from _in_thread(produce, done, f"writing {name}")
             members[name] = Member(sha256=hashlib.sha256(content).hexdigest(), size_bytes=len(content))
             put(name, content)
-        yield Step(len(contents) / (len(contents) + 1), f"writing {MANIFEST}")
+        yield Step(0.99, f"writing {MANIFEST}")
         put(MANIFEST, write_manifest(_manifest(material, provenance or {}, figures or {}, members)))
         if sum(member.size_bytes for member in members.values()) > TOTAL_LIMIT_BYTES - _JSON_LIMIT_BYTES:
             raise OutputError(target, "the material is larger than the 4 GiB of a bundle", "Reduce the resolution")
@@ -173,7 +178,7 @@ def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[
     if material.power_law is not None:
         contents[VIEWER] = lambda: viewer(material).encode()
     contents[BRDF] = lambda: brdf_json(material).encode()
-    if (measured := material.measured) is not None:
+    if isinstance(measured := material.measured, Table):
         contents[TABLE] = lambda: encode_table(measured)[0]
     contents[SHADER] = lambda: shader(material).encode()
     if preview is not None:
@@ -299,5 +304,5 @@ def _size_estimate(material: Material) -> int:
     """Bytes of all maps before compression."""
     shading_map, power_law = material.shading_map, material.power_law
     size_bytes = shading_map.slices.nbytes if shading_map is not None else 0
-    size_bytes += material.measured.values.nbytes if material.measured is not None else 0
+    size_bytes += material.measured.values.nbytes if isinstance(material.measured, Table) else 0
     return size_bytes + (power_law.size_bytes + power_law.error_map.nbytes if power_law is not None else 0)

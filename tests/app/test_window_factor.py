@@ -242,6 +242,23 @@ def test_the_material_is_to_reflect_as_the_chosen_factors(
     assert [(entry.name, entry.brdf.terms) for entry in used] == [(f"{run.name}, 2 terms", 2)]
 
 
+@pytest.mark.parametrize("method", ["svd", "homomorphic"])
+def test_factors_are_drawn_in_the_view_as_they_are(
+    factor: Any, qtbot: Any, window: MainWindow, monkeypatch: pytest.MonkeyPatch, method: str
+) -> None:
+    monkeypatch.setattr("engine.brdf.table_file.kept_table", None)
+    run = run_with(factor, qtbot, method=method)
+    factor.inspector.use.click()
+    qtbot.waitUntil(lambda: document_of(factor).project.material.measured is not None, timeout=60_000)
+    used = document_of(factor).project.material.measured
+    wi, wo = np.array([[0.6, 0.0, 0.8]]), np.array([[0.0, 0.28, 0.96]])
+    np.testing.assert_array_equal(used.f(wi, wo), factor.runs.of(run).factors(None).f(wi, wo))
+    window.show_workspace("view")
+    assert window.view.brdf is used
+    assert window.view.brdf_choice.currentText().endswith("(factors)")
+    assert "RMS off" not in window.view.hint.text()
+
+
 def test_a_new_project_forgets_the_runs(factor: Any, qtbot: Any, window: MainWindow) -> None:
     run_with(factor, qtbot)
     window.new()

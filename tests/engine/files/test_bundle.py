@@ -22,8 +22,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from engine.brdf.table import HalfDifferenceTable
 from engine.brdf.table_file import kept_table
 from engine.errors import InputError, OutputError
+from engine.factor.maps import DirectionMap
+from engine.factor.separable_factors import SeparableFactors
 from engine.files import archive, atomic, manifest
 from engine.files.bundle import BRDF, MANIFEST, MEMBERS, PREVIEW, open_bundle, save_bundle, verify_bundle
 from engine.files.manifest import TABLE
@@ -120,6 +123,17 @@ def test_a_bundle_restores_the_material(tmp_path: Path, name: str) -> None:
     assert set(verification.members) == PLAIN
     written = json.loads(members_of(path)[MANIFEST])
     assert (written["provenance"], written["figures"]) == ({"camera": "X"}, {"rms": 0.04})
+
+
+@TARGETS
+def test_factors_are_kept_as_a_table(tmp_path: Path, name: str) -> None:
+    chart = DirectionMap("orthographic", 4)
+    textures = np.full((1, *chart.shape, 3), 0.5, np.float32)
+    factors = SeparableFactors(chart, "in-out", textures, textures, True, True, "quarter")
+    again = open_bundle(save(tmp_path / name, dataclasses.replace(make_material(), measured=factors)))
+    assert isinstance(again.measured, HalfDifferenceTable)
+    assert again.measured.name == "quarter"
+    np.testing.assert_allclose(again.measured.values, 0.25, rtol=1e-6)
 
 
 @TARGETS
