@@ -196,7 +196,7 @@ class Level:
             target, known = self.target[~held], [part_of(one, held) for one in rows]
             pairs = zip(self.chosen, rows, strict=True)
             terms = [self._term(each, part_of(one, ~held), target) for each, one in pairs]
-            other.smoothing *= smoothing_share(terms, target, known, self.target[held])
+            other.smoothing *= smoothing_share(terms, target, known, self.target[held], self.measurement[held])
         return other, other.solve_all()
 
     def beside(self) -> Level:
