@@ -3,7 +3,8 @@
 A result is written beside its target under a hidden partial name, flushed to the disk, renamed over the target, and
 the folder entry is flushed as well (Pillai et al. 2014, "All File Systems Are Not Created Equal": the order that
 survives a crash at any point). A failure or a closed generator removes the partial; a killed process leaves it, and
-the next write into the same folder removes it (`remove_leftovers`).
+the next write into the same folder removes it (`remove_leftovers`). Only what takes minutes to make is kept beside its
+target when that ends early, under a name by which the next run finds it (`resumable_file`).
 
 Every operation on the disk passes `_perform`, where a test can make it fail, come up short, or end the process.
 Cost: two flushes to the disk for each file, one for each file and folder of a folder.
@@ -90,12 +91,7 @@ def atomic_file(path: AnyPath, size_bytes: int | None = None) -> Iterator[Binary
 def atomic_path(path: AnyPath, size_bytes: int | None = None) -> Iterator[Path]:
     """As `atomic_file`, for libraries that write by name: yields the partial name, with the suffix of `path`."""
     target = _target(path)
-    existing = _look(target)
-    if existing is not None and not stat.S_ISREG(existing.st_mode):
-        folder = stat.S_ISDIR(existing.st_mode)
-        raise OutputError(path, "it is a folder" if folder else "it is not a regular file", "Choose another name")
-    if existing is not None and not os.access(target, os.W_OK):
-        raise OutputError(path, "the file is write-protected", "Choose another name or change its permissions")
+    existing = _replaceable(target, path)
     with _partial_beside(target, size_bytes) as partial:
         yield partial
         _synchronise(partial)
@@ -103,6 +99,41 @@ def atomic_path(path: AnyPath, size_bytes: int | None = None) -> Iterator[Path]:
             _perform("chmod", partial, lambda: partial.chmod(stat.S_IMODE(existing.st_mode)))
         _perform("rename", partial, lambda: partial.replace(target))
         _synchronise(target.parent)
+
+
+@contextmanager
+def resumable_file(path: AnyPath, size_bytes: int, beginning: bytes) -> Iterator[Resumable]:
+    """A file of `size_bytes` that starts with `beginning`, written piece by piece in any order.
+
+    It appears at `path` when the block ends without an exception. Until then, and if the block fails or the process is
+    killed, it stays beside `path` under a hidden name, and a later call with the same `beginning` and size goes on with
+    it. OutputError where it cannot be written, or another process is writing it.
+    """
+    target = _target(path)
+    existing = _replaceable(target, path)
+    partial = target.with_name(f".{target.name[: _LONGEST_NAME_BYTES // 4]}.unfinished")
+    _in_use[partial] = target
+    try:
+        with Resumable(partial, size_bytes, beginning) as output:
+            yield output
+            _synchronise(partial)
+            if existing is not None:
+                _perform("chmod", partial, lambda: partial.chmod(stat.S_IMODE(existing.st_mode)))
+            _perform("rename", partial, lambda: partial.replace(target))
+            _synchronise(target.parent)
+    finally:
+        _in_use.pop(partial, None)
+
+
+def _replaceable(target: Path, path: AnyPath) -> os.stat_result | None:
+    """The file at `target`, None where there is none; OutputError where it is something that must stay."""
+    existing = _look(target)
+    if existing is not None and not stat.S_ISREG(existing.st_mode):
+        folder = stat.S_ISDIR(existing.st_mode)
+        raise OutputError(path, "it is a folder" if folder else "it is not a regular file", "Choose another name")
+    if existing is not None and not os.access(target, os.W_OK):
+        raise OutputError(path, "the file is write-protected", "Choose another name or change its permissions")
+    return existing
 
 
 @contextmanager
@@ -208,6 +239,74 @@ class _Output(io.RawIOBase):
             super().close()
             with _explaining(self._path):
                 os.close(self._descriptor)
+
+
+class Resumable:
+    """A file of fixed size that this process alone writes, see `resumable_file`; `resumed` tells an earlier one."""
+
+    def __init__(self, path: Path, size_bytes: int, beginning: bytes) -> None:
+        self._path = path
+        flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0)
+        self._descriptor = _perform("create", path, lambda: os.open(path, flags, 0o666))
+        try:
+            self._lock()
+            same = os.fstat(self._descriptor).st_size == size_bytes
+            self.resumed = same and self.read_at(0, len(beginning)) == beginning
+            if not self.resumed:
+                with _explaining(path, needed_bytes=size_bytes):
+                    os.ftruncate(self._descriptor, 0)
+                    self._reserve(size_bytes)
+                self.write_at(0, beginning)
+        except BaseException:
+            os.close(self._descriptor)
+            raise
+
+    def write_at(self, offset: int, data: Any) -> None:
+        """Write `data` at `offset`."""
+        left = memoryview(data).cast("B")
+        while left:
+            with _explaining(self._path, needed_bytes=len(left)):
+                limit = fault("write", self._path) if fault is not None else None
+                os.lseek(self._descriptor, offset, os.SEEK_SET)
+                written = os.write(self._descriptor, left[:limit])
+            left, offset = left[written:], offset + written
+
+    def read_at(self, offset: int, count: int) -> bytes:
+        """`count` bytes from `offset`, fewer at the end of the file."""
+        with _explaining(self._path):
+            os.lseek(self._descriptor, offset, os.SEEK_SET)
+            parts = []
+            while count > 0 and (part := os.read(self._descriptor, count)):
+                parts.append(part)
+                count -= len(part)
+        return b"".join(parts)
+
+    def __enter__(self) -> Resumable:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        os.close(self._descriptor)
+
+    def _reserve(self, size_bytes: int) -> None:
+        """All blocks at once where the system can, so that a full disk is known before the work."""
+        if size_bytes > free_bytes(self._path.parent):
+            raise OSError(errno.ENOSPC, "")
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(self._descriptor, 0, size_bytes)
+        else:
+            os.ftruncate(self._descriptor, size_bytes)
+
+    def _lock(self) -> None:
+        if sys.platform == "win32":
+            return  # a file that is open cannot be renamed there, so a second writer fails at its end
+        import fcntl
+
+        try:
+            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise OutputError(
+                _as_named(self._path), "another run is writing it", "Wait for that run or choose another name"
+            ) from None
 
 
 @contextmanager

@@ -69,8 +69,8 @@ def quantised(values: Any, peak: Any, word: Any) -> int:
         for channel in range(3):
             bound = 511 if channel == 2 else 1023
             if peak[channel] > 0.0:
-                code = np.int64(np.rint(np.float64(values[m, channel]) / np.float64(peak[channel]) * bound))
-                code = min(max(code, -bound), bound)
+                scaled = np.rint(np.float64(values[m, channel]) / np.float64(peak[channel]) * bound)
+                code = int(min(max(scaled, -bound), bound))
                 packed |= (code & (0x3FF if channel == 2 else 0x7FF)) << (11 * channel)
         word[m] = np.uint32(packed)
         if packed != 0:
@@ -130,7 +130,7 @@ class WaveletLight:
     @property
     def coefficients(self) -> NDArray[np.float64]:
         """(6 · N², 3) what the codes stand for."""
-        values = self.codes * self.quantum
+        values = self.codes.astype(np.float64) * self.quantum
         values[:FACES] = self.scaling
         return values
 
