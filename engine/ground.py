@@ -58,7 +58,8 @@ def with_ground(mesh: Mesh, ground: Ground) -> tuple[Mesh, int]:
     across = np.linspace(-1.0, 1.0, ground.cells + 1) * ground.extent * mesh.radius
     x, z = np.meshgrid(across, -across)
     offset = np.stack([x, np.zeros_like(x), z], axis=-1).reshape(-1, 3)
-    positions = np.array([mesh.centre[0], _height(mesh, ground), mesh.centre[2]]) + offset
+    positions = offset + mesh.centre
+    positions[:, 1] = _height(mesh, ground)
     normals = np.broadcast_to(np.float32([0.0, 1.0, 0.0]), positions.shape)
     uv = offset[:, [0, 2]] * (1.0, -1.0) / np.max(np.ptp(mesh.positions, axis=0))
     faces = np.concatenate([mesh.faces, _squares(ground.cells) + len(mesh.positions)]).astype(np.int32)

@@ -9,9 +9,7 @@ Cost: about 1 s for 100,000 faces, most of it in trimesh.
 
 from __future__ import annotations
 
-import io
 import os
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -24,13 +22,48 @@ from numpy.typing import NDArray
 
 from engine.directions import normalize, world_from_tangent
 from engine.errors import InputError
-from engine.files.untrusted import AGAIN, decode_in_child
+from engine.files.untrusted import decode_in_child
 from engine.health import Finding, Health, Verdict
+from engine.mesh_clean import (
+    INSIDE_OUT,
+    LARGEST,
+    SMALLEST,
+    Topology,
+    merged_points,
+    topology,
+    usable_faces,
+    weld,
+)
+from engine.mesh_memory import check_memory, decoder_memory_bytes
+from engine.mesh_scene import scene_parts
 from engine.mesh_text import checked_text
+from engine.obj import read_obj, read_off
+from engine.ply import read_ply
+from engine.polygons import of_polygons
 from engine.tangents import uv_tangents
+from engine.unwrap import with_atlas
 
 #: Kinds of file, by the ending of the name.
-SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
+SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl", ".stl_ascii")
+
+#: Files of polygons, which are cut here; the others are read by trimesh.
+POLYGONS = {"obj": read_obj, "off": read_off, "ply": read_ply}
+
+_POINTS = "It holds points or curves; give a mesh with faces, as .ply or .obj"
+_UNPACK = "Unpack it and give the mesh that is in it"
+
+#: What to do with kinds of file that trimesh reads with further libraries only, or that hold no surface.
+INSTEAD = {
+    **dict.fromkeys((".3mf", ".3dxml", ".xaml", ".amf"), "Export it as .stl, .obj or .glb"),
+    **dict.fromkeys((".dae", ".zae", ".fbx", ".blend", ".usd", ".usda", ".usdc", ".usdz", ".3ds"), "Export it as .glb"),
+    **dict.fromkeys((".ctm", ".drc", ".binvox", ".wrl", ".x3d"), "Convert it to .ply"),
+    **dict.fromkeys((".step", ".stp", ".iges", ".igs"), "Export the tessellated shape as .stl or .obj"),
+    **dict.fromkeys((".xyz", ".pcd", ".las", ".dxf", ".svg"), _POINTS),
+    **dict.fromkeys((".zip", ".gz", ".bz2", ".xz", ".7z", ".tar"), _UNPACK),
+}
+
+#: Seconds that reading may take.
+LIMIT_S = 600.0
 
 #: Where a face turns further than this away from the smooth normal of its corner, its neighbours are looked at …
 BENT = np.cos(np.radians(10.0))
@@ -92,82 +125,84 @@ class Mesh:
             return world_from_tangent(normalize(self.normals))[..., 0].astype(np.float32)
         return uv_tangents(self.positions, self.normals, self.uv, self.faces)[0].astype(np.float32)
 
+    @cached_property
+    def topology(self) -> Topology:
+        """How the faces hang together: whether the mesh is closed or convex, counts of what is doubtful."""
+        points, place = merged_points(self.positions)
+        return topology(points, place[self.faces])
+
+    def flipped(self) -> Mesh:
+        """The same surface seen from its other side."""
+        figures = {**self.health.figures, "flipped": 1.0 - self.health.figures.get("flipped", 0.0)}
+        findings = tuple(finding for finding in self.health.findings if finding.text != INSIDE_OUT)
+        health = Health(MappingProxyType(figures), findings)
+        faces = np.ascontiguousarray(self.faces[:, ::-1])
+        return Mesh(self.positions, -self.normals, self.uv, faces, self.name, health)
+
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
-    """Read OBJ, PLY, STL, OFF, glTF or GLB; InputError for a file that holds no usable triangle."""
+    """Read a mesh of one of the `SUFFIXES`; InputError for a file that holds no usable triangle.
+
+    One that would not fit in memory is refused before it is read.
+    """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
-        raise InputError(
-            path, f"is not a mesh that can be read ({suffix or 'no ending'})", f"Give {', '.join(SUFFIXES)}"
-        )
-    reply = decode_in_child("engine.mesh:decode_mesh", path, timeout_s=120.0)
-    figures = MappingProxyType({name: float(count) for name, count in reply["figures"].items()})
-    dropped = {name: int(count) for name, count in figures.items() if name.endswith("_dropped") and count}
-    findings = tuple(
-        Finding(Verdict.WARNING, f"{count} {name.removesuffix('_dropped').replace('_', ' ')} left out")
-        for name, count in dropped.items()
+        kind = suffix or "no ending"
+        remedy = INSTEAD.get(suffix, f"Give {', '.join(SUFFIXES)}")
+        raise InputError(path, f"is not a mesh that can be read ({kind})", remedy)
+    check_memory(path)
+    reply = decode_in_child(
+        "engine.mesh:decode_mesh",
+        path,
+        memory_bytes=decoder_memory_bytes(),
+        timeout_s=LIMIT_S,
+        folder=str(Path(path).absolute().parent),
     )
-    return Mesh(
-        reply["positions"], reply["normals"], reply["uv"], reply["faces"], Path(path).stem, Health(figures, findings)
-    )
+    figures = {name: float(count) for name, count in reply["figures"].items()}
+    findings = tuple(Finding(Verdict(verdict), text) for verdict, text in reply["findings"])
+    if figures["texture_coordinates_made"]:
+        findings += with_atlas(reply, path)
+    health = Health(MappingProxyType(figures), findings)
+    return Mesh(reply["positions"], reply["normals"], reply["uv"], reply["faces"], Path(path).stem, health)
 
 
-def decode_mesh(content: bytes, name: str) -> dict[str, Any]:
-    """Decode the content of a mesh file into the arrays of a `Mesh` and counts; runs in the decoder process."""
-    suffix = Path(name).suffix.lower().lstrip(".")
-    scene = _scene(checked_text(content, suffix, name), suffix, name)
-    parts = [
-        _part(scene.geometry[name], transform) for transform, name in map(scene.graph.get, scene.graph.nodes_geometry)
-    ]
-    parts = [part for part in parts if len(part["faces"])]
-    if not parts:
+def decode_mesh(content: bytes, name: str, folder: str | None = None) -> dict[str, Any]:
+    """Decode the content of a mesh file into the arrays of a `Mesh` and counts; runs in the decoder process.
+
+    `folder` is where other files that a glTF file names are looked for, and nowhere else.
+    """
+    kind = Path(name).suffix.lower().lstrip(".")
+    content = checked_text(content, kind, name)
+    if kind in POLYGONS:
+        polygons = POLYGONS[kind](content, name)
+        part = {"positions": polygons.points, **of_polygons(polygons)}
+        too_few = int(np.sum(polygons.sizes < 3))
+        parts = [part]
+    else:
+        too_few, parts = 0, scene_parts(content, kind, name, folder)
+    if not any(len(part["faces"]) for part in parts):
         raise InputError(name, "holds no triangles", "Give a mesh with faces, not points or curves alone")
     first_vertex = np.cumsum([0] + [len(part["positions"]) for part in parts])
-    faces = [part["faces"] + first for part, first in zip(parts, first_vertex, strict=False)]
-    normals, uv = (
-        np.concatenate([part[key] for part in parts]) if all(part[key] is not None for part in parts) else None
-        for key in ("normals", "uv")
+    faces = [
+        np.where(part["faces"] >= 0, part["faces"] + first, -1)
+        for part, first in zip(parts, first_vertex, strict=False)
+    ]
+    return complete(
+        np.concatenate([part["positions"] for part in parts]),
+        np.concatenate(faces),
+        _joined(parts, "normals", 3),
+        _joined(parts, "uv", 2),
+        name,
+        {"faces_of_fewer_than_3_corners_dropped": too_few},
     )
-    return complete(np.concatenate([part["positions"] for part in parts]), np.concatenate(faces), normals, uv, name)
 
 
-def _scene(content: bytes, suffix: str, name: str) -> Any:
-    """What trimesh finds, where it could read all of it."""
-    import trimesh
-
-    options = {"skip_materials": True} if suffix == "obj" else {}
-    with warnings.catch_warnings():
-        # numpy stops at the first thing that is no number, and trimesh goes on with what came before it
-        warnings.filterwarnings("error", message=".*could not be read to its end", category=DeprecationWarning)
-        try:
-            return trimesh.load_scene(io.BytesIO(content), file_type=suffix, process=False, **options)
-        except (DeprecationWarning, ImportError, NameError) as error:
-            raise InputError(name, f"is damaged or of an unknown kind ({error})", AGAIN) from None
-
-
-def _part(geometry: Any, world_from_part: NDArray[np.float64]) -> dict[str, Any]:
-    """Faces, positions, normals and texture coordinates of one geometry of a scene, the last two None where absent.
-
-    trimesh's own concatenation would do, but copies materials, and for that it wants an image library.
-    """
-    if not hasattr(geometry, "faces"):
-        return {"faces": ()}
-    linear = world_from_part[:3, :3]
-    positions = np.asarray(geometry.vertices, np.float64) @ linear.T + world_from_part[:3, 3]
-    normals = geometry._cache.cache.get("vertex_normals")
-    if normals is not None and len(normals) == len(positions):
-        normals = np.asarray(normals, np.float64) @ np.linalg.inv(linear)
-    else:
-        normals = None
-    uv = getattr(geometry.visual, "uv", None)
-    usable = uv is not None and len(uv) == len(positions) and np.isfinite(uv).all() and np.ptp(uv, axis=0).all()
-    faces = np.asarray(geometry.faces, np.int64).reshape(-1, 3)
-    return {
-        "faces": faces[:, ::-1] if np.linalg.det(linear) < 0.0 else faces,
-        "positions": positions,
-        "normals": normals,
-        "uv": np.asarray(uv, np.float64)[:, :2] if usable else None,
-    }
+def _joined(parts: list[dict[str, Any]], key: str, columns: int) -> NDArray[np.float64] | None:
+    """(F, 3, columns) of all parts, NaN for those that state nothing; None where none does, or nothing of use."""
+    if all(part[key] is None for part in parts):
+        return None
+    rows = [np.full((len(part["faces"]), 3, columns), np.nan) if part[key] is None else part[key] for part in parts]
+    return np.concatenate(rows)
 
 
 def complete(
@@ -176,56 +211,106 @@ def complete(
     normals: NDArray[np.float64] | None,
     uv: NDArray[np.float64] | None,
     name: str,
+    counted: Mapping[str, int] = MappingProxyType({}),
 ) -> dict[str, Any]:
     """Drop what cannot be used, fill in what is missing, and lay the result out as the arrays of a `Mesh`.
 
-    Returns positions, normals, uv, faces and `figures`, the counts of what was dropped and filled. InputError where
-    no face is left.
+    Normals and texture coordinates are those of vertices, (V, …), or of corners, (F, 3, …), NaN where there are none.
+    Returns positions, normals, uv, faces, `figures`, the counts of what was dropped and filled (with those `counted`
+    before), and `findings`, pairs of a verdict and what it says. InputError where no face is left.
     """
-    faces, figures = usable_faces(positions, faces)
-    if len(faces) == 0:
-        raise InputError(name, "holds no usable triangle", "Export it again; all its faces are damaged or have no area")
-    points, point_of_vertex = np.unique(np.where(np.isfinite(positions), positions, 0.0), axis=0, return_inverse=True)
-    merged = point_of_vertex.reshape(-1)[faces]
-    directed = np.cross(points[merged[:, 1]] - points[merged[:, 0]], points[merged[:, 2]] - points[merged[:, 0]])
-    incidence = _incidence(merged, len(points))
+    usable, figures = usable_faces(positions, faces)
+    figures |= counted
+    if not usable.any():
+        counts = ", ".join(f"{count} {_plain(reason)}" for reason, count in figures.items() if count)
+        raise InputError(name, f"holds no usable triangle ({counts})", "Export it again")
+    stated = [None if table is None else table[faces] if table.ndim == 2 else table for table in (normals, uv)]
+    faces = np.asarray(faces, np.int64)[usable]
+    corner_normals, corner_uv = (None if table is None else table[usable] for table in stated)
+    figures["vertices_without_faces_dropped"] = len(positions) - len(np.unique(faces))
+    points, place = merged_points(np.where(np.isfinite(positions), positions, 0.0)[np.unique(faces)])
+    figures["vertices_at_the_same_place"] = len(place) - len(points)
+    faces = place[np.searchsorted(np.unique(faces), faces)]
+    _check_size(points, name)
+
+    directed = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
+    incidence = _incidence(faces, len(points))
     smooth = normalize(incidence @ directed, fallback=(0.0, 0.0, 0.0))
-
-    if normals is None:
-        corner_normals = _corner_normals(smooth, directed, merged, incidence)
+    made_normals = _corner_normals(smooth, directed, faces, incidence)
+    if corner_normals is None:
+        corner_normals = made_normals
     else:
-        given = normalize(normals, fallback=(0.0, 0.0, 0.0))[faces]
-        corner_normals = np.where(given.any(axis=-1, keepdims=True), given, normalize(directed)[:, None])
-        figures["normals_replaced"] = len(np.unique(faces[~given.any(axis=-1)]))
+        corner_normals, wrong = _mended_normals(corner_normals, made_normals, directed)
+        figures["normals_replaced"] = len(np.unique(faces[wrong]))
         if np.sum(corner_normals * directed[:, None]) < 0.0:
-            faces, corner_normals = faces[:, ::-1], corner_normals[:, ::-1]
+            faces, corner_normals, directed, smooth = faces[:, ::-1], corner_normals[:, ::-1], -directed, -smooth
+            corner_uv = None if corner_uv is None else corner_uv[:, ::-1]
 
-    if uv is None:
-        corner_uv = _box_projection(points, faces, point_of_vertex.reshape(-1), directed, smooth, incidence)
-    else:
-        corner_uv = uv[faces]
-    figures["texture_coordinates_made"] = int(uv is None)
-    return {**_weld(positions, faces, corner_normals, corner_uv), "figures": figures}
+    corner_uv, made = _completed_uv(corner_uv, _box_projection(points, faces, directed, smooth, incidence))
+    figures["texture_coordinates_made"] = int(made.all())
+    figures["faces_without_texture_coordinates"] = int(made.sum())
+    shape = topology(points, faces)
+    findings = [(int(one.verdict), one.text) for one in (*findings_of(figures), *shape.findings)]
+    return {
+        **weld(points, faces, corner_normals, corner_uv),
+        "figures": {**figures, **shape.figures},
+        "findings": findings,
+    }
 
 
-def usable_faces(
-    positions: NDArray[np.float64], faces: NDArray[np.integer[Any]]
-) -> tuple[NDArray[np.int64], dict[str, int]]:
-    """The faces (F, 3) that name existing, finite vertices and have an area, and counts of the others by reason."""
-    faces = np.asarray(faces, np.int64)
-    inside = ((faces >= 0) & (faces < len(positions))).all(axis=1)
-    counts = {"faces_with_wrong_indices_dropped": int(np.sum(~inside))}
-    faces = np.compress(inside, faces, axis=0)
-    vertex_is_finite = np.all(np.isfinite(positions), axis=1, keepdims=True)
-    finite = vertex_is_finite[faces, 0].all(axis=1)
-    counts["faces_with_non_finite_vertices_dropped"] = int(np.sum(~finite))
-    faces = np.compress(finite, faces, axis=0)
-    a, b, c = (positions[faces[:, corner]] for corner in range(3))
-    with np.errstate(over="ignore", invalid="ignore"):
-        area = np.cross(b - a, c - a)
-    flat = ~(np.isfinite(area).all(axis=1) & area.any(axis=1))
-    counts["faces_without_area_dropped"] = int(np.sum(flat))
-    return np.compress(~flat, faces, axis=0), counts
+def _check_size(points: NDArray[np.float64], name: str) -> None:
+    size = float(np.max(np.ptp(points, axis=0)))
+    if size < SMALLEST:
+        raise InputError(name, f"is {size:.3g} across, too small to be drawn", f"Scale it to more than {SMALLEST:g}")
+
+
+def _mended_normals(
+    stated: NDArray[np.float64], made: NDArray[np.float64], directed: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Unit normals (F, 3, 3), and at which corners (F, 3) those stated are none.
+
+    Where none is stated it is that `made` for a file without normals; what is zero or not finite becomes the normal
+    of the face.
+    """
+    unit = normalize(stated, fallback=(0.0, 0.0, 0.0))
+    missing = np.all(np.isnan(stated), axis=-1)
+    wrong = ~np.any(unit, axis=-1) & ~missing
+    unit = np.where(wrong[..., None], normalize(directed)[:, None], unit)
+    return np.where(missing[..., None], made, unit), wrong
+
+
+def _completed_uv(
+    stated: NDArray[np.float64] | None, projected: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Texture coordinates (F, 3, 2), and for which faces (F,) those `projected` had to be taken.
+
+    Stated coordinates that are one point or one line for the whole mesh count as none.
+    """
+    if stated is None:
+        return projected, np.ones(len(projected), bool)
+    usable = np.all(np.abs(stated) < LARGEST, axis=(1, 2))
+    if not usable.any() or not np.ptp(stated[usable], axis=(0, 1)).all():
+        return projected, np.ones(len(projected), bool)
+    return np.where(usable[:, None, None], stated, projected), ~usable
+
+
+def _plain(figure: str) -> str:
+    return figure.removesuffix("_dropped").replace("_", " ").replace("non finite", "non-finite")
+
+
+def findings_of(figures: Mapping[str, float]) -> list[Finding]:
+    """What the counts of a mesh mean, in words."""
+    findings = []
+    for name, count in figures.items():
+        if name.endswith("_dropped") and count:
+            verdict = Verdict.NOTE if name.startswith("vertices") else Verdict.WARNING
+            findings.append(Finding(verdict, f"{int(count)} {_plain(name)} left out"))
+    if count := int(figures.get("normals_replaced", 0)):
+        findings.append(Finding(Verdict.WARNING, f"{count} normals were none and are those of faces"))
+    count = int(figures["faces_without_texture_coordinates"])
+    if count and not figures["texture_coordinates_made"]:
+        findings.append(Finding(Verdict.WARNING, f"{count} faces had no texture coordinates; a box gave them some"))
+    return findings
 
 
 def _incidence(faces: NDArray[np.int64], points: int) -> Any:
@@ -261,7 +346,6 @@ def _corner_normals(
 def _box_projection(
     points: NDArray[np.float64],
     faces: NDArray[np.int64],
-    point_of_vertex: NDArray[np.int64],
     directed: NDArray[np.float64],
     smooth: NDArray[np.float64],
     incidence: Any,
@@ -274,9 +358,8 @@ def _box_projection(
     for _ in range(8):
         facing = normalize(incidence.T @ smooth)
         smooth = normalize(incidence @ (facing * area))
-    used = points[np.unique(point_of_vertex[faces])]
-    low, high = used.min(axis=0), used.max(axis=0)
-    corners = (points[point_of_vertex[faces]] - (low + high) / 2.0) / np.max(high - low)
+    low, high = points.min(axis=0), points.max(axis=0)
+    corners = (points[faces] - (low + high) / 2.0) / np.max(high - low)
     own = normalize(directed)
     axis = np.argmax(np.abs(facing), axis=1)
     steep = np.abs(own[np.arange(len(axis)), axis]) < 0.5
@@ -285,26 +368,3 @@ def _box_projection(
     x, y, z = np.moveaxis(corners, -1, 0)
     by_axis = np.stack([np.stack([-sign * z, y], -1), np.stack([x, -sign * z], -1), np.stack([sign * x, y], -1)])
     return by_axis[axis, np.arange(len(axis))]
-
-
-def _weld(
-    positions: NDArray[np.float64],
-    faces: NDArray[np.int64],
-    corner_normals: NDArray[np.float64],
-    corner_uv: NDArray[np.float64],
-) -> Mapping[str, Any]:
-    """One vertex for all corners that agree in vertex, normal and texture coordinate."""
-    corners = np.concatenate(
-        [faces.reshape(-1, 1), corner_normals.reshape(-1, 3).astype(np.float32), corner_uv.reshape(-1, 2)], axis=1
-    )
-    order = np.lexsort(corners.T)
-    starts = np.concatenate([[True], (np.diff(corners[order], axis=0) != 0.0).any(axis=1)])
-    first = order[starts]
-    index = np.empty(len(corners), np.int64)
-    index[order] = np.cumsum(starts) - 1
-    return {
-        "positions": positions[faces.reshape(-1)[first]],
-        "normals": corners[first, 1:4].astype(np.float32),
-        "uv": corners[first, 4:].astype(np.float32),
-        "faces": index.reshape(-1, 3).astype(np.int32),
-    }

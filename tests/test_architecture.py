@@ -50,7 +50,7 @@ LAYERS = (
         "sky",
         "sun",
     },
-    {"mesh", "mesh_text", "shapes", "ground", "mesh_clean", "unwrap", "ray_caster", "embree"},
+    {"mesh", "mesh_text", "shapes", "ground", "mesh_clean", "mesh_memory", "mesh_scene", "obj", "ply", "polygons", "unwrap", "ray_caster", "embree"},
     {"capture", "brdf"},
     {"factor"},
     {"shading"},

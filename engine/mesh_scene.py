@@ -1,0 +1,160 @@
+"""STL and glTF: what trimesh finds in them, and words for what it would pass over in silence.
+
+A glTF file may keep its numbers in other files. Those are read where they lie beside or below it, and nowhere else.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import warnings
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.errors import InputError
+from engine.files.untrusted import AGAIN, read_bytes
+
+#: The name under which trimesh keeps texture coordinates also of parts that have no material.
+_UV = "_UV"
+
+#: Extensions of glTF without which its numbers mean nothing, and what to ask of the program that writes it.
+_PACKED = {
+    "KHR_draco_mesh_compression": "Draco compression",
+    "EXT_meshopt_compression": "meshopt compression",
+    "EXT_mesh_gpu_instancing": "instances on the graphics device",
+}
+
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+
+
+class _Beside:
+    """The files that a glTF file names; trimesh asks for them by their names."""
+
+    def __init__(self, folder: str | None, name: str) -> None:
+        self._folder = folder
+        self._name = name
+
+    def __getitem__(self, uri: str) -> bytes:
+        if self._folder is None or uri.startswith(("data:", "http:", "https:", "file:")):
+            raise InputError(self._name, f"keeps its data elsewhere ({uri[:60]!r})", "Export it as .glb")
+        path = Path(self._folder) / unquote(uri)
+        if not path.resolve().is_relative_to(Path(self._folder).resolve()):
+            raise InputError(self._name, f"names a file outside its folder ({uri[:60]!r})", "Export it as .glb")
+        try:
+            return read_bytes(path)
+        except InputError as error:
+            problem = f"needs the file {uri[:60]!r} beside it, which {error.problem}"
+            raise InputError(self._name, problem, "Copy that as well, or export it as .glb") from None
+
+    get = __getitem__
+
+
+def scene_parts(content: bytes, kind: str, name: str, folder: str | None) -> list[dict[str, Any]]:
+    """Positions, faces, and normals and texture coordinates of corners, of each mesh wherever it is placed."""
+    if kind in ("glb", "gltf"):
+        content = _reduced(content, kind, name)
+    scene = _scene(content, kind, name, folder)
+    placed = [scene.graph.get(node) for node in scene.graph.nodes_geometry]
+    return [_part(scene.geometry[mesh], world_from_part) for world_from_part, mesh in placed]
+
+
+def _scene(content: bytes, kind: str, name: str, folder: str | None) -> Any:
+    """What trimesh finds, where it could read all of it."""
+    import trimesh
+
+    options = {"resolver": _Beside(folder, name)} if kind in ("glb", "gltf") else {}
+    with warnings.catch_warnings():
+        # numpy stops at the first thing that is no number, and trimesh goes on with what came before it
+        warnings.filterwarnings("error", message=".*could not be read to its end", category=DeprecationWarning)
+        try:
+            return trimesh.load_scene(io.BytesIO(content), file_type=kind, process=False, **options)
+        except (DeprecationWarning, ImportError, NameError, NotImplementedError, AssertionError) as error:
+            raise InputError(name, f"is damaged or of an unknown kind ({error})", AGAIN) from None
+
+
+def _reduced(content: bytes, kind: str, name: str) -> bytes:
+    """A glTF file without its materials and pictures, and with texture coordinates where trimesh keeps them."""
+    end = 20 + int.from_bytes(content[12:16], "little")
+    text = content[20:end] if kind == "glb" else content
+    tree = json.loads(text.decode("utf-8-sig"))
+    _refuse_what_is_passed_over(tree, name)
+    for part in (one for mesh in tree.get("meshes", ()) for one in mesh["primitives"]):
+        part.pop("material", None)
+        part["attributes"] = {
+            _UV if key == "TEXCOORD_0" else key: index
+            for key, index in part["attributes"].items()
+            if key in ("POSITION", "NORMAL", "TEXCOORD_0")
+        }
+    for unused in ("materials", "textures", "images", "samplers", "animations", "skins"):
+        tree.pop(unused, None)
+    text = json.dumps(tree).encode()
+    if kind == "gltf":
+        return text
+    text += b" " * (-len(text) % 4)
+    length = 20 + len(text) + len(content) - end
+    return (
+        content[:8]
+        + length.to_bytes(4, "little")
+        + len(text).to_bytes(4, "little")
+        + content[16:20]
+        + text
+        + content[end:]
+    )
+
+
+def _refuse_what_is_passed_over(tree: dict[str, Any], name: str) -> None:
+    """trimesh reads zeros for sparse accessors, and whole numbers where they stand for fractions."""
+    for extension in tree.get("extensionsRequired", ()):
+        if extension in _PACKED:
+            raise InputError(name, f"uses {_PACKED[extension]}, which is not read", "Export it without that")
+    accessors = tree.get("accessors", ())
+    for primitive in (one for mesh in tree.get("meshes", ()) for one in mesh["primitives"]):
+        if primitive.get("mode") == _FAN:
+            raise InputError(name, "has fans of triangles, which are not read", "Export it with plain triangles")
+        attributes = primitive["attributes"]
+        used = [attributes[key] for key in ("POSITION", "NORMAL", "TEXCOORD_0") if key in attributes]
+        used += [primitive["indices"]] if "indices" in primitive else []
+        for accessor in [accessors[index] for index in used]:
+            if "sparse" in accessor:
+                raise InputError(name, "has sparse accessors, which are not read", "Export it without them")
+            if accessor.get("normalized"):
+                raise InputError(name, "has numbers in shortened form (quantized)", "Export it without quantization")
+            if "bufferView" not in accessor:
+                raise InputError(name, "is damaged: an accessor has no data", AGAIN)
+
+
+def _part(geometry: Any, world_from_part: NDArray[np.float64]) -> dict[str, Any]:
+    """One geometry of a scene in the world.
+
+    trimesh's own concatenation would do, but copies materials, and for that it wants an image library.
+    """
+    if not hasattr(geometry, "faces"):
+        return {"faces": np.empty((0, 3), np.int64), "positions": np.empty((0, 3)), "normals": None, "uv": None}
+    linear = world_from_part[:3, :3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        positions = np.asarray(geometry.vertices, np.float64) @ linear.T + world_from_part[:3, 3]
+    faces = np.asarray(geometry.faces, np.int64).reshape(-1, 3)
+    if np.linalg.det(linear) < 0.0:
+        faces = faces[:, ::-1]
+    inside = np.where((faces >= 0) & (faces < len(positions)), faces, 0) if len(positions) else None
+    normals = geometry._cache.cache.get("vertex_normals")
+    stated = normals is not None and len(normals) == len(positions) and inside is not None
+    uv = geometry.vertex_attributes.get(_UV)
+    usable = uv is not None and np.shape(uv)[1:] == (2,) and len(uv) == len(positions) and inside is not None
+    return {
+        "faces": faces,
+        "positions": positions,
+        "normals": (np.asarray(normals, np.float64) @ _adjugate(linear))[inside] if stated else None,
+        "uv": (np.asarray(uv, np.float64) * (1.0, -1.0) + (0.0, 1.0))[inside] if usable else None,
+    }
+
+
+def _adjugate(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The inverse of (3, 3) times its determinant without its sign, which matrices without an inverse have as well."""
+    x, y, z = linear.T
+    rows = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)])
+    return rows * (-1.0 if np.linalg.det(linear) < 0.0 else 1.0)
