@@ -18,6 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.embree import embree_scene
+from engine.kernels import scalar
+
 Floats = NDArray[np.floating[Any]]
 
 #: Rays that one thread takes at a time.
@@ -73,67 +76,46 @@ class RayCaster:
         self.extent = max(float(np.max(high / 2.0 - low / 2.0)), float(np.finfo(np.float64).tiny))
         largest = max(float(np.abs(low).max()), float(np.abs(high).max()))
         self.offset = gamma(ROUNDINGS, UNIT) * self.extent + gamma(ROUNDINGS, FINE_UNIT) * largest
-        self._power = -math.frexp(self.extent)[1]
+        self._scale = math.ldexp(1.0, -math.frexp(self.extent)[1])
         self._kept = _first_of_coincident(self.positions, self.faces)
-        self._scene = _scene(
-            self._inside(np.where(np.isfinite(self.positions), self.positions, 0.0)), self.faces[self._kept]
-        )
+        inside = (np.where(np.isfinite(self.positions), self.positions, self.centre) - self.centre) * self._scale
+        self._scene = embree_scene(inside.astype(np.float32), self.faces[self._kept])
 
-    def intersect(self, origin: Floats, direction: Floats) -> Hits:
+    def intersect(self, origin: Floats, direction: Floats, *, coherent: bool = False) -> Hits:
         """The nearest face along each ray from `origin` (N, 3) towards `direction` (N, 3), of any length but zero.
 
-        Rays that are not finite, and those without direction, meet nothing.
+        Rays that are not finite, and those without direction, meet nothing. `coherent` says that rays that follow each
+        other are alike; it changes the speed, not the answer.
         """
-        face = np.full(len(origin), -1, np.int32)
-        distance, barycentric = np.full(len(origin), np.inf), np.zeros((len(origin), 3))
+        face = np.empty(len(origin), np.int32)
+        distance, barycentric = np.empty(len(origin)), np.empty((len(origin), 3))
 
         def work(rays: slice) -> None:
-            found = self._ask(origin[rays], direction[rays], "INTERSECT")
-            hit = found >= 0
-            face[rays][hit] = self._kept[found[hit]]
-            distance[rays][hit], barycentric[rays][hit] = self._refined(
-                np.asarray(origin[rays][hit], np.float64), np.asarray(direction[rays][hit], np.float64), face[rays][hit]
+            self._scene.intersect(origin[rays], direction[rays], self.centre, self._scale, face[rays], coherent)
+            _refine(
+                self.positions,
+                self.faces,
+                self._kept,
+                self._scale,
+                origin[rays],
+                direction[rays],
+                face[rays],
+                distance[rays],
+                barycentric[rays],
             )
 
         _in_chunks(work, len(origin))
         return Hits(face, distance, barycentric)
 
-    def occluded(self, origin: Floats, direction: Floats) -> NDArray[np.bool_]:
+    def occluded(self, origin: Floats, direction: Floats, *, coherent: bool = False) -> NDArray[np.bool_]:
         """Whether each ray from `origin` (N, 3) towards `direction` (N, 3) meets any face; bools (N,)."""
-        result = np.empty(len(origin), np.bool_)
+        found = np.empty(len(origin), np.bool_)
 
         def work(rays: slice) -> None:
-            result[rays] = self._ask(origin[rays], direction[rays], "OCCLUDED") >= 0
+            self._scene.occluded(origin[rays], direction[rays], self.centre, self._scale, found[rays], coherent)
 
         _in_chunks(work, len(origin))
-        return result
-
-    def _inside(self, positions: Floats) -> NDArray[np.float32]:
-        return np.ldexp(np.asarray(positions, np.float64) - self.centre, self._power).astype(np.float32)
-
-    def _ask(self, origin: Floats, direction: Floats, query: str) -> NDArray[np.int32]:
-        usable = (
-            np.isfinite(origin).all(axis=1) & np.isfinite(direction).all(axis=1) & np.asarray(direction).any(axis=1)
-        )
-        found = np.full(len(origin), -1, np.int32)
-        if len(self._kept) and usable.any():
-            start = self._inside(np.asarray(origin)[usable])
-            found[usable] = self._scene.run(start, np.asarray(direction, np.float32)[usable], query=query)
         return found
-
-    def _refined(
-        self, origin: NDArray[np.float64], direction: NDArray[np.float64], face: NDArray[np.int32]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Distance (N,) and barycentric weights (N, 3) of where rays meet the faces, in float64."""
-        a, b, c = (self.positions[self.faces[face, corner]] - origin for corner in range(3))
-        volumes = np.stack([_triple(direction, b, c), _triple(direction, c, a), _triple(direction, a, b)], axis=-1)
-        sign = np.sign(volumes.sum(axis=-1, keepdims=True))
-        volumes = np.maximum(volumes * sign, 0.0)
-        total = volumes.sum(axis=-1, keepdims=True)
-        weights = np.where(total > 0.0, volumes / np.where(total > 0.0, total, 1.0), 1.0 / 3.0)
-        point = weights[:, :1] * a + weights[:, 1:2] * b + weights[:, 2:] * c
-        along = np.einsum("ni,ni->n", point, direction) / np.einsum("ni,ni->n", direction, direction)
-        return np.maximum(along, 0.0), weights
 
 
 def gamma(count: int, unit: float) -> float:
@@ -150,27 +132,12 @@ def offset_origins(positions: Floats, normals: Floats, caster: RayCaster) -> NDA
     return np.asarray(positions, np.float64) + caster.offset * np.asarray(normals, np.float64)
 
 
-def _triple(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
-    volume: NDArray[np.float64] = np.einsum("ni,ni->n", a, np.cross(b, c))
-    return volume
-
-
 def _first_of_coincident(positions: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.int32]:
     """Indices of the faces without those that have the same three corners as an earlier one, whichever way round."""
     point = np.unique(positions, axis=0, return_inverse=True)[1].reshape(-1)
     corners = np.sort(point[faces], axis=1)
     kept: NDArray[np.int32] = np.sort(np.unique(corners, axis=0, return_index=True)[1]).astype(np.int32)
     return kept
-
-
-def _scene(positions: NDArray[np.float32], faces: NDArray[np.int32]) -> Any:
-    from embreex.mesh_construction import TriangleMesh
-    from embreex.rtcore_scene import EmbreeScene
-
-    scene = EmbreeScene(robust=True)
-    if len(faces):
-        TriangleMesh(scene, positions, faces)
-    return scene
 
 
 def _in_chunks(work: Callable[[slice], None], count: int) -> None:
@@ -181,3 +148,56 @@ def _in_chunks(work: Callable[[slice], None], count: int) -> None:
         return
     with ThreadPoolExecutor(min(len(chunks), os.cpu_count() or 1)) as pool:
         list(pool.map(work, chunks))
+
+
+@scalar
+def _refine(
+    positions: Any,
+    faces: Any,
+    kept: Any,
+    scale: float,
+    origin: Any,
+    direction: Any,
+    face: Any,
+    distance: Any,
+    barycentric: Any,
+) -> None:
+    """Work out in float64 where rays meet the faces that embree found, numbered among `kept`; fills the last three.
+
+    The weights of the corners are the volumes that the ray spans with the opposite edges, not below zero; the distance
+    is that of the point they make, so it stays right where ray and face are nearly parallel. In coordinates about the
+    origin of the ray, scaled to about one.
+    """
+    corner, towards = np.empty((3, 3)), np.empty(3)
+    for ray in range(len(face)):
+        distance[ray] = np.inf
+        barycentric[ray] = 0.0
+        if face[ray] < 0:
+            continue
+        face[ray] = kept[face[ray]]
+        length = 0.0
+        for axis in range(3):
+            towards[axis] = direction[ray, axis]
+            length += towards[axis] * towards[axis]
+        for k in range(3):
+            for axis in range(3):
+                corner[k, axis] = (positions[faces[face[ray], k], axis] - origin[ray, axis]) * scale
+        for k in range(3):
+            barycentric[ray, k] = _volume(towards, corner[(k + 1) % 3], corner[(k + 2) % 3])
+        if barycentric[ray].sum() < 0.0:
+            barycentric[ray] *= -1.0
+        total = 0.0
+        for k in range(3):
+            barycentric[ray, k] = max(barycentric[ray, k], 0.0)
+            total += barycentric[ray, k]
+        along = 0.0
+        for k in range(3):
+            barycentric[ray, k] = barycentric[ray, k] / total if total > 0.0 else 1.0 / 3.0
+            for axis in range(3):
+                along += barycentric[ray, k] * corner[k, axis] * towards[axis]
+        distance[ray] = max(along / length / scale, 0.0)
+
+
+@scalar
+def _volume(a: Any, b: Any, c: Any) -> float:
+    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
