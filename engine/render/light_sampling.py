@@ -1,84 +1,163 @@
-"""Directions towards distant light, drawn where much of it comes from: environment maps, and lamps that are discs.
+"""Directions towards distant light, drawn where much of it reaches a surface: environment maps, and discs.
 
-An environment map is constant over each texel, as in every other sum over it (`engine.environment`): a texel is drawn
-by its luminance times its exact solid angle, and the direction uniformly in the solid angle of the texel. Rows are
-drawn first and columns then, by inversion of the sums, so that stratified numbers give stratified directions. The
-luminance is 0 only where the radiance is, so no light is left out however dark. Tables take 8 bytes a texel beside the
-map; drawing a direction takes about 0.2 µs, bounded by reads of the sums.
+An environment map is constant over each texel, as in every other sum over it (`engine.environment`). Directions are
+drawn for the normal of the surface, in three steps that each invert running sums, so that stratified numbers give
+stratified directions: first one of `CELLS` cells of the map, by its luminance times solid angle times about the cosine
+to the normal, of which `NORMALS` are kept; then a texel of the cell by luminance times exact solid angle; then the
+direction, uniform over the solid angle of the texel. Luminance is 0 only where radiance is, and every lit cell keeps a
+share however the surface faces, so no light is left out. Without the cosine, the error of matt surfaces under Grace
+Cathedral with as many samples is 2.8 times larger. Tables take 8 bytes a texel beside the map and 9 MB; drawing a
+direction takes about 0.2 µs, bounded by reads of the sums.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.colour import LUMINANCE, luminance
-from engine.environment import EnvironmentMap, solid_angles
+from engine.environment import EnvironmentMap, solid_angles, texel_directions
 from engine.kernels import scalar
 
 Floats = NDArray[np.float64]
 
+#: Rows and columns of cells of the map, at most, and of normals in equal steps of latitude and longitude.
+CELLS = (32, 64)
+NORMALS = (16, 32)
+
+#: Added to the cosine between normal and cell, because both are as wide as this, and the least weight of a cell.
+WIDTH, LEAST = 0.08, 0.02
+
 
 @dataclass(frozen=True, eq=False)
-class EnvironmentSampler:
-    """An environment map, ready to be drawn from; `environment_sampler` makes it.
+class Tables:
+    """What `EnvironmentSampler` reads for H x W texels in R x C cells.
 
     Attributes
     ----------
-    radiance : (H, W, 3) float32 of the map itself, and `gain`, what it is multiplied by.
-    rows : (H,) float64, the running sum over rows of luminance times solid angle; the last is 1.
-    columns : (H, W) float64, the running sum along each row, the last 1; 0 in rows without light.
-    density_per_luminance : what the luminance of a texel is multiplied by to get the density in 1/sr.
-    rotation : radians about +Y by which the map is turned (`DistantLights.turned`).
+    radiance : (H, W, 3) float32 of the map itself.
+    cosines : (H + 1,) of the polar angles between the rows of texels.
+    rows, columns : (R + 1,), (C + 1,) int64, the first row and column of texels of each cell, and the end.
+    cell_rows : (N, R), for each normal the running sum of probability over rows of cells, the last 1.
+    cell_columns : (N, R, C), the running sum along each row of cells, the last 1.
+    per_luminance : (N, R, C), what the luminance of a texel is multiplied by to get the density in 1/sr.
+    texel_rows : (C, H), the running sum of luminance times solid angle over the rows of texels of each cell.
+    texels : (H, W), the running sum of the same along each row of texels of each cell.
     """
 
     radiance: NDArray[np.float32]
-    gain: float
-    rows: Floats
-    columns: Floats
-    density_per_luminance: float
-    rotation: float
+    cosines: Floats
+    rows: NDArray[np.int64]
+    columns: NDArray[np.int64]
+    cell_rows: Floats
+    cell_columns: Floats
+    per_luminance: Floats
+    texel_rows: Floats
+    texels: Floats
 
     @property
-    def cosines(self) -> Floats:
-        """(H + 1,) cosines of the polar angles between the rows."""
-        return np.asarray(np.cos(np.linspace(0.0, np.pi, len(self.rows) + 1)))
-
-    def draw(self, u: Floats) -> tuple[Floats, Floats, Floats]:
-        """World directions (N, 3) for u (N, 2) in [0, 1), their radiance (N, 3), and density (N,) in 1/sr."""
-        turn = (np.cos(self.rotation), np.sin(self.rotation))
-        return draw_directions(
-            u, self.radiance, self.gain, self.rows, self.columns, self.cosines, self.density_per_luminance, turn
+    def arrays(self) -> tuple[NDArray[np.generic], ...]:
+        return (
+            self.radiance,
+            self.cosines,
+            self.rows,
+            self.columns,
+            self.cell_rows,
+            self.cell_columns,
+            self.per_luminance,
+            self.texel_rows,
+            self.texels,
         )
 
-    def look_up(self, direction: Floats) -> tuple[Floats, Floats]:
-        """Radiance (N, 3) from unit world directions (N, 3), and the density (N,) in 1/sr at which `draw` makes them."""
+
+@dataclass(frozen=True, eq=False)
+class EnvironmentSampler:
+    """An environment map times `gain`, turned by `rotation` radians about +Y (`DistantLights.turned`)."""
+
+    tables: Tables
+    gain: float
+    rotation: float
+
+    def draw(self, u: Floats, normal: Floats) -> tuple[Floats, Floats, Floats]:
+        """World directions (N, 3) for u (N, 2) in [0, 1), their radiance (N, 3), and density (N,) in 1/sr.
+
+        `normal` (N, 3) are unit world vectors.
+        """
         turn = (np.cos(self.rotation), np.sin(self.rotation))
-        return look_up_directions(direction, self.radiance, self.gain, self.density_per_luminance, turn)
+        return draw_directions(u, normal, self.tables.arrays, self.gain, turn)
+
+    def look_up(self, direction: Floats, normal: Floats) -> tuple[Floats, Floats]:
+        """Radiance (N, 3) from unit world directions (N, 3), and the density (N,) in 1/sr of `draw` there."""
+        turn = (np.cos(self.rotation), np.sin(self.rotation))
+        return look_up_directions(direction, normal, self.tables.arrays, self.gain, turn)
 
 
 def environment_sampler(environment: EnvironmentMap, gain: float, rotation: float) -> EnvironmentSampler | None:
-    """The sampler of a map times `gain`; None where no light comes from it."""
-    radiance = environment.radiance
-    height, width = radiance.shape[:2]
-    columns = np.asarray(luminance(radiance.astype(np.float64)), np.float64)
-    columns *= solid_angles(height, width)
-    np.cumsum(columns, axis=1, out=columns)
-    along = columns[:, -1].copy()
-    rows = np.cumsum(along)
-    total = float(rows[-1])
-    if not (total > 0.0 and gain > 0.0):
+    """The sampler of a map times `gain`; None where no light comes from it. About 30 ms for a million texels."""
+    height, width = environment.radiance.shape[:2]
+    flux = np.asarray(luminance(environment.radiance.astype(np.float64)), np.float64) * solid_angles(height, width)
+    if not (flux.any() and gain > 0.0):
         return None
-    columns /= np.where(along > 0.0, along, 1.0)[:, None]
-    return EnvironmentSampler(radiance, gain, rows / total, columns, 1.0 / total, rotation)
+    rows, columns = (_edges(count, most) for count, most in zip((height, width), CELLS, strict=True))
+    across = np.add.reduceat(flux, columns[:-1], axis=1)
+    cells = np.add.reduceat(across, rows[:-1], axis=0)
+    chance = cells * _facing(rows, columns, height, width)
+    chance /= chance.sum(axis=(1, 2), keepdims=True)
+    along = chance.sum(axis=2)
+    tables = Tables(
+        environment.radiance,
+        np.cos(np.linspace(0.0, np.pi, height + 1)),
+        rows,
+        columns,
+        _running(along),
+        _running(chance),
+        chance / np.where(cells > 0.0, cells, 1.0),
+        np.ascontiguousarray(_running_inside(across, rows).T),
+        np.ascontiguousarray(_running_inside(flux.T, columns).T),
+    )
+    return EnvironmentSampler(tables, gain, rotation)
+
+
+def _edges(count: int, most: int) -> NDArray[np.int64]:
+    cells = min(count, most)
+    return np.arange(cells + 1) * count // cells
+
+
+def _facing(rows: NDArray[np.int64], columns: NDArray[np.int64], height: int, width: int) -> Floats:
+    """(N, R, C) about the cosine between each of `NORMALS` and the middle of each cell, nowhere below `LEAST`."""
+    polar = np.pi * (rows[1:] + rows[:-1]) / (2.0 * height)
+    azimuth = np.pi * (columns[1:] + columns[:-1]) / width
+    middle = np.stack(
+        np.broadcast_arrays(
+            np.sin(polar)[:, None] * np.sin(azimuth), np.cos(polar)[:, None], -np.sin(polar)[:, None] * np.cos(azimuth)
+        ),
+        axis=-1,
+    )
+    cosine = np.tensordot(texel_directions(*NORMALS).reshape(-1, 3), middle, axes=(1, 2))
+    return np.maximum(cosine + WIDTH, LEAST)
+
+
+def _running(values: Floats) -> Floats:
+    """Running sums over the last axis that end at 1, or are 0."""
+    sums = np.cumsum(values, axis=-1)
+    last = sums[..., -1:]
+    return np.asarray(sums / np.where(last > 0.0, last, 1.0))
+
+
+def _running_inside(values: Floats, edges: NDArray[np.int64]) -> Floats:
+    """Running sums down the first axis that begin anew at each of `edges`."""
+    sums = np.empty_like(values)
+    for start, stop in pairwise(edges):
+        np.cumsum(values[start:stop], axis=0, out=sums[start:stop])
+    return sums
 
 
 @scalar
-def _first_above(sums, value):  # type: ignore[no-untyped-def]
-    """Index of the first of the rising `sums` above `value`: never one that adds nothing."""
-    low, high = 0, sums.size - 1
+def _first_above(sums, low, high, value):  # type: ignore[no-untyped-def]
+    """Index in [low, high] of the first of the rising `sums` above `value`: never one that adds nothing."""
     while low < high:
         middle = (low + high) >> 1
         if sums[middle] > value:
@@ -89,47 +168,78 @@ def _first_above(sums, value):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _last_share(sums, index, value):  # type: ignore[no-untyped-def]
-    """How far `value` is between the sums on either side of an index, in [0, 1)."""
-    before = sums[index - 1] if index > 0 else 0.0
+def _drawn(sums, low, high, u):  # type: ignore[no-untyped-def]
+    """An index in [low, high) for u in [0, 1), by running sums that begin at `low`, and the rest of u in [0, 1)."""
+    value = u * sums[high - 1]
+    index = _first_above(sums, low, high - 1, value)
+    before = sums[index - 1] if index > low else 0.0
     step = sums[index] - before
-    return min(max((value - before) / step, 0.0), 1.0 - 2.0**-53) if step > 0.0 else 0.5
+    return index, min(max((value - before) / step, 0.0), 1.0 - 2.0**-53) if step > 0.0 else 0.5
 
 
 @scalar
-def draw_directions(u, radiance, gain, rows, columns, cosines, scale, turn):  # type: ignore[no-untyped-def]
+def _normal_cell(normal, turn):  # type: ignore[no-untyped-def]
+    """The one of `NORMALS` for a world normal."""
+    x = turn[0] * normal[0] - turn[1] * normal[2]
+    z = turn[0] * normal[2] + turn[1] * normal[0]
+    row, column = _place(x, normal[1], z, NORMALS[0], NORMALS[1])
+    return row * NORMALS[1] + column
+
+
+@scalar
+def _place(x, y, z, height, width):  # type: ignore[no-untyped-def]
+    """Row and column of the texel in a direction of the map."""
+    azimuth = np.arctan2(x, -z)
+    if azimuth < 0.0:
+        azimuth += 2.0 * np.pi
+    row = min(int(np.arctan2(np.sqrt(x * x + z * z), y) / np.pi * height), height - 1)
+    return row, min(int(azimuth / (2.0 * np.pi) * width), width - 1)
+
+
+@scalar
+def draw_directions(u, normal, tables, gain, turn):  # type: ignore[no-untyped-def]
     """`EnvironmentSampler.draw`; `turn` are cosine and sine of the rotation."""
-    count, width = len(u), columns.shape[1]
+    radiance, cosines, rows, columns, cell_rows, cell_columns, per_luminance, texel_rows, texels = tables
+    count = len(u)
     direction, light, density = np.empty((count, 3)), np.empty((count, 3)), np.empty(count)
     for n in range(count):
-        row = _first_above(rows, u[n, 0])
-        column = _first_above(columns[row], u[n, 1])
-        down, across = _last_share(rows, row, u[n, 0]), _last_share(columns[row], column, u[n, 1])
+        facing = _normal_cell(normal[n], turn)
+        r, down = _drawn(cell_rows[facing], 0, cell_rows.shape[1], u[n, 0])
+        c, across = _drawn(cell_columns[facing, r], 0, cell_columns.shape[2], u[n, 1])
+        row, down = _drawn(texel_rows[c], rows[r], rows[r + 1], down)
+        column, across = _drawn(texels[row], columns[c], columns[c + 1], across)
         y = cosines[row] + down * (cosines[row + 1] - cosines[row])
         sine = np.sqrt(max((1.0 - y) * (1.0 + y), 0.0))
-        azimuth = 2.0 * np.pi * (column + across) / width
+        azimuth = 2.0 * np.pi * (column + across) / texels.shape[1]
         x, z = sine * np.sin(azimuth), -sine * np.cos(azimuth)
         direction[n, 0], direction[n, 1], direction[n, 2] = turn[0] * x + turn[1] * z, y, turn[0] * z - turn[1] * x
-        density[n] = _texel(radiance, row, column, gain, scale, light[n])
+        density[n] = _texel(radiance, row, column, gain, per_luminance[facing, r, c], light[n])
     return direction, light, density
 
 
 @scalar
-def look_up_directions(direction, radiance, gain, scale, turn):  # type: ignore[no-untyped-def]
+def look_up_directions(direction, normal, tables, gain, turn):  # type: ignore[no-untyped-def]
     """`EnvironmentSampler.look_up`."""
+    radiance, _, rows, columns, _, _, per_luminance, _, _ = tables
     height, width = radiance.shape[:2]
     light, density = np.empty((len(direction), 3)), np.empty(len(direction))
     for n in range(len(direction)):
         x = turn[0] * direction[n, 0] - turn[1] * direction[n, 2]
         z = turn[0] * direction[n, 2] + turn[1] * direction[n, 0]
-        polar = np.arctan2(np.sqrt(x * x + z * z), direction[n, 1])
-        azimuth = np.arctan2(x, -z)
-        if azimuth < 0.0:
-            azimuth += 2.0 * np.pi
-        row = min(int(polar / np.pi * height), height - 1)
-        column = min(int(azimuth / (2.0 * np.pi) * width), width - 1)
-        density[n] = _texel(radiance, row, column, gain, scale, light[n])
+        row, column = _place(x, direction[n, 1], z, height, width)
+        r, c = _cell_of(rows, row, height), _cell_of(columns, column, width)
+        facing = _normal_cell(normal[n], turn)
+        density[n] = _texel(radiance, row, column, gain, per_luminance[facing, r, c], light[n])
     return light, density
+
+
+@scalar
+def _cell_of(edges, index, count):  # type: ignore[no-untyped-def]
+    """The cell that texel `index` of `count` lies in."""
+    cell = index * (edges.size - 1) // count
+    while edges[cell + 1] <= index:
+        cell += 1
+    return cell
 
 
 _RED, _GREEN, _BLUE = (float(weight) for weight in LUMINANCE)

@@ -116,9 +116,7 @@ def to_world(frame, local):  # type: ignore[no-untyped-def]
     world = np.empty_like(local)
     for n in range(len(local)):
         for i in range(3):
-            world[n, i] = (
-                frame[n, i, 0] * local[n, 0] + frame[n, i, 1] * local[n, 1] + frame[n, i, 2] * local[n, 2]
-            )
+            world[n, i] = frame[n, i, 0] * local[n, 0] + frame[n, i, 1] * local[n, 1] + frame[n, i, 2] * local[n, 2]
     return world
 
 
@@ -128,7 +126,5 @@ def to_local(frame, world):  # type: ignore[no-untyped-def]
     local = np.empty_like(world)
     for n in range(len(world)):
         for j in range(3):
-            local[n, j] = (
-                frame[n, 0, j] * world[n, 0] + frame[n, 1, j] * world[n, 1] + frame[n, 2, j] * world[n, 2]
-            )
+            local[n, j] = frame[n, 0, j] * world[n, 0] + frame[n, 1, j] * world[n, 1] + frame[n, 2, j] * world[n, 2]
     return local

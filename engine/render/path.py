@@ -1,0 +1,395 @@
+"""Light along paths: what the pixels of a picture receive, one random path for each sample.
+
+A path starts in its pixel (uniformly, the box filter), meets the surface, and collects there the light that comes
+straight from the environment and the lamps; then it goes on in a direction drawn from the BRDF. `max_depth` is the
+number of points of the surface that light may touch: 1 is direct light with shadows, and nothing else. Light from the
+environment and from lamps that are discs is found in two ways, by directions drawn from the light and by those drawn
+from the BRDF, weighted by the power heuristic (Veach 1997, section 9.2); directional lights are found by themselves.
+From the fourth point on, paths end at random, the dark ones sooner.
+
+The surface is opaque and alike on both sides; `engine.render.surface_points` says how it is shaded. A triangle neither
+lights itself nor is lit from behind. With a material, f cos is replaced by the look-up of `engine.scene` at full
+detail, whose 'outgoing' form depends on all light at once and has no such sum. The ground is Lambertian.
+
+Paths are followed many at a time: each stage is one pass over all of them, in numba or numpy, and stages are bounded
+by their arithmetic or by rays; about 2 µs a path with direct light on one core.
+"""
+
+from __future__ import annotations
+
+import threading
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import MODELS
+from engine.brdf.lobes import CosineLobe, Mixture, Sampler
+from engine.brdf.sampling import sampler_of
+from engine.kernels import scalar
+from engine.lamps import Lamp
+from engine.ray_caster import RayCaster, offset_origins
+from engine.render.direct import looked_up, mip_levels, texture_coordinates
+from engine.render.light_sampling import (
+    EnvironmentSampler,
+    disc_density,
+    draw_in_disc,
+    environment_sampler,
+    in_disc,
+)
+from engine.render.sample_points import SOBOL, mixed, pair, pairs
+from engine.render.surface_points import surface_points, to_local, to_world
+from engine.scene import Scene
+from engine.tangents import frames_along
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Points of a path after which it may end at random, and the largest chance to go on.
+CERTAIN_DEPTH, LARGEST_SURVIVAL = 3, 0.95
+
+#: Pairs of directions that a BRDF evaluates at once without threads of its own.
+BLOCK = 8192
+
+
+@dataclass(frozen=True, eq=False)
+class Traced:
+    """What paths found: `radiance` (N, 3), `coverage` (N,) 1 where the camera sees the surface, and counts.
+
+    `rays` were asked for; `rejected` samples were not finite and count as 0.
+    """
+
+    radiance: Floats
+    coverage: Floats
+    rays: int
+    rejected: int
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """Paths that have just met the surface: `path` (M,) are their places among all, the rest is along the paths.
+
+    `incoming` (M, 3) world directions of the rays, `weight` (M, 3) what radiance found from here on is multiplied by.
+    """
+
+    path: Indices
+    face: NDArray[np.int32]
+    barycentric: Floats
+    incoming: Floats
+    weight: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Points of the surface (M,): `origin` of rays, `frame` (M, 3, 3), `viewer` in that frame, what else is needed."""
+
+    face: NDArray[np.int32]
+    barycentric: Floats
+    origin: Floats
+    frame: Floats
+    viewer: Floats
+
+
+class Paths:
+    """The paths of one scene in a picture of `size` (width, height)."""
+
+    def __init__(self, scene: Scene, size: tuple[int, int], max_depth: int) -> None:
+        if max_depth < 1:
+            raise ValueError(f"max_depth = {max_depth} must be at least 1")
+        if scene.shading is not None and scene.lookup == "outgoing":
+            raise ValueError("the look-up 'outgoing' is of all light at once: no reference exists for it")
+        self.scene, self.size, self.max_depth = scene, size, max_depth
+        surface = scene.surface
+        self._caster = RayCaster(surface.positions, surface.faces)
+        self._normals, self._tangents = surface.normals, None if scene.brdf.isotropic else surface.tangents
+        self._environment, self._lamps = _lights(scene)
+        self._reflector = Reflector(scene)
+
+    def __call__(self, state: np.uint64, pixel: Indices, sample: Indices) -> Traced:
+        """Trace a path for each pair of a pixel (row × width + column) and a sample; `state` is of `seed_state`."""
+        numbers = Numbers(state, pixel, sample, 3 + len(self._lamps))
+        traced = _Gathered(len(pixel))
+        eye = np.broadcast_to(np.asarray(self.scene.camera.eye), (len(pixel), 3))
+        direction = self._camera_directions(state, pixel, sample)
+        front = self._met(traced, np.arange(len(pixel)), eye, direction, np.ones((len(pixel), 3)))[0]
+        traced.coverage[front.path] = 1.0
+        for depth in range(self.max_depth):
+            if front.path.size == 0:
+                break
+            at = self._points(front)
+            self._light_directly(traced, numbers.at(front.path, depth), front, at)
+            front = self._go_on(traced, numbers.at(front.path, depth), front, at, last=depth + 1 == self.max_depth)
+        return traced.result()
+
+    def _camera_directions(self, state: np.uint64, pixel: Indices, sample: Indices) -> Floats:
+        camera = self.scene.camera
+        extent = float(np.tan(np.radians(camera.fov_deg) / 2.0))
+        return camera_directions(state, pixel, sample, *self.size, extent, camera.camera_from_world, SOBOL)
+
+    def _met(
+        self, traced: _Gathered, path: Indices, origin: Floats, direction: Floats, weight: Floats
+    ) -> tuple[Front, Indices]:
+        """The rays that meet the surface, and which do not."""
+        hits = self._caster.intersect(origin, direction)
+        traced.rays += len(origin)
+        met = np.flatnonzero(hits.face >= 0)
+        front = Front(path[met], hits.face[met], hits.barycentric[met], direction[met], weight[met])
+        return front, np.flatnonzero(hits.face < 0)
+
+    def _points(self, front: Front) -> Points:
+        caster = self._caster
+        point, flat, frame, viewer = surface_points(
+            front.face, front.barycentric, front.incoming, caster.positions, self._normals, caster.faces
+        )
+        if self._tangents is not None:
+            tangent = np.einsum("nc,nci->ni", front.barycentric, self._tangents[caster.faces[front.face]])
+            frame = frames_along(frame[..., 2], tangent)
+            viewer = -to_local(frame, front.incoming)
+        return Points(front.face, front.barycentric, offset_origins(point, flat, caster), frame, viewer)
+
+    def _light_directly(self, traced: _Gathered, numbers: NumbersAt, front: Front, at: Points) -> None:
+        """Add the light of directions that are drawn from the lights."""
+        if self._environment is not None:
+            direction, radiance, density = self._environment.draw(numbers.pair(0), at.frame[..., 2])
+            self._add_lit(traced, front, at, direction, radiance, density)
+        for number, lamp in enumerate(self._lamps):
+            if lamp.radius == 0.0:
+                direction = np.broadcast_to(np.asarray(lamp.direction), front.incoming.shape)
+                self._add_lit(traced, front, at, direction, np.asarray(lamp.irradiance), None)
+            else:
+                direction = draw_in_disc(numbers.pair(3 + number), np.asarray(lamp.direction), lamp.radius)
+                density = np.full(len(direction), disc_density(lamp.radius))
+                self._add_lit(traced, front, at, direction, np.asarray(lamp.radiance), density)
+
+    def _add_lit(
+        self, traced: _Gathered, front: Front, at: Points, direction: Floats, light: Floats, density: Floats | None
+    ) -> None:
+        """Add `light` from `direction`, found with `density`; None for a light that nothing else finds."""
+        wi = to_local(at.frame, direction)
+        above = np.flatnonzero(wi[:, 2] > 0.0)
+        wi = wi[above]
+        light = light[above] if light.ndim == 2 else light
+        value = front.weight[above] * self._reflector.product(at, above, wi) * light
+        if density is not None:
+            own = density[above]
+            other = self._reflector.density(at, above, wi)
+            value *= (power_weight(own, other) / own)[:, None]
+        self._add_seen(traced, front.path[above], at.origin[above], direction[above], value)
+
+    def _go_on(self, traced: _Gathered, numbers: NumbersAt, front: Front, at: Points, *, last: bool) -> Front:
+        """Follow directions drawn from the BRDF: add the light that they find, and return those that meet the surface.
+
+        Once the `last` point is reached, only rays towards light are followed.
+        """
+        other = numbers.pair(2)
+        wi = self._reflector.draw(at, np.column_stack([other[:, 0], numbers.pair(1)]))
+        above = np.flatnonzero(wi[:, 2] > 0.0)
+        wi = wi[above]
+        density = self._reflector.density(at, above, wi)
+        weight = front.weight[above] * self._reflector.product(at, above, wi)
+        weight *= np.where(density > 0.0, 1.0 / np.where(density > 0.0, density, 1.0), 0.0)[:, None]
+        keep = np.flatnonzero(weight.any(axis=1))
+        above, weight, density = above[keep], weight[keep], density[keep]
+        direction = to_world(at.frame[above], wi[keep])
+        if last:
+            value = weight * self._light_along(direction, density, at.frame[above, :, 2])
+            self._add_seen(traced, front.path[above], at.origin[above], direction, value)
+            return _nothing()
+        reached, missed = self._met(traced, front.path[above], at.origin[above], direction, weight)
+        light = self._light_along(direction[missed], density[missed], at.frame[above[missed], :, 2])
+        traced.add(front.path[above[missed]], weight[missed] * light)
+        return self._surviving(reached, front.face[above], missed, other[above, 1], numbers.depth)
+
+    def _add_seen(self, traced: _Gathered, path: Indices, origin: Floats, direction: Floats, value: Floats) -> None:
+        """Add `value` where nothing stands in the way; nothing is asked where there is nothing to add."""
+        counts = np.flatnonzero(value.any(axis=1))
+        shadowed = self._caster.occluded(origin[counts], direction[counts])
+        traced.rays += len(counts)
+        counts = counts[~shadowed]
+        traced.add(path[counts], value[counts])
+
+    def _light_along(self, direction: Floats, density: Floats, normal: Floats) -> Floats:
+        """Radiance (N, 3) from directions that the BRDF made with `density`, times their share beside the lights'."""
+        found = np.zeros((len(direction), 3))
+        if self._environment is not None:
+            radiance, other = self._environment.look_up(direction, normal)
+            found += radiance * power_weight(density, other)[:, None]
+        for lamp in self._lamps:
+            if lamp.radius > 0.0:
+                inside = np.flatnonzero(in_disc(direction, np.asarray(lamp.direction), lamp.radius))
+                share = power_weight(density[inside], np.full(len(inside), disc_density(lamp.radius)))
+                found[inside] += share[:, None] * lamp.radiance
+        return found
+
+    def _surviving(self, reached: Front, left: NDArray[np.int32], missed: Indices, u: Floats, depth: int) -> Front:
+        """Without rays that meet the triangle they left, and from `CERTAIN_DEPTH` on without some others."""
+        met = np.ones(len(left), np.bool_)
+        met[missed] = False
+        alive = reached.face != left[met]
+        weight = reached.weight
+        if depth + 1 >= CERTAIN_DEPTH:
+            chance = np.minimum(np.abs(weight).max(axis=1, initial=0.0), LARGEST_SURVIVAL)
+            alive &= u[met] < chance
+            weight = weight / np.where(chance > 0.0, chance, 1.0)[:, None]
+        return Front(
+            reached.path[alive], reached.face[alive], reached.barycentric[alive], reached.incoming[alive], weight[alive]
+        )
+
+
+def _nothing() -> Front:
+    none = np.zeros((0, 3))
+    return Front(np.zeros(0, np.int64), np.zeros(0, np.int32), none, none, none)
+
+
+def power_weight(own: Floats, other: Floats) -> Floats:
+    """own² / (own² + other²), without squares that overflow; 0 where `own` is 0."""
+    ratio = other / np.where(own > 0.0, own, 1.0)
+    return np.where(own > 0.0, 1.0 / (1.0 + ratio * ratio), 0.0)
+
+
+def _lights(scene: Scene) -> tuple[EnvironmentSampler | None, tuple[Lamp, ...]]:
+    """What `Scene.lights` stands for: the map or none, and all lamps that are not dark, the one light among them."""
+    environment, lamps = None, scene.lamps
+    if scene.environment is None:
+        lamps = (Lamp(scene.light, (scene.irradiance,) * 3), *lamps)
+    else:
+        environment = environment_sampler(scene.environment, scene.irradiance, scene.environment_rotation)
+    return environment, tuple(lamp for lamp in lamps if any(lamp.irradiance))
+
+
+class _Gathered:
+    """What has been found so far along paths."""
+
+    def __init__(self, count: int) -> None:
+        self.radiance, self.coverage = np.zeros((count, 3)), np.zeros(count)
+        self.rays = 0
+
+    def add(self, path: Indices, value: Floats) -> None:
+        """Add `value` (M, 3) to the radiance of `path` (M,), no path twice."""
+        self.radiance[path] += value
+
+    def result(self) -> Traced:
+        finite = np.isfinite(self.radiance.sum(axis=1))
+        radiance = np.where(finite[:, None], self.radiance, 0.0)
+        return Traced(radiance, self.coverage, self.rays, int(len(finite) - finite.sum()))
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """The random numbers of paths; each point of a path has `dimensions` pairs, and the camera one before them."""
+
+    state: np.uint64
+    pixel: Indices
+    sample: Indices
+    dimensions: int
+
+    def at(self, path: Indices, depth: int) -> NumbersAt:
+        return NumbersAt(self, self.pixel[path], self.sample[path], depth)
+
+
+@dataclass(frozen=True, eq=False)
+class NumbersAt:
+    """Those of some paths at their point number `depth`."""
+
+    numbers: Numbers
+    pixel: Indices
+    sample: Indices
+    depth: int
+
+    def pair(self, dimension: int) -> Floats:
+        """(M, 2) in [0, 1)."""
+        dimension += 1 + self.depth * self.numbers.dimensions
+        drawn: Floats = pairs(self.numbers.state, self.pixel, dimension, self.sample, SOBOL)
+        return drawn
+
+
+@scalar
+def camera_directions(state, pixel, sample, width, height, extent, rotation, sobol):  # type: ignore[no-untyped-def]
+    """Unit world directions (N, 3) through a random place in each pixel, as `Camera.rays`.
+
+    `extent` is the tangent of half the vertical field of view, `rotation` the camera's `camera_from_world`.
+    """
+    direction = np.empty((pixel.size, 3))
+    for n in range(pixel.size):
+        u, v = pair(mixed(state, pixel[n]), 0, sample[n], sobol)
+        x = (2.0 * (pixel[n] % width + u) / width - 1.0) * extent * width / height
+        y = (1.0 - 2.0 * (pixel[n] // width + v) / height) * extent
+        length = np.sqrt(x * x + y * y + 1.0)
+        for i in range(3):
+            direction[n, i] = (x * rotation[0, i] + y * rotation[1, i] - rotation[2, i]) / length
+    return direction
+
+
+class Reflector:
+    """What a scene's surface does with light: values f cos and densities, at the model and at its ground."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self._sampler = _sampler(scene)
+        self._levels = mip_levels(scene.shading)
+        self._ground_from = len(scene.mesh.faces) if scene.ground is not None else None
+        measured = type(scene.brdf) not in MODELS.values()
+        # kernels of measurements use all threads by themselves, and not every pool of threads lets two callers in
+        self._values: AbstractContextManager[Any] = threading.Lock() if measured else nullcontext()
+        self._draws = self._values if hasattr(scene.brdf, "sample") else nullcontext()
+
+    def product(self, at: Points, index: Indices, wi: Floats) -> Floats:
+        """f cos, or what a material shows in its place, (K, 3) at the points `index` for light from `wi` (K, 3)."""
+        ground = self._on_ground(at, index)
+        if ground is None:
+            return self._object(at, index, wi)
+        value = np.empty((len(index), 3))
+        assert self.scene.ground is not None
+        value[ground] = (self.scene.ground.albedo / np.pi) * wi[ground, 2:]
+        value[~ground] = self._object(at, index[~ground], wi[~ground])
+        return value
+
+    def density(self, at: Points, index: Indices, wi: Floats) -> Floats:
+        """At which `draw` makes `wi` (K, 3) at the points `index`, (K,) in 1/sr."""
+        viewer, ground = at.viewer[index], self._on_ground(at, index)
+        with self._draws:
+            if ground is None:
+                return self._sampler.pdf(wi, viewer)
+            density = np.maximum(wi[:, 2], 0.0) / np.pi
+            density[~ground] = self._sampler.pdf(wi[~ground], viewer[~ground])
+            return density
+
+    def draw(self, at: Points, u: Floats) -> Floats:
+        """Directions (M, 3) towards light in the frame of each point, from u (M, 3) in [0, 1)."""
+        ground = self._on_ground(at, np.arange(len(u)))
+        with self._draws:
+            if ground is None:
+                return self._sampler.sample(at.viewer, u)
+            wi = np.empty((len(u), 3))
+            wi[ground] = CosineLobe().sample(at.viewer[ground], u[ground])
+            wi[~ground] = self._sampler.sample(at.viewer[~ground], u[~ground])
+            return wi
+
+    def _on_ground(self, at: Points, index: Indices) -> NDArray[np.bool_] | None:
+        return None if self._ground_from is None else at.face[index] >= self._ground_from
+
+    def _object(self, at: Points, index: Indices, wi: Floats) -> Floats:
+        f = self._f(wi, at.viewer[index])
+        if self.scene.shading is None or len(index) == 0:
+            return f * wi[:, 2:]
+        scene, everywhere = self.scene, np.arange(len(index))
+        corners = texture_coordinates(scene, scene.mesh.faces[at.face[index]])
+        uv = np.einsum("nc,nci->ni", at.barycentric[index], corners)
+        along = [np.zeros_like(uv)] * 2
+        return looked_up(scene, self._levels, uv, along, iter([(everywhere, f, wi[:, 2], np.ones(3))]))
+
+    def _f(self, wi: Floats, wo: Floats) -> Floats:
+        value = np.empty((len(wi), 3))
+        with self._values:
+            for start in range(0, len(wi), BLOCK):
+                block = slice(start, start + BLOCK)
+                value[block] = self.scene.brdf.f(wi[block], wo[block])
+        return value
+
+
+def _sampler(scene: Scene) -> Sampler:
+    """The BRDF's own; with a material beside a cosine lobe, because a look-up is brighter where f is small."""
+    sampler = sampler_of(scene.brdf)
+    return sampler if scene.shading is None else Mixture((CosineLobe(), sampler), (0.5, 0.5))
