@@ -1,12 +1,18 @@
-"""What the viewport draws on: OpenGL inside the window, or a picture computed on the processor where there is none."""
+"""What the viewport draws on: OpenGL inside the window, or a picture computed on the processor where there is none.
+
+A surface shows one scene, or two beside each other (`Split`). Over the picture of each it takes a better one that was
+computed elsewhere (the reference); that goes with the scene, and at once when another is shown.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, QTimer, Signal
 from PySide6.QtGui import QColor, QImage, QOffscreenSurface, QOpenGLContext, QPainter, QPaintEvent, QSurfaceFormat
 from PySide6.QtOpenGLWidgets import QOpenGLWidget
@@ -17,12 +23,35 @@ from app import theme
 from app.jobs import Jobs
 from app.latest import Latest
 from app.pictures import rgb_image
-from app.quality import MANY_LIGHTS, MOVING_S, ONE_LIGHT, STILL_S, Cost, Quality, next_rows
-from engine.colour import srgb_decode
+from app.quality import MOVING_S, STILL_S, Quality
+from app.refining import Refining, same
+from engine.colour import luminance, srgb_decode
 from engine.errors import MissingCapability
-from engine.render.display import Display, displayed
+from engine.render.display import Display, displayed, diverging
 from engine.scene import Scene
 from engine.steps import Step, Steps
+
+Pixels = NDArray[np.float32]
+
+#: Seconds in which the reference takes the place of the picture below it.
+FADE_S = 0.25
+
+#: Bytes of a picture that are read back at a time.
+STRIP_BYTES = 2**21
+
+
+@dataclass(frozen=True)
+class Split:
+    """How two pictures share the screen.
+
+    Attributes
+    ----------
+    wipe : share of the width that shows the first; None where only the first is seen.
+    difference : full colour at ± this luminance in place of the pictures; None for the pictures themselves.
+    """
+
+    wipe: float | None = None
+    difference: float | None = None
 
 
 def request_format() -> None:
@@ -58,8 +87,8 @@ def display_of(exposure_ev: float, operator: Any) -> Display:
 class GlSurface(QOpenGLWidget):
     """Draws through `engine.gl`: coarsely at once, then finer and finer, in pieces that leave the thread free between.
 
-    The last picture that is complete is on screen. `drawn(seconds)` follows each one; `failed` says that OpenGL cannot
-    be used at all, `broken` that this scene could not be drawn.
+    The last pictures that are complete are on screen. `drawn(seconds)` follows each one; `failed` says that OpenGL
+    cannot be used at all, `broken` that this scene could not be drawn.
     """
 
     drawn = Signal(float)
@@ -68,63 +97,104 @@ class GlSurface(QOpenGLWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.scene: Scene | None = None
+        self.scenes: tuple[Scene, ...] = ()
         self.display = display_of(0.0, "neutral")
+        self.split = Split()
         self.budget_s = STILL_S
         self.messages: tuple[str, ...] = ()
-        self.quality: Quality | None = None
         self._context: Any = None
-        self._renderer: Any = None
-        self._picture: _Picture | None = None
-        self._coming: _Coming | None = None
-        self._given_up: list[_Picture] = []
-        self._enlarge: Any = None
-        self._cost = Cost()
+        self._sides: list[Refining] = []
+        self._over = [_Over(), _Over()]
+        self._screen: Any = None
         self._next = QTimer(self)
         self._next.setSingleShot(True)
         self._next.setInterval(0)
         self._next.timeout.connect(lambda: self._guarded(self._go_on))
 
     @property
+    def scene(self) -> Scene | None:
+        return self.scenes[0] if self.scenes else None
+
+    @property
+    def quality(self) -> Quality | None:
+        """Of the first picture, None while it is of another scene."""
+        return self._sides[0].quality if self._sides and self._is_shown() else None
+
+    @property
     def is_finished(self) -> bool:
-        """Whether the picture on screen is the finest that is going to be drawn of this scene."""
-        at_rest = self.quality is not None and self._coming is None and self.budget_s > MOVING_S
-        return at_rest and self._finer() is None
+        """Whether the pictures on screen are the finest that are going to be drawn of these scenes."""
+        sides = self._sides[: len(self.scenes)]
+        at_rest = bool(sides) and self._is_shown() and self.budget_s > MOVING_S
+        return at_rest and len(sides) == len(self.scenes) and all(side.is_finished(self.budget_s) for side in sides)
+
+    def _is_shown(self) -> bool:
+        """Whether what is drawn, or under way, is of the scenes and the size that are wanted."""
+        size = self._pixels()
+        pairs = zip(self._sides, self.scenes, strict=False)
+        return all(side.screen == size and side.scene is not None and same(side.scene, one) for side, one in pairs)
+
+    def _pixels(self) -> tuple[int, int]:
+        ratio = self.devicePixelRatioF()
+        return round(self.width() * ratio), round(self.height() * ratio)
 
     def show_scene(self, scene: Scene | None, display: Display, budget_s: float) -> None:
         """Draw `scene` with the next frame, and from then on as finely as `budget_s` seconds allow."""
-        if self.scene is None or scene is None or display != self.display or not _same(scene, self.scene):
-            self._start_anew()
-        self.scene, self.display, self.budget_s = scene, display, budget_s
+        self.show_scenes(() if scene is None else (scene,), Split(), display, budget_s)
+
+    def show_scenes(self, scenes: tuple[Scene, ...], split: Split, display: Display, budget_s: float) -> None:
+        """Draw one scene or two in this way."""
+        for at, over in enumerate(self._over):
+            if at >= len(scenes) or at >= len(self.scenes) or not same(scenes[at], self.scenes[at]):
+                over.pixels = None
+        if scenes != self.scenes:
+            self._next.stop()
+        self.scenes, self.split, self.display, self.budget_s = scenes, split, display, budget_s
         self.update()
 
-    def _start_anew(self) -> None:
-        """What is on screen or coming is of something else; without a context nothing can be released yet."""
-        if self._coming is not None:
-            self._given_up.append(self._coming.picture)
-        self.quality = self._coming = None
-        self._next.stop()
+    def show_over(self, side: int, pixels: Pixels | None) -> None:
+        """Lay (H, W, 4) over the picture of scene number `side`, whatever its size; None takes it away."""
+        over = self._over[side]
+        if over.pixels is None:
+            over.since_s = time.monotonic()
+        over.pixels, over.is_new = pixels, True
+        self.update()
+
+    def strips(self, side: int) -> Iterator[Pixels]:
+        """The picture of scene number `side` as it was drawn, some rows at a time; ends early where it is another."""
+        while not (self._context is None or side >= len(self._sides)):
+            picture = self._sides[side].picture
+            if picture is None or self._sides[side].quality is None:
+                return
+            count = max(1, STRIP_BYTES // (16 * picture.size[0]))
+            for first in range(0, picture.size[1], count):
+                if self._context is None or self._sides[side].picture is not picture:
+                    return
+                self.makeCurrent()
+                rows = picture.read(first, count)
+                self.doneCurrent()
+                yield rows
+            return
 
     def initializeGL(self) -> None:
         from engine.gl.context import attach_context
-        from engine.gl.direct import DirectRenderer
 
-        self._picture = self._coming = self._enlarge = self.quality = None
-        self._given_up.clear()
+        self._sides, self._screen = [], None
+        for over in self._over:
+            over.picture = None
+            over.is_new = True
         try:
             self._context = attach_context()
         except MissingCapability as error:
-            self._context = self._renderer = None
+            self._context = None
             self.failed.emit(error)
             return
-        self._renderer = DirectRenderer(self._context)
         self.context().aboutToBeDestroyed.connect(self._forget)
 
     def paintGL(self) -> None:
         if self._context is None:
             return
         framebuffer = self._context.detect_framebuffer(self.defaultFramebufferObject())
-        if self.scene is None or min(framebuffer.size) < 1:
+        if not self.scenes or min(framebuffer.size) < 1:
             canvas = QColor(theme.current().canvas)
             framebuffer.clear(canvas.redF(), canvas.greenF(), canvas.blueF(), 1.0)
             return
@@ -134,198 +204,205 @@ class GlSurface(QOpenGLWidget):
         try:
             work()
         except Exception as error:  # the border to Qt: what leaves a paint event is raised in whatever runs next
-            self.scene = self._coming = None
+            self.scenes = ()
             self.broken.emit(error)
 
     def _paint(self, framebuffer: Any) -> None:
-        """Show the picture; draw a first one of a scene or a size that is new."""
-        assert self.scene is not None
-        if self._picture is not None and self._picture.screen != framebuffer.size:
-            self._start_anew()
-        if self.quality is None:
-            self._draw_first(framebuffer.size)
+        """Show the pictures; draw a first one of a scene or a size that is new."""
+        while len(self._sides) < len(self.scenes):
+            self._sides.append(Refining(self._context))
+        for side, scene in zip(self._sides, self.scenes, strict=False):
+            side.wants(scene, framebuffer.size)
+            seconds = side.draw_first()
+            if seconds is not None:
+                self._after(seconds)
         self._show(framebuffer)
-        if self.budget_s > MOVING_S and (self._coming is not None or self._finer() is not None):
+        if self.budget_s > MOVING_S and not self.is_finished:
             self._next.start()
-
-    def _levels(self) -> tuple[Quality, ...]:
-        assert self.scene is not None
-        return ONE_LIGHT if len(self.scene.lights.direction) == 1 else MANY_LIGHTS
-
-    def _evaluations(self, level: Quality, screen: tuple[int, int]) -> int:
-        assert self.scene is not None
-        return level.evaluations(screen[0] * screen[1], len(self.scene.lights.direction))
-
-    def _draw_first(self, screen: tuple[int, int]) -> None:
-        scene = self.scene
-        assert scene is not None
-        self._cost.about(scene.mesh, scene.shading, type(scene.brdf), scene.lookup)
-        levels = self._levels()
-        level = levels[self._cost.best(levels, screen[0] * screen[1], len(scene.lights.direction), MOVING_S)]
-        coming = self._begin(level, screen)
-        started = time.perf_counter()
-        size, samples = coming.picture.size, level.samples
-        self._renderer.draw(level.of(scene), coming.picture.framebuffer, size, samples=samples, display=self.display)
-        self._context.finish()
-        coming.seconds = time.perf_counter() - started
-        self._complete(coming)
-
-    def _finer(self) -> Quality | None:
-        """The next level to draw of a scene that is at rest."""
-        assert self.scene is not None
-        if self.quality is None or self._picture is None:
-            return None
-        levels, (width, height) = self._levels(), self._picture.screen
-        best = self._cost.best(levels, width * height, len(self.scene.lights.direction), self.budget_s)
-        return levels[best] if best < levels.index(self.quality) else None
 
     def _go_on(self) -> None:
-        """Draw the next piece of a finer picture, and show the picture with its last piece."""
-        if self.scene is None or self._renderer is None or self._picture is None or not self.isVisible():
-            return
-        level = self._finer()
-        if self._coming is None and level is None:
+        """One piece of a finer picture, of the first scene that is not finished."""
+        if self._context is None or not self._is_shown():
             return
         self.makeCurrent()
-        if self._coming is None:
-            assert level is not None
-            self._coming = self._begin(level, self._picture.screen)
-            next(self._coming.bands)
-        coming, started = self._coming, time.perf_counter()
-        done = False
-        try:
-            coming.bands.send(coming.rows)
-        except StopIteration:
-            done = True
-        self._context.finish()
-        seconds = time.perf_counter() - started
-        coming.seconds += seconds
-        coming.rows = next_rows(coming.rows, seconds, coming.first_rows)
-        if done:
-            self._coming = None
-            self._complete(coming)
-            self.update()
-        else:
-            self._next.start()
+        for side in self._sides[: len(self.scenes)]:
+            if not side.is_finished(self.budget_s):
+                seconds = side.go_on(self.budget_s)
+                if seconds is not None:
+                    self._after(seconds)
+                    self.update()
+                else:
+                    self._next.start()
+                break
         self.doneCurrent()
 
-    def _begin(self, level: Quality, screen: tuple[int, int]) -> _Coming:
-        assert self.scene is not None
-        while self._given_up:
-            self._given_up.pop().release(self._context)
-        size = (max(1, screen[0] // level.reduction), max(1, screen[1] // level.reduction))
-        picture = _Picture(self._context, size, screen)
-        scene, samples = level.of(self.scene), level.samples
-        bands = self._renderer.bands(scene, picture.framebuffer, size, samples=samples, display=self.display)
-        rows = self._cost.rows(self._evaluations(level, screen), size[1] * samples)
-        return _Coming(level, picture, bands, rows, rows)
-
-    def _complete(self, coming: _Coming) -> None:
-        if self._picture is not None:
-            self._picture.release(self._context)
-        self._picture, self.quality = coming.picture, coming.level
-        self._cost.learn(self._evaluations(coming.level, coming.picture.screen), coming.seconds)
-        self.messages = tuple(self._renderer.messages)
-        self.drawn.emit(coming.seconds)
+    def _after(self, seconds: float) -> None:
+        self.messages = tuple(self._sides[0].renderer.messages)
+        self.drawn.emit(seconds)
 
     def _show(self, framebuffer: Any) -> None:
-        from engine.gl.program import load_program
+        from engine.gl.screen import Screen
 
-        context = self._context
-        if self._enlarge is None:
-            program = load_program(context, "screen.vert", "enlarge.frag")
-            self._enlarge = (program, context.vertex_array(program, []))
-        framebuffer.use()
-        framebuffer.viewport = (0, 0, *framebuffer.size)
-        context.disable(context.DEPTH_TEST | context.BLEND | context.CULL_FACE)
-        assert self._picture is not None
-        self._picture.texture.use(0)
-        self._enlarge[0]["picture"] = 0
-        self._enlarge[0]["size"] = framebuffer.size
-        self._enlarge[1].render(vertices=3)
+        self._screen = self._screen or Screen(self._context)
+        layers = [self._layer(at) for at in range(len(self.scenes))]
+        if len(layers) < 2:
+            self._screen.show(layers[0], framebuffer, self.display)
+        elif self.split.difference is not None:
+            self._screen.show_difference(*layers, framebuffer, self.display, self.split.difference)
+        else:
+            width = framebuffer.size[0]
+            middle = width if self.split.wipe is None else round(self.split.wipe * width)
+            self._screen.show(layers[0], framebuffer, self.display, (0, middle))
+            self._screen.show(layers[1], framebuffer, self.display, (middle, width))
+
+    def _layer(self, at: int) -> Any:
+        """The picture of scene number `at`, and what lies over it."""
+        from engine.gl.screen import Layer
+
+        over = self._over[at]
+        if over.pixels is None:
+            return Layer(self._sides[at].picture)
+        over.upload(self._context)
+        share = min(1.0, (time.monotonic() - over.since_s) / FADE_S)
+        if share < 1.0:
+            QTimer.singleShot(16, self.update)
+        return Layer(self._sides[at].picture, over.picture, share)
 
     def _forget(self) -> None:
         """The context goes away (the window moved to another screen, say); everything is made anew in the next one."""
         if not isValid(self):
             return
         self.makeCurrent()
-        if self._renderer is not None:
-            self._renderer.release()
-        self._renderer = self._context = self._picture = self._coming = self._enlarge = self.quality = None
+        for owner in (*self._sides, self._screen, *(over.picture for over in self._over)):
+            if owner is not None:
+                owner.release()
+        self._sides, self._screen, self._context = [], None, None
         self.doneCurrent()
 
 
-class _Picture:
-    """A finished or growing picture of `size` for a framebuffer of size `screen`, as a texture."""
+@dataclass(eq=False)
+class _Over:
+    """What is laid over a picture, since when, and its texture."""
 
-    def __init__(self, context: Any, size: tuple[int, int], screen: tuple[int, int]) -> None:
-        self.size, self.screen = size, screen
-        self.texture = context.texture(size, 4)
-        self.texture.filter = (context.LINEAR, context.LINEAR)
-        self.texture.repeat_x = self.texture.repeat_y = False
-        self.framebuffer = context.framebuffer([self.texture])
+    pixels: Pixels | None = None
+    since_s: float = 0.0
+    is_new: bool = True
+    picture: Any = None
 
-    def release(self, context: Any) -> None:
-        # a new framebuffer restores the one bound before it, which must not be one that is gone
-        context.detect_framebuffer(0).use()
-        self.framebuffer.release()
-        self.texture.release()
+    def upload(self, context: Any) -> None:
+        from engine.gl.screen import Picture
 
-
-@dataclass
-class _Coming:
-    """A finer picture under way: its pieces, the rows of the next and of the first, and the seconds so far."""
-
-    level: Quality
-    picture: _Picture
-    bands: Generator[None, int, None]
-    rows: int
-    first_rows: int
-    seconds: float = 0.0
-
-
-def _same(scene: Scene, other: Scene) -> bool:
-    """Whether two scenes are one picture."""
-    return all(getattr(scene, part.name) == getattr(other, part.name) for part in fields(scene))
+        assert self.pixels is not None
+        if not self.is_new and self.picture is not None:
+            return
+        size = (self.pixels.shape[1], self.pixels.shape[0])
+        if self.picture is None or self.picture.size != size:
+            if self.picture is not None:
+                self.picture.release()
+            self.picture = Picture(context, size)
+        self.picture.write(self.pixels)
+        self.is_new = False
 
 
 class ProcessorSurface(QWidget):
-    """Draws on the processor, in a job: coarse while something moves, then in full, band after band."""
+    """Draws on the processor, in jobs: coarse while something moves, then in full, band after band."""
 
     drawn = Signal(float)
 
     def __init__(self, jobs: Jobs) -> None:
         super().__init__()
+        self.scenes: tuple[Scene, ...] = ()
+        self.split = Split()
+        self.display = display_of(0.0, "neutral")
         self.messages: tuple[str, ...] = ()
-        self._latest = Latest(jobs, "Rendering")
-        self._image: QImage | None = None
+        self._rendering = [Latest(jobs, "Rendering"), Latest(jobs, "Rendering")]
+        self._showing = Latest(jobs, "Showing a picture")
+        self._pictures: list[Pixels | None] = [None, None]
+        self._over: list[Pixels | None] = [None, None]
+        self._wanted: list[tuple[Scene, tuple[int, int]] | None] = [None, None]
+        self._images: tuple[QImage, ...] = ()
+
+    @property
+    def is_finished(self) -> bool:
+        return not self._showing.busy and not any(one.busy for one in self._rendering)
 
     def show_scene(self, scene: Scene | None, display: Display, budget_s: float) -> None:
         """Ask for a picture of `scene`; it is shown when it is done."""
-        if scene is None or self.width() < 1 or self.height() < 1:
+        self.show_scenes(() if scene is None else (scene,), Split(), display, budget_s)
+
+    def show_scenes(self, scenes: tuple[Scene, ...], split: Split, display: Display, budget_s: float) -> None:
+        """Ask for pictures of one scene or two."""
+        if not scenes or self.width() < 1 or self.height() < 1:
             return
+        self.scenes, self.split, self.display = scenes, split, display
         share = 0.3 if budget_s <= MOVING_S else 1.0
         scale = self.devicePixelRatioF() * share
         size = (max(1, round(self.width() * scale)), max(1, round(self.height() * scale)))
-        self._latest.ask(lambda: _computed(scene, size, display), self._show)
+        for at, scene in enumerate(scenes):
+            before = self._wanted[at]
+            if before is None or not same(before[0], scene):
+                self._over[at] = None
+            if before is None or before[1] != size or not same(before[0], scene):
+                self._wanted[at] = (scene, size)
+                self._ask(at, scene, size)
+        self._refresh()
 
-    def _show(self, result: tuple[QImage, float]) -> None:
-        self._image, seconds = result
+    def _ask(self, at: int, scene: Scene, size: tuple[int, int]) -> None:
+        self._rendering[at].ask(lambda: _computed(scene, size), lambda found: self._take(at, *found))
+
+    def _take(self, at: int, picture: Pixels, seconds: float) -> None:
+        self._pictures[at] = picture
         self.drawn.emit(seconds)
+        self._refresh()
+
+    def show_over(self, side: int, pixels: Pixels | None) -> None:
+        """Show (H, W, 4) in place of the picture of scene number `side`."""
+        self._over[side] = pixels
+        self._refresh()
+
+    def strips(self, side: int) -> Iterator[Pixels]:
+        """The picture of scene number `side`, in one piece."""
+        picture = self._pictures[side]
+        if picture is not None and not self._rendering[side].busy:
+            yield picture
+
+    def _refresh(self) -> None:
+        chosen = [self._pictures[at] if self._over[at] is None else self._over[at] for at in range(len(self.scenes))]
+        found = [picture for picture in chosen if picture is not None]
+        if len(found) == len(self.scenes):
+            display, scale = self.display, self.split.difference
+            self._showing.ask(lambda: _images(found, display, scale), self._show)
+
+    def _show(self, images: tuple[QImage, ...]) -> None:
+        self._images = images
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(theme.current().canvas))
-        if self._image is not None:
-            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-            painter.drawImage(QRectF(self.rect()), self._image)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        middle = self.width() if self.split.wipe is None else self.split.wipe * self.width()
+        for at, image in enumerate(self._images):
+            if at:
+                painter.setClipRect(QRectF(middle, 0, self.width() - middle, self.height()))
+            painter.drawImage(QRectF(self.rect()), image)
 
 
-def _computed(scene: Scene, size: tuple[int, int], display: Display) -> Steps[tuple[QImage, float]]:
+def _computed(scene: Scene, size: tuple[int, int]) -> Steps[tuple[Pixels, float]]:
     yield Step(0.0, "rendering on the processor")
     from engine.render.direct import radiance
 
     started = time.perf_counter()
     picture = yield from radiance(scene, size, samples=1)
-    return rgb_image(displayed(picture, display)), time.perf_counter() - started
+    return picture, time.perf_counter() - started
+
+
+def _images(pictures: list[Pixels], display: Display, scale: float | None) -> Steps[tuple[QImage, ...]]:
+    """The pictures as a screen shows them; or, with a `scale`, the difference of the two."""
+    yield Step(0.0, "showing a picture")
+    if scale is None or len(pictures) < 2 or pictures[0].shape != pictures[1].shape:
+        return tuple(rgb_image(displayed(picture, display)) for picture in pictures)
+    apart = luminance(pictures[0][..., :3]) - luminance(pictures[1][..., :3])
+    covered = np.minimum(pictures[0][..., 3], pictures[1][..., 3]) > 0.999
+    empty = displayed(np.zeros((1, 1, 4), np.float32), display)
+    return (rgb_image(np.where(covered[..., None], diverging(apart / scale), empty)),)

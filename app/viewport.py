@@ -2,43 +2,45 @@
 
 Left-drag turns like a turntable without roll, middle-drag moves, the wheel zooms, Ctrl+left-drag or the handle moves
 the light or turns the environment, F frames the model. The camera is the viewport's own; the light is the project's.
+Two scenes that differ in how they are drawn share camera, light and screen; the line between them is dragged.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from math import degrees, hypot, pi, radians, sqrt
+from math import degrees, pi
 
-import numpy as np
 from PySide6.QtCore import QPointF, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent, QWheelEvent
+from PySide6.QtGui import QMouseEvent, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from app.jobs import Jobs
+from app.overlay import Handle, Overlay
 from app.panels import text
 from app.quality import IDLE_S, MOVING_S, STILL_S
-from app.surfaces import GlSurface, ProcessorSurface, display_of, why_no_gl
+from app.surfaces import GlSurface, Pixels, ProcessorSurface, Split, display_of, why_no_gl
 from app.theme import PADDING, role
 from engine.camera import Camera, frame, orbit, pan, zoom
-from engine.directions import Vectors, world_angles, world_direction
 from engine.errors import MissingCapability
 from engine.mesh import Mesh
 from engine.render.display import Display
 from engine.scene import Scene
 
 STILL_AFTER_MS = 180
-HANDLE_PX = 8
-HANDLE_REACH = 0.46
 
 
 class Viewport(QWidget):
     """Shows a scene with its own camera.
 
-    `light_moved(theta_deg, phi_deg, final)` asks to move the light, `environment_turned(angle_deg, final)` to turn
-    what lights the model instead; `camera_moved` says that the model is seen from elsewhere.
+    `light_moved(theta_deg, phi_deg, final)` asks to move the light, `lamp_moved(number, theta_deg, phi_deg, final)` a
+    lamp beside it, `environment_turned(angle_deg, final)` to turn what lights the model instead. `camera_moved` says
+    that the model is seen from elsewhere or in another size, `rested` that nothing has moved for a while.
     """
 
     light_moved = Signal(float, float, bool)
+    lamp_moved = Signal(int, float, float, bool)
+    wipe_moved = Signal(float)
+    rested = Signal()
     environment_turned = Signal(float, bool)
     camera_moved = Signal()
     drawn = Signal(float)
@@ -48,17 +50,19 @@ class Viewport(QWidget):
         super().__init__()
         self.jobs = jobs
         self.scene: Scene | None = None
+        self.other: Scene | None = None
+        self.split = Split()
         self.display = Display()
         self.camera: Camera | None = None
         self.light_deg = (50.0, 35.0)
         self._mesh: Mesh | None = None
         self._framed = True
-        self._grab: tuple[str, QPointF] | None = None
+        self._grab: tuple[str, QPointF, Handle | None] | None = None
         self._exposure: tuple[float, str] = (0.0, "neutral")
         self._still = QTimer(self)
         self._still.setSingleShot(True)
         self._still.setInterval(STILL_AFTER_MS)
-        self._still.timeout.connect(lambda: self._draw(moving=False))
+        self._still.timeout.connect(self._rest)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(160, 120)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -68,7 +72,7 @@ class Viewport(QWidget):
         jobs.changed.connect(lambda job: self._still.start() if job.over and job.heavy else None)
         self.surface: GlSurface | ProcessorSurface
         self._choose_surface(why_no_gl())
-        self.overlay = _Overlay(self)
+        self.overlay = Overlay(self)
 
     def sizeHint(self) -> QSize:
         return QSize(640, 480)
@@ -91,8 +95,18 @@ class Viewport(QWidget):
         self._place()
         self._draw(moving=False)
 
-    def show_scene(self, scene: Scene, exposure_ev: float, tone_map: str, light_deg: tuple[float, float]) -> None:
-        """Show `scene` (its camera is replaced by the viewport's own); a new mesh is framed."""
+    def show_scene(
+        self,
+        scene: Scene,
+        exposure_ev: float,
+        tone_map: str,
+        light_deg: tuple[float, float],
+        handles: tuple[Handle, ...] | None = None,
+    ) -> None:
+        """Show `scene` (its camera is replaced by the viewport's own); a new mesh is framed.
+
+        `handles` are the lights that can be dragged; without them it is the one light, where that is what shines.
+        """
         moved = self.scene is not None
         self.light_deg = light_deg
         self._exposure = (exposure_ev, tone_map)
@@ -100,7 +114,20 @@ class Viewport(QWidget):
             self._mesh = scene.mesh
             self._frame()
         self.scene = scene
+        one_light = (Handle(None, *light_deg),) if scene.environment is None else ()
+        self.overlay.handles = one_light if handles is None else handles
         self._draw(moving=moved)
+
+    def show_beside(self, other: Scene | None, split: Split, names: tuple[str, str] = ("", "")) -> None:
+        """From the next scene on, show `other` beside it, with the same camera; None for one picture alone."""
+        self.other, self.split = other, split
+        self.overlay.names = names
+        self.overlay.wipe = split.wipe if other is not None and split.difference is None else None
+        self.overlay.scale = split.difference if other is not None else None
+
+    def show_over(self, side: int, pixels: Pixels | None) -> None:
+        """Lay a better picture over that of the scene (0) or the other (1), until something changes."""
+        self.surface.show_over(side, pixels)
 
     def frame(self) -> None:
         """Look at the whole model from where it is looked at first."""
@@ -122,12 +149,29 @@ class Viewport(QWidget):
     def _draw(self, *, moving: bool) -> None:
         if self.scene is None or self.camera is None:
             return
-        scene = dataclasses.replace(self.scene, camera=self.camera)
         still_s = STILL_S if any(job.heavy for job in self.jobs.active) else IDLE_S
-        self.surface.show_scene(scene, display_of(*self._exposure), MOVING_S if moving else still_s)
+        display, budget_s = display_of(*self._exposure), MOVING_S if moving else still_s
+        self.surface.show_scenes(self.on_screen(), self.split, display, budget_s)
+        self.overlay.camera = self.camera
         self.overlay.update()
         if moving:
             self._still.start()
+
+    def on_screen(self) -> tuple[Scene, ...]:
+        """The scenes that are shown, with the camera that they are seen with."""
+        if self.camera is None:
+            return ()
+        scenes = (scene for scene in (self.scene, self.other) if scene is not None)
+        return tuple(dataclasses.replace(scene, camera=self.camera) for scene in scenes)
+
+    def screen_px(self) -> tuple[int, int]:
+        """Width and height in pixels of the screen."""
+        ratio = self.devicePixelRatioF()
+        return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
+
+    def _rest(self) -> None:
+        self._draw(moving=False)
+        self.rested.emit()
 
     def _after_frame(self, seconds: float) -> None:
         self.drawn.emit(seconds)
@@ -148,26 +192,29 @@ class Viewport(QWidget):
         self.banner.raise_()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        handle = self.overlay.handle()
-        near = handle is not None and _distance(handle, event.position()) < 2 * HANDLE_PX
+        handle = self.overlay.at(event.position())
         left = event.button() == Qt.MouseButton.LeftButton
         if left and event.modifiers() & Qt.KeyboardModifier.ControlModifier:
             kind = "turn light" if self._lit_by_one() else "turn environment"
-        elif left and near:
+        elif left and handle is not None:
             kind = "drag light"
+        elif left and self.overlay.is_on_wipe(event.position()):
+            kind = "wipe"
         elif left:
             kind = "orbit"
         else:
             kind = "pan" if event.button() == Qt.MouseButton.MiddleButton else ""
-        self._grab = (kind, event.position())
+        self._grab = (kind, event.position(), handle)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        self.overlay.show_near(event.position())
+        shape = self.overlay.show_near(event.position())
+        if self.cursor().shape() != shape:
+            self.setCursor(shape)
         if self._grab is None or self.camera is None:
             return
-        kind, before = self._grab
+        kind, before, handle = self._grab
         moved = event.position() - before
-        self._grab = (kind, event.position())
+        self._grab = (kind, event.position(), handle)
         height = max(1, self.height())
         if kind == "orbit":
             self.turn(-moved.x() * pi / height, moved.y() * pi / height)
@@ -175,16 +222,21 @@ class Viewport(QWidget):
             self._move(pan(self.camera, -moved.x() / height, moved.y() / height))
         elif kind == "turn light":
             theta, phi = self.light_deg
-            self._move_light(theta + 180.0 * moved.y() / height, phi + 180.0 * moved.x() / height)
+            self._move_light(None, theta + 180.0 * moved.y() / height, phi + 180.0 * moved.x() / height)
         elif kind == "turn environment" and self.scene is not None:
             self._turn(self.scene.environment_rotation + pi * moved.x() / height, final=False)
-        elif kind == "drag light":
-            self._move_light(*self.overlay.light_at(event.position()))
+        elif kind == "drag light" and handle is not None:
+            self._move_light(handle.lamp, *self.overlay.light_at(handle, event.position()))
+        elif kind == "wipe":
+            self.wipe_moved.emit(min(1.0, max(0.0, event.position().x() / max(1, self.width()))))
 
     def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
         grabbed, self._grab = self._grab, None
         if grabbed is not None and "light" in grabbed[0]:
-            self.light_moved.emit(*self.light_deg, True)
+            lamp = grabbed[2].lamp if grabbed[2] is not None and grabbed[0] == "drag light" else None
+            for handle in self.overlay.handles:
+                if handle.lamp == lamp:
+                    self._say_light(lamp, handle.theta_deg, handle.phi_deg, final=True)
         if grabbed is not None and "environment" in grabbed[0] and self.scene is not None:
             self._turn(self.scene.environment_rotation, final=True)
 
@@ -204,10 +256,15 @@ class Viewport(QWidget):
         self.camera_moved.emit()
         self._draw(moving=True)
 
-    def _move_light(self, theta_deg: float, phi_deg: float) -> None:
-        theta_deg = min(180.0, max(0.0, theta_deg))
+    def _move_light(self, lamp: int | None, theta_deg: float, phi_deg: float) -> None:
         phi_deg = (phi_deg + 180.0) % 360.0 - 180.0
-        self.light_moved.emit(round(theta_deg, 2), round(phi_deg, 2), False)
+        self._say_light(lamp, round(min(180.0, max(0.0, theta_deg)), 2), round(phi_deg, 2), final=False)
+
+    def _say_light(self, lamp: int | None, theta_deg: float, phi_deg: float, *, final: bool) -> None:
+        if lamp is None:
+            self.light_moved.emit(theta_deg, phi_deg, final)
+        else:
+            self.lamp_moved.emit(lamp, theta_deg, phi_deg, final)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         if self.camera is not None:
@@ -233,78 +290,3 @@ class _Banner(QWidget):
         self.because_of_gl = because_of_gl and bool(words)
         self.words.setText(words)
         self.setVisible(bool(words))
-
-
-class _Overlay(QWidget):
-    """The handle of the light: a sun on a circle around the picture's centre, hollow while the light is behind."""
-
-    def __init__(self, viewport: Viewport) -> None:
-        super().__init__(viewport)
-        self.viewport = viewport
-        self.near = False
-        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-
-    def _reach(self) -> float:
-        return HANDLE_REACH * min(self.width(), self.height())
-
-    def _middle(self) -> QPointF:
-        return QPointF(self.width() / 2, self.height() / 2)
-
-    def _seen(self) -> Vectors | None:
-        """The light's direction as the camera sees it: right, up, towards the viewer."""
-        camera = self.viewport.camera
-        scene = self.viewport.scene
-        if camera is None or scene is None or scene.environment is not None:
-            return None
-        theta, phi = (radians(angle) for angle in self.viewport.light_deg)
-        return camera.camera_from_world @ world_direction(theta, phi)
-
-    def handle(self) -> QPointF | None:
-        """Where the handle is."""
-        seen = self._seen()
-        return None if seen is None else self._middle() + QPointF(seen[0], -seen[1]) * self._reach()
-
-    def light_at(self, point: QPointF) -> tuple[float, float]:
-        """Angles (theta, phi) in degrees of the light whose handle is at `point`, on the side where it is now."""
-        camera, seen = self.viewport.camera, self._seen()
-        assert camera is not None
-        assert seen is not None
-        offset = (point - self._middle()) / max(1.0, self._reach())
-        x, y = offset.x(), -offset.y()
-        length = hypot(x, y)
-        if length > 1.0:
-            x, y = x / length, y / length
-        depth = sqrt(max(0.0, 1.0 - x * x - y * y))
-        direction = camera.camera_from_world.T @ np.array([x, y, depth if seen[2] >= 0.0 else -depth])
-        theta, phi = world_angles(direction)
-        return degrees(theta), degrees(phi)
-
-    def show_near(self, point: QPointF) -> None:
-        """Draw the circle while the pointer is near the handle."""
-        handle = self.handle()
-        near = handle is not None and _distance(handle, point) < 3 * HANDLE_PX
-        if near != self.near:
-            self.near = near
-            self.viewport.setCursor(Qt.CursorShape.OpenHandCursor if near else Qt.CursorShape.ArrowCursor)
-            self.update()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        handle, seen = self.handle(), self._seen()
-        if handle is None or seen is None:
-            return
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if self.near:
-            painter.setPen(QPen(QColor(255, 255, 255, 50), 1))
-            painter.drawEllipse(self._middle(), self._reach(), self._reach())
-        for colour, width in ((QColor(0, 0, 0, 170), 3.5), (QColor(255, 236, 190), 1.5)):
-            painter.setPen(QPen(colour, width))
-            painter.setBrush(QColor(255, 236, 190) if seen[2] >= 0 else Qt.BrushStyle.NoBrush)
-            painter.drawEllipse(handle, HANDLE_PX - 3, HANDLE_PX - 3)
-            for spoke in range(8):
-                out = QPointF(np.cos(spoke * pi / 4), np.sin(spoke * pi / 4))
-                painter.drawLine(handle + out * (HANDLE_PX + 0.5), handle + out * (HANDLE_PX + 4))
-
-
-def _distance(one: QPointF, other: QPointF) -> float:
-    return hypot(one.x() - other.x(), one.y() - other.y())

@@ -8,12 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.colour import luminance, srgb_decode, srgb_encode
+from engine.colour import luminance
+from engine.render.display import diverging
 
 Pixels = NDArray[np.uint8]
-
-#: The ends of the scale, after Okabe and Ito, and its middle, sRGB-coded.
-BLUE, ORANGE, GREY = (0.0, 0.447, 0.698), (0.902, 0.624, 0.0), (0.86, 0.86, 0.86)
 
 #: The share of the largest differences that is cut off at the ends of the scale.
 CUT = 0.005
@@ -40,15 +38,6 @@ def scale_of(apart: ArrayLike) -> float:
         return LEAST
     decade = 10.0 ** np.floor(np.log10(value))
     return float(next(step * decade for step in (1.0, 2.0, 5.0, 10.0) if step * decade >= value * (1.0 - 1e-9)))
-
-
-def diverging(share: ArrayLike) -> Pixels:
-    """(..., 3) uint8 of shares in [−1, 1] of a scale, cut off beyond; what is not a number is grey as 0 is."""
-    share = np.clip(np.nan_to_num(np.asarray(share, np.float64)), -1.0, 1.0)[..., None]
-    grey = srgb_decode(list(GREY))
-    far = np.where(share < 0.0, srgb_decode(list(BLUE)), srgb_decode(list(ORANGE)))
-    mixed = grey + np.abs(share) * (far - grey)
-    return np.asarray(np.round(255.0 * srgb_encode(mixed)), np.uint8)
 
 
 def labelled(apart: NDArray[np.float64], scale: float) -> Pixels:

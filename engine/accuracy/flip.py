@@ -66,7 +66,7 @@ def _tile(
     parts = [
         np.ascontiguousarray(picture[top : row + tile + MARGIN, left : column + tile + MARGIN]) for picture in pictures
     ]
-    if np.array_equal(*parts):
+    if np.array_equal(parts[0], parts[1]):
         return np.zeros(pictures[0][row : row + tile, column : column + tile].shape[:2], np.float32)
     values, _, _ = flip_evaluator.evaluate(
         *parts, kind, inputsRGB=False, applyMagma=False, computeMeanError=False, parameters=dict(options)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Generator, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from engine.gl.mesh_buffers import MeshBuffers
 from engine.gl.program import ShaderError, load_program, set_uniforms
 from engine.gl.table_texture import SOURCE, TableTexture
 from engine.gl.tonemap import ToneMapper
+from engine.ground import Ground, with_ground
+from engine.mesh import Mesh
 from engine.params import parameters
 from engine.render.display import Display
 from engine.scene import Scene
@@ -52,9 +55,10 @@ class DirectRenderer:
         self.debug = debug
         self.messages: list[str] = []
         self.invalid_samples = 0
-        self._programs: dict[tuple[tuple[str, str], ...], Any] = {}
+        self._programs: dict[tuple[Any, ...], Any] = {}
         self._last_good: Any = None
         self._mesh: tuple[Any, MeshBuffers] | None = None
+        self._ground: tuple[Mesh, Ground, MeshBuffers] | None = None
         self._material: tuple[Any, MaterialTextures] | None = None
         self._lights: tuple[Any, LightTexture] | None = None
         self._table: tuple[Any, TableTexture | FactorTextures] | None = None
@@ -66,15 +70,16 @@ class DirectRenderer:
     ) -> None:
         """Draw `scene`, tone-mapped and sRGB-coded, over `framebuffer`, whose `size` is (width, height) in pixels."""
         for tile, texture in self._tiles(scene, size, samples):
-            self._show(tile, texture, framebuffer, size, samples, display)
+            self._show(tile, texture, framebuffer, size, samples, display or Display())
 
     def bands(
-        self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2, display: Display | None = None
+        self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2
     ) -> Generator[None, int, None]:
-        """`draw` in pieces, for a thread that has more to do: each `send(rows)` draws so many rows of sub-pixels.
+        """The linear picture in pieces, for a thread that has more to do: each `send(rows)` draws so many rows.
 
-        The picture is the same to the bit; `framebuffer` holds it when the generator ends. Other drawing with this
-        renderer in the meantime spoils it.
+        Rows are of sub-pixels. The float32 `framebuffer` (`engine.gl.screen.Picture`) holds radiance times coverage,
+        and coverage, when the generator ends; with 1, 2 or 4 samples they show what `draw` shows to the bit. Other
+        drawing with this renderer in the meantime spoils it.
         """
         for tile in self._cut(size, samples):
             done, rows = 0, tile[3] * samples
@@ -82,7 +87,7 @@ class DirectRenderer:
                 wanted = yield
                 texture = self._shade(scene, size, tile, samples, (done, min(wanted, rows - done)))
                 done += wanted
-            self._show(tile, texture, framebuffer, size, samples, display)
+            self._show(tile, texture, framebuffer, size, samples, None)
 
     def radiance(self, scene: Scene, size: tuple[int, int], *, samples: int = 2) -> NDArray[np.float32]:
         """The picture (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
@@ -122,13 +127,42 @@ class DirectRenderer:
         target.scissor = (0, band[0], tile[2] * samples, band[1])
         target.clear(0.0, 0.0, 0.0, 0.0)
         self.context.enable_only(self.context.DEPTH_TEST)
-        clip_from_model = scene.camera.clip_from_model(scene.mesh.centre, scene.mesh.radius, size[0] / size[1])
-        matrix = _tile_from_clip(tile, size) @ clip_from_model
-        program["clip_from_model"].write(np.ascontiguousarray(matrix.T, np.float32))
+        reach = self._prepare_ground(scene)
+        clip_from_model = scene.camera.clip_from_model(scene.mesh.centre, reach, size[0] / size[1])
+        matrix = np.ascontiguousarray((_tile_from_clip(tile, size) @ clip_from_model).T, np.float32)
+        program["clip_from_model"].write(matrix)
         assert self._mesh is not None
         self._mesh[1].draw(program)
+        self._draw_ground(scene, matrix)
         target.scissor = None
         return target.color_attachments[0]
+
+    def _prepare_ground(self, scene: Scene) -> float:
+        """Upload what the model stands on; returns how far from the centre of the model anything is."""
+        if scene.ground is None:
+            return scene.mesh.radius
+        if self._ground is None or self._ground[0] is not scene.mesh or self._ground[1] != scene.ground:
+            if self._ground is not None:
+                self._ground[2].release()
+            square = _square(scene.mesh, scene.ground)
+            self._ground = (scene.mesh, scene.ground, MeshBuffers(self.context, square, scene.mesh.centre))
+        corners = self._ground[2].mesh.positions - scene.mesh.centre
+        return max(scene.mesh.radius, float(np.sqrt(np.max(np.sum(corners**2, axis=1)))))
+
+    def _draw_ground(self, scene: Scene, matrix: NDArray[np.float32]) -> None:
+        """The ground, where there is one: Lambertian, under the same lights."""
+        if scene.ground is None or self._ground is None:
+            return
+        definitions = {"BRDF": "brdf/lambert.glsl", "SOURCE_NONE": "1", **self._debug}
+        key = ("ground", *definitions.items())
+        if key not in self._programs:
+            self._programs[key] = load_program(self.context, "direct.vert", "direct.frag", definitions)
+        program = self._programs[key]
+        eye = tuple(np.subtract(scene.camera.eye, scene.mesh.centre))
+        set_uniforms(program, {"eye": eye, "repeats": 1.0, "brdf_albedo": (scene.ground.albedo,) * 3})
+        self._bind_lights(program, scene)
+        program["clip_from_model"].write(matrix)
+        self._ground[2].draw(program)
 
     def _show(
         self,
@@ -143,7 +177,7 @@ class DirectRenderer:
             self._tone_mapper = ToneMapper(self.context)
         left, top, width, height = tile
         rectangle = (left, size[1] - top - height, width, height)
-        self._tone_mapper.draw(texture, framebuffer, rectangle, samples, display or Display())
+        self._tone_mapper.draw(texture, framebuffer, rectangle, samples, display)
 
     def _prepare(self, scene: Scene, size: tuple[int, int]) -> Any:
         """Upload what changed, choose the program and set its uniforms."""
@@ -161,18 +195,21 @@ class DirectRenderer:
             "repeats": scene.repeats,
             "r_max": textures.r_max if textures else 1.0,
             "layers": float(textures.layers) if textures else 0.0,
-            "light_count": len(scene.lights.direction),
         }
         set_uniforms(program, values)
         self._set_brdf(program, scene)
         if textures:
             textures.bind(program)
+        self._bind_lights(program, scene)
+        return program
+
+    def _bind_lights(self, program: Any, scene: Scene) -> None:
         if self._lights is None or self._lights[0] is not scene.lights:
             if self._lights is not None:
                 self._lights[1].release()
             self._lights = (scene.lights, LightTexture(self.context, scene.lights))
         self._lights[1].bind(program)
-        return program
+        set_uniforms(program, {"light_count": len(scene.lights.direction)})
 
     def _set_brdf(self, program: Any, scene: Scene) -> None:
         """The parameters of a model as uniforms, factors as textures, or any other BRDF as a texture of its table."""
@@ -212,7 +249,7 @@ class DirectRenderer:
             definitions["ONE_LOOKUP"] = "1"
         definitions |= {"LAYERS": str(textures.layers)} if textures and textures.layers else {}
         definitions |= {} if scene.brdf.isotropic else {"BRUSHED": "1"}
-        definitions |= {"DEBUG": "1"} if self.debug else {}
+        definitions |= self._debug
         key = tuple(definitions.items())
         if key not in self._programs:
             try:
@@ -224,6 +261,10 @@ class DirectRenderer:
                 self._programs[key] = self._last_good
         self._last_good = self._programs[key]
         return self._last_good
+
+    @property
+    def _debug(self) -> dict[str, str]:
+        return {"DEBUG": "1"} if self.debug else {}
 
     def _framebuffer(self, size: tuple[int, int]) -> Any:
         if self._target is None or self._target[0] != size:
@@ -245,15 +286,16 @@ class DirectRenderer:
 
     def release(self) -> None:
         """Free everything; the renderer can be used again afterwards and uploads anew."""
-        for owner in (self._mesh, self._material, self._lights, self._table):
+        for owner in (self._mesh, self._ground, self._material, self._lights, self._table):
             if owner is not None:
-                owner[1].release()
+                owner[-1].release()
         for program in {id(program): program for program in self._programs.values()}.values():
             program.release()
         if self._tone_mapper is not None:
             self._tone_mapper.release()
         self._release_target()
-        self._mesh = self._material = self._lights = self._table = self._tone_mapper = self._last_good = None
+        self._mesh = self._ground = self._material = self._lights = self._table = None
+        self._tone_mapper = self._last_good = None
         self._programs.clear()
 
 
@@ -262,6 +304,14 @@ def _shader_of(brdf: Any) -> str:
         return model_name(brdf)
     factors = factor_source(brdf)
     return factors.SOURCE if factors else SOURCE
+
+
+def _square(mesh: Mesh, ground: Ground) -> Mesh:
+    """The ground alone, as the two triangles that it is for the eye."""
+    whole, first = with_ground(mesh, replace(ground, cells=1))
+    kept = len(whole.positions) - 4
+    arrays = (whole.positions[kept:], whole.normals[kept:], whole.uv[kept:], whole.faces[first:] - np.int32(kept))
+    return Mesh(*arrays, name="ground")
 
 
 def _tile_from_clip(tile: Tile, size: tuple[int, int]) -> NDArray[np.float64]:

@@ -5,16 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.mesh import Mesh
 
 
 class MeshBuffers:
-    """Owns a vertex and an index buffer, tangents once they are asked for, and a vertex array per program."""
+    """Owns a vertex and an index buffer, tangents once they are asked for, and a vertex array per program.
 
-    def __init__(self, context: Any, mesh: Mesh) -> None:
+    Positions are relative to `centre` (3,), the mesh's own without one.
+    """
+
+    def __init__(self, context: Any, mesh: Mesh, centre: NDArray[np.float64] | None = None) -> None:
         self.context = context
-        position = (mesh.positions - mesh.centre).astype(np.float32)
+        position = (mesh.positions - (mesh.centre if centre is None else centre)).astype(np.float32)
         self.vertices = context.buffer(np.concatenate([position, mesh.normals, mesh.uv], axis=1).tobytes())
         self.indices = context.buffer(mesh.faces.tobytes())
         self.mesh = mesh

@@ -8,11 +8,13 @@ the lights, about 1 s per million of either.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.brdf.diffuse import Lambert
 from engine.colour import luminance
 from engine.directions import dot, normalize, world_from_tangent
 from engine.environment import DistantLights
@@ -66,12 +68,18 @@ def _tracer(scene: Scene) -> Any:
     from embreex.rtcore_scene import EmbreeScene
 
     tracer = EmbreeScene()
-    TriangleMesh(tracer, _vertices(scene).astype(np.float32), scene.mesh.faces)
+    TriangleMesh(tracer, _vertices(scene).astype(np.float32), scene.surface.faces)
     return tracer
 
 
 def _vertices(scene: Scene) -> Array:
-    return scene.mesh.positions - scene.mesh.centre
+    return scene.surface.positions - scene.mesh.centre
+
+
+def _of_ground(scene: Scene) -> Scene:
+    """The same with the ground's reflectance on everything."""
+    assert scene.ground is not None
+    return replace(scene, brdf=Lambert((scene.ground.albedo,) * 3), material=None)
 
 
 class Shader:
@@ -80,6 +88,8 @@ class Shader:
     def __init__(self, scene: Scene, size: tuple[int, int]) -> None:
         self.scene, self.size = scene, size
         self._eye = np.subtract(scene.camera.eye, scene.mesh.centre)
+        self._surface, self._positions = scene.surface, _vertices(scene)
+        self._ground = _of_ground(scene) if scene.ground is not None else None
         self._tracer = _tracer(scene)
         self._levels = mip_levels(scene.shading)
 
@@ -91,8 +101,7 @@ class Shader:
         seen = np.flatnonzero(hit >= 0)
         picture = np.zeros((len(rays), 4))
         if seen.size:
-            faces = self.scene.mesh.faces[hit[seen]]
-            value = self._radiance(row[seen], column[seen], faces, lights or self.scene.lights)
+            value = self._seen_radiance(row[seen], column[seen], hit[seen], lights or self.scene.lights)
             picture[seen, :3] = np.where(np.isfinite(value).all(axis=1, keepdims=True), np.maximum(value, 0.0), 0.0)
             picture[seen, 3] = 1.0
         return picture
@@ -100,19 +109,30 @@ class Shader:
     def _rays(self, column: NDArray[Any], row: NDArray[Any]) -> Array:
         return self.scene.camera.rays(column, row, *self.size)
 
-    def _radiance(self, row: Indices, column: Indices, faces: NDArray[np.int32], lights: DistantLights) -> Array:
-        scene, triangle = self.scene, _vertices(self.scene)[faces]
+    def _seen_radiance(self, row: Indices, column: Indices, face: NDArray[Any], lights: DistantLights) -> Array:
+        """(N, 3) of the triangles that are seen: of the model, and of the ground behind them in the list."""
+        value, ground = np.empty((len(face), 3)), face >= len(self.scene.mesh.faces)
+        for part, scene in ((np.flatnonzero(~ground), self.scene), (np.flatnonzero(ground), self._ground)):
+            if part.size and scene is not None:
+                faces = self._surface.faces[face[part]]
+                value[part] = self._radiance(scene, row[part], column[part], faces, lights)
+        return value
+
+    def _radiance(
+        self, scene: Scene, row: Indices, column: Indices, faces: NDArray[np.int32], lights: DistantLights
+    ) -> Array:
+        surface, triangle = self._surface, self._positions[faces]
 
         def at(column: NDArray[Any], row: NDArray[Any]) -> Array:
             return _barycentric(self._eye, self._rays(column, row), triangle)
 
         weights = at(column + 0.5, row + 0.5)
         wo = normalize(self._eye - np.einsum("nc,nci->ni", weights, triangle))
-        normal = _visible_normal(np.einsum("nc,nci->ni", weights, scene.mesh.normals[faces]), triangle, wo)
+        normal = _visible_normal(np.einsum("nc,nci->ni", weights, surface.normals[faces]), triangle, wo)
         if scene.brdf.isotropic:
             frame = world_from_tangent(normal)
         else:
-            frame = frames_along(normal, np.einsum("nc,nci->ni", weights, scene.mesh.tangents[faces]))
+            frame = frames_along(normal, np.einsum("nc,nci->ni", weights, surface.tangents[faces]))
         terms = _light_terms(scene, lights, frame, np.einsum("nij,ni->nj", frame, wo))
         if scene.shading is None:
             return _sum_of_reflections(terms, len(wo))

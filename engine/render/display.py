@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from engine.colour import OPERATORS, Operator, to_display8, tone_map
+from engine.colour import OPERATORS, Operator, srgb_decode, srgb_encode, to_display8, tone_map
+
+#: The ends of the scale of a signed difference, after Okabe and Ito, and its middle, sRGB-coded.
+BLUE, ORANGE, GREY = (0.0, 0.447, 0.698), (0.902, 0.624, 0.0), (0.86, 0.86, 0.86)
 
 
 @dataclass(frozen=True)
@@ -32,3 +35,11 @@ def displayed(picture: NDArray[np.float32], display: Display) -> NDArray[np.uint
     shown = np.clip(tone_map(radiance, display.exposure_ev, display.operator), 0.0, 1.0)
     background = np.asarray(display.background, np.float32)
     return to_display8(shown * coverage + background * (1.0 - coverage))
+
+
+def diverging(share: ArrayLike) -> NDArray[np.uint8]:
+    """(..., 3) uint8 of shares in [−1, 1] of a scale, cut off beyond; what is not a number is grey as 0 is."""
+    share = np.clip(np.nan_to_num(np.asarray(share, np.float64)), -1.0, 1.0)[..., None]
+    grey = srgb_decode(list(GREY))
+    far = np.where(share < 0.0, srgb_decode(list(BLUE)), srgb_decode(list(ORANGE)))
+    return np.asarray(np.round(255.0 * srgb_encode(grey + np.abs(share) * (far - grey))), np.uint8)

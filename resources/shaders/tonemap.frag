@@ -1,62 +1,12 @@
 #version 330 core
-// From linear radiance to the sRGB-coded display; engine.colour.tone_map and srgb_encode in GLSL.
 // in: radiance times coverage and coverage, `samples` texels along each side of a pixel; out: sRGB-coded, opaque.
 
-uniform sampler2D radiance_map;
-uniform ivec2 first_pixel;
-uniform int samples;
-uniform float gain;
-uniform int operator;
-uniform vec3 background;
+#include "resolve.glsl"
+#include "tonemap.glsl"
 
 out vec4 display;
 
-const float BRIGHTEST = 1e15;
-
-vec3 neutral(vec3 colour)
-{
-    const float start = 0.8 - 0.04;
-    float low = min(colour.r, min(colour.g, colour.b));
-    colour -= low < 0.08 ? low - 6.25 * low * low : 0.04;
-    float peak = max(colour.r, max(colour.g, colour.b));
-    if (peak < start)
-        return colour;
-    float compressed = 1.0 - (1.0 - start) * (1.0 - start) / (peak + 1.0 - 2.0 * start);
-    float grey = 1.0 - 1.0 / (0.15 * (peak - compressed) + 1.0);
-    return mix(colour * (compressed / peak), vec3(compressed), grey);
-}
-
-vec3 aces(vec3 colour)
-{
-    const mat3 from_srgb = mat3(0.59719, 0.07600, 0.02840, 0.35458, 0.90834, 0.13383, 0.04823, 0.01566, 0.83777);
-    const mat3 to_srgb = mat3(1.60475, -0.10208, -0.00327, -0.53108, 1.10813, -0.07276, -0.07367, -0.00605, 1.07602);
-    vec3 v = from_srgb * colour;
-    vec3 fitted = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081);
-    return clamp(to_srgb * fitted, 0.0, 1.0);
-}
-
-vec3 srgb_encode(vec3 linear)
-{
-    vec3 high = 1.055 * pow(max(linear, 0.0031308), vec3(1.0 / 2.4)) - 0.055;
-    return mix(high, linear * 12.92, lessThanEqual(linear, vec3(0.0031308)));
-}
-
 void main()
 {
-    vec4 sum = vec4(0.0);
-    ivec2 corner = (ivec2(gl_FragCoord.xy) - first_pixel) * samples;
-    for (int y = 0; y < samples; ++y)
-        for (int x = 0; x < samples; ++x) {
-            vec4 texel = texelFetch(radiance_map, corner + ivec2(x, y), 0);
-            sum += vec4(texel.rgb, min(texel.a, 1.0));
-        }
-    float coverage = sum.a / float(samples * samples);
-    vec3 colour = sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0);
-    colour = clamp(colour, 0.0, min(BRIGHTEST, BRIGHTEST / gain)) * gain;
-    if (operator == 1)
-        colour = neutral(colour);
-    else if (operator == 2)
-        colour = aces(colour);
-    colour = mix(background, clamp(colour, 0.0, 1.0), coverage);
-    display = vec4(srgb_encode(colour), 1.0);
+    display = shown(resolved());
 }

@@ -188,7 +188,7 @@ def test_fault_19_an_error_while_painting_opens_one_dialog_and_the_next_scene_is
         raise RuntimeError("the driver is in a bad mood")
 
     with monkeypatch.context() as patch:
-        patch.setattr("engine.gl.direct.DirectRenderer.draw", broken)
+        patch.setattr("engine.gl.direct.DirectRenderer.bands", broken)
         flat_material(window, 2.0)
         window.show_workspace("view")
         for phi in range(3):

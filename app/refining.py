@@ -1,0 +1,158 @@
+"""One picture of a scene on the graphics device: coarse at once, then finer and finer, in pieces.
+
+The pieces leave the window's thread free between them. What is finest so far is `picture`; whoever shows it asks for
+the next piece. Everything here belongs to one OpenGL context, which is current while it is called.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator
+from dataclasses import dataclass, fields
+from typing import Any
+
+from app.quality import MANY_LIGHTS, MOVING_S, ONE_LIGHT, Cost, Quality, next_rows
+from engine.scene import Scene
+
+
+@dataclass
+class _Coming:
+    """A finer picture under way: its pieces, the rows of the next and of the first, and the seconds so far."""
+
+    level: Quality
+    picture: Any
+    bands: Generator[None, int, None]
+    rows: int
+    first_rows: int
+    seconds: float = 0.0
+
+
+class Refining:
+    """Draws one scene at a time. `renderer` and pictures are made in `context`.
+
+    Attributes
+    ----------
+    picture : `engine.gl.screen.Picture`, the last that was completed; None before the first.
+    quality : its level, None where it is of another scene or size than is wanted now.
+    screen : size (width, height) in pixels that it is for.
+    """
+
+    def __init__(self, context: Any) -> None:
+        from engine.gl.direct import DirectRenderer
+
+        self.context = context
+        self.renderer = DirectRenderer(context)
+        self.scene: Scene | None = None
+        self.picture: Any = None
+        self.screen = (0, 0)
+        self.quality: Quality | None = None
+        self.cost = Cost()
+        self._coming: _Coming | None = None
+
+    def wants(self, scene: Scene, screen: tuple[int, int]) -> None:
+        """Draw `scene` for `screen` from now on; what is of something else is out of date."""
+        if self.scene is None or screen != self.screen or not same(scene, self.scene):
+            self._start_anew()
+        self.scene, self.screen = scene, screen
+
+    def _start_anew(self) -> None:
+        if self._coming is not None:
+            self._coming.bands.close()
+            self._coming.picture.release()
+        self.quality = self._coming = None
+
+    @property
+    def under_way(self) -> bool:
+        return self._coming is not None
+
+    def is_finished(self, budget_s: float) -> bool:
+        """Whether the picture is the finest that is going to be drawn in `budget_s`."""
+        return self.quality is not None and self._coming is None and self._finer(budget_s) is None
+
+    def draw_first(self) -> float | None:
+        """A first picture of what is new, as good as time allows while something moves; the seconds that it took."""
+        if self.scene is None or self.quality is not None:
+            return None
+        scene, levels = self.scene, self._levels()
+        self.cost.about(scene.mesh, scene.shading, type(scene.brdf), scene.lookup)
+        pixels, lights = self.screen[0] * self.screen[1], len(scene.lights.direction)
+        coming = self._begin(levels[self.cost.best(levels, pixels, lights, MOVING_S)])
+        while not self._advance(coming, coming.picture.size[1] * coming.level.samples):
+            pass
+        return self._complete(coming)
+
+    def go_on(self, budget_s: float) -> float | None:
+        """One more piece of a finer picture; the seconds that it took altogether where it is complete now."""
+        if self.scene is None:
+            return None
+        if self._coming is None:
+            level = self._finer(budget_s)
+            if level is None:
+                return None
+            self._coming = self._begin(level)
+        coming, before = self._coming, self._coming.seconds
+        done = self._advance(coming, coming.rows)
+        coming.rows = next_rows(coming.rows, coming.seconds - before, coming.first_rows)
+        if not done:
+            return None
+        self._coming = None
+        return self._complete(coming)
+
+    def _levels(self) -> tuple[Quality, ...]:
+        assert self.scene is not None
+        return ONE_LIGHT if len(self.scene.lights.direction) == 1 else MANY_LIGHTS
+
+    def _evaluations(self, level: Quality) -> int:
+        assert self.scene is not None
+        return level.evaluations(self.screen[0] * self.screen[1], len(self.scene.lights.direction))
+
+    def _finer(self, budget_s: float) -> Quality | None:
+        """The next level to draw of a scene that is at rest."""
+        if self.scene is None or self.quality is None or budget_s <= MOVING_S:
+            return None
+        levels, pixels = self._levels(), self.screen[0] * self.screen[1]
+        best = self.cost.best(levels, pixels, len(self.scene.lights.direction), budget_s)
+        return levels[best] if best < levels.index(self.quality) else None
+
+    def _begin(self, level: Quality) -> _Coming:
+        from engine.gl.screen import Picture
+
+        assert self.scene is not None
+        width, height = (max(1, side // level.reduction) for side in self.screen)
+        picture = Picture(self.context, (width, height))
+        bands = self.renderer.bands(level.of(self.scene), picture.framebuffer, (width, height), samples=level.samples)
+        next(bands)
+        rows = self.cost.rows(self._evaluations(level), height * level.samples)
+        return _Coming(level, picture, bands, rows, rows)
+
+    def _advance(self, coming: _Coming, rows: int) -> bool:
+        """Draw so many rows; whether the picture is complete."""
+        started = time.perf_counter()
+        done = False
+        try:
+            coming.bands.send(rows)
+        except StopIteration:
+            done = True
+        self.context.finish()
+        coming.seconds += time.perf_counter() - started
+        return done
+
+    def _complete(self, coming: _Coming) -> float:
+        if self.picture is not None:
+            self.picture.release()
+        self.picture, self.quality = coming.picture, coming.level
+        self.cost.learn(self._evaluations(coming.level), coming.seconds)
+        return coming.seconds
+
+    def release(self) -> None:
+        """Free everything."""
+        self._start_anew()
+        if self.picture is not None:
+            self.picture.release()
+        self.renderer.release()
+        self.picture = None
+
+
+def same(scene: Scene, other: Scene) -> bool:
+    """Whether two scenes are one picture."""
+    return all(getattr(scene, part.name) == getattr(other, part.name) for part in fields(scene))

@@ -1,0 +1,100 @@
+"""Pictures of linear radiance in GPU memory, and how they are brought to the screen: one, two side by side, or apart.
+
+A `Layer` is a picture and, by a share, a better one laid over it. Pictures of fewer pixels than the screen are
+enlarged. Exposure and tone mapping come last, so that another exposure needs no other picture.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.colour import srgb_decode
+from engine.gl.program import load_program, set_uniforms
+from engine.gl.tonemap import uniforms_of
+from engine.render.display import BLUE, GREY, ORANGE, Display
+
+
+class Picture:
+    """Owns a texture of float32 (radiance times coverage, and coverage) of `size` (width, height)."""
+
+    def __init__(self, context: Any, size: tuple[int, int]) -> None:
+        self.context, self.size = context, size
+        self.texture = context.texture(size, 4, dtype="f4")
+        self.texture.filter = (context.LINEAR, context.LINEAR)
+        self.texture.repeat_x = self.texture.repeat_y = False
+        self.framebuffer = context.framebuffer([self.texture])
+
+    def write(self, pixels: NDArray[np.float32]) -> None:
+        """Take (height, width, 4) float32, row 0 on top."""
+        self.texture.write(np.ascontiguousarray(pixels[::-1], np.float32))
+
+    def read(self, first: int = 0, count: int | None = None) -> NDArray[np.float32]:
+        """`count` rows from row `first` (0 on top), (count, width, 4)."""
+        width, height = self.size
+        count = height - first if count is None else min(count, height - first)
+        below = (0, height - first - count, width, count)
+        content = self.framebuffer.read(viewport=below, components=4, dtype="f4")
+        return np.frombuffer(content, np.float32).reshape(count, width, 4)[::-1]
+
+    def release(self) -> None:
+        # a new framebuffer restores the one bound before it, which must not be one that is gone
+        self.context.detect_framebuffer(0).use()
+        self.framebuffer.release()
+        self.texture.release()
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """A picture and, where there is one, another that covers it by `share` in [0, 1]."""
+
+    picture: Picture
+    over: Picture | None = None
+    share: float = 0.0
+
+    def uniforms(self, name: str, unit: int) -> dict[str, Any]:
+        """Bind the textures from texture unit `unit` on; returns what the shader has to know."""
+        over = self.over if self.over is not None else self.picture
+        self.picture.texture.use(unit)
+        over.texture.use(unit + 1)
+        share = self.share if self.over is not None else 0.0
+        return {name: unit, f"{name}_over": unit + 1, f"{name}_share": share}
+
+
+class Screen:
+    """Owns the programs that show layers."""
+
+    def __init__(self, context: Any) -> None:
+        self.context = context
+        self._shown = load_program(context, "screen.vert", "show.frag")
+        self._apart = load_program(context, "screen.vert", "show.frag", {"DIFFERENCE": "1"})
+        self._arrays = {id(program): context.vertex_array(program, []) for program in (self._shown, self._apart)}
+
+    def show(self, layer: Layer, framebuffer: Any, display: Display, columns: tuple[int, int] | None = None) -> None:
+        """Show `layer` over `framebuffer`, or only over its `columns` (first, end) of pixels."""
+        first, end = columns if columns is not None else (0, framebuffer.size[0])
+        if end > first:
+            framebuffer.scissor = (first, 0, end - first, framebuffer.size[1])
+            self._draw(self._shown, framebuffer, {**layer.uniforms("first", 0), **uniforms_of(display)})
+            framebuffer.scissor = None
+
+    def show_difference(self, a: Layer, b: Layer, framebuffer: Any, display: Display, scale: float) -> None:
+        """Show the luminance of `a` less that of `b` as `diverging` does, full at ±`scale`."""
+        colours = {"below": BLUE, "above": ORANGE, "grey": GREY}
+        values = {name: tuple(float(v) for v in srgb_decode(list(colour))) for name, colour in colours.items()}
+        layers = {**a.uniforms("first", 0), **b.uniforms("second", 2)}
+        self._draw(self._apart, framebuffer, {**layers, **uniforms_of(display), **values, "scale": scale})
+
+    def _draw(self, program: Any, framebuffer: Any, values: dict[str, Any]) -> None:
+        framebuffer.use()
+        framebuffer.viewport = (0, 0, *framebuffer.size)
+        self.context.disable(self.context.DEPTH_TEST | self.context.BLEND | self.context.CULL_FACE)
+        set_uniforms(program, {**values, "size": framebuffer.size})
+        self._arrays[id(program)].render(vertices=3)
+
+    def release(self) -> None:
+        for item in (*self._arrays.values(), self._shown, self._apart):
+            item.release()

@@ -1,0 +1,52 @@
+#version 330 core
+// Shows a picture of any number of pixels over the framebuffer, with another one laid over it by a share.
+// in: pictures of radiance times coverage, and coverage, and the size of the framebuffer in pixels; out: sRGB-coded.
+// With DIFFERENCE: the luminance of the first less that of the second where both are covered, blue where it is
+// negative and orange where it is positive, full at `scale`.
+
+#include "tonemap.glsl"
+
+uniform vec2 size;
+uniform sampler2D first;
+uniform sampler2D first_over;
+uniform float first_share;
+#if defined(DIFFERENCE)
+uniform sampler2D second;
+uniform sampler2D second_over;
+uniform float second_share;
+uniform float scale;
+uniform vec3 grey;
+uniform vec3 below;
+uniform vec3 above;
+
+const vec3 LUMINANCE = vec3(0.21263900587151036, 0.71516867876775593, 0.072192315360733714);
+#endif
+
+out vec4 display;
+
+// A picture of as many pixels as the framebuffer is shown as it is.
+vec4 stretched(sampler2D picture)
+{
+    if (vec2(textureSize(picture, 0)) == size)
+        return texelFetch(picture, ivec2(gl_FragCoord.xy), 0);
+    return texture(picture, gl_FragCoord.xy / size);
+}
+
+vec4 at(sampler2D picture, sampler2D over, float share)
+{
+    vec4 under = stretched(picture);
+    return share > 0.0 ? mix(under, stretched(over), share) : under;
+}
+
+void main()
+{
+    vec4 one = at(first, first_over, first_share);
+#if defined(DIFFERENCE)
+    vec4 other = at(second, second_over, second_share);
+    float apart = clamp(dot(one.rgb - other.rgb, LUMINANCE) / scale, -1.0, 1.0);
+    vec3 colour = mix(grey, apart < 0.0 ? below : above, abs(apart));
+    display = vec4(srgb_encode(min(one.a, other.a) > 0.999 ? colour : background), 1.0);
+#else
+    display = shown(one);
+#endif
+}
