@@ -33,7 +33,13 @@ from engine.steps import Step, Steps
 
 DEFAULT_MODEL = "cloth"
 
-MODEL_NAMES = {"sphere": "Sphere", "plane": "Plane", "torus-knot": "Torus knot", "cloth": "Draped cloth"}
+MODEL_NAMES = {
+    "sphere": "Sphere",
+    "plane": "Plane",
+    "torus-knot": "Torus knot",
+    "cloth": "Draped cloth",
+    "blob": "Bust",
+}
 LOOKUPS = (
     ("radiance", "Inside the integral", "The slice is looked up with r = BRDF × cosine: the method itself"),
     ("texture", "Lit texture", "The brightest slice, lit like a texture"),

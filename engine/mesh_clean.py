@@ -80,7 +80,7 @@ def usable_faces(positions: Points, faces: NDArray[np.integer[Any]]) -> tuple[ND
         counts[f"{reason}_dropped"] = int(np.sum(wrong))
         usable[np.flatnonzero(usable)[wrong]] = False
 
-    leave_out(((faces < 0) | (faces >= len(positions))).any(axis=1), "faces_with_wrong_indices")
+    leave_out(np.any((faces < 0) | (faces >= len(positions)), axis=1), "faces_with_wrong_indices")
     finite = np.all(np.abs(positions) <= LARGEST, axis=1)
     leave_out(~np.all(finite[faces[usable]], axis=1), "faces_with_non_finite_vertices")
     points, place = merged_points(np.where(finite[:, None], positions, 0.0))
@@ -184,8 +184,10 @@ class Topology:
 
 def topology(points: Points, faces: Faces) -> Topology:
     """How `faces` (F, 3) between different `points` (P, 3) hang together."""
-    size = max(float(np.max(np.ptp(points[faces].reshape(-1, 3), axis=0))), np.finfo(float).tiny)
-    points = (points - points[faces[0, 0]]) / size
+    used = points[np.unique(faces)]
+    low, high = used.min(axis=0), used.max(axis=0)
+    size = max(float(np.max(high - low)), np.finfo(float).tiny)
+    points = (points - (low + high) / 2.0) / size
     directed = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     low, high = directed.min(axis=1), directed.max(axis=1)
     key = low * len(points) + high

@@ -1,4 +1,4 @@
-"""Built-in models for looking at a material: sphere, plane, torus knot and a draped cloth.
+"""Built-in models for looking at a material: sphere, plane, torus knot, a draped cloth, and a blob like a bust.
 
 Each is about 2 units across, is made on demand, and has texture coordinates of even density, none of them mirrored.
 """
@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.bust import bust
 from engine.directions import normalize
 from engine.errors import InputError
 from engine.mesh import Mesh, read_mesh
@@ -58,7 +59,12 @@ def sphere() -> Mesh:
     u, v = _grid(129, 257)
     theta, phi = np.pi * (1 - v), 2 * np.pi * u
     positions = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], -1)
-    mesh = _from_grid("sphere", positions, positions, np.stack([2 * u, v], -1))
+    positions[:, -1], positions[0], positions[-1] = positions[:, 0], (0.0, -1.0, 0.0), (0.0, 1.0, 0.0)
+    return _without_slivers(_from_grid("sphere", positions, positions, np.stack([2 * u, v], -1)))
+
+
+def _without_slivers(mesh: Mesh) -> Mesh:
+    """Without the triangles that have no area because a whole row of the grid is one point."""
     a, b, c = (mesh.positions[mesh.faces[:, corner]] for corner in range(3))
     has_area = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-9
     return Mesh(mesh.positions, mesh.normals, mesh.uv, np.ascontiguousarray(mesh.faces[has_area]), mesh.name)
@@ -81,7 +87,9 @@ def torus_knot() -> Mesh:
     normals = np.cos(around)[..., None] * across + np.sin(around)[..., None] * inward
     length = np.sum(np.linalg.norm(np.diff(centre[0], axis=0), axis=1))
     repeats = round(length / (2 * np.pi * 0.28))
-    return _from_grid("torus-knot", centre + 0.28 * normals, normals, np.stack([repeats * u, v], -1))
+    positions = centre + 0.28 * normals
+    positions[:, -1], positions[-1] = positions[:, 0], positions[0]
+    return _from_grid("torus-knot", positions, normals, np.stack([repeats * u, v], -1))
 
 
 def cloth() -> Mesh:
@@ -95,8 +103,23 @@ def cloth() -> Mesh:
     return _from_grid("cloth", positions, _grid_normals(positions), np.stack([u, v], -1))
 
 
+def blob() -> Mesh:
+    """Head and shoulders, made by `engine.bust`; u goes round once, v from the base to the crown."""
+    positions, normals = bust(257, 385)
+    u, v = _grid(*positions.shape[:2])
+    around = np.linalg.norm(np.diff(positions, axis=1), axis=-1).sum(axis=1).mean()
+    upwards = np.linalg.norm(np.diff(positions, axis=0), axis=-1).sum(axis=0).mean()
+    return _without_slivers(_from_grid("blob", positions, normals, np.stack([u, v * upwards / around], -1)))
+
+
 #: The built-in models by the name that the command line and the window use.
-SHAPES: dict[str, Callable[[], Mesh]] = {"sphere": sphere, "plane": plane, "torus-knot": torus_knot, "cloth": cloth}
+SHAPES: dict[str, Callable[[], Mesh]] = {
+    "sphere": sphere,
+    "plane": plane,
+    "torus-knot": torus_knot,
+    "cloth": cloth,
+    "blob": blob,
+}
 
 
 @lru_cache(maxsize=len(SHAPES))

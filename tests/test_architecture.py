@@ -42,6 +42,7 @@ LAYERS = (
         "light_tree",
         "camera",
         "drape",
+        "bust",
         "cube_map",
         "cube_map_kernel",
         "prefilter",
