@@ -1,0 +1,263 @@
+"""The reference against Mitsuba 3, an independent renderer, on scenes whose reflectance both state alike.
+
+Both give a mean and a variance for each pixel; the difference is tested against both variances, at a level of 0.01 for
+the whole picture (Šidák), and 99.75 % of the pixels must pass, as Mitsuba's own tests of renderings ask. Environment
+maps are constant over each texel here and bilinear there, so Mitsuba gets them finer. Triangles are flat where
+normals that turn away from the viewer would be treated differently. A test that fails leaves the pictures.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from numpy.typing import ArrayLike, NDArray
+
+from engine.brdf.brdf import Brdf, brdf_from_text
+from engine.brdf.rgl import read_rgl
+from engine.camera import frame
+from engine.directions import Vectors, normalize, world_direction
+from engine.environment import EnvironmentMap
+from engine.ground import Ground
+from engine.images.encode import encode_png
+from engine.lamps import Lamp
+from engine.mesh import Mesh
+from engine.render.display import Display, displayed
+from engine.render.reference import reference
+from engine.scene import Scene
+from engine.shapes import shape
+from engine.steps import drain
+
+Floats = NDArray[np.float64]
+
+#: Side of the pictures, samples of each pixel in each, and pictures by Mitsuba of which the variance is taken.
+SIZE, SAMPLES, PICTURES = 40, 256, 16
+
+#: Mitsuba computes in float32: where both are free of noise, so much of the value may be between them.
+ROUNDING = 2e-4
+
+BLACK = EnvironmentMap(np.zeros((1, 1, 3), np.float32))
+
+
+@pytest.fixture(scope="module")
+def mitsuba() -> Any:
+    try:
+        module = importlib.import_module("mitsuba")
+    except (ImportError, NameError) as error:  # NameError: what its own package makes of a library that is missing
+        pytest.skip(f"Mitsuba cannot be loaded: {error}")
+    module.set_variant("scalar_rgb")
+    return module
+
+
+@dataclass(frozen=True)
+class Swapped:
+    """A measurement with its sides exchanged: Mitsuba's paths take the viewer as the measured incident direction."""
+
+    brdf: Brdf
+
+    reciprocal, energy_conserving = False, False
+
+    @property
+    def isotropic(self) -> bool:
+        return self.brdf.isotropic
+
+    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
+        return self.brdf.f(wo, wi)
+
+
+def flat(mesh: Mesh) -> Mesh:
+    """Every triangle with vertices and a normal of its own."""
+    positions = mesh.positions[mesh.faces]
+    normal = normalize(np.cross(positions[:, 1] - positions[:, 0], positions[:, 2] - positions[:, 0]))
+    faces = np.arange(positions.shape[0] * 3, dtype=np.int32).reshape(-1, 3)
+    normals = np.repeat(normal, 3, axis=0).astype(np.float32)
+    return Mesh(positions.reshape(-1, 3), normals, mesh.uv[mesh.faces].reshape(-1, 2), faces, mesh.name)
+
+
+def seen(mesh: Mesh, brdf: Brdf, **options: Any) -> Scene:
+    return Scene(mesh, frame(mesh.positions, 1.0, 35.0, (0.3, 0.5, 1.0)), brdf, **options)
+
+
+def lit_hall(rows: int = 16) -> EnvironmentMap:
+    """A dim coloured room with three small bright windows."""
+    random = np.random.default_rng(3)
+    radiance = 0.2 + 0.2 * random.random((rows, 2 * rows, 3))
+    for row, column, colour in ((4, 5, (40, 30, 20)), (5, 20, (10, 20, 40)), (7, 14, (15, 15, 15))):
+        radiance[row, column] = colour
+    return EnvironmentMap(radiance.astype(np.float32))
+
+
+def translated(mitsuba: Any, scene: Scene, bsdf: dict[str, Any], max_depth: int, folder: Path) -> Any:
+    """`scene` as Mitsuba's, the model with the reflectance `bsdf`."""
+    camera, model = scene.camera, Path(folder, "model.ply")
+    _write_ply(model, scene.mesh.positions, scene.mesh.normals, scene.mesh.faces)
+    look_at = mitsuba.ScalarTransform4f().look_at(list(camera.eye), list(camera.target), list(camera.up))
+    film = {"type": "hdrfilm", "width": SIZE, "height": SIZE, "rfilter": {"type": "box"}, "pixel_format": "rgb"}
+    integrator = {"type": "path", "max_depth": max_depth + 1, "rr_depth": 100, "hide_emitters": True}
+    if max_depth == 1:
+        integrator = {"type": "direct", "hide_emitters": True}
+    parts: dict[str, Any] = {
+        "type": "scene",
+        "integrator": integrator,
+        "sensor": {"type": "perspective", "fov": camera.fov_deg, "to_world": look_at, "film": film},
+        "model": {"type": "ply", "filename": str(model), "bsdf": {"type": "twosided", "nested": bsdf}},
+    }
+    if scene.ground is not None:
+        ground, below = Path(folder, "ground.ply"), len(scene.mesh.positions)
+        surface = scene.surface
+        faces = surface.faces[len(scene.mesh.faces) :] - below
+        _write_ply(ground, surface.positions[below:], surface.normals[below:], faces)
+        parts["ground"] = {"type": "ply", "filename": str(ground), "bsdf": diffuse(scene.ground.albedo)}
+    if scene.environment is not None:
+        fine = np.repeat(np.repeat(scene.environment.radiance * scene.irradiance, 16, axis=0), 16, axis=1)
+        turn = mitsuba.ScalarTransform4f().rotate([0, 1, 0], np.degrees(scene.environment_rotation))
+        parts["environment"] = {"type": "envmap", "bitmap": mitsuba.Bitmap(fine), "to_world": turn}
+    else:
+        parts["light"] = _directional(scene.light, (scene.irradiance,) * 3)
+    for number, lamp in enumerate(scene.lamps):
+        parts[f"lamp{number}"] = _sphere(lamp, scene.mesh) if lamp.radius else _directional(*lamp_of(lamp))
+    return mitsuba.load_dict(parts)
+
+
+def diffuse(albedo: float) -> dict[str, Any]:
+    return {"type": "diffuse", "reflectance": {"type": "rgb", "value": albedo}}
+
+
+def lamp_of(lamp: Lamp) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    return lamp.direction, lamp.irradiance
+
+
+def _directional(direction: tuple[float, ...], irradiance: tuple[float, ...]) -> dict[str, Any]:
+    towards = [-x for x in direction]
+    return {"type": "directional", "direction": towards, "irradiance": {"type": "rgb", "value": list(irradiance)}}
+
+
+def _sphere(lamp: Lamp, mesh: Mesh) -> dict[str, Any]:
+    """A ball so far away that it is seen as the same disc from everywhere on the model."""
+    distance = 3000.0 * mesh.radius
+    centre = mesh.centre + distance * np.asarray(lamp.direction)
+    emitter = {"type": "area", "radiance": {"type": "rgb", "value": list(lamp.radiance)}}
+    return {
+        "type": "sphere",
+        "center": centre.tolist(),
+        "radius": float(distance * np.sin(lamp.radius)),
+        "emitter": emitter,
+    }
+
+
+def _write_ply(path: Path, positions: Floats, normals: NDArray[np.float32], faces: NDArray[np.int32]) -> None:
+    solid = trimesh.Trimesh(positions, faces, vertex_normals=normals, process=False)
+    path.write_bytes(trimesh.exchange.ply.export_ply(solid, vertex_normal=True))
+
+
+def rendered(mitsuba: Any, scene: Any) -> tuple[Floats, Floats]:
+    """Mean and its variance, (SIZE, SIZE, 3) each."""
+    pictures = [
+        np.array(mitsuba.render(scene, spp=SAMPLES // PICTURES, seed=seed), np.float64)[..., :3]
+        for seed in range(PICTURES)
+    ]
+    return np.mean(pictures, axis=0), np.var(pictures, axis=0, ddof=1) / PICTURES
+
+
+def assert_alike(
+    mitsuba: Any, folder: Path, scene: Scene, bsdf: dict[str, Any], max_depth: int = 1, samples: int = SAMPLES
+) -> None:
+    theirs, their_variance = rendered(mitsuba, translated(mitsuba, scene, bsdf, max_depth, folder))
+    found = drain(reference(scene, (SIZE, SIZE), samples=samples, max_depth=max_depth, seed=1))
+    assert found.variance is not None
+    ours = found.picture[..., :3].astype(np.float64)
+    error = ours - theirs
+    deviation = np.sqrt(found.variance + their_variance + (ROUNDING * theirs) ** 2 + 1e-30)
+    limit = NormalDist().inv_cdf(1.0 - (1.0 - 0.99 ** (1.0 / error.size)) / 2.0)
+    passed = (np.abs(error) < limit * deviation).all(axis=-1)
+    bias = error.sum(axis=(0, 1)) / np.sqrt((deviation**2).sum(axis=(0, 1)))
+    if passed.mean() < 0.9975 or np.abs(bias).max() > 4.5:
+        exposure = -float(np.log2(max(np.quantile(theirs, 0.98), 1e-9)))
+        for name, picture in (("picture", ours), ("mitsuba", theirs), ("error", 0.3 + 2.0 * error)):
+            covered = np.concatenate([picture, np.ones_like(picture[..., :1])], axis=-1).astype(np.float32)
+            Path(folder, f"{name}.png").write_bytes(encode_png(displayed(covered, Display(exposure))))
+    assert theirs.mean() > 0.0
+    assert passed.mean() >= 0.9975, f"{1 - passed.mean():.2%} of the pixels differ; see {folder}"
+    assert np.abs(bias).max() < 4.5, f"the whole differs by {bias} standard errors; see {folder}"
+    # a test that noise makes blind proves nothing
+    assert np.sqrt(np.sum(their_variance) / np.sum(theirs**2)) < 0.1
+
+
+def test_diffuse_sphere_in_constant_light(mitsuba: Any, tmp_path: Path) -> None:
+    environment = EnvironmentMap(np.full((1, 2, 3), (1.0, 0.5, 0.25), np.float32))
+    scene = seen(shape("sphere"), brdf_from_text("lambert:albedo=0.6"), environment=environment)
+    assert_alike(mitsuba, tmp_path, scene, diffuse(0.6))
+
+
+def test_self_shadowing_knot_in_a_turned_map(mitsuba: Any, tmp_path: Path) -> None:
+    options = {"environment": lit_hall(), "environment_rotation": 0.7, "irradiance": 1.5}
+    scene = seen(flat(shape("torus-knot")), brdf_from_text("lambert:albedo=0.5"), **options)
+    assert_alike(mitsuba, tmp_path, scene, diffuse(0.5))
+
+
+def test_metal_in_a_map(mitsuba: Any, tmp_path: Path) -> None:
+    brdf = brdf_from_text("metallic-roughness:base_color=0.8/0.6/0.3,metallic=1,roughness=0.5")
+    scene = seen(flat(shape("torus-knot")), brdf, environment=lit_hall())
+    assert_alike(mitsuba, tmp_path, scene, METAL)
+
+
+METAL = {
+    "type": "principled",
+    "base_color": {"type": "rgb", "value": [0.8, 0.6, 0.3]},
+    "metallic": 1.0,
+    "roughness": 0.5,
+}
+
+
+def test_disc_lamp_casts_soft_shadows(mitsuba: Any, tmp_path: Path) -> None:
+    lamp = Lamp(tuple(world_direction(0.8, 0.5)), (3.0, 2.0, 1.0), 0.15)  # type: ignore[arg-type]
+    scene = seen(
+        shape("sphere"), brdf_from_text("lambert:albedo=0.5"), lamps=(lamp,), irradiance=0.0, ground=Ground(albedo=0.7)
+    )
+    assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), diffuse(0.5))
+
+
+def test_directional_lights_cast_hard_shadows(mitsuba: Any, tmp_path: Path) -> None:
+    lamp = Lamp((-1.0, 1.0, 0.2), (0.1, 0.2, 0.5))
+    scene = seen(flat(shape("torus-knot")), brdf_from_text("lambert:albedo=0.5"), lamps=(lamp,), ground=Ground())
+    assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), diffuse(0.5))
+
+
+@pytest.mark.parametrize("max_depth", [2, 5])
+def test_light_goes_back_and_forth_between_model_and_ground(mitsuba: Any, tmp_path: Path, max_depth: int) -> None:
+    scene = seen(
+        flat(shape("torus-knot")),
+        brdf_from_text("lambert:albedo=0.9"),
+        environment=lit_hall(),
+        ground=Ground(albedo=0.8),
+    )
+    scene = dataclasses.replace(scene, camera=from_above(scene))
+    assert_alike(mitsuba, tmp_path, scene, diffuse(0.9), max_depth)
+
+
+def test_metal_mirrors_the_ground(mitsuba: Any, tmp_path: Path) -> None:
+    brdf = brdf_from_text("metallic-roughness:base_color=0.8/0.6/0.3,metallic=1,roughness=0.5")
+    lamp = Lamp(tuple(world_direction(0.8, 0.5)), (3.0, 2.0, 1.0), 0.15)  # type: ignore[arg-type]
+    options = {"lamps": (lamp,), "environment": lit_hall(), "ground": Ground(albedo=0.8)}
+    scene = seen(flat(shape("torus-knot")), brdf, **options)
+    assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), METAL, 3)
+
+
+def test_measured_reflectance(mitsuba: Any, tmp_path: Path, shared_data: Callable[[str], Path]) -> None:
+    path = shared_data("brdf/rgl/satin_rosaline_rgb.bsdf")
+    scene = seen(flat(shape("torus-knot")), Swapped(read_rgl(path)), environment=lit_hall())
+    assert_alike(mitsuba, tmp_path, scene, {"type": "measured", "filename": str(path)})
+
+
+def from_above(scene: Scene) -> Any:
+    """A view of the model and of the ground around it."""
+    eye = scene.mesh.centre + 5.0 * scene.mesh.radius * normalize((0.3, 0.6, 1.0))
+    return dataclasses.replace(scene.camera, eye=tuple(eye), target=tuple(scene.mesh.centre), fov_deg=40.0)
