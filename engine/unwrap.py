@@ -1,7 +1,8 @@
 """Texture coordinates for meshes that have none, in charts that do not overlap (xatlas, after Lévy et al. 2002).
 
 As with the box projection that stands in elsewhere, one unit of texture is the longest side of the bounding box;
-xatlas keeps areas in the mean, so that the density is even. Charts that it lays out mirrored are turned back.
+xatlas keeps areas in the mean, so that the density is even. Charts that it cuts mirrored are turned over, and then all
+are laid out once more.
 xatlas has no way to be stopped, and its time grows faster than the mesh. It therefore works in the decoder process,
 under a limit, and on meshes of at most `MOST_FACES`; what it cannot do in time keeps the box projection.
 """
@@ -64,33 +65,42 @@ def atlas(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.f
     import xatlas
 
     used, index = np.unique(faces, return_inverse=True)
+    corners = index.reshape(-1, 3).astype(np.uint32)
     low, high = points[used].min(axis=0), points[used].max(axis=0)
-    inside = ((points[used] - low) / np.max(high - low)).astype(np.float32)
+    charts = xatlas.Atlas()
+    charts.add_mesh(((points[used] - low) / np.max(high - low)).astype(np.float32), corners)
+    vertex, cut, uv = _packed(charts)
+    if cut.shape != faces.shape or not np.array_equal(vertex[cut], corners):
+        raise ValueError("the charts are not those of the mesh")
+    turned = xatlas.Atlas()
+    turned.add_uv_mesh(_turned_over(uv, cut).astype(np.float32), cut)
+    vertex, again, uv = _packed(turned)
+    if again.shape != cut.shape or not np.array_equal(vertex[again], cut):
+        raise ValueError("the charts changed as they were laid out")
+    return uv[again]
+
+
+def _packed(charts: Any) -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.float64]]:
+    """Cut and lay out: which vertex each new one was, the faces between new ones, and where these lie."""
+    import xatlas
+
     pack = xatlas.PackOptions()
     pack.texels_per_unit, pack.padding = TEXELS, PADDING
-    charts = xatlas.Atlas()
-    charts.add_mesh(inside, index.reshape(-1, 3).astype(np.uint32))
+    pack.rotate_charts = False  # it exchanges u and v, which mirrors
     charts.generate(xatlas.ChartOptions(), pack)
-    vertex, corners, uv = charts.get_mesh(0)
-    if corners.shape != faces.shape or not np.array_equal(vertex[corners], index.reshape(-1, 3)):
-        raise ValueError("the charts are not those of the mesh")
-    size = np.array([charts.width, charts.height], np.float64) / charts.texels_per_unit
-    return _turned_back(uv.astype(np.float64) * size, corners.astype(np.int64))
+    vertex, faces, uv = charts.get_mesh(0)
+    return vertex, faces, uv * (np.array([charts.width, charts.height], np.float64) / TEXELS)
 
 
-def _turned_back(uv: NDArray[np.float64], corners: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(F, 3, 2) coordinates of corners, each chart that is mirrored reflected within the place that it takes."""
+def _turned_over(uv: NDArray[np.float64], faces: NDArray[np.uint32]) -> NDArray[np.float64]:
+    """Coordinates (V, 2) with the charts that are mirrored seen from behind."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    pairs = corners[:, [0, 1, 1, 2]].reshape(-1, 2)
+    pairs = faces[:, [0, 1, 1, 2]].reshape(-1, 2)
     joined = coo_matrix((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(len(uv), len(uv)))
     count, chart = connected_components(joined, directed=False)
-    a, b, c = (uv[corners[:, corner]] for corner in range(3))
+    a, b, c = (uv[faces[:, corner]] for corner in range(3))
     area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    mirrored = np.bincount(chart[corners[:, 0]], area, count)[chart] < 0.0
-    low, high = np.full(count, np.inf), np.full(count, -np.inf)
-    np.minimum.at(low, chart, uv[:, 0])
-    np.maximum.at(high, chart, uv[:, 0])
-    u = np.where(mirrored, low[chart] + high[chart] - uv[:, 0], uv[:, 0])
-    return np.stack([u, uv[:, 1]], axis=-1)[corners]
+    mirrored = np.bincount(chart[faces[:, 0]], area, count)[chart] < 0.0
+    return np.stack([np.where(mirrored, uv[:, 0].max() - uv[:, 0], uv[:, 0]), uv[:, 1]], axis=-1)
