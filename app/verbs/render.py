@@ -24,6 +24,13 @@ EXAMPLE = "lightarc render cloth --brdf phong:exponent=20 --light-deg 45,30 -o c
 #: Most pixels of a picture; its linear radiance takes 16 bytes for each.
 MOST_PIXELS = 2**28
 
+#: Samples of a pixel unless something else is said, and the most of them: sub-pixels along a side, and paths.
+SUB_PIXELS, MOST_SUB_PIXELS = 2, 16
+PATHS, MOST_PATHS = 64, 2**20
+
+#: Most points of the surface that a path may touch.
+MOST_DEPTH = 1000
+
 #: Where the light is unless something else is said.
 LIGHT_DEG = (50.0, 30.0)
 
@@ -77,7 +84,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--measure-error", action="store_true", help="compare pixels with the sum over all directions; needs --env"
     )
-    parser.add_argument("--mode", choices=("shading-map", "direct"), help="'direct' leaves the material out")
+    parser.add_argument(
+        "--mode",
+        choices=("shading-map", "direct", "reference"),
+        help="'direct' leaves the material out; 'reference' traces paths of light, with shadows and the whole --env",
+    )
     parser.add_argument("--from", dest="source", default="slices", choices=("slices", "power-law"))
     parser.add_argument("--lookup", default="radiance", choices=("radiance", "texture", "outgoing", "angle"))
     parser.add_argument("--above", default="clamp", choices=("clamp", "scale"), help="beyond the brightest photograph")
@@ -94,7 +105,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--exposure", type=float, default=0.0, metavar="EV", help="brighter or darker by this many stops (0)"
     )
     parser.add_argument("--tone-map", default="neutral", choices=("neutral", "none", "aces"))
-    parser.add_argument("--samples", type=int, default=2, metavar="N", help="N × N sub-pixels, 1 = pixel centres (2)")
+    parser.add_argument(
+        "--samples",
+        type=int,
+        metavar="N",
+        help="N × N sub-pixels, 1 = pixel centres (2); in the reference mode N random paths for each pixel (64)",
+    )
+    parser.add_argument(
+        "--max-depth",
+        type=int,
+        default=1,
+        metavar="D",
+        help="reference: how many points of the surface light may touch; 1 is direct light with shadows, more adds "
+        "what parts of the model and the ground reflect on each other (1)",
+    )
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="reference: of the random numbers (0)")
     parser.add_argument("--renderer", default="auto", choices=("auto", "gl", "cpu"), help="auto: OpenGL where there is")
 
 
@@ -107,9 +132,10 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     usage(_check, arguments)
     display: Display = usage(lambda: Display(arguments.exposure, arguments.tone_map))
     scene = _scene(arguments)
-    picture, drawn = _draw(scene, arguments, show)
+    draw = _draw_reference if arguments.mode == "reference" else _draw
+    picture, layers, drawn = draw(scene, arguments, show)
     error = _error(scene, arguments, show) if arguments.measure_error else {}
-    _write(arguments.output, picture, display)
+    _write(arguments.output, picture, layers, display)
     return {
         "image": arguments.output,
         "width_px": arguments.width,
@@ -126,6 +152,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def report(result: dict[str, Any]) -> str:
     warnings = "".join(f"\n{warning}" for warning in result["warnings"])
+    if "noise" in result:
+        noise = "unknown" if result["noise"] is None else f"{result['noise']:.2%}"
+        return f"{result['image']}: {result['samples']} samples, noise {noise}, {result['frame_s']:.1f} s{warnings}"
     device = "the processor" if result["gl_renderer"].startswith("none") else result["gl_renderer"]
     return f"{result['image']}: {1e3 * result['frame_s']:.0f} ms a frame on {device}{warnings}"
 
@@ -135,8 +164,16 @@ def _check(arguments: argparse.Namespace) -> None:
         raise ValueError(f"{arguments.output!r} must end in .png or .exr")
     if arguments.width < 1 or arguments.height < 1 or arguments.width * arguments.height > MOST_PIXELS:
         raise ValueError(f"a picture of {arguments.width} × {arguments.height} pixels is not possible")
-    if not 1 <= arguments.samples <= 16:
-        raise ValueError(f"--samples {arguments.samples} is outside 1 … 16")
+    is_reference = arguments.mode == "reference"
+    if arguments.samples is None:
+        arguments.samples = PATHS if is_reference else SUB_PIXELS
+    most = MOST_PATHS if is_reference else MOST_SUB_PIXELS
+    if not 1 <= arguments.samples <= most:
+        raise ValueError(f"--samples {arguments.samples} is outside 1 … {most}")
+    if not (1 <= arguments.max_depth <= MOST_DEPTH and arguments.seed >= 0):
+        raise ValueError(f"--max-depth {arguments.max_depth} (1 … {MOST_DEPTH}) or --seed {arguments.seed} is negative")
+    if arguments.max_depth > 1 and not is_reference:
+        raise ValueError("--max-depth needs --mode reference")
     if arguments.measure_error and not arguments.env:
         raise ValueError("--measure-error needs --env")
     if arguments.mode == "shading-map" and not arguments.material:
@@ -184,9 +221,62 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     return scene
 
 
-def _draw(
-    scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]
-) -> tuple[NDArray[np.float32], dict[str, Any]]:
+#: A picture (height, width, 4), what is stored beside it (height, width, 3), and how it was made.
+Drawn = tuple["NDArray[np.float32]", dict[str, "NDArray[np.float32]"], dict[str, Any]]
+
+
+def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
+    """The reference, its standard error, and its figures."""
+    import numpy as np
+    import psutil
+
+    from app.cli import usage
+    from engine.render.path import check_scene
+    from engine.render.reference import BYTES_PER_PIXEL, reference
+
+    size = (arguments.width, arguments.height)
+    needed, available = size[0] * size[1] * BYTES_PER_PIXEL, psutil.virtual_memory().available
+    if needed > available:
+        usage(
+            _refuse,
+            f"a reference of {size[0]} × {size[1]} pixels needs {needed / 1e9:.1f} GB of memory, more than free",
+        )
+    usage(check_scene, scene)
+    start = time.perf_counter()
+    options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
+    found = drain(reference(scene, size, **options), show)
+    frame_s = time.perf_counter() - start
+    warnings = _warnings(scene)
+    if found.rejected:
+        warnings.append(f"{found.rejected} samples were not finite and count as black.")
+    layers = {} if found.variance is None else {"standard_error": np.sqrt(found.variance).astype(np.float32)}
+    figures = {
+        "frame_s": frame_s,
+        "gl_renderer": "none (drawn on the processor)",
+        "warnings": warnings,
+        **options,
+        "passes": found.passes,
+        "noise": found.uncertainty_rmse_rel,
+        "uncertainty_rmse_rel": found.uncertainty_rmse_rel,
+        "rejected_samples": found.rejected,
+        "rays": found.rays,
+        "rays_per_s": found.rays / frame_s,
+    }
+    return found.picture, layers, figures
+
+
+def _refuse(problem: str) -> None:
+    raise ValueError(problem)
+
+
+def _warnings(scene: Scene) -> list[str]:
+    warnings = list(scene.mesh.health.warnings)
+    if scene.environment is not None:
+        warnings += [f"{scene.environment.name}: {text}" for text in scene.environment.health.warnings]
+    return warnings
+
+
+def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
     """The picture, and how it was made: frame_s, gl_renderer, warnings."""
     from engine.brdf.brdf import MODELS
     from engine.errors import MissingCapability
@@ -196,9 +286,7 @@ def _draw(
     from engine.render.direct import radiance
 
     size = (arguments.width, arguments.height)
-    warnings = list(scene.mesh.health.warnings)
-    if scene.environment is not None:
-        warnings += [f"{scene.environment.name}: {text}" for text in scene.environment.health.warnings]
+    warnings = _warnings(scene)
     on_processor = arguments.renderer == "cpu"
     has_shader = type(scene.brdf) in MODELS.values() or factor_source(scene.brdf) is not None
     if arguments.renderer == "auto" and not scene.brdf.isotropic and not has_shader:
@@ -215,11 +303,11 @@ def _draw(
             with context:
                 picture, frame_s, name, messages = draw_off_screen(context, scene, size, arguments.samples)
             context.release()
-            return picture, {"frame_s": frame_s, "gl_renderer": name, "warnings": warnings + messages}
+            return picture, {}, {"frame_s": frame_s, "gl_renderer": name, "warnings": warnings + messages}
     start = time.perf_counter()
     picture = drain(radiance(scene, size, samples=arguments.samples), show)
     frame_s = time.perf_counter() - start
-    return picture, {"frame_s": frame_s, "gl_renderer": "none (drawn on the processor)", "warnings": warnings}
+    return picture, {}, {"frame_s": frame_s, "gl_renderer": "none (drawn on the processor)", "warnings": warnings}
 
 
 def _light(scene: Scene) -> dict[str, Any]:
@@ -262,13 +350,17 @@ def _error(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], N
     }
 
 
-def _write(path: str, picture: NDArray[np.float32], display: Display) -> None:
+def _write(path: str, picture: NDArray[np.float32], layers: dict[str, NDArray[np.float32]], display: Display) -> None:
+    """Tone-mapped, or the radiance: in half, as float where `layers` are stored beside it to measure by."""
     from engine.files.atomic import write_bytes
     from engine.images.encode import encode_png, rgb_channels, write_exr
     from engine.render.display import displayed
 
     if path.lower().endswith(".exr"):
-        write_exr(path, rgb_channels(picture[..., :3]), half=True)
+        channels = rgb_channels(picture[..., :3])
+        for name, layer in layers.items():
+            channels |= rgb_channels(layer, name)
+        write_exr(path, channels, half=not layers)
     else:
         write_bytes(path, encode_png(displayed(picture, display)))
 

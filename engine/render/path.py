@@ -98,8 +98,7 @@ class Paths:
     def __init__(self, scene: Scene, size: tuple[int, int], max_depth: int) -> None:
         if max_depth < 1:
             raise ValueError(f"max_depth = {max_depth} must be at least 1")
-        if scene.shading is not None and scene.lookup == "outgoing":
-            raise ValueError("the look-up 'outgoing' is of all light at once: no reference exists for it")
+        check_scene(scene)
         self.scene, self.size, self.max_depth = scene, size, max_depth
         surface = scene.surface
         self._caster = RayCaster(surface.positions, surface.faces)
@@ -236,6 +235,12 @@ class Paths:
         return Front(
             reached.path[alive], reached.face[alive], reached.barycentric[alive], reached.incoming[alive], weight[alive]
         )
+
+
+def check_scene(scene: Scene) -> None:
+    """Raise ValueError for a look-up that is not a sum over light."""
+    if scene.shading is not None and scene.lookup == "outgoing":
+        raise ValueError("the look-up 'outgoing' is of all light at once: no reference exists for it")
 
 
 def _nothing() -> Front:

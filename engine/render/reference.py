@@ -40,7 +40,7 @@ BATCH = 1 << 14
 SHOWN_EVERY = 0.2
 
 #: Bytes that a pixel takes while its picture is made.
-BYTES_PER_PIXEL = 150
+BYTES_PER_PIXEL = 240
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +193,7 @@ class _Progress:
 
     @property
     def samples(self) -> int:
-        return int(self._taken.min(initial=0)) if self._taken.size else 0
+        return int(self._taken.min()) if self._taken.size else 0
 
     def done(self, samples: int | None) -> float:
         return 0.0 if samples is None else float(self._taken.mean()) / samples
