@@ -1,4 +1,4 @@
-"""Environment maps from files, repaired where a file holds what light cannot be, and two that need no file.
+"""Environment maps from files, repaired where a file holds what light cannot be, and those that need no file.
 
 Real files have negative texels (ringing of lossy codecs and of resampling, down to -149 in published maps) and
 infinite ones (half floats end at 65504). Each such channel of a texel becomes the median of its sound neighbours, and
@@ -8,18 +8,17 @@ the health counts them. Only the equirectangular layout of `engine.environment` 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.directions import dot, normalize
-from engine.environment import EnvironmentMap, texel_directions
+from engine.environment import EnvironmentMap
 from engine.errors import InputError
 from engine.health import Finding, Health, Verdict
 from engine.images.decode import Image, read_image
+from engine.sky import SKIES, built_in
 
 #: How far a repair reaches into a damaged area, in texels; what lies deeper is black.
 REACH = 16
@@ -29,11 +28,10 @@ NOT_EQUIRECTANGULAR = "Give the equirectangular (latitude-longitude) form, twice
 
 def open_environment(name: str | os.PathLike[str]) -> EnvironmentMap:
     """A built-in map by its name, or the file at that path; InputError says what is wrong with a file."""
-    if name in BUILT_IN:
-        radiance = BUILT_IN[os.fspath(name)](texel_directions(128, 256))
-        return EnvironmentMap(radiance.astype(np.float32), os.fspath(name))
+    if os.fspath(name) in SKIES:
+        return built_in(os.fspath(name))
     if not Path(name).exists() and "." not in Path(name).name:
-        known = ", ".join(BUILT_IN)
+        known = ", ".join(SKIES)
         raise InputError(name, "is neither a file nor a built-in environment", f"The built-in ones are {known}")
     return read_environment(name)
 
@@ -120,46 +118,3 @@ def _replaced(mask: NDArray[np.bool_], what: str) -> str:
     count = int(mask.sum())
     texels = f"{count} texel{'s are' if count > 1 else ' is'} {what} (first at column {column}, row {row})"
     return f"{texels}; replaced by the median of the neighbours"
-
-
-def studio(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A dark room with a large warm lamp above on the left, a cool one on the right and a bright strip behind."""
-    lamps = (
-        ((-0.6, 0.65, 0.55), 0.45, (5.2, 4.9, 4.4)),
-        ((0.9, 0.2, 0.45), 0.30, (1.6, 1.8, 2.1)),
-        ((0.35, 0.5, -0.85), 0.22, (5.0, 5.0, 5.2)),
-    )
-    room = 0.03 + 0.05 * np.clip(direction[..., 1:2], 0.0, 1.0) + np.zeros(3)
-    for towards, size, colour in lamps:
-        room = room + _square(direction, normalize(towards), size) * np.array(colour)
-    return room
-
-
-def sky(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A clear sky that pales towards the horizon, a sun of a few degrees with its glow, and a brown ground."""
-    height = direction[..., 1:2]
-    sun = dot(direction, normalize((0.5, 0.62, 0.6)))[..., None]
-    blue = np.array([0.10, 0.20, 0.46]) + np.array([0.32, 0.30, 0.20]) * (1.0 - np.clip(height, 0.0, 1.0)) ** 4
-    light = np.array([1.0, 0.88, 0.70]) * (0.25 * np.exp(40.0 * (sun - 1.0)) + 220.0 * _step(sun, np.cos(0.06), 8e-4))
-    return np.where(height > 0.0, blue + light, np.array([0.09, 0.075, 0.06]))
-
-
-def _square(direction: NDArray[np.float64], towards: NDArray[np.float64], size: float) -> NDArray[np.float64]:
-    """(..., 1): 1 inside a square lamp of half edge `size` at distance 1, upright, with soft edges."""
-    right = normalize(np.cross((0.0, 1.0, 0.0), towards))
-    ahead = dot(direction, towards)
-    distance = np.where(ahead > 0.0, ahead, np.inf)
-    across = np.abs(dot(direction, right)) / distance
-    along = np.abs(dot(direction, np.cross(towards, right))) / distance
-    inside = _step(-np.maximum(across, along), -size, 0.05) * (ahead > 0.0)
-    return inside[..., None]
-
-
-def _step(x: NDArray[np.float64], middle: float, width: float) -> NDArray[np.float64]:
-    """Rises smoothly from 0 to 1 over `width` about `middle`."""
-    t = np.clip((x - middle) / width + 0.5, 0.0, 1.0)
-    return t * t * (3.0 - 2.0 * t)
-
-
-#: Radiance (..., 3) by direction (..., 3), by the name under which people ask for it.
-BUILT_IN: dict[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {"studio": studio, "sky": sky}

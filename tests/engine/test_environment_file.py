@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from engine.environment import EnvironmentMap, all_lights, reduced, solid_angles
-from engine.environment_file import BUILT_IN, open_environment, read_environment, repair
+from engine.environment_file import open_environment, read_environment, repair
 from engine.errors import InputError
 from engine.images.encode import encode_png, rgb_channels, write_exr
 from engine.light_tree import chosen_lights
+from engine.sky import SKIES
 
 
 def write(path: Path, radiance: Any) -> Path:
@@ -116,7 +117,7 @@ def test_EN5_real_maps_with_negative_texels(shared_data: Any, name: str, negativ
     assert environment.radiance.min() >= 0.0
 
 
-@pytest.mark.parametrize("name", BUILT_IN)
+@pytest.mark.parametrize("name", SKIES)
 def test_built_in_maps_need_no_file(name: str) -> None:
     environment = open_environment(name)
     assert environment.name == name

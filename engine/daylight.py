@@ -1,0 +1,138 @@
+"""Daylight by published formulas: clear skies with their sun, and the overcast sky.
+
+Clear skies are those of Preetham, Shirley and Smits, *A practical analytic model for daylight*, SIGGRAPH 1999 (appendix
+A: Perez's five-parameter form for luminance Y and chromaticity x, y; the sun through air and haze). They hold for
+turbidities of 2 … 6 and, near sunset, roughly. The overcast sky is the first of the standard general skies of CIE
+S 011:2003. Radiance is in units of 10 kcd/m^2, so that a clear zenith is about 1 and a white card in the sun about 4.
+Directions are (..., 3) unit vectors of the world, +Y up; below the horizon lies even ground that the sky and the sun
+light.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.colour import srgb_from_xyz
+from engine.directions import Vectors, dot, normalize, world_direction
+
+#: kcd/m^2 for one unit of radiance.
+UNIT = 10.0
+
+#: Illuminance of the sun above the air, in units of radiance times steradian (128 klx).
+SUN_ABOVE_THE_AIR = 128.0 / UNIT
+
+#: The sun's disc in maps, as an angular radius: three times the real one, so that it holds a few texels.
+SUN_RADIUS = math.radians(0.8)
+
+#: Reflectance of the ground: dry soil and grass.
+GROUND = np.array([0.20, 0.17, 0.12])
+
+#: Wavelengths in micrometres that stand for red, green and blue.
+_WAVELENGTHS = np.array([0.61, 0.55, 0.465])
+
+#: Perez's A … E of Y, x and y by turbidity T: slope and value at T = 0.
+_PEREZ = np.array(
+    [
+        [[0.1787, -1.4630], [-0.3554, 0.4275], [-0.0227, 5.3251], [0.1206, -2.5771], [-0.0670, 0.3703]],
+        [[-0.0193, -0.2592], [-0.0665, 0.0008], [-0.0004, 0.2125], [-0.0641, -0.8989], [-0.0033, 0.0452]],
+        [[-0.0167, -0.2608], [-0.0950, 0.0092], [-0.0079, 0.2102], [-0.0441, -1.6537], [-0.0109, 0.0529]],
+    ]
+)
+
+#: Chromaticity x and y of the zenith: (T^2, T, 1) times these times (s^3, s^2, s, 1), s the sun's angle from it.
+_ZENITH = np.array(
+    [
+        [
+            [0.00166, -0.00375, 0.00209, 0.0],
+            [-0.02903, 0.06377, -0.03202, 0.00394],
+            [0.11693, -0.21196, 0.06052, 0.25886],
+        ],
+        [
+            [0.00275, -0.00610, 0.00317, 0.0],
+            [-0.04214, 0.08970, -0.04153, 0.00516],
+            [0.15346, -0.26756, 0.06670, 0.26688],
+        ],
+    ]
+)
+
+#: Radiance (..., 3) by direction (..., 3).
+Radiance = Callable[[Vectors], Vectors]
+
+
+def clear_sky(sun_elevation_deg: float, turbidity: float = 2.5, sun_phi_deg: float = 40.0) -> Radiance:
+    """The clear sky with the sun at this elevation, on the right in front of the default camera's object."""
+    towards = world_direction(math.radians(90.0 - sun_elevation_deg), math.radians(sun_phi_deg))
+    sun = sun_irradiance(sun_elevation_deg, turbidity)
+
+    def radiance(direction: Vectors) -> Vectors:
+        seen = preetham(direction, towards, turbidity) + _disc(direction, towards) * sun
+        return _over_ground(direction, seen, lambda up: preetham(up, towards, turbidity), sun * max(0.0, towards[1]))
+
+    return radiance
+
+
+def overcast(direction: Vectors) -> Vectors:
+    """The standard overcast sky of CIE S 011, type 1: a = 4, b = -0.7, of even colour; zenith 0.9."""
+
+    def sky(up: Vectors) -> Vectors:
+        height = np.maximum(up[..., 1:2], 0.01)
+        gradation = (1.0 + 4.0 * np.exp(-0.7 / height)) / (1.0 + 4.0 * np.exp(-0.7))
+        return 0.9 * gradation * np.array([0.97, 1.0, 1.05])
+
+    return _over_ground(direction, sky(direction), sky, np.zeros(3))
+
+
+def preetham(direction: Vectors, towards: Vectors, turbidity: float) -> Vectors:
+    """Radiance (..., 3) of the clear sky in `direction` (..., 3) with the sun at `towards` (3,), without its disc."""
+    from_zenith = math.acos(max(0.0, float(towards[1])))
+    gamma = np.arccos(np.clip(dot(direction, towards), -1.0, 1.0))
+    height = np.maximum(direction[..., 1], 0.01)  # the formula has a pole at the horizon
+    zenith = _zenith(from_zenith, turbidity)
+    values = []
+    for (a, b, c, d, e), value in zip(_PEREZ @ (turbidity, 1.0), zenith, strict=True):
+        here = (1.0 + a * np.exp(b / height)) * (1.0 + c * np.exp(d * gamma) + e * np.cos(gamma) ** 2)
+        above = (1.0 + a * math.exp(b)) * (1.0 + c * math.exp(d * from_zenith) + e * math.cos(from_zenith) ** 2)
+        values.append(value * here / above)
+    bright, x, y = np.maximum(values, 1e-4)
+    xyz = np.stack([x * bright / y, bright, (1.0 - x - y) * bright / y], axis=-1)
+    return np.maximum(srgb_from_xyz(xyz), 0.0) / UNIT
+
+
+def _zenith(from_zenith: float, turbidity: float) -> tuple[float, float, float]:
+    """Luminance in kcd/m^2 and chromaticity x, y of the zenith."""
+    chi = (4.0 / 9.0 - turbidity / 120.0) * (math.pi - 2.0 * from_zenith)
+    bright = (4.0453 * turbidity - 4.9710) * math.tan(chi) - 0.2155 * turbidity + 2.4192
+    x, y = _ZENITH @ (from_zenith**3, from_zenith**2, from_zenith, 1.0) @ (turbidity**2, turbidity, 1.0)
+    return bright, float(x), float(y)
+
+
+def sun_irradiance(elevation_deg: float, turbidity: float) -> Vectors:
+    """(3,) irradiance of the sun on a surface that faces it, after Rayleigh's scattering and Ångström's haze."""
+    from_zenith_deg = 90.0 - elevation_deg
+    air_mass = 1.0 / (math.cos(math.radians(from_zenith_deg)) + 0.15 * (93.885 - from_zenith_deg) ** -1.253)
+    air = np.exp(-0.008735 * _WAVELENGTHS**-4.08 * air_mass)
+    haze = np.exp(-(0.04608 * turbidity - 0.04586) * _WAVELENGTHS**-1.3 * air_mass)
+    return np.asarray(SUN_ABOVE_THE_AIR * air * haze)
+
+
+def _disc(direction: Vectors, towards: Vectors) -> NDArray[np.float64]:
+    """(..., 1) radiance of a sun of irradiance 1; its edge is as soft as the texels of a map of 256 rows."""
+    angle = 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(direction - towards, axis=-1), 0.0, 1.0))[..., None]
+    soft = math.pi / 256
+    share = np.clip((SUN_RADIUS - angle) / soft + 0.5, 0.0, 1.0)
+    return share / (math.pi * (SUN_RADIUS**2 + soft**2 / 12.0))
+
+
+def _over_ground(direction: Vectors, seen: Vectors, sky: Radiance, sun_on_ground: Vectors) -> Vectors:
+    """`seen` above the horizon; below it the ground, evenly lit by the whole `sky` and the sun."""
+    z, weight = np.polynomial.legendre.leggauss(24)
+    height, phi = 0.5 * (z + 1.0), np.arange(48) * 2.0 * math.pi / 48
+    across = np.sqrt(1.0 - height**2)[:, None]
+    up = np.stack([across * np.sin(phi), height[:, None] + 0.0 * phi, across * np.cos(phi)], axis=-1)
+    share = (0.5 * weight * height * 2.0 * math.pi / 48)[:, None, None]
+    irradiance = (sky(normalize(up)) * share).sum(axis=(0, 1)) + sun_on_ground
+    return np.where(direction[..., 1:2] > 0.0, seen, GROUND * irradiance / math.pi)

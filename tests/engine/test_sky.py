@@ -1,0 +1,113 @@
+"""Built-in skies and studios: published formulas against their own statements, and maps that light can be."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from engine.colour import luminance
+from engine.daylight import SUN_ABOVE_THE_AIR, UNIT, clear_sky, overcast, preetham, sun_irradiance
+from engine.directions import normalize, world_angles, world_direction
+from engine.environment import EnvironmentMap, solid_angles, texel_directions
+from engine.environment_file import open_environment
+from engine.errors import InputError
+from engine.sky import SKIES, built_in
+from engine.sun import split_sun
+
+UP = np.array([0.0, 1.0, 0.0])
+
+
+def irradiance(environment: EnvironmentMap, normal: np.ndarray) -> np.ndarray:
+    height, width = environment.radiance.shape[:2]
+    cosine = np.maximum(texel_directions(height, width) @ normal, 0)[..., None]
+    return (environment.radiance * solid_angles(height, width)[..., None] * cosine).sum(axis=(0, 1), dtype=np.float64)
+
+
+@pytest.mark.parametrize("name", SKIES)
+def test_every_built_in_map_is_light(name):
+    environment = open_environment(name)
+    height, width = environment.radiance.shape[:2]
+    assert width == 2 * height >= 256
+    assert environment.name == name
+    assert SKIES[name].label[0].isupper()
+    assert environment.radiance.min() >= 0.01  # no room is quite black
+    assert 0.1 < luminance(irradiance(environment, normalize((0, 1, 1)))) < 30.0
+
+
+def test_unknown_names_list_the_known_ones():
+    with pytest.raises(InputError, match="overcast"):
+        open_environment("midnight")
+    with pytest.raises(KeyError):
+        built_in("midnight")
+
+
+@pytest.mark.parametrize(("elevation_deg", "turbidity"), [(60.0, 2.5), (30.0, 3.0), (10.0, 4.0), (2.0, 6.0)])
+def test_the_zenith_of_a_clear_sky_is_preethams(elevation_deg, turbidity):
+    """Perez's form is relative to the zenith, whose luminance the paper gives by itself."""
+    angle = math.radians(90 - elevation_deg)
+    chi = (4 / 9 - turbidity / 120) * (math.pi - 2 * angle)
+    expected = (4.0453 * turbidity - 4.9710) * math.tan(chi) - 0.2155 * turbidity + 2.4192
+    value = preetham(UP, world_direction(angle, 0.7), turbidity)
+    assert luminance(value) * UNIT == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_clear_sky_is_symmetric_about_the_sun_and_bluest_away_from_it():
+    towards = world_direction(math.radians(60), 0.0)
+    left, right = (preetham(world_direction(1.0, phi), towards, 2.5) for phi in (-1.2, 1.2))
+    np.testing.assert_allclose(left, right, rtol=1e-12)
+    opposite, near = (preetham(world_direction(math.radians(t), 0.0), towards, 2.5) for t in (-30, 55))
+    assert opposite[2] / opposite[0] > 1.5 * near[2] / near[0]
+    assert luminance(near) > 2 * luminance(opposite)
+
+
+def test_the_sun_reddens_and_fades_as_it_sets():
+    suns = np.array([sun_irradiance(elevation, 2.5) for elevation in (90.0, 60.0, 30.0, 10.0, 2.0)])
+    assert (suns < SUN_ABOVE_THE_AIR).all()
+    assert (np.diff(suns, axis=0) < 0).all()
+    assert (np.diff(suns[:, 2] / suns[:, 0]) < 0).all()
+    assert 8.0 < luminance(suns[0]) < 11.0  # 80 to 110 klx
+
+
+@pytest.mark.parametrize(("name", "elevation"), [("noon", 60.0), ("afternoon", 30.0), ("evening", 10.0)])
+def test_the_sun_of_a_clear_sky_splits_off_as_the_lamp_it_is(name, elevation):
+    rest, (sun,) = split_sun(built_in(name))
+    theta, phi = world_angles(sun.direction)
+    assert 90 - math.degrees(theta) == pytest.approx(elevation, abs=0.1)
+    assert math.degrees(phi) == pytest.approx(40.0, abs=0.1)
+    expected = sun_irradiance(elevation, 3.0 if name == "evening" else 2.5)
+    np.testing.assert_allclose(sun.irradiance, expected, rtol=0.03)
+    assert rest.radiance.max() < 20.0
+
+
+def test_the_overcast_sky_falls_to_a_third_at_the_horizon():
+    """The old CIE overcast sky is exactly 3 : 1; the standard one comes within a few percent of it."""
+    zenith, middle, horizon = (luminance(overcast(world_direction(math.radians(t), 0.3))) for t in (0, 60, 89))
+    assert zenith == pytest.approx(0.9, rel=0.01)
+    assert zenith / horizon == pytest.approx(3.0, rel=0.05)
+    assert middle / zenith == pytest.approx((1 + 2 * 0.5) / 3, rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["noon", "overcast"])
+def test_the_ground_reflects_what_falls_on_it(name):
+    environment = built_in(name)
+    height = environment.radiance.shape[0]
+    above = environment.radiance.copy()
+    above[height // 2 :] = 0
+    falling = irradiance(EnvironmentMap(above), UP)
+    np.testing.assert_allclose(environment.radiance[-1, 0] * math.pi, falling * (0.20, 0.17, 0.12), rtol=0.02)
+
+
+def test_a_sun_below_the_horizon_leaves_numbers_finite():
+    values = clear_sky(0.0)(texel_directions(16, 32))
+    assert np.isfinite(values).all()
+    assert values.min() >= 0.0
+
+
+def test_strip_lights_are_long_and_thin():
+    bright = luminance(built_in("strip-lights").radiance) > 5.0
+    tubes = [SKIES["strip-lights"].radiance(normalize((0.4, 1.0, z))) for z in (0.0, 0.8)]
+    assert min(luminance(tube) for tube in tubes) > 5.0
+    assert luminance(SKIES["strip-lights"].radiance(normalize((0.6, 1.0, 0.0)))) < 1.0
+    assert 0.01 < bright.mean() < 0.1
