@@ -15,7 +15,7 @@ from engine.errors import InputError
 from engine.files.untrusted import DECODER_MEMORY_BYTES, GIBIBYTE, read_head
 
 #: What reading a triangle takes at most, measured on files of each kind, besides the file itself.
-FACE_BYTES = 1200
+FACE_BYTES = 1500
 
 #: Least bytes of a triangle in a file, with its share of the vertices, for kinds that do not say how many there are.
 _LEAST_BYTES = {"obj": 30, "glb": 18, "gltf": 18, "stl_ascii": 150}

@@ -60,7 +60,7 @@ def _obj_rows(content: bytes) -> dict[bytes, Rows]:
         if key in rows:
             numbers, lines = rows[key]
             numbers.append(number)
-            lines.append(said.partition(b"#")[0] if b"#" in said else said)
+            lines.append(said.partition(b" #")[0] if b"#" in said else said)
     return rows
 
 
@@ -79,8 +79,9 @@ def _face_indices(corners: list[bytes], line: NDArray[np.int64], name: str) -> N
     text = (text + b" ").replace(b"//", b"/0/").replace(b"/ ", b"/0 ").replace(b"/", b" ")
     read = _floats(text.split() if columns > 1 else corners, np.repeat(line, columns), name).reshape(-1, columns)
     whole = np.where(np.abs(read) < 2.0**53, read, 0.0).astype(np.int64)
-    if (whole != read).any():
-        number = line[np.argmax((whole != read).any(axis=1))]
+    broken = np.any(np.floor(read) != read, axis=1)
+    if broken.any():
+        number = line[np.argmax(broken)]
         raise InputError(name, f"is damaged: an index in line {number} is not a whole number", AGAIN)
     return np.pad(whole, ((0, 0), (0, 3 - columns)))
 
@@ -128,7 +129,8 @@ def numbers_of(text: bytes) -> NDArray[np.float64] | None:
     if not text.strip():
         return np.empty(0)
     with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)  # numpy's way to say that it stopped before the end
+        # numpy's way to say that it stopped before the end, until it became an error
+        warnings.simplefilter("error", DeprecationWarning)
         try:
             return np.fromstring(text, np.float64, sep=" ")
         except (DeprecationWarning, ValueError):

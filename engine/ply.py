@@ -74,12 +74,13 @@ def _header(content: bytes) -> tuple[dict[str, _Element], bool, int]:
         raise ValueError(f"its format is {kind[:40]!r}")
     order = ">" if "big" in kind else "<"
     elements: dict[str, _Element] = {}
+    current = _Element("", 0)
     for line in lines:
         match line.split():
             case ["element", name, count] if count.isascii() and count.isdigit():
                 if name in elements or len(count) > 12:
                     raise ValueError(f"its element {name[:40]} is there twice, or too often")
-                current = elements[name] = _Element(name, int(count))
+                elements[name] = current = _Element(name, int(count))
             case ["property", "list", length, value, name]:
                 current.properties.append((name, _kind(value, order), _kind(length, order)))
             case ["property", value, name]:
