@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.directions import dot, normalize
 from engine.health import Finding, Verdict
 
 #: Coordinates beyond this cannot be squared in 32 bits, which graphics devices and rays work with …
@@ -30,7 +31,7 @@ MOST_OPEN_EDGES = 20_000
 #: How far a point may lie from an edge that it divides, as a share of the length.
 ON_EDGE = 1e-6
 
-#: How far a convex mesh may bulge inwards at an edge, and in all, for a size of 1: what 32 bits leave of a plane.
+#: How far a convex mesh may bulge inwards at an edge, for a size of 1: what 32 bits leave of a plane.
 DENT = 1e-6
 
 #: Said of a mesh whose volume is negative; `engine.mesh.Mesh.flipped` mends it.
@@ -232,9 +233,11 @@ def _components(directed: Faces, faces: Faces, count: int) -> tuple[int, NDArray
 
 
 def _bends_outwards(points: Points, faces: Faces, pairs: Faces) -> bool:
-    """Whether no face rises above the plane of a neighbour, and the volume is that of the convex hull."""
-    from scipy.spatial import ConvexHull, QhullError
+    """Whether no face rises above the plane of a neighbour, and all surround a point inside exactly once.
 
+    Then the surface is locally convex and does not wind about itself, which makes it convex (Van Heijenoort 1952).
+    The turns about the point are the sum of solid angles (Van Oosterom and Strackee 1983) over 4π.
+    """
     a, b, c = (points[faces[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -243,11 +246,11 @@ def _bends_outwards(points: Points, faces: Faces, pairs: Faces) -> bool:
         opposite = points[faces[neighbour, (edge + 2) % 3]]
         if np.einsum("ei,ei->e", normal[face], opposite - a[face]).max() > DENT:
             return False
-    try:
-        hull = ConvexHull(points[np.unique(faces)])
-    except QhullError:  # a closed surface that encloses nothing
-        return False
-    return bool(abs(np.einsum("fi,fi->", a, np.cross(b, c)) / 6.0 - hull.volume) <= DENT)
+    inside = points[np.unique(faces)].mean(axis=0)
+    a, b, c = (normalize(corner - inside) for corner in (a, b, c))
+    volume = dot(a, np.cross(b, c))
+    turns = np.sum(np.arctan2(volume, 1.0 + dot(a, b) + dot(b, c) + dot(c, a))) / (2.0 * np.pi)
+    return bool(volume.min() > 0.0 and abs(turns - 1.0) < 1e-3)
 
 
 def _junctions(points: Points, edges: Faces) -> int | None:

@@ -41,6 +41,16 @@ def test_V8_solids_are_closed_and_their_volume_is_known(
     assert found.findings == ()
 
 
+def test_a_star_that_winds_twice_about_its_axis_is_not_convex() -> None:
+    angle = 2 * np.pi * 2 / 5 * np.arange(5)
+    points = np.concatenate([np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1), [[0, 0, 3], [0, 0, -3.0]]])
+    around = np.arange(5)
+    above = np.stack([around, (around + 1) % 5, np.full(5, 5)], -1)
+    below = np.stack([(around + 1) % 5, around, np.full(5, 6)], -1)
+    found = topology(points, np.concatenate([above, below]))
+    assert (found.closed, found.components, found.convex) == (True, 1, False)
+
+
 def test_V8_a_surface_that_is_inside_out_is_noticed_and_can_be_flipped() -> None:
     box = trimesh.creation.box()
     found = topology(np.array(box.vertices), np.array(box.faces[:, ::-1], np.int64))
