@@ -3,9 +3,9 @@
 Clear skies are those of Preetham, Shirley and Smits, *A practical analytic model for daylight*, SIGGRAPH 1999 (appendix
 A: Perez's five-parameter form for luminance Y and chromaticity x, y; the sun through air and haze). They hold for
 turbidities of 2 … 6 and, near sunset, roughly. The overcast sky is the first of the standard general skies of CIE
-S 011:2003. Radiance is in units of 10 kcd/m^2, so that a clear zenith is about 1 and a white card in the sun about 4.
-Directions are (..., 3) unit vectors of the world, +Y up; below the horizon lies even ground that the sky and the sun
-light.
+S 011:2003. Every map is as bright as makes a level white card 1, so that noon and sunset need no other exposure; sky
+and sun keep their proportion. Directions are (..., 3) unit vectors of the world, +Y up; below the horizon lies even
+ground that sky and sun light.
 """
 
 from __future__ import annotations
@@ -16,14 +16,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.colour import srgb_from_xyz
-from engine.directions import Vectors, dot, normalize, world_direction
+from engine.colour import luminance, srgb_from_xyz
+from engine.directions import Vectors, dot, world_direction
 
-#: kcd/m^2 for one unit of radiance.
-UNIT = 10.0
-
-#: Illuminance of the sun above the air, in units of radiance times steradian (128 klx).
-SUN_ABOVE_THE_AIR = 128.0 / UNIT
+#: Illuminance of the sun above the air in klx.
+SUN_ABOVE_THE_AIR = 128.0
 
 #: The sun's disc in maps, as an angular radius: three times the real one, so that it holds a few texels.
 SUN_RADIUS = math.radians(0.8)
@@ -67,27 +64,21 @@ def clear_sky(sun_elevation_deg: float, turbidity: float = 2.5, sun_phi_deg: flo
     """The clear sky with the sun at this elevation, on the right in front of the default camera's object."""
     towards = world_direction(math.radians(90.0 - sun_elevation_deg), math.radians(sun_phi_deg))
     sun = sun_irradiance(sun_elevation_deg, turbidity)
-
-    def radiance(direction: Vectors) -> Vectors:
-        seen = preetham(direction, towards, turbidity) + _disc(direction, towards) * sun
-        return _over_ground(direction, seen, lambda up: preetham(up, towards, turbidity), sun * max(0.0, towards[1]))
-
-    return radiance
+    return lambda direction: _above_ground(direction, lambda up: preetham(up, towards, turbidity), sun, towards)
 
 
 def overcast(direction: Vectors) -> Vectors:
-    """The standard overcast sky of CIE S 011, type 1: a = 4, b = -0.7, of even colour; zenith 0.9."""
+    """The standard overcast sky of CIE S 011, type 1: a = 4, b = -0.7, of even colour."""
 
     def sky(up: Vectors) -> Vectors:
-        height = np.maximum(up[..., 1:2], 0.01)
-        gradation = (1.0 + 4.0 * np.exp(-0.7 / height)) / (1.0 + 4.0 * np.exp(-0.7))
-        return 0.9 * gradation * np.array([0.97, 1.0, 1.05])
+        gradation = 1.0 + 4.0 * np.exp(-0.7 / np.maximum(up[..., 1:2], 0.01))
+        return gradation * np.array([0.97, 1.0, 1.05])
 
-    return _over_ground(direction, sky(direction), sky, np.zeros(3))
+    return _above_ground(direction, sky, np.zeros(3), np.array([0.0, 1.0, 0.0]))
 
 
 def preetham(direction: Vectors, towards: Vectors, turbidity: float) -> Vectors:
-    """Radiance (..., 3) of the clear sky in `direction` (..., 3) with the sun at `towards` (3,), without its disc."""
+    """The clear sky without the disc of the sun at `towards` (3,): (..., 3) in kcd/m^2 for `direction` (..., 3)."""
     from_zenith = math.acos(max(0.0, float(towards[1])))
     gamma = np.arccos(np.clip(dot(direction, towards), -1.0, 1.0))
     height = np.maximum(direction[..., 1], 0.01)  # the formula has a pole at the horizon
@@ -99,7 +90,7 @@ def preetham(direction: Vectors, towards: Vectors, turbidity: float) -> Vectors:
         values.append(value * here / above)
     bright, x, y = np.maximum(values, 1e-4)
     xyz = np.stack([x * bright / y, bright, (1.0 - x - y) * bright / y], axis=-1)
-    return np.maximum(srgb_from_xyz(xyz), 0.0) / UNIT
+    return np.maximum(srgb_from_xyz(xyz), 0.0)
 
 
 def _zenith(from_zenith: float, turbidity: float) -> tuple[float, float, float]:
@@ -111,7 +102,7 @@ def _zenith(from_zenith: float, turbidity: float) -> tuple[float, float, float]:
 
 
 def sun_irradiance(elevation_deg: float, turbidity: float) -> Vectors:
-    """(3,) irradiance of the sun on a surface that faces it, after Rayleigh's scattering and Ångström's haze."""
+    """(3,) in klx: the sun on a surface that faces it, after Rayleigh's scattering and Ångström's haze."""
     from_zenith_deg = 90.0 - elevation_deg
     air_mass = 1.0 / (math.cos(math.radians(from_zenith_deg)) + 0.15 * (93.885 - from_zenith_deg) ** -1.253)
     air = np.exp(-0.008735 * _WAVELENGTHS**-4.08 * air_mass)
@@ -127,12 +118,20 @@ def _disc(direction: Vectors, towards: Vectors) -> NDArray[np.float64]:
     return share / (math.pi * (SUN_RADIUS**2 + soft**2 / 12.0))
 
 
-def _over_ground(direction: Vectors, seen: Vectors, sky: Radiance, sun_on_ground: Vectors) -> Vectors:
-    """`seen` above the horizon; below it the ground, evenly lit by the whole `sky` and the sun."""
+def _above_ground(direction: Vectors, sky: Radiance, sun: Vectors, towards: Vectors) -> Vectors:
+    """`sky` and the sun's disc above the horizon, below it the ground that they light; a level white card is 1."""
+    level = _on_level(sky) + sun * max(0.0, float(towards[1]))
+    seen = np.where(
+        direction[..., 1:2] > 0.0, sky(direction) + _disc(direction, towards) * sun, GROUND * level / math.pi
+    )
+    return seen * (math.pi / float(luminance(level)))
+
+
+def _on_level(sky: Radiance) -> Vectors:
+    """(3,) what the whole `sky` brings to a level surface, by Gauss's rule in the height."""
     z, weight = np.polynomial.legendre.leggauss(24)
     height, phi = 0.5 * (z + 1.0), np.arange(48) * 2.0 * math.pi / 48
     across = np.sqrt(1.0 - height**2)[:, None]
     up = np.stack([across * np.sin(phi), height[:, None] + 0.0 * phi, across * np.cos(phi)], axis=-1)
     share = (0.5 * weight * height * 2.0 * math.pi / 48)[:, None, None]
-    irradiance = (sky(normalize(up)) * share).sum(axis=(0, 1)) + sun_on_ground
-    return np.where(direction[..., 1:2] > 0.0, seen, GROUND * irradiance / math.pi)
+    return np.asarray((sky(up) * share).sum(axis=(0, 1)))
