@@ -23,6 +23,8 @@ from engine.capture.stack import ImageStack
 from engine.colour import Operator
 from engine.directions import Vectors, world_direction
 from engine.environment import EnvironmentMap
+from engine.ground import Ground
+from engine.lamps import LampSettings
 from engine.material import Material
 from engine.mesh import Mesh
 from engine.params import check, param
@@ -32,6 +34,9 @@ from engine.shading.power_law import Scale
 
 if TYPE_CHECKING:
     from engine.capture.framing import Framing
+
+#: How two pictures are shown.
+Comparing = Literal["", "wipe", "difference"]
 
 #: A point in two photographs: x and y in the one, x and y in the other.
 Pair = tuple[float, float, float, float]
@@ -79,7 +84,15 @@ class ImportChoices:
 
 @dataclass(frozen=True)
 class Look:
-    """How the View workspace shows the material. None of it changes the material itself."""
+    """How the View workspace shows the material. None of it changes the material itself.
+
+    Attributes
+    ----------
+    mode, against : what is drawn, and what that is compared with (`app.modes`).
+    comparing : two pictures side by side, their difference, or the first alone.
+    bounces : how often light in the reference may go on from the surface that it meets first.
+    lamps : lights beside the one or the environment; `only_lamps` puts out the one.
+    """
 
     light_theta_deg: float = param(55.0, 0.0, 180.0, unit="°", doc="Angle of the light from straight up.")
     light_phi_deg: float = param(-30.0, -180.0, 180.0, unit="°", doc="Angle of the light around the vertical.")
@@ -93,6 +106,14 @@ class Look:
     source: Source = "slices"
     lookup: Lookup = "radiance"
     above: Above = "clamp"
+    mode: str = "shading-map"
+    against: str = "reference"
+    comparing: Comparing = ""
+    bounces: int = 0
+    lamps: tuple[LampSettings, ...] = ()
+    only_lamps: bool = False
+    has_ground: bool = False
+    ground_albedo: float = param(0.5, 0.0, 1.0, doc="Share of the light that the ground gives back.")
 
     def __post_init__(self) -> None:
         check(self)
@@ -101,6 +122,11 @@ class Look:
     def light(self) -> Vectors:
         """World direction (3,) towards the light."""
         return world_direction(radians(self.light_theta_deg), radians(self.light_phi_deg))
+
+    @property
+    def ground(self) -> Ground | None:
+        """What the model stands on."""
+        return Ground(albedo=self.ground_albedo) if self.has_ground else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,6 +47,7 @@ from app.image_view import ImageView
 from app.jobs import Job
 from app.material_tab import MaterialTab
 from app.panels import text
+from app.picture_error import PictureError
 from app.status_bar import StatusBar
 from app.surfaces import request_format
 from app.theme import PADDING, STEP, role
@@ -223,6 +224,7 @@ class MainWindow(QMainWindow):
         self.factor.broken.connect(lambda error: self.failures.report("The preview cannot be drawn", error))
         for drawing in (self.view, self.brdf, self.factor):
             drawing.drawn.connect(self.status.show_frame_time)
+        self.view.error_found.connect(self._show_picture_error)
         for tab in (self.capture, self.material, self.export):
             tab.sample_wanted.connect(bench.open_sample)
         self.capture.files_wanted.connect(self.choose_folder)
@@ -310,6 +312,11 @@ class MainWindow(QMainWindow):
         self.status.show_error(*((power_law.rms, power_law.r_max) if power_law is not None else (None,)))
         self.title.setText(new.name if shown or new.sources is not None else "")
         self.setWindowTitle(f"{new.name} – Lightarc" if shown else "Lightarc")
+
+    def _show_picture_error(self, error: PictureError | None) -> None:
+        modes = " against ".join(mode.label for mode in self.view.pictures.modes)
+        hint = f"{modes}: relative RMSE on {error.pixels:,} pixels".replace(",", " ") if error else ""
+        self.status.show_picture_error(error.text if error else "", hint)
 
     def _job_failed(self, job: Job, error: BaseException) -> None:
         self.failures.report(f"{job.title} did not work", error)

@@ -53,13 +53,17 @@ class Panel(QWidget):
 
     def section(self, title: str) -> Rows:
         """A titled group of rows below what is there; a line parts it from the section above."""
+        rows = Rows(title)
+        self.add(rows)
+        return rows
+
+    def add(self, rows: Rows) -> None:
+        """Put a group of rows below what is there."""
         if self.column.count():
             self.column.addSpacing(2 * STEP)
             self.column.addWidget(line())
             self.column.addSpacing(2 * STEP)
-        rows = Rows(title)
         self.column.addWidget(rows)
-        return rows
 
     def finish(self, foot: QWidget | None = None) -> None:
         """Push everything to the top; `foot`, the panel's main button, stays at the bottom whatever scrolls."""
@@ -234,6 +238,16 @@ def tool(action: QAction) -> QToolButton:
     made.setAccessibleName(action.text())
     keys = action.shortcut().toString()
     made.setToolTip(f"{action.text()} ({keys})" if keys else action.text())
+    return made
+
+
+def small_button(icon: str, hint: str) -> QToolButton:
+    """A small button that shows an icon alone."""
+    made = QToolButton()
+    made.setIcon(icons.icon(icon))
+    made.setIconSize(QSize(icons.SMALL, icons.SMALL))
+    made.setAccessibleName(hint)
+    keep_hint(made, hint)
     return made
 
 

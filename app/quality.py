@@ -17,7 +17,7 @@ from engine.scene import Scene
 MOVING_S, PIECE_S = 0.03, 0.03
 
 #: How long a finer picture may take altogether, in pieces: while a heavy job runs, and when none does.
-STILL_S, IDLE_S = 0.3, 10.0
+STILL_S, IDLE_S = 0.3, 60.0
 
 #: A frame has at most so many times the evaluations of one whose cost is known.
 STEP = 5
@@ -34,14 +34,21 @@ class Quality:
     reduction: int = 1
     fewer: int = 1
 
+    @property
+    def is_coarse(self) -> bool:
+        """Whether it has fewer pixels than the screen, or fewer lights than the scene."""
+        return self.reduction > 1 or self.fewer > 1
+
     def evaluations(self, pixels: int, lights: int) -> int:
         """Of a picture with so many pixels on screen."""
         return max(1, pixels * self.samples**2 // self.reduction**2) * max(1, lights // self.fewer)
 
     def of(self, scene: Scene) -> Scene:
-        """`scene` with the lights of this quality."""
-        fewer = max(1, scene.directions // self.fewer)
-        return replace(scene, directions=fewer) if scene.environment is not None and self.fewer > 1 else scene
+        """`scene` with the lights of this quality; round lamps are single directions where there are to be fewer."""
+        if self.fewer == 1:
+            return scene
+        fewer = max(1, scene.directions // self.fewer) if scene.environment is not None else scene.directions
+        return replace(scene, directions=fewer, lamps=tuple(replace(lamp, radius=0.0) for lamp in scene.lamps))
 
 
 #: From best to quickest: under one light, and under many.
@@ -93,7 +100,10 @@ class Cost:
 
 
 def next_rows(rows: int, seconds: float, first: int) -> int:
-    """Rows of the piece after one of `rows` that took `seconds`: fewer where it was late, more where it was early."""
+    """Rows of the piece after one of `rows` that took `seconds`: fewer where it was late, more where it was early.
+
+    Each piece draws all triangles anew, so that ever smaller ones would take ever longer altogether.
+    """
     if seconds > PIECE_S:
-        return max(1, int(rows * PIECE_S / seconds))
+        return max(1, first // 4, int(rows * PIECE_S / seconds))
     return min(round(1.5 * rows + 0.5), 3 * first) if seconds < PIECE_S / 2 else rows

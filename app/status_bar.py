@@ -15,6 +15,8 @@ from engine.health import Health, Verdict
 
 HEIGHT = 30
 
+OF_MATERIAL = "Error of the compressed material against its slices"
+
 #: Icon, colour of the theme and word of each verdict.
 VERDICTS = {
     Verdict.GOOD: ("check", "good", "Health"),
@@ -47,7 +49,8 @@ class StatusBar(QWidget):
         self.health.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.health.setIconSize(QSize(icons.SMALL, icons.SMALL))
         self.health.clicked.connect(self.health_clicked)
-        self.error = figure("Error of the compressed material against its slices", "error 100.0 %")
+        self.error = figure(OF_MATERIAL, "error 10.0 % ± 0.1")
+        self._of_material = self._of_picture = ""
         self.frame = figure("Time of the last frame in the viewport", "1000.0 ms")
         self.memory = figure("Memory that this program holds", "99.9 GB")
         row = QHBoxLayout(self)
@@ -93,9 +96,18 @@ class StatusBar(QWidget):
 
     def show_error(self, rms: float | None, r_max: float = 1.0) -> None:
         """Error of the compression as a share of the brightest slice's mean."""
-        self.error.setVisible(rms is not None)
-        if rms is not None:
-            self.error.setText(f"error {100 * rms / r_max:.1f} %")
+        self._of_material = "" if rms is None else f"error {100 * rms / r_max:.1f} %"
+        self._show_error()
+
+    def show_picture_error(self, words: str, hint: str = "") -> None:
+        """Error of the picture on screen, '1.2 % ± 0.1'; empty where none is compared, and then the material's is."""
+        self._of_picture = f"error {words}" if words else ""
+        self._show_error(hint)
+
+    def _show_error(self, hint: str = "") -> None:
+        self.error.setText(self._of_picture or self._of_material)
+        self.error.setToolTip(hint or OF_MATERIAL)
+        self.error.setVisible(bool(self.error.text()))
 
     def show_frame_time(self, seconds: float | None) -> None:
         """Time of the last frame; None where no viewport is on screen."""

@@ -1,4 +1,4 @@
-"""What the viewport draws on: OpenGL inside the window, or a picture computed on the processor where there is none.
+"""What the viewport draws on: OpenGL inside the window (`app.processor_surface` where there is none).
 
 A surface shows one scene, or two beside each other (`Split`). Over the picture of each it takes a better one that was
 computed elsewhere (the reference); that goes with the scene, and at once when another is shown.
@@ -13,23 +13,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QRectF, QTimer, Signal
-from PySide6.QtGui import QColor, QImage, QOffscreenSurface, QOpenGLContext, QPainter, QPaintEvent, QSurfaceFormat
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtGui import QColor, QOffscreenSurface, QOpenGLContext, QSurfaceFormat
 from PySide6.QtOpenGLWidgets import QOpenGLWidget
-from PySide6.QtWidgets import QWidget
 from shiboken6 import isValid
 
 from app import theme
-from app.jobs import Jobs
-from app.latest import Latest
-from app.pictures import rgb_image
 from app.quality import MOVING_S, STILL_S, Quality
 from app.refining import Refining, same
-from engine.colour import luminance, srgb_decode
+from engine.colour import srgb_decode
 from engine.errors import MissingCapability
-from engine.render.display import Display, displayed, diverging
+from engine.render.display import Display
 from engine.scene import Scene
-from engine.steps import Step, Steps
 
 Pixels = NDArray[np.float32]
 
@@ -123,9 +118,15 @@ class GlSurface(QOpenGLWidget):
     @property
     def is_finished(self) -> bool:
         """Whether the pictures on screen are the finest that are going to be drawn of these scenes."""
-        sides = self._sides[: len(self.scenes)]
-        at_rest = bool(sides) and self._is_shown() and self.budget_s > MOVING_S
-        return at_rest and len(sides) == len(self.scenes) and all(side.is_finished(self.budget_s) for side in sides)
+        at_rest = bool(self.scenes) and self._is_shown() and self.budget_s > MOVING_S
+        return (
+            at_rest and len(self._sides) >= len(self.scenes) and not any(map(self._needs_more, range(len(self.scenes))))
+        )
+
+    def _needs_more(self, at: int) -> bool:
+        """Whether picture number `at` is going to be finer; not while something better covers it."""
+        covered = self._over[at].pixels is not None and self._sides[at].quality is not None
+        return not covered and not self._sides[at].is_finished(self.budget_s)
 
     def _is_shown(self) -> bool:
         """Whether what is drawn, or under way, is of the scenes and the size that are wanted."""
@@ -160,20 +161,22 @@ class GlSurface(QOpenGLWidget):
         self.update()
 
     def strips(self, side: int) -> Iterator[Pixels]:
-        """The picture of scene number `side` as it was drawn, some rows at a time; ends early where it is another."""
-        while not (self._context is None or side >= len(self._sides)):
-            picture = self._sides[side].picture
-            if picture is None or self._sides[side].quality is None:
-                return
-            count = max(1, STRIP_BYTES // (16 * picture.size[0]))
-            for first in range(0, picture.size[1], count):
-                if self._context is None or self._sides[side].picture is not picture:
-                    return
-                self.makeCurrent()
-                rows = picture.read(first, count)
-                self.doneCurrent()
-                yield rows
+        """The picture of scene number `side` as it was drawn, some rows at a time; none where it is a coarse one.
+
+        Ends early where another picture takes its place.
+        """
+        drawn = self._sides[side] if side < len(self._sides) else None
+        if drawn is None or drawn.quality is None or drawn.quality.is_coarse:
             return
+        picture = drawn.picture
+        count = max(1, STRIP_BYTES // (16 * picture.size[0]))
+        for first in range(0, picture.size[1], count):
+            if self._context is None or drawn.picture is not picture:
+                return
+            self.makeCurrent()
+            rows = picture.read(first, count)
+            self.doneCurrent()
+            yield rows
 
     def initializeGL(self) -> None:
         from engine.gl.context import attach_context
@@ -225,9 +228,9 @@ class GlSurface(QOpenGLWidget):
         if self._context is None or not self._is_shown():
             return
         self.makeCurrent()
-        for side in self._sides[: len(self.scenes)]:
-            if not side.is_finished(self.budget_s):
-                seconds = side.go_on(self.budget_s)
+        for at in range(len(self.scenes)):
+            if self._needs_more(at):
+                seconds = self._sides[at].go_on(self.budget_s)
                 if seconds is not None:
                     self._after(seconds)
                     self.update()
@@ -302,107 +305,3 @@ class _Over:
             self.picture = Picture(context, size)
         self.picture.write(self.pixels)
         self.is_new = False
-
-
-class ProcessorSurface(QWidget):
-    """Draws on the processor, in jobs: coarse while something moves, then in full, band after band."""
-
-    drawn = Signal(float)
-
-    def __init__(self, jobs: Jobs) -> None:
-        super().__init__()
-        self.scenes: tuple[Scene, ...] = ()
-        self.split = Split()
-        self.display = display_of(0.0, "neutral")
-        self.messages: tuple[str, ...] = ()
-        self._rendering = [Latest(jobs, "Rendering"), Latest(jobs, "Rendering")]
-        self._showing = Latest(jobs, "Showing a picture")
-        self._pictures: list[Pixels | None] = [None, None]
-        self._over: list[Pixels | None] = [None, None]
-        self._wanted: list[tuple[Scene, tuple[int, int]] | None] = [None, None]
-        self._images: tuple[QImage, ...] = ()
-
-    @property
-    def is_finished(self) -> bool:
-        return not self._showing.busy and not any(one.busy for one in self._rendering)
-
-    def show_scene(self, scene: Scene | None, display: Display, budget_s: float) -> None:
-        """Ask for a picture of `scene`; it is shown when it is done."""
-        self.show_scenes(() if scene is None else (scene,), Split(), display, budget_s)
-
-    def show_scenes(self, scenes: tuple[Scene, ...], split: Split, display: Display, budget_s: float) -> None:
-        """Ask for pictures of one scene or two."""
-        if not scenes or self.width() < 1 or self.height() < 1:
-            return
-        self.scenes, self.split, self.display = scenes, split, display
-        share = 0.3 if budget_s <= MOVING_S else 1.0
-        scale = self.devicePixelRatioF() * share
-        size = (max(1, round(self.width() * scale)), max(1, round(self.height() * scale)))
-        for at, scene in enumerate(scenes):
-            before = self._wanted[at]
-            if before is None or not same(before[0], scene):
-                self._over[at] = None
-            if before is None or before[1] != size or not same(before[0], scene):
-                self._wanted[at] = (scene, size)
-                self._ask(at, scene, size)
-        self._refresh()
-
-    def _ask(self, at: int, scene: Scene, size: tuple[int, int]) -> None:
-        self._rendering[at].ask(lambda: _computed(scene, size), lambda found: self._take(at, *found))
-
-    def _take(self, at: int, picture: Pixels, seconds: float) -> None:
-        self._pictures[at] = picture
-        self.drawn.emit(seconds)
-        self._refresh()
-
-    def show_over(self, side: int, pixels: Pixels | None) -> None:
-        """Show (H, W, 4) in place of the picture of scene number `side`."""
-        self._over[side] = pixels
-        self._refresh()
-
-    def strips(self, side: int) -> Iterator[Pixels]:
-        """The picture of scene number `side`, in one piece."""
-        picture = self._pictures[side]
-        if picture is not None and not self._rendering[side].busy:
-            yield picture
-
-    def _refresh(self) -> None:
-        chosen = [self._pictures[at] if self._over[at] is None else self._over[at] for at in range(len(self.scenes))]
-        found = [picture for picture in chosen if picture is not None]
-        if len(found) == len(self.scenes):
-            display, scale = self.display, self.split.difference
-            self._showing.ask(lambda: _images(found, display, scale), self._show)
-
-    def _show(self, images: tuple[QImage, ...]) -> None:
-        self._images = images
-        self.update()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(theme.current().canvas))
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        middle = self.width() if self.split.wipe is None else self.split.wipe * self.width()
-        for at, image in enumerate(self._images):
-            if at:
-                painter.setClipRect(QRectF(middle, 0, self.width() - middle, self.height()))
-            painter.drawImage(QRectF(self.rect()), image)
-
-
-def _computed(scene: Scene, size: tuple[int, int]) -> Steps[tuple[Pixels, float]]:
-    yield Step(0.0, "rendering on the processor")
-    from engine.render.direct import radiance
-
-    started = time.perf_counter()
-    picture = yield from radiance(scene, size, samples=1)
-    return picture, time.perf_counter() - started
-
-
-def _images(pictures: list[Pixels], display: Display, scale: float | None) -> Steps[tuple[QImage, ...]]:
-    """The pictures as a screen shows them; or, with a `scale`, the difference of the two."""
-    yield Step(0.0, "showing a picture")
-    if scale is None or len(pictures) < 2 or pictures[0].shape != pictures[1].shape:
-        return tuple(rgb_image(displayed(picture, display)) for picture in pictures)
-    apart = luminance(pictures[0][..., :3]) - luminance(pictures[1][..., :3])
-    covered = np.minimum(pictures[0][..., 3], pictures[1][..., 3]) > 0.999
-    empty = displayed(np.zeros((1, 1, 4), np.float32), display)
-    return (rgb_image(np.where(covered[..., None], diverging(apart / scale), empty)),)

@@ -1,4 +1,4 @@
-"""The View workspace: the material on a model under a light, with every choice that the renderer offers."""
+"""The View workspace: the material on a model under lights, in one mode or two, with every choice of the renderer."""
 
 from __future__ import annotations
 
@@ -8,49 +8,32 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QComboBox, QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
-from app import brdf_verbs, icons
-from app.brdf_names import BRDF_LABELS, BRDF_NAMES
-from app.comparison import Entry
+from app import icons
+from app.compare_panel import ComparePanel
 from app.document import Look, Project
-from app.drawable import Drawable
 from app.latest import Latest
-from app.number_field import plain
-from app.panels import Panel, Segments, side_by_side, text, tool
+from app.light_panel import LIGHT_FIELDS, LightPanel
+from app.modes import MODES, flipped, mode_of, why_not
+from app.panels import Panel, Segments, enable, side_by_side, text, tool
 from app.param_form import ParamForm
+from app.reflectance_panel import LookupPanel, ReflectancePanel
 from app.theme import PADDING, STEP, role
+from app.view_pictures import ViewPictures
 from app.viewport import Viewport
 from app.workbench import Workbench, load_shape
-from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, brdf_to_text, model_name
+from engine.brdf.brdf import Brdf
 from engine.camera import frame
-from engine.environment import EnvironmentMap
 from engine.mesh import SUFFIXES, Mesh
-from engine.params import parameters
 from engine.scene import Scene
 from engine.shapes import SHAPES
 from engine.steps import Step, Steps
 
 DEFAULT_MODEL = "cloth"
 
-MODEL_NAMES = {
-    "sphere": "Sphere",
-    "plane": "Plane",
-    "torus-knot": "Torus knot",
-    "cloth": "Draped cloth",
-    "blob": "Bust",
-}
-LOOKUPS = (
-    ("radiance", "Inside the integral", "The slice is looked up with r = BRDF × cosine: the method itself"),
-    ("texture", "Lit texture", "The brightest slice, lit like a texture"),
-    ("outgoing", "By outgoing radiance", "The slice is looked up with the light that leaves the surface"),
-    ("angle", "By angle", "The slice is chosen by the angle of the light alone"),
-)
+MODEL_NAMES = {"sphere": "Sphere", "plane": "Plane", "torus-knot": "Torus knot", "cloth": "Draped cloth"}
 TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"))
-
-ENVIRONMENT_NAMES = {"studio": "Studio", "sky": "Sky"}
-LIGHT_FIELDS = ("light_theta_deg", "light_phi_deg", "irradiance", "rotation_deg", "gain")
-DIRECTIONS = (16, 32, 64, 128, 256, 512)
 
 #: Pause after the last change before the error of the directions is measured, and the size of the picture it is for.
 AT_REST_MS = 800
@@ -58,40 +41,50 @@ MEASURED_PX = (640, 480)
 
 
 class ViewTab(QWidget):
-    """Shows the project's material and changes how it looks."""
+    """Shows the project's material and changes how it looks. `error_found`: how far A is from B, or None."""
 
     drawn = Signal(float)
     model_ready = Signal()
+    error_found = Signal(object)
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
         self.bench = bench
         self.default_mesh: Mesh | None = None
-        self.own_environment: EnvironmentMap | None = None
         self.latest = Latest(bench.jobs, "Measuring the light's error")
         self.at_rest = QTimer(self)
         self.at_rest.setSingleShot(True)
         self.at_rest.setInterval(AT_REST_MS)
         self.at_rest.timeout.connect(self._measure)
-        self.brdf: Brdf | None = None
-        self.drawable = Drawable(bench.jobs)
-        self.drawable.ready.connect(lambda: self._show(bench.document.project))
         self.viewport = Viewport(bench.jobs)
-        self.viewport.light_moved.connect(self._light_moved)
-        self.viewport.environment_turned.connect(self._environment_turned)
-        self.viewport.drawn.connect(self.drawn)
-        self.viewport.camera_moved.connect(self._error_is_stale)
-        self.frame_action = QAction(icons.icon("fit"), "Frame the model", self)
-        self.frame_action.setShortcut(QKeySequence("F"))
-        self.frame_action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
-        self.frame_action.triggered.connect(self.viewport.frame)
-        self.addAction(self.frame_action)
+        self.pictures = ViewPictures(self.viewport, bench.jobs)
+        self._make_actions()
         work = side_by_side(self._make_left(), self._make_centre(), self._make_right(), stretch=1)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(work)
-        bench.document.changed.connect(lambda _old, new: self._show(new))
+        self._connect()
         self._show(bench.document.project)
+
+    def _make_actions(self) -> None:
+        self.frame_action = self._action("Frame the model", "F", self.viewport.frame, "fit")
+        for mode in MODES:
+            self._action(mode.label, mode.key, lambda value=mode.value: self._choose_mode(value))
+        self._action("Wipe", "B", lambda: self.compare.toggle("wipe"))
+        self._action("Difference", "E", lambda: self.compare.toggle("difference"))
+        flip = self._action("Exchange the two modes", "Tab", self._flip)
+        self.removeAction(flip)
+        self.viewport.addAction(flip)
+        flip.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+
+    def _action(self, words: str, keys: str, run: object, icon: str = "") -> QAction:
+        """Something that a key does while this workspace is in front."""
+        action = QAction(icons.icon(icon), words, self) if icon else QAction(words, self)
+        action.setShortcut(QKeySequence(keys))
+        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        action.triggered.connect(lambda _checked=False: run())  # type: ignore[operator]
+        self.addAction(action)
+        return action
 
     def _make_left(self) -> QWidget:
         panel = Panel()
@@ -101,58 +94,44 @@ class ViewTab(QWidget):
         scene.row("Model", self.model, "A built-in model, or a mesh of your own")
         look = Look()
         self.repeats = ParamForm(look, {"repeats": "Repeats"})
-        self.light = ParamForm(look, {"light_theta_deg": "Theta", "light_phi_deg": "Phi", "irradiance": "Irradiance"})
-        self.surround = ParamForm(look, {"rotation_deg": "Rotation", "gain": "Strength"})
-        self.exposure = ParamForm(look, {"exposure_ev": "Exposure"})
         scene.wide(self.repeats)
-        light = panel.section("Light")
-        self.lighting = QComboBox()
-        self.lighting.activated.connect(self._lighting_chosen)
-        light.row("From", self.lighting, "One light, or light from all around; .hdr and .exr files can be dropped here")
-        light.wide(self.light)
-        light.wide(self.surround)
-        self.directions = QComboBox()
-        for count in DIRECTIONS:
-            self.directions.addItem(str(count), count)
-        self.directions.activated.connect(
-            lambda _index: self._set_look("Directions", directions=self.directions.currentData())
-        )
-        self.surround.row(
-            "Directions", self.directions, "How many lights stand for the environment: more are truer and slower"
-        )
-        self.light_error = self.surround.figure(
-            "Error", "Of these directions against the whole environment, on this picture"
-        )
+        self.ground = QCheckBox("Ground")
+        self.ground.setToolTip("A level diffuse surface under the model")
+        self.ground.clicked.connect(lambda on: self._set_look("Ground", has_ground=on))
+        scene.wide(self.ground)
+        self.ground_form = ParamForm(look, {"ground_albedo": "Albedo"})
+        scene.wide(self.ground_form)
+        self.lights = LightPanel(self.bench)
+        panel.add(self.lights)
         picture = panel.section("Picture")
+        self.exposure = ParamForm(look, {"exposure_ev": "Exposure"})
         picture.wide(self.exposure)
         self.tone_map = QComboBox()
         for value, words in TONE_MAPS:
             self.tone_map.addItem(words, value)
         self.tone_map.activated.connect(lambda _index: self._set_look("Tone map", tone_map=self.tone_map.currentData()))
         picture.row("Tone map", self.tone_map, "How radiance above white is brought onto the screen")
-        for form in (self.repeats, self.light, self.surround, self.exposure):
-            form.edited.connect(self._look_edited)
+        self.forms = (self.repeats, self.ground_form, self.exposure)
         panel.finish()
         return panel
 
     def _make_centre(self) -> QWidget:
-        self.source = Segments(
-            (
-                ("slices", "Slices", "Look up the slices of the shading map"),
-                ("power-law", "Power law", "Look up the compressed pair, six numbers per texel"),
-            )
-        )
-        self.source.chosen.connect(lambda value: self._set_look("Show from", source=value))
+        self.mode = Segments([(mode.value, mode.label, f"{mode.hint} ({mode.key})") for mode in MODES])
+        self.mode.chosen.connect(self._choose_mode)
         bar = role(QWidget(), "bar")
         bar.setFixedHeight(36)
         row = QHBoxLayout(bar)
         row.setContentsMargins(PADDING, 0, PADDING, 0)
         row.setSpacing(2 * STEP)
-        row.addWidget(self.source)
+        row.addWidget(self.mode)
         row.addWidget(tool(self.frame_action))
         row.addStretch(1)
         self.caption = text("", "secondary")
         row.addWidget(self.caption)
+        self.stop = QAction(icons.icon("cancel"), "Stop refining the reference", self)
+        self.stop.triggered.connect(lambda _checked=False: self._stop_or_go())
+        self.stop_button = tool(self.stop)
+        row.addWidget(self.stop_button)
         centre = QWidget()
         column = QVBoxLayout(centre)
         column.setContentsMargins(0, 0, 0, 0)
@@ -163,42 +142,47 @@ class ViewTab(QWidget):
 
     def _make_right(self) -> QWidget:
         panel = Panel()
-        reflectance = panel.section("Reflectance")
-        self.brdf_choice = QComboBox()
-        self.brdf_choice.activated.connect(self._brdf_chosen)
-        reflectance.row("Model", self.brdf_choice, "A model, or what the BRDF workspace compares")
-        self.brdf_rows = QVBoxLayout()
-        self.brdf_rows.setContentsMargins(0, 0, 0, 0)
-        holder = QWidget()
-        holder.setLayout(self.brdf_rows)
-        reflectance.wide(holder)
-        self.brdf_form: ParamForm | None = None
-        lookup = panel.section("Look-up")
-        self.lookup = QComboBox()
-        for value, words, hint in LOOKUPS:
-            self.lookup.addItem(words, value)
-            self.lookup.setItemData(self.lookup.count() - 1, hint, Qt.ItemDataRole.ToolTipRole)
-        self.lookup.activated.connect(lambda _index: self._set_look("Look-up", lookup=self.lookup.currentData()))
-        lookup.row("Method", self.lookup, "The four look-ups of Kautz et al. 2004, figure 6")
-        self.above = Segments(
-            (
-                ("clamp", "Clamp", "Brighter than the brightest photograph: that photograph"),
-                ("scale", "Scale", "Brighter than the brightest photograph: scaled up"),
-            )
-        )
-        self.above.chosen.connect(lambda value: self._set_look("Above the largest r", above=value))
-        lookup.row("Above", self.above, "What happens above the largest r of the capture")
-        self.sigma = lookup.figure("Scale σ", "Automatic: model and photographs agree on the capture's own lights")
-        self.r_max = lookup.figure("Largest r")
+        self.reflectance = ReflectancePanel(self.bench)
+        self.lookup = LookupPanel()
+        self.compare = ComparePanel()
+        for rows in (self.reflectance, self.lookup, self.compare):
+            panel.add(rows)
         self.hint = text("", "secondary", wrap=True)
         panel.column.addSpacing(2 * STEP)
         panel.column.addWidget(self.hint)
         panel.finish()
         return panel
 
+    def _connect(self) -> None:
+        document, viewport = self.bench.document, self.viewport
+        viewport.light_moved.connect(self._light_moved)
+        viewport.lamp_moved.connect(self.lights.move_lamp)
+        viewport.environment_turned.connect(self._environment_turned)
+        viewport.drawn.connect(self.drawn)
+        viewport.camera_moved.connect(self._error_is_stale)
+        self.pictures.progressed.connect(self._show_caption)
+        self.pictures.error_found.connect(self.compare.show_error)
+        self.pictures.error_found.connect(self.error_found)
+        self.reflectance.ready.connect(lambda: self._show(document.project))
+        for form in (*self.forms, self.lights):
+            form.edited.connect(self._look_edited)
+        for panel in (self.lights, self.lookup, self.compare):
+            panel.set_look.connect(self._change_look)
+        document.changed.connect(lambda _old, new: self._show(new))
+
+    @property
+    def brdf(self) -> Brdf | None:
+        """What the model reflects, in the form that is drawn."""
+        return self.reflectance.brdf
+
     def showEvent(self, event: object) -> None:
         super().showEvent(event)  # type: ignore[arg-type]
         self.want_model()
+        self.viewport.setFocus()
+
+    def hideEvent(self, event: object) -> None:
+        super().hideEvent(event)  # type: ignore[arg-type]
+        self.pictures.give_up()
 
     def want_model(self) -> None:
         """Load the model that a new project is shown on, the first time that somebody asks; `model_ready` follows."""
@@ -217,31 +201,49 @@ class ViewTab(QWidget):
 
     def _show(self, project: Project) -> None:
         look, material = project.look, project.material
-        for form in (self.repeats, self.light, self.surround, self.exposure):
+        for form in self.forms:
             form.show_instance(look)
-        for box, value in (
-            (self.tone_map, look.tone_map),
-            (self.lookup, look.lookup),
-            (self.directions, look.directions),
-        ):
-            box.setCurrentIndex(max(0, box.findData(value)))
-        self._show_lighting(project)
-        self.above.choose(look.above)
-        self._show_source(project)
+        self.tone_map.setCurrentIndex(max(0, self.tone_map.findData(look.tone_map)))
+        self.ground.setChecked(look.has_ground)
+        self.ground_form.setVisible(look.has_ground)
+        self.lights.show_project(project)
+        self._error_is_stale()
         self._show_models(project)
-        self._show_brdf(project)
+        self._show_modes(project)
+        for panel in (self.reflectance, self.lookup, self.compare):
+            panel.show_project(project)
         scene = self.scene(project)
         if scene is None:
             return
-        shading = scene.shading
-        self.sigma.setText(f"{plain(scene.sigma)} auto" if material.sigma is None else plain(scene.sigma))
-        self.r_max.setText(plain(shading.r_max) if shading is not None else "–")
-        faces = f"{len(scene.mesh.faces):,}".replace(",", " ")
-        self.caption.setText(f"{faces} triangles")
+        self.lookup.show_scene(project, scene)
         alone = "" if project.has_map else "No material yet: the model shows the reflectance alone."
-        note = self.drawable.note if material.measured is not None else ""
+        note = self.reflectance.drawable.note if material.measured is not None else ""
         self.hint.setText("\n".join(filter(None, (alone, note and f"Measured reflectance: {note}"))))
-        self.viewport.show_scene(scene, look.exposure_ev, look.tone_map, (look.light_theta_deg, look.light_phi_deg))
+        self.pictures.show(project, scene, self.lights.handles(project))
+
+    def _show_modes(self, project: Project) -> None:
+        self.mode.choose(mode_of(project.look.mode, project).value)
+        for mode in MODES:
+            self.mode.disable(mode.value, why_not(mode, project))
+
+    def _show_caption(self) -> None:
+        """How far the reference is, or what is drawn."""
+        mesh = self.bench.document.project.mesh or self.default_mesh
+        triangles = f"{len(mesh.faces):,} triangles".replace(",", " ") if mesh is not None else ""
+        self.caption.setText(self.pictures.progress or triangles)
+        reference = self.pictures.reference
+        self.stop_button.setVisible(self.pictures.progressive is not None)
+        self.stop.setIcon(icons.icon("reset" if reference.stopped else "cancel"))
+        self.stop.setToolTip("Refine the reference again" if reference.stopped else "Stop refining the reference")
+        enable(self.stop_button, "" if reference.running or reference.stopped else "The reference is not being refined")
+
+    def _stop_or_go(self) -> None:
+        reference = self.pictures.reference
+        if reference.stopped:
+            reference.again()
+        else:
+            reference.stop()
+        self._show_caption()
 
     def scene(self, project: Project) -> Scene | None:
         """What the project shows; None until a model is loaded. The viewport puts in its own camera."""
@@ -249,13 +251,14 @@ class ViewTab(QWidget):
         if mesh is None or self.brdf is None:
             return None
         look = project.look
+        one = 0.0 if look.only_lamps else look.irradiance
         return Scene(
             mesh=mesh,
             camera=self.viewport.camera or frame(mesh.positions),
             brdf=self.brdf,
             material=project.material if project.has_map else None,
             light=tuple(look.light),
-            irradiance=look.irradiance if project.environment is None else look.gain,
+            irradiance=one if project.environment is None else look.gain,
             environment=project.environment,
             environment_rotation=radians(look.rotation_deg),
             directions=look.directions,
@@ -263,45 +266,13 @@ class ViewTab(QWidget):
             lookup=look.lookup,
             above=look.above,
             repeats=look.repeats,
+            lamps=tuple(settings.lamp for settings in look.lamps),
+            ground=look.ground,
         )
-
-    def _show_lighting(self, project: Project) -> None:
-        """The choices of light, and the rows of the one that is active."""
-        environment = project.environment
-        if environment is not None and environment.name not in ENVIRONMENT_NAMES:
-            self.own_environment = environment
-        self.lighting.clear()
-        self.lighting.addItem("One light", "")
-        for name, words in ENVIRONMENT_NAMES.items():
-            self.lighting.addItem(words, name)
-        if self.own_environment is not None:
-            self.lighting.addItem(self.own_environment.name, self.own_environment.name)
-        self.lighting.addItem("Open an environment…", "open")
-        current = "" if environment is None else environment.name
-        self.lighting.setCurrentIndex(self.lighting.findData(current))
-        self.lighting.setToolTip(current)
-        self._error_is_stale()
-        self.light.setVisible(environment is None)
-        self.surround.setVisible(environment is not None)
-
-    def _lighting_chosen(self, _index: int) -> None:
-        chosen, document = self.lighting.currentData(), self.bench.document
-        if chosen == "open":
-            self._show_lighting(document.project)
-            path, _ = QFileDialog.getOpenFileName(self, "Open an environment", "", "Environments (*.hdr *.exr)")
-            if path:
-                self.bench.load_environment(path)
-        elif not chosen:
-            if document.project.environment is not None:
-                document.change("One light", environment=None)
-        elif chosen in ENVIRONMENT_NAMES:
-            self.bench.load_environment(chosen)
-        elif document.project.environment is not self.own_environment:
-            document.change(f"Light from {chosen}", environment=self.own_environment)
 
     def _error_is_stale(self) -> None:
         """The picture is another one: its error is measured once it has come to rest."""
-        self.light_error.setText("–")
+        self.lights.error.setText("–")
         if self.bench.document.project.environment is not None:
             self.at_rest.start()
 
@@ -314,14 +285,7 @@ class ViewTab(QWidget):
 
     def _show_error(self, project: Project, scene: Scene, error: float) -> None:
         if self.bench.document.project is project and self.viewport.camera == scene.camera:
-            self.light_error.setText(f"{100 * error:.1f} %" if error > 0.00095 else "< 0.1 %")
-
-    def _show_source(self, project: Project) -> None:
-        material = project.material
-        self.source.choose(project.look.source)
-        nothing = "Build or open a material first"
-        self.source.disable("slices", "" if material.shading_map is not None else nothing)
-        self.source.disable("power-law", "" if material.power_law is not None else nothing)
+            self.lights.error.setText(f"{100 * error:.1f} %" if error > 0.00095 else "< 0.1 %")
 
     def _show_models(self, project: Project) -> None:
         self.model.clear()
@@ -336,32 +300,6 @@ class ViewTab(QWidget):
             self.model.setCurrentIndex(max(0, self.model.findData(current)))
         self.model.addItem("Open a mesh…", "open")
 
-    def _show_brdf(self, project: Project) -> None:
-        """The choices of reflectance, and the parameters of the model that is chosen; what was measured has none."""
-        measured = project.material.measured
-        brdf = brdf_from_text(project.material.brdf)
-        self.brdf_choice.clear()
-        for name in MODELS:
-            self.brdf_choice.addItem(BRDF_NAMES.get(name, name), name)
-        for entry in project.comparison.entries:
-            self.brdf_choice.addItem(entry.name, entry)
-        if measured is not None:
-            is_table = not brdf_verbs.has_shader(measured)
-            self.brdf_choice.addItem(f"{measured.name} ({'measured' if is_table else 'factors'})", measured)
-        current = measured if measured is not None else model_name(brdf)
-        places = range(self.brdf_choice.count())
-        self.brdf_choice.setCurrentIndex(next(at for at in places if self.brdf_choice.itemData(at) == current))
-        self.brdf = brdf if measured is None else self.drawable.of(measured) or brdf
-        if self.brdf_form is None or type(self.brdf_form.instance) is not type(brdf):
-            if self.brdf_form is not None:
-                self.brdf_form.hide()
-                self.brdf_form.deleteLater()
-            self.brdf_form = ParamForm(brdf, {p.name: BRDF_LABELS.get(p.name, p.label) for p in parameters(brdf)})
-            self.brdf_form.edited.connect(self._brdf_edited)
-            self.brdf_rows.addWidget(self.brdf_form)
-        self.brdf_form.show_instance(brdf)
-        self.brdf_form.setVisible(measured is None)
-
     def _model_chosen(self, _index: int) -> None:
         chosen = self.model.currentData()
         if chosen == "open":
@@ -373,35 +311,20 @@ class ViewTab(QWidget):
         elif chosen:
             self.bench.load_model(chosen)
 
-    def _brdf_chosen(self, _index: int) -> None:
-        name = self.brdf_choice.currentData()
-        if isinstance(name, Entry):
-            self._show_brdf(self.bench.document.project)
-            brdf_verbs.use(self.bench, name)
-        elif isinstance(name, str) and (self._is_measured or type(self.brdf) is not MODELS[name]):
-            self._set_brdf(MODELS[name](), f"Reflectance {BRDF_NAMES.get(name, name)}", "")
+    def _choose_mode(self, value: str) -> None:
+        """Show another mode; where it is the one compared with, the two change places."""
+        look, project = self.bench.document.project.look, self.bench.document.project
+        if next((why_not(mode, project) for mode in MODES if mode.value == value), ""):
+            return
+        before = mode_of(look.mode, project).value
+        against = before if value == look.against else look.against
+        self._set_look("Mode", gesture="mode", mode=value, against=against)
 
-    @property
-    def _is_measured(self) -> bool:
-        return self.bench.document.project.material.measured is not None
-
-    def _brdf_edited(self, brdf: Brdf, final: bool) -> None:
-        self._set_brdf(brdf, "Change reflectance", "brdf")
-        if final:
-            self.bench.document.end_gesture()
-
-    def _set_brdf(self, brdf: Brdf, words: str, gesture: str) -> None:
-        words_of_brdf = brdf_to_text(brdf)
-        document = self.bench.document
-        material = document.project.material
-        if words_of_brdf != material.brdf or material.measured is not None:
-            material = dataclasses.replace(material, brdf=words_of_brdf, measured=None)
-            document.change(words, gesture=gesture, material=material)
+    def _flip(self) -> None:
+        self._change_look("Mode", flipped(self.bench.document.project.look), gesture="mode")
 
     def _environment_turned(self, angle_deg: float, final: bool) -> None:
-        look = dataclasses.replace(self.bench.document.project.look, rotation_deg=angle_deg)
-        if look != self.bench.document.project.look:
-            self.bench.document.change("Turn the environment", gesture="rotation_deg", look=look)
+        self._set_look("Turn the environment", gesture="rotation_deg", rotation_deg=angle_deg)
         if final:
             self.bench.document.end_gesture()
 
@@ -413,28 +336,29 @@ class ViewTab(QWidget):
                 for field in dataclasses.fields(Look)
                 if getattr(look, field.name) != getattr(document.project.look, field.name)
             )
-            document.change(
-                "Change the light" if changed in LIGHT_FIELDS else "Change the picture", gesture=changed, look=look
-            )
+            words = "Change the light" if changed in LIGHT_FIELDS else "Change the picture"
+            document.change("Change a lamp" if changed == "lamps" else words, gesture=changed, look=look)
         if final:
             document.end_gesture()
 
-    def _set_look(self, words: str, **parts: object) -> None:
-        document = self.bench.document
-        look = dataclasses.replace(document.project.look, **parts)  # type: ignore[arg-type]
-        if look != document.project.look:
-            document.change(words, look=look)
+    def _set_look(self, words: str, *, gesture: str = "", **parts: object) -> None:
+        look = dataclasses.replace(self.bench.document.project.look, **parts)  # type: ignore[arg-type]
+        self._change_look(words, look, gesture=gesture)
+
+    def _change_look(self, words: str, look: Look, gesture: str = "") -> None:
+        if look != self.bench.document.project.look:
+            self.bench.document.change(words, gesture=gesture, look=look)
 
     def _light_moved(self, theta_deg: float, phi_deg: float, final: bool) -> None:
-        look = dataclasses.replace(self.bench.document.project.look, light_theta_deg=theta_deg, light_phi_deg=phi_deg)
-        if look != self.bench.document.project.look:
-            self.bench.document.change("Move the light", gesture="light", look=look)
+        self._set_look("Move the light", gesture="light", light_theta_deg=theta_deg, light_phi_deg=phi_deg)
         if final:
             self.bench.document.end_gesture()
 
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
         self.frame_action.setIcon(icons.icon("fit"))
+        self.lights.apply_theme()
+        self._show_caption()
         self.viewport.redraw()
 
 

@@ -17,8 +17,9 @@ from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 from app.jobs import Jobs
 from app.overlay import Handle, Overlay
 from app.panels import text
+from app.processor_surface import ProcessorSurface
 from app.quality import IDLE_S, MOVING_S, STILL_S
-from app.surfaces import GlSurface, Pixels, ProcessorSurface, Split, display_of, why_no_gl
+from app.surfaces import GlSurface, Pixels, Split, display_of, why_no_gl
 from app.theme import PADDING, role
 from engine.camera import Camera, frame, orbit, pan, zoom
 from engine.errors import MissingCapability
@@ -117,6 +118,7 @@ class Viewport(QWidget):
         one_light = (Handle(None, *light_deg),) if scene.environment is None else ()
         self.overlay.handles = one_light if handles is None else handles
         self._draw(moving=moved)
+        self._still.start()
 
     def show_beside(self, other: Scene | None, split: Split, names: tuple[str, str] = ("", "")) -> None:
         """From the next scene on, show `other` beside it, with the same camera; None for one picture alone."""

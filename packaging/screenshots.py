@@ -57,7 +57,7 @@ def main() -> int:
     save(window, options.folder / "4-error-map.png")
     window.jobs_dock.show()
     window.show_workspace("view")
-    window.view.source.buttons["power-law"].click()
+    window.view.lookup.source.buttons["power-law"].click()
     save(window, options.folder / "5-view-jobs.png")
     window.jobs_dock.hide()
     window.set_theme("light")

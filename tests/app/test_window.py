@@ -289,11 +289,11 @@ def test_GL9_changes_of_reflectance_leave_no_widgets_behind(window: MainWindow, 
     window.show_workspace("view")
     models = ("phong", "ggx", "lambert", "blinn-phong")
     for name in models:
-        window.view._set_brdf(brdf_from_text(name), name, "")
+        window.view.reflectance.set_brdf(brdf_from_text(name), name, "")
         qtbot.wait(20)
     before = len(window.view.findChildren(QWidget))
     for turn in range(12):
-        window.view._set_brdf(brdf_from_text(models[turn % 4]), "change", "")
+        window.view.reflectance.set_brdf(brdf_from_text(models[turn % 4]), "change", "")
         QApplication.processEvents()
     qtbot.wait(20)
     assert abs(len(window.view.findChildren(QWidget)) - before) <= 20

@@ -344,15 +344,17 @@ def test_the_material_reflects_with_a_measurement_and_the_view_offers_it(
     assert brdf_from_text(material.brdf).alpha == pytest.approx(0.4, rel=0.2)
     view = window.view
     assert view.brdf is material.measured
-    assert "felt" in view.brdf_choice.currentText()
+    assert "felt" in view.reflectance.choice.currentText()
     assert not view.brdf_form.isVisibleTo(view)
-    view.brdf_choice.setCurrentIndex(view.brdf_choice.findData("ward"))
-    view.brdf_choice.activated.emit(view.brdf_choice.currentIndex())
+    view.reflectance.choice.setCurrentIndex(view.reflectance.choice.findData("ward"))
+    view.reflectance.choice.activated.emit(view.reflectance.choice.currentIndex())
     assert window.bench.document.project.material.measured is None
     assert view.brdf_form.isVisibleTo(view)
-    place = [view.brdf_choice.itemText(at) for at in range(view.brdf_choice.count())].index(tab.entry.name)
-    view.brdf_choice.setCurrentIndex(place)
-    view.brdf_choice.activated.emit(place)
+    place = [view.reflectance.choice.itemText(at) for at in range(view.reflectance.choice.count())].index(
+        tab.entry.name
+    )
+    view.reflectance.choice.setCurrentIndex(place)
+    view.reflectance.choice.activated.emit(place)
     qtbot.waitUntil(lambda: window.bench.document.project.material.measured is not None, timeout=120_000)
 
 
@@ -369,7 +371,7 @@ def test_a_measurement_without_a_shader_is_shown_by_its_nearest_model_until_its_
     assert "preparing" in window.view.hint.text()
     qtbot.waitUntil(lambda: isinstance(window.view.brdf, HalfDifferenceTable), timeout=120_000)
     assert "RMS off" in window.view.hint.text()
-    assert "cloth" in window.view.brdf_choice.currentText()
+    assert "cloth" in window.view.reflectance.choice.currentText()
     assert window.bench.document.project.material.measured is grid
 
 

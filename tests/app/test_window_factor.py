@@ -156,6 +156,10 @@ def test_what_a_method_refuses_is_said_in_a_sentence(factor: Any, qtbot: Any, wi
     assert "0 everywhere" in words
     assert "another method" in words
     assert not factor.inspector.export.isEnabled()
+    assert "0 everywhere" in factor.inspector.failed.text()
+    assert "0 everywhere" in factor.inspector.more.toolTip()
+    assert not factor.inspector.more.isEnabled()
+    assert factor.preview.views["factored"].isHidden()
 
 
 def test_undoing_the_start_of_a_run_ends_it(factor: Any, qtbot: Any) -> None:
@@ -255,7 +259,7 @@ def test_factors_are_drawn_in_the_view_as_they_are(
     np.testing.assert_array_equal(used.f(wi, wo), factor.runs.of(run).factors(None).f(wi, wo))
     window.show_workspace("view")
     assert window.view.brdf is used
-    assert window.view.brdf_choice.currentText().endswith("(factors)")
+    assert window.view.reflectance.choice.currentText().endswith("(factors)")
     assert "RMS off" not in window.view.hint.text()
 
 

@@ -36,7 +36,7 @@ def lit(window: MainWindow, qtbot: Any) -> MainWindow:
 
 
 def choose(window: MainWindow, name: str) -> None:
-    box = window.view.lighting
+    box = window.view.lights.lighting
     box.setCurrentIndex(box.findData(name))
     box.activated.emit(box.currentIndex())
 
@@ -44,8 +44,8 @@ def choose(window: MainWindow, name: str) -> None:
 def test_an_environment_takes_the_place_of_the_light_and_gives_it_back(lit: MainWindow) -> None:
     view = lit.view
     assert view.viewport.scene.environment is lit.bench.document.project.environment
-    assert view.surround.isVisible()
-    assert not view.light.isVisible()
+    assert view.lights.surround.isVisible()
+    assert not view.lights.light.isVisible()
     assert view.viewport.overlay.handle() is None
     choose(lit, "")
     assert view.viewport.scene.environment is None
@@ -68,33 +68,33 @@ def test_control_drag_turns_the_environment_in_one_step(lit: MainWindow) -> None
 
 
 def test_more_directions_are_used_and_their_error_is_measured(lit: MainWindow, qtbot: Any) -> None:
-    box = lit.view.directions
+    box = lit.view.lights.directions
     assert [box.itemData(place) for place in range(box.count())] == [16, 32, 64, 128, 256, 512]
     choose_directions(lit, 256)
     assert len(lit.view.viewport.scene.lights.direction) == 256
-    qtbot.waitUntil(lambda: lit.view.light_error.text() != "–", timeout=120_000)
+    qtbot.waitUntil(lambda: lit.view.lights.error.text() != "–", timeout=120_000)
     assert 0.0 < percent(lit) < 1.0
     choose_directions(lit, 16)
-    assert lit.view.light_error.text() == "–"
-    qtbot.waitUntil(lambda: lit.view.light_error.text() != "–", timeout=120_000)
+    assert lit.view.lights.error.text() == "–"
+    qtbot.waitUntil(lambda: lit.view.lights.error.text() != "–", timeout=120_000)
     assert 1.0 < percent(lit) < 30.0
 
 
 def test_an_orbit_makes_the_measured_error_stale_until_it_is_measured_again(lit: MainWindow, qtbot: Any) -> None:
-    qtbot.waitUntil(lambda: lit.view.light_error.text() != "–", timeout=120_000)
+    qtbot.waitUntil(lambda: lit.view.lights.error.text() != "–", timeout=120_000)
     QTest.mousePress(lit.view.viewport, Qt.MouseButton.LeftButton, pos=QPoint(200, 300))
     QTest.mouseMove(lit.view.viewport, QPoint(230, 310))
-    assert lit.view.light_error.text() == "–"
+    assert lit.view.lights.error.text() == "–"
     QTest.mouseRelease(lit.view.viewport, Qt.MouseButton.LeftButton, pos=QPoint(230, 310))
-    qtbot.waitUntil(lambda: lit.view.light_error.text() != "–", timeout=120_000)
+    qtbot.waitUntil(lambda: lit.view.lights.error.text() != "–", timeout=120_000)
 
 
 def percent(window: MainWindow) -> float:
-    return float(window.view.light_error.text().strip("< %"))
+    return float(window.view.lights.error.text().strip("< %"))
 
 
 def choose_directions(window: MainWindow, count: int) -> None:
-    box = window.view.directions
+    box = window.view.lights.directions
     box.setCurrentIndex(box.findData(count))
     box.activated.emit(box.currentIndex())
 
@@ -159,7 +159,7 @@ def panorama(tmp_path: Path) -> Path:
 def test_a_dropped_panorama_lights_the_model_in_view(lit: MainWindow, qtbot: Any, drop: Drop, panorama: Path) -> None:
     drop(lit, [panorama])
     qtbot.waitUntil(lambda: lit.bench.document.project.environment.name == "court.exr", timeout=60_000)
-    assert lit.view.lighting.currentText() == "court.exr"
+    assert lit.view.lights.lighting.currentText() == "court.exr"
     choose(lit, "")
     choose(lit, "court.exr")
     assert lit.bench.document.project.environment.name == "court.exr"

@@ -1,0 +1,156 @@
+"""How far picture A on screen is from picture B, found off the window's thread once both are complete.
+
+What OpenGL has drawn is read back strip by strip between events; the figures come from a job. The mask is what both
+pictures cover completely, so that silhouettes, which each method places a little differently, do not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.jobs import Jobs
+from app.latest import Latest
+from app.progressive import share_text
+from engine.steps import Step, Steps
+
+Pixels = NDArray[np.float32]
+
+#: Coverage from which a pixel is taken to be covered completely.
+COVERED = 0.999
+
+
+@dataclass(frozen=True)
+class PictureError:
+    """Relative RMSE of A against B with its uncertainty (95 %), FLIP (None before it is known), the largest difference.
+
+    `scale` is a round luminance for the picture of the difference, `pixels` how many both cover.
+    """
+
+    rmse_rel: float
+    uncertainty: float
+    flip: float | None
+    max_abs: float
+    pixels: int
+    scale: float
+
+    @property
+    def text(self) -> str:
+        """'1.2 % ± 0.1'."""
+        words = share_text(self.rmse_rel)
+        return f"{words} ± {share_text(self.uncertainty).removesuffix(' %')}" if self.uncertainty > 0.0 else words
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One picture (H, W, 4) and the variance of its values (H, W, 3), or 0."""
+
+    picture: Pixels
+    variance: Any = 0.0
+
+
+class Comparing(QObject):
+    """Works out the error of the newest pair. `found(error)` follows; later again, with FLIP, where that is wanted."""
+
+    found = Signal(object)
+
+    def __init__(self, jobs: Jobs) -> None:
+        super().__init__()
+        self._figures = Latest(jobs, "Comparing pictures")
+        self._eye = Latest(jobs, "Comparing pictures as an eye does")
+        self._timer = QTimer(self)
+        self._timer.setInterval(0)
+        self._timer.timeout.connect(self._read)
+        self._strips: Iterator[Pixels] = iter(())
+        self._rows: list[Pixels] = []
+        self._done: Callable[[Pixels], None] | None = None
+
+    def read(self, strips: Iterator[Pixels], done: Callable[[Pixels], None]) -> None:
+        """Collect a picture from its `strips` and hand it to `done`; what was being read is given up."""
+        self._strips, self._rows, self._done = strips, [], done
+        self._timer.start()
+
+    @property
+    def reading(self) -> bool:
+        return self._timer.isActive()
+
+    def _read(self) -> None:
+        rows = next(self._strips, None)
+        if rows is not None:
+            self._rows.append(rows)
+            return
+        self._timer.stop()
+        if self._rows and self._done is not None:
+            self._done(np.concatenate(self._rows))
+
+    def compare(self, a: Side, b: Side, *, with_flip: bool) -> None:
+        """Find the error of `a` against `b`, unless something newer comes first."""
+        self._figures.ask(lambda: _figures(a, b), lambda error: self._show(a, b, error, with_flip))
+
+    def _show(self, a: Side, b: Side, error: PictureError | None, with_flip: bool) -> None:
+        if error is None:
+            return
+        self.found.emit(error)
+        if with_flip:
+            self._eye.ask(lambda: _with_flip(a, b, error), self.found.emit)
+
+    def drop(self) -> None:
+        """The pictures are others: forget these."""
+        self._timer.stop()
+        self._done = None
+        self._figures.drop()
+        self._eye.drop()
+
+
+def _alike(a: Side, b: Side) -> tuple[Side, Side]:
+    """Both with the pixels of the smaller one, of which each is the mean of what it covers."""
+    sizes = [(side.picture.shape[1], side.picture.shape[0]) for side in (a, b)]
+    if sizes[0] == sizes[1]:
+        return a, b
+    import cv2
+
+    small = min(sizes)
+    made = [
+        side if size == small else Side(cv2.resize(side.picture, small, interpolation=cv2.INTER_AREA), side.variance)
+        for side, size in zip((a, b), sizes, strict=True)
+    ]
+    return made[0], made[1]
+
+
+def _covered(a: Side, b: Side) -> NDArray[np.bool_]:
+    return np.asarray((a.picture[..., 3] >= COVERED) & (b.picture[..., 3] >= COVERED), np.bool_)
+
+
+def _figures(a: Side, b: Side) -> Steps[PictureError | None]:
+    """None where the pictures have nothing in common."""
+    yield Step(0.0, "comparing pictures")
+    from engine.accuracy.compare import error_against
+    from engine.accuracy.difference import signed_difference
+
+    a, b = _alike(a, b)
+    mask = _covered(a, b)
+    if not mask.any():
+        return None
+    first, second = a.picture[mask][None, :, :3], b.picture[mask][None, :, :3]
+    yield Step(0.3, "comparing pictures")
+    variance = a.variance + b.variance
+    noise = variance[mask][None] if np.ndim(variance) else variance
+    found = error_against(first, second, noise)
+    yield Step(0.6, "comparing pictures")
+    _, scale = signed_difference(first, second)
+    largest = float(np.abs(first - second).max())
+    return PictureError(found.rmse_rel, found.uncertainty, None, largest, int(mask.sum()), scale)
+
+
+def _with_flip(a: Side, b: Side, error: PictureError) -> Steps[PictureError]:
+    from engine.accuracy.flip import SMALL_TILE, flip_map
+
+    a, b = _alike(a, b)
+    mask = _covered(a, b)
+    found = yield from flip_map(a.picture[..., :3], b.picture[..., :3], mask, tile=SMALL_TILE)
+    return replace(error, flip=float(found[mask].mean(dtype=np.float64)))

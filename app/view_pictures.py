@@ -1,0 +1,192 @@
+"""What the View workspace shows of a project: one mode or two, the reference over its stand-in, and their error.
+
+While anything moves, OpenGL draws. When the picture has come to rest the reference begins, is laid over as it becomes
+better, and what is on screen is compared with it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from app.document import Project
+from app.jobs import Jobs
+from app.modes import Mode, mode_of, scene_of
+from app.overlay import Handle
+from app.picture_error import Comparing, PictureError, Pixels, Side
+from app.progressive import Progressive, progress_text
+from app.refining import same
+from app.surfaces import Split
+from app.viewport import Viewport
+from engine.scene import Scene
+
+#: Most pixels of a reference; larger screens show it enlarged.
+MOST_PIXELS = 1_000_000
+
+#: Samples from which the reference is shown over what stands for it.
+SHOWN_FROM = 2
+
+#: Full colour of a difference before anything is known of it.
+FIRST_SCALE = 0.1
+
+
+class ViewPictures(QObject):
+    """`error_found(PictureError or None)` and `progressed` follow; `error` and `progress` hold what is known."""
+
+    error_found = Signal(object)
+    progressed = Signal()
+
+    def __init__(self, viewport: Viewport, jobs: Jobs) -> None:
+        super().__init__()
+        self.viewport = viewport
+        self.wipe = 0.5
+        self.scale = FIRST_SCALE
+        self.error: PictureError | None = None
+        self.modes: tuple[Mode, ...] = ()
+        self.reference = Progressive(jobs)
+        self.comparing = Comparing(jobs)
+        self._project: Project | None = None
+        self._scene: Scene | None = None
+        self._drawn: dict[int, Pixels] = {}
+        self._flip_at = 0
+        self.reference.improved.connect(self._improved)
+        self.comparing.found.connect(self._found)
+        viewport.camera_moved.connect(self._moved)
+        viewport.rested.connect(self._rested)
+        viewport.drawn.connect(lambda _seconds: self._collect())
+        viewport.wipe_moved.connect(self._wiped)
+
+    def show(self, project: Project, scene: Scene, handles: tuple[Handle, ...]) -> None:
+        """Show `scene`, which is that of `project`, as its look says."""
+        look = project.look
+        modes: tuple[Mode, ...] = (mode_of(look.mode, project), mode_of(look.against, project))
+        if not look.comparing or modes[0] == modes[1]:
+            modes = modes[:1]
+        before = self._project.look.bounces if self._project is not None else None
+        is_new = self._scene is None or not same(dataclasses.replace(self._scene, camera=scene.camera), scene)
+        if is_new or modes != self.modes or before != look.bounces:
+            self._forget(keep_reference=not is_new and before == look.bounces)
+        self._project, self._scene, self.modes = project, scene, modes
+        self._split()
+        light_deg = (look.light_theta_deg, look.light_phi_deg)
+        shown = scene_of(modes[0], scene)
+        self.viewport.show_scene(shown, look.exposure_ev, look.tone_map, light_deg, handles)
+        self._lay_over()
+        self.progressed.emit()
+
+    def _split(self) -> None:
+        """Tell the viewport what is beside the first picture, and how."""
+        if len(self.modes) < 2 or self._scene is None or self._project is None:
+            self.viewport.show_beside(None, Split())
+            return
+        is_difference = self._project.look.comparing == "difference"
+        split = Split(None, self.scale) if is_difference else Split(self.wipe)
+        names = (self.modes[0].label, self.modes[1].label)
+        self.viewport.show_beside(scene_of(self.modes[1], self._scene), split, names)
+
+    def _wiped(self, share: float) -> None:
+        self.wipe = share
+        self._split()
+        self.viewport.redraw()
+
+    def _moved(self) -> None:
+        """The camera is another one: what was found is of another picture."""
+        self._forget(keep_reference=False)
+
+    def _forget(self, *, keep_reference: bool) -> None:
+        self._drawn.clear()
+        self.comparing.drop()
+        self._flip_at = 0
+        if not keep_reference:
+            self.reference.drop()
+        if self.error is not None:
+            self.error = None
+            self.error_found.emit(None)
+        self.progressed.emit()
+
+    @property
+    def progressive(self) -> int | None:
+        """Which of the pictures is the reference."""
+        return next((at for at, mode in enumerate(self.modes) if mode.progressive), None)
+
+    @property
+    def progress(self) -> str:
+        """How far the reference is, in a few words; empty where it is not shown."""
+        if self.progressive is None:
+            return ""
+        words = f"reference {progress_text(self.reference.found)}"
+        return f"{words}, stopped" if self.reference.stopped else words
+
+    def _rested(self) -> None:
+        camera, project = self.viewport.camera, self._project
+        if self.progressive is not None and self._scene is not None and self.viewport.isVisible():
+            assert project is not None
+            assert camera is not None
+            scene = dataclasses.replace(self._scene, camera=camera)
+            self.reference.want(scene, reference_size(self.viewport.screen_px()), project.look.bounces)
+            self._lay_over()
+        self._collect()
+
+    def give_up(self) -> None:
+        """Nobody looks any more."""
+        self._forget(keep_reference=False)
+
+    def _improved(self) -> None:
+        self._lay_over()
+        self.progressed.emit()
+        self._compare()
+
+    def _lay_over(self) -> None:
+        found, side = self.reference.found, self.progressive
+        if side is not None and found is not None and found.samples >= SHOWN_FROM:
+            self.viewport.show_over(side, found.picture)
+
+    def _collect(self) -> None:
+        """Read back the picture that OpenGL has finished, once."""
+        side = next((at for at, mode in enumerate(self.modes) if not mode.progressive and at not in self._drawn), None)
+        surface = self.viewport.surface
+        if len(self.modes) < 2 or side is None or self.comparing.reading or not surface.is_finished:
+            return
+
+        def keep(pixels: Pixels) -> None:
+            self._drawn[side] = pixels
+            self._collect()
+            self._compare()
+
+        self.comparing.read(surface.strips(side), keep)
+
+    def _compare(self) -> None:
+        """Ask for the error of the first picture against the second, if both are there."""
+        sides: list[Side] = []
+        found, is_new = self.reference.found, True
+        for at, mode in enumerate(self.modes):
+            if not mode.progressive and at in self._drawn:
+                sides.append(Side(self._drawn[at]))
+            elif mode.progressive and found is not None and found.variance is not None:
+                sides.append(Side(found.picture, np.asarray(found.variance, np.float32)))
+                is_new = found.samples >= 2 * self._flip_at or not self.reference.running
+        if len(sides) == 2:
+            if is_new and found is not None:
+                self._flip_at = found.samples
+            self.comparing.compare(*sides, with_flip=is_new)
+
+    def _found(self, error: PictureError) -> None:
+        if error.flip is None and self.error is not None:
+            error = dataclasses.replace(error, flip=self.error.flip)
+        self.error = error
+        self.error_found.emit(error)
+        is_difference = self._project is not None and self._project.look.comparing == "difference"
+        if error.scale != self.scale:
+            self.scale = error.scale
+            if is_difference:
+                self._split()
+                self.viewport.redraw()
+
+
+def reference_size(screen: tuple[int, int]) -> tuple[int, int]:
+    """Width and height of the reference for a screen of so many pixels."""
+    share: Any = min(1.0, (MOST_PIXELS / (screen[0] * screen[1])) ** 0.5)
+    return max(1, round(screen[0] * share)), max(1, round(screen[1] * share))
