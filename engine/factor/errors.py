@@ -116,7 +116,8 @@ class TermError:
     rms_cosine_weighted : in 1/sr, over random pairs.
     rms_by_elevation_band : the same for the viewer's elevation in [0°, 10°), [10°, 20°), … [80°, 90°].
     metrics : over the samples that it was made from.
-    time_s : from the start of the factorisation until this term was there.
+    time_s : from the start of the factorisation until this term was there. The terms of a sum of products come all at
+        once, from one decomposition, and have one time.
     size_bytes : of the textures, as float32.
     """
 

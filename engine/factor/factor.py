@@ -141,6 +141,8 @@ def factor(
     else:
         if resume is not None and resume.method != "search":
             raise ValueError(f"a search cannot go on from factors of the method {resume.method}")
+        if resume is not None and resume.factors.name not in ("", "factors", name):
+            raise ValueError(f"these factors are of {resume.factors.name}, and cannot go on as factors of {name}")
         found = yield from search(data, settings.search_settings(), reference=pairs, resume=resume)
     found = replace(found, factors=replace(found.factors, name=name))
     yield Step(1.0, "done", found)

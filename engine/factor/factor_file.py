@@ -119,7 +119,7 @@ class _Record(_Strict):
     asymmetry: _Positive
     condition_number: _Positive
     optimum_ratio: _Positive
-    evaluations: Annotated[int, Field(ge=0)]
+    evaluations: Annotated[int, Field(ge=0, le=10**15)]
     searching: bool
     weighting: Literal["", "plain", "cosine"]
     converged: bool
@@ -264,6 +264,8 @@ def _picture(path: Path, name: str, shape: tuple[int, int], record: _Record) -> 
 
 def _factorisation(record: _Record, pictures: dict[str, NDArray[np.float32]]) -> Factorisation:
     factors = _factors(record, pictures)
+    if record.ladder and [rung.terms for rung in record.ladder] != _numbers_of_terms(record):
+        raise ValueError("the errors are not those of its terms")
     return Factorisation(
         factors,
         record.method,
@@ -278,6 +280,13 @@ def _factorisation(record: _Record, pictures: dict[str, NDArray[np.float32]]) ->
         converged=record.converged,
         negative_energy=record.negative_energy,
     )
+
+
+def _numbers_of_terms(record: _Record) -> list[int]:
+    """The numbers of terms that factors are known for."""
+    if isinstance(record.factors, _Separable):
+        return list(range(1, record.factors.terms + 1))
+    return [len(projections) for projections in record.factors.projections]
 
 
 def _factors(record: _Record, pictures: dict[str, NDArray[np.float32]]) -> Any:

@@ -134,7 +134,8 @@ class LinearProjection:
 
     def __post_init__(self) -> None:
         rows = np.array(self.rows, np.float64)
-        if rows.shape != (2, 4) or not np.abs(rows @ rows.T - np.eye(2)).max() <= _ORTHONORMAL:
+        small = rows.shape == (2, 4) and np.abs(rows).max() <= 2.0
+        if not small or not np.abs(rows @ rows.T - np.eye(2)).max() <= _ORTHONORMAL:
             raise ValueError("a linear projection needs two orthonormal rows of four numbers")
         if self.extent == "cube":
             scale = np.abs(rows).sum(axis=1)

@@ -99,6 +99,11 @@ class _Search:
         factors: HomomorphicFactors = before.factors
         if factors.parametrisation != self.settings.parametrisation or factors.reciprocal != self.settings.reciprocal:
             raise ValueError("a search goes on with the parametrisation and reciprocity that it started with")
+        if len(factors.textures[0]) != self.settings.size or factors.space.epsilon != self.settings.epsilon:
+            raise ValueError(
+                "a search goes on with the size and epsilon that it started with, "
+                f"{len(factors.textures[0])} and {factors.space.epsilon:g}"
+            )
         finished = factors
         self.partial, self.evaluations = before, before.evaluations
         self.ladder.started -= before.ladder[-1].time_s if before.ladder else 0.0

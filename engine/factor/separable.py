@@ -6,6 +6,12 @@ nearly all of its norm in a few texels of the rim: the first terms then describe
 cosine-weighted norm rows and columns are multiplied by cos θ √(dω/dA) first, so that a unit of it is a unit of light,
 and the factors are divided by it again. `auto` makes both and keeps the one with the lower cosine-weighted error over
 80,000 random pairs of directions.
+
+For direct light, maps, parametrisations and norms are searched, and no further projections: Powell's method over all
+rotations of the four coordinates, half vector and difference vector to begin with, lowered the cosine-weighted error
+of one product of maps of 12² by 24 % on blue paint, 8 % on Cook–Torrance, 3 % on GGX and 0 % on Ward. With three
+products it ended where it began, or differed by less than look-ups in such maps err; from other starts it ended higher.
+A search like Cole's pays where projections overlap, not where two of them must share out the four coordinates.
 """
 
 from __future__ import annotations
@@ -21,7 +27,16 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.factor.brdf_matrix import BrdfMatrix, Sector, brdf_matrix
-from engine.factor.decompose import ASYMMETRY, Decomposition, asymmetry, condition_number, power, svd, symmetric
+from engine.factor.decompose import (
+    ASYMMETRY,
+    ROUNDING,
+    Decomposition,
+    asymmetry,
+    condition_number,
+    power,
+    svd,
+    symmetric,
+)
 from engine.factor.errors import Reference
 from engine.factor.maps import DirectionMap
 from engine.factor.separable_factors import Parametrisation, SeparableFactors
@@ -236,6 +251,9 @@ def _cut(sectors: list[Sector], found: list[tuple[Decomposition, Floats | None]]
     owner = np.repeat(np.arange(len(found)), [len(decomposition.value) for decomposition, _ in found])
     place = np.concatenate([np.arange(len(decomposition.value)) for decomposition, _ in found])
     order = np.argsort(-value, kind="stable")[:terms]
+    energy = sum(decomposition.norm**2 for decomposition, _ in found)
+    # a sector that is rounding as a whole has terms that are large beside its own norm only
+    value = np.where(value > ROUNDING * math.sqrt(energy), value, 0.0)
     left, right = [], []
     for index in order:
         sector, decomposition = sectors[owner[index]], found[owner[index]][0]
@@ -247,7 +265,6 @@ def _cut(sectors: list[Sector], found: list[tuple[Decomposition, Floats | None]]
         mine = place[order[owner[order] == number]]
         product = (decomposition.left[:, mine] * decomposition.value[mine]) @ decomposition.right[:, mine].T
         error += float(((sector.matrix - product) ** 2).sum())
-    energy = sum(decomposition.norm**2 for decomposition, _ in found)
     if all(values is not None for _, values in found):
         everything = np.sort(np.concatenate([values for _, values in found if values is not None]))[::-1]
         optimum = float((everything[terms:] ** 2).sum())

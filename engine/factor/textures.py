@@ -40,8 +40,8 @@ SMOOTHING = 1e-4
 #: Share of the measurements that are left out, to see how much of it the textures need that are kept.
 HELD_OUT = 0.2
 
-#: Largest texture that is solved for.
-LARGEST_SIZE = 64
+#: Smallest and largest texture that is solved for.
+SMALLEST_SIZE, LARGEST_SIZE = 4, 64
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class SearchSettings:
     def __post_init__(self) -> None:
         for name, low, high in (
             ("terms", 1, MOST_TERMS),
-            ("size", 4, LARGEST_SIZE),
+            ("size", SMALLEST_SIZE, LARGEST_SIZE),
             ("restarts", 0, 1000),
             ("together", 1, MOST_TERMS),
             ("finalists", 1, 1000),
@@ -92,7 +92,7 @@ class SearchSettings:
         ):
             if not low <= getattr(self, name) <= high:
                 raise ValueError(f"{name} must lie in [{low}, {high}], not {getattr(self, name)}")
-        if self.low_size and not 4 <= self.low_size <= self.size:
+        if self.low_size and not SMALLEST_SIZE <= self.low_size <= self.size:
             raise ValueError(f"the lower size must be 0 or lie in [4, {self.size}], not {self.low_size}")
         if self.metric not in METRICS:
             raise ValueError(f"{self.metric!r} is no metric; known are {', '.join(METRICS)}")

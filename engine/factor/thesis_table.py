@@ -1,8 +1,9 @@
 """A table like Fig. 4.2 of the thesis (Cole 2002): every BRDF, parametrisation and reciprocity, by every method.
 
     search       five textures, both parametrisations, with and without reciprocity
-    mccool       wi, h and wo, with and without reciprocity; it knows no parametrisation
-    separable    at most as many bytes as the search's textures, by a function that can be given
+    mccool       wi, h and wo, with and without reciprocity; it knows no parametrisation. Once with textures of the
+                 search's size, and once with larger ones, as many bytes as all of the search's
+    separable    both parametrisations, maps of 16², as many terms as fit into the bytes of the search's textures
 
 All methods see the same samples, and the cosine-weighted error is taken over the same random pairs. Formulas are
 sampled up to the angle that every row states; measured data as they are (`engine.factor.data`).
@@ -10,8 +11,9 @@ sampled up to the angle that every row states; measured data as they are (`engin
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -21,20 +23,19 @@ from engine.brdf.brdf import Brdf
 from engine.factor.data import COUNT, MAX_THETA, SEED, FactorData, factor_data
 from engine.factor.errors import PAIRS, Factorisation, Metrics, Reference, metrics, reference
 from engine.factor.maps import DirectionMap
-from engine.factor.projections import PARAMETRISATIONS
+from engine.factor.projections import PARAMETRISATIONS, Parametrisation, mccool_projections
 from engine.factor.search import search
 from engine.factor.separable import separate
 from engine.factor.separable_factors import SeparableFactors
-from engine.factor.textures import THESIS, SearchSettings, mccool
+from engine.factor.textures import LARGEST_SIZE, SMALLEST_SIZE, THESIS, SearchSettings, mccool
 from engine.steps import Step, Steps, part
 
 Result = TypeVar("Result")
 
-#: Makes separable factors of at most so many bytes.
-Separable = Callable[[Brdf, int, Reference], Steps[SeparableFactors]]
-
 #: Texels a side of the separable maps that `separable_of_bytes` makes, as the search's own.
 SEPARABLE_SIZE = 16
+
+_TEXEL_BYTES = 3 * 4
 
 #: The thesis's textures of Fig. 4.2.
 FIGURE_4_2 = replace(THESIS, size=24)
@@ -67,16 +68,21 @@ class Row:
     time_s: float
 
 
-def separable_of_bytes(brdf: Brdf, size_bytes: int, pairs: Reference) -> Steps[SeparableFactors]:
-    """Orthographic maps of 16², as many terms as fit into `size_bytes`, at least one."""
-    terms = max(1, size_bytes // (2 * SEPARABLE_SIZE**2 * 3 * 4))
-    found = yield from separate(brdf, DirectionMap("orthographic", SEPARABLE_SIZE), terms, reference=pairs)
+def separable_of_bytes(
+    brdf: Brdf, size_bytes: int, parametrisation: Parametrisation, pairs: Reference
+) -> Steps[SeparableFactors]:
+    """Maps of 16², as many terms as fit into `size_bytes`, at least one.
+
+    Orthographic of light and viewer; of half and difference vector polar, whose pole has many texels for a highlight.
+    """
+    terms = max(1, size_bytes // (2 * SEPARABLE_SIZE**2 * _TEXEL_BYTES))
+    chart = DirectionMap("polar" if parametrisation == "half-diff" else "orthographic", SEPARABLE_SIZE)
+    found = yield from separate(brdf, chart, terms, parametrisation=parametrisation, reference=pairs)
     return found.factors
 
 
 def thesis_table(
     brdfs: Mapping[str, Brdf],
-    separable: Separable = separable_of_bytes,
     settings: SearchSettings = FIGURE_4_2,
     *,
     count: int = COUNT,
@@ -90,7 +96,7 @@ def thesis_table(
     """
     rows: list[Row] = []
     for index, (name, brdf) in enumerate(brdfs.items()):
-        steps = _rows(name, brdf, separable, settings, factor_data(brdf, count, max_theta, seed), max_theta, pairs)
+        steps = _rows(name, brdf, settings, factor_data(brdf, count, max_theta, seed), max_theta, pairs)
         for_all = part(steps, index / len(brdfs), (index + 1) / len(brdfs))
         rows.extend((yield from _beside(for_all, rows)))
     return tuple(rows)
@@ -111,7 +117,6 @@ def _beside(steps: Steps[Result], rows: Sequence[Row], note: str = "") -> Steps[
 def _rows(
     name: str,
     brdf: Brdf,
-    separable: Separable,
     settings: SearchSettings,
     data: FactorData,
     max_theta: float,
@@ -138,28 +143,37 @@ def _rows(
             last.time_s,
         )
 
-    for reciprocal in (True, False):
-        fixed = mccool(
-            data,
-            settings.size,
-            reciprocal,
-            smoothing=settings.smoothing,
-            held_out=settings.held_out,
-            epsilon=settings.epsilon,
-            reference=pairs,
-        )
-        rows.append(of_search(fixed, "", reciprocal))
-        yield Step(0.0, f"{name}: fixed projections", tuple(rows))
+    def of_mccool(size_bytes: int | None) -> Steps[None]:
+        """Fixed projections, with textures of the search's size or of so many bytes in all."""
+        for reciprocal in (True, False):
+            textures = len(mccool_projections(reciprocal))
+            size = settings.size if size_bytes is None else math.isqrt(size_bytes // (textures * _TEXEL_BYTES))
+            fixed = mccool(
+                data,
+                min(max(size, SMALLEST_SIZE), LARGEST_SIZE),
+                reciprocal,
+                smoothing=settings.smoothing,
+                held_out=settings.held_out,
+                epsilon=settings.epsilon,
+                reference=pairs,
+            )
+            rows.append(of_search(fixed, "", reciprocal))
+            yield Step(0.0, f"{name}: fixed projections", tuple(rows))
+
+    yield from of_mccool(None)
     choices = [(form, reciprocal) for form in PARAMETRISATIONS for reciprocal in (True, False)]
     for index, (form, reciprocal) in enumerate(choices):
         chosen = replace(settings, parametrisation=form, reciprocal=reciprocal)
         steps = part(search(data, chosen, reference=pairs), 0.95 * index / 4, 0.95 * (index + 1) / 4)
         found = yield from _beside(steps, rows, f"{name}, {form}: ")
         rows.append(of_search(found, form, reciprocal))
-    started = time.perf_counter()
     size_bytes = max(row.size_bytes for row in rows if row.method == "search")
-    factors = yield from _beside(part(separable(brdf, size_bytes, pairs), 0.95, 1.0), rows, f"{name}: ")
-    rows.append(_of_separable(name, factors, data, pairs, settings.epsilon, degrees, time.perf_counter() - started))
+    yield from part(of_mccool(size_bytes), 0.95, 0.96)
+    for index, form in enumerate(PARAMETRISATIONS):
+        started = time.perf_counter()
+        sums = part(separable_of_bytes(brdf, size_bytes, form, pairs), 0.96 + 0.02 * index, 0.98 + 0.02 * index)
+        factors = yield from _beside(sums, rows, f"{name}: ")
+        rows.append(_of_separable(name, factors, data, pairs, settings.epsilon, degrees, time.perf_counter() - started))
     yield Step(1.0, f"{name}: done", tuple(rows))
     return rows
 

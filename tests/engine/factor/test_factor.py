@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -104,3 +105,19 @@ def test_uses_are_named_and_narrow_highlights_are_sent_to_the_gaussian_mode() ->
     assert "texture" in uses(factored(method="homomorphic", size=8))[0]
     mirror = brdf_from_text("ggx:alpha=0.05")
     assert "Gaussian" in uses(factored(mirror), mirror)[-1]
+
+
+@pytest.mark.parametrize(
+    ("brdf", "more", "words"),
+    [
+        ("cook-torrance", {}, "factors are of lafortune"),
+        ("lafortune:preset=blue-paint", {"size": 10}, "size and epsilon"),
+        ("lafortune:preset=blue-paint", {"epsilon": 1e-3}, "size and epsilon"),
+        ("lafortune:preset=blue-paint", {"reciprocal": True}, "reciprocity"),
+    ],
+)
+def test_a_search_goes_on_only_as_what_it_was(brdf: str, more: Any, words: str) -> None:
+    settings = FactorSettings(method="search", size=6, terms=1, restarts=0, samples=300)
+    first = drain(factor(brdf_from_text("lafortune:preset=blue-paint"), settings))
+    with pytest.raises(ValueError, match=words):
+        drain(factor(brdf_from_text(brdf), replace(settings, terms=2, **more), first))

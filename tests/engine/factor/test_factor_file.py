@@ -136,3 +136,28 @@ def test_damaged_files_are_told_and_never_read(made: dict[str, Factorisation], t
         (tmp_path / "factors" / MEMBER).write_bytes(content)
         with pytest.raises(InputError):
             read_factors(tmp_path / "factors")
+
+
+def test_errors_of_other_terms_are_refused(made: dict[str, Factorisation], tmp_path: Path) -> None:
+    for kind in ("symmetric", "search"):
+        folder = tmp_path / kind
+        write_factors(folder, made[kind])
+        record = json.loads((folder / MEMBER).read_text())
+        for ladder in (record["ladder"] * 2, record["ladder"][1:]):
+            (folder / MEMBER).write_text(json.dumps(record | {"ladder": ladder}))
+            with pytest.raises(InputError, match="errors are not those of its terms"):
+                read_factors(folder)
+        (folder / MEMBER).write_text(json.dumps(record | {"ladder": []}))
+        assert read_factors(folder).ladder == ()
+
+
+@pytest.mark.parametrize("rows", [[[1e308, 1e308, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]], [[1.0, 0.0, 0.0, 0.0]] * 2])
+def test_projections_that_are_not_orthonormal_are_refused_without_a_warning(
+    rows: list[list[float]], made: dict[str, Factorisation], tmp_path: Path
+) -> None:
+    write_factors(tmp_path / "f", made["search"])
+    record = json.loads((tmp_path / "f" / MEMBER).read_text())
+    record["factors"]["projections"][0][0] = {"kind": "linear", "rows": rows, "extent": "disks"}
+    (tmp_path / "f" / MEMBER).write_text(json.dumps(record))
+    with pytest.raises(InputError, match="two orthonormal rows"):
+        read_factors(tmp_path / "f")

@@ -242,3 +242,12 @@ def test_textures_that_do_not_fit_are_refused() -> None:
     ):
         with pytest.raises(ValueError, match=r"textures|parametrisation"):
             replace(factors, **wrong)
+
+
+@pytest.mark.parametrize("weighting", ["plain", "cosine"])
+def test_W2_a_constant_has_one_term_whatever_its_sectors_round_to(weighting: Any) -> None:
+    found = drain(
+        separate(brdf_from_text("lambert:albedo=0.5"), DirectionMap("orthographic", 24), 8, weighting=weighting)
+    )
+    assert found.factors.terms == 1
+    assert found.condition_number == 1.0

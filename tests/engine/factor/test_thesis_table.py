@@ -24,7 +24,7 @@ def test_every_method_has_its_rows_and_they_appear_one_by_one() -> None:
         except StopIteration as finished:
             rows: tuple[Row, ...] = finished.value
             break
-    assert [row.brdf for row in rows] == ["paint"] * 7 + ["metal"] * 7
+    assert [row.brdf for row in rows] == ["paint"] * 10 + ["metal"] * 10
     kinds = [(row.method, row.parametrisation, row.reciprocal) for row in rows[:6]]
     assert kinds == [
         ("mccool", "", True),
@@ -34,19 +34,23 @@ def test_every_method_has_its_rows_and_they_appear_one_by_one() -> None:
         ("search", "half-diff", True),
         ("search", "half-diff", False),
     ]
-    separable = rows[6]
-    assert separable.method == "separable"
-    assert separable.size_bytes <= max(rows[5].size_bytes, 2 * 16 * 16 * 12)
+    assert [(row.method, row.reciprocal) for row in rows[6:8]] == [("mccool", True), ("mccool", False)]
+    assert [row.size_bytes for row in rows[6:8]] == [2 * 6 * 6 * 12, 3 * 4 * 4 * 12]
+    assert [(row.method, row.parametrisation) for row in rows[8:10]] == [
+        ("separable", "in-out"),
+        ("separable", "half-diff"),
+    ]
+    assert all(row.size_bytes <= max(rows[5].size_bytes, 2 * 17 * 16 * 12) for row in rows[6:10])
     assert [row.textures for row in rows[:6]] == [2, 3, 2, 2, 2, 2]
     shown = [len(step.partial) for step in steps]
     assert shown == sorted(shown)
-    assert shown[-1] == 14
+    assert shown[-1] == 20
     assert all(row.max_theta_deg == np.degrees(np.radians(70.0)) for row in rows)
     assert all(row.samples == 400 for row in rows)
     data = factor_data(brdfs["paint"], 400, np.radians(70.0))
     assert rows[0].metrics == mccool(data, 6).ladder[-1].metrics
-    for row in rows[2], rows[4], rows[9], rows[11]:
-        assert row.metrics.sq_log <= rows[0 if row.brdf == "paint" else 7].metrics.sq_log
+    for row in rows[2], rows[4], rows[12], rows[14]:
+        assert row.metrics.sq_log <= rows[0 if row.brdf == "paint" else 10].metrics.sq_log
 
 
 def test_the_figure_is_the_thesis_ones() -> None:
