@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QListWidget, QList
 from app import icons
 from app.brdf_plots import marker_icon
 from app.factor_runs import Live
-from app.factoring import MAPS, METHODS, METRICS, PARAMETRISATIONS, PRESETS, Factoring, Run
+from app.factoring import MAPS, METHODS, METRICS, PARAMETRISATIONS, PRESETS, SHORT_METRICS, Factoring, Run
 from app.number_field import NumberField
 from app.panels import Panel, button, enable, text
 from app.plots import Plot
@@ -25,17 +25,6 @@ NUMBER = Qt.ItemDataRole.UserRole
 NOTHING = "Start a run first"
 #: Most terms of sums of products and of one product.
 MOST = {True: 64, False: 16}
-
-#: What the errors are called where there is little room.
-SHORT = {
-    "rms_cosine_weighted": "RMS × cos",
-    "abs_log": "Mean log",
-    "sq_log": "Mean log²",
-    "max_log": "Max. log",
-    "abs": "Mean",
-    "sq": "Mean²",
-    "max": "Maximum",
-}
 
 
 class FactorInspector(Panel):
@@ -100,12 +89,16 @@ class FactorInspector(Panel):
 
     def _make_chosen(self) -> None:
         chosen = self.section("Chosen factors")
+        self.failed = text("", "warning", wrap=True)
+        chosen.wide(self.failed)
         self.of = chosen.figure("Of", "The run and the method")
         self.many = chosen.figure("Terms", "Click a point of the plot for others; and how many textures these are")
         self.bytes = chosen.figure("Size", "Of all textures, as 32-bit floats")
-        self.time = chosen.figure("Time", "From the start until this term was there, pauses left out")
+        self.time = chosen.figure(
+            "Time", "From the start until this term was there, pauses left out; products of a sum are all found at once"
+        )
         self.errors = {
-            name: chosen.figure(SHORT[name], f"{words}, {_where(name)}") for name, (words, _) in METRICS.items()
+            name: chosen.figure(SHORT_METRICS[name], f"{words}, {_where(name)}") for name, (words, _) in METRICS.items()
         }
         self.remark = text("", "secondary", wrap=True)
         chosen.wide(self.remark)
@@ -135,7 +128,7 @@ class FactorInspector(Panel):
             words = f"{run.name} · {state_of(known)}\n{method_of(run, known)}{_form_of(run)}"
             if item.text() != words:
                 item.setText(words)
-                item.setToolTip(f"{words}\n{settings_of(run)}".strip())
+                item.setToolTip("\n".join(filter(None, (words, settings_of(run), known.why))))
             if run.number == factoring.current and self.list.currentItem() is not item:
                 self.list.setCurrentItem(item)
         if factoring.run is None:
@@ -160,8 +153,8 @@ class FactorInspector(Panel):
                 why = "These factors come from a file; start a run to have more"
             elif run.choices.method in ("homomorphic", "normalised"):
                 why = f"{METHODS[run.choices.method]} has no further terms"
-            elif live.brdf is None:
-                why = "It ended before it began"
+            elif live.brdf is None or (live.why and not live.ladder):
+                why = live.why or "It ended before it began"
             most = MOST[run.choices.separable] if run.choices is not None else 64
             have = live.ladder[-1].terms if live.ladder else 0
             self.terms.high = float(most)
@@ -176,7 +169,10 @@ class FactorInspector(Panel):
     def show_chosen(self, run: Run | None, live: Live | None, terms: int | None) -> None:
         """The figures of the chosen run at so many terms."""
         rung = live.rung(terms) if live is not None else None
-        why_not = NOTHING if run is None else "" if rung is not None else "Nothing has been found yet"
+        failed = live.why if live is not None else ""
+        why_not = NOTHING if run is None else "" if rung is not None else failed or "Nothing has been found yet"
+        self.failed.setText(failed)
+        self.failed.setVisible(bool(failed))
         enable(self.export, why_not, "Write the textures as EXR and what they mean as JSON, into a folder")
         enable(self.use, why_not, "Let the material of the View workspace reflect as these factors do")
         if run is None or live is None or rung is None or live.factorisation is None:
@@ -312,6 +308,10 @@ def remark_of(factorisation: Any) -> str:
     if factorisation.evaluations:
         tried = f"{factorisation.evaluations:,}".replace(",", " ")
         lines.append(f"{tried} projections tried")
+    ladder = factorisation.ladder
+    lowest = min(ladder, key=lambda rung: rung.rms_cosine_weighted) if ladder else None
+    if lowest is not None and lowest.terms < ladder[-1].terms:
+        lines.append(f"RMS × cos is lowest with {lowest.terms} term{'s'[: lowest.terms != 1]}")
     return "\n".join(lines)
 
 

@@ -72,6 +72,9 @@ class FactorPreview(QWidget):
             row.addWidget(_titled(title, self.captions[side], parts[side]), 1)
         for side, view in self.views.items():
             view.setAccessibleName(f"Model, {titles[side].lower()}")
+            policy = view.sizePolicy()
+            policy.setRetainSizeWhenHidden(True)
+            view.setSizePolicy(policy)
             view.setToolTip("Drag to turn, Ctrl+drag or drag the sun to move the light")
             view.light_moved.connect(self._light_moved)
             view.camera_moved.connect(lambda side=side: self._follow(side))
@@ -132,6 +135,7 @@ class FactorPreview(QWidget):
         self.say("unfactored", self.drawable.note)
         for side, brdf in (("factored", self.factors), ("unfactored", unfactored)):
             scene = self.scene(brdf)
+            self.views[side].setVisible(scene is not None)
             if scene is not None:
                 self.views[side].show_scene(scene, 0.0, "neutral", self.light_deg)
 

@@ -40,13 +40,14 @@ class Found:
 
 @dataclass(eq=False)
 class Live:
-    """What is known of a run: its job while there is one, the last it found, and every error on the way."""
+    """What is known of a run: its job while there is one, the last it found, every error on the way, why it failed."""
 
     job: Job | None = None
     brdf: Any = None
     factorisation: Factorisation | None = None
     history: list[TermError] = field(default_factory=list)
     state: str = ""
+    why: str = ""
 
     @property
     def ladder(self) -> tuple[TermError, ...]:
@@ -155,11 +156,11 @@ class FactorRuns(QObject):
         assert choices is not None
         title = f"Factoring {run.name}: {METHODS[choices.method]}"
         job = self.bench.jobs.submit(title, lambda: _factored(run.name, given, choices, resume))
-        live.job, live.state = job, ""
+        live.job, live.state, live.why = job, "", ""
         job.progressed.connect(lambda step: self._progressed(run.number, step))
         job.succeeded.connect(lambda found: self._ended(run.number, "done", found))
         job.cancelled.connect(lambda: self._ended(run.number, "stopped", None))
-        job.failed.connect(lambda _error: self._ended(run.number, "failed", None))
+        job.failed.connect(lambda error: self._failed(run.number, error))
         self.changed.emit(run.number)
 
     def _job_changed(self, job: Job) -> None:
@@ -181,6 +182,10 @@ class FactorRuns(QObject):
         rungs = found.factorisation.ladder
         if rungs and (not live.history or live.history[-1] is not rungs[-1]):
             live.history.append(rungs[-1])
+
+    def _failed(self, number: int, error: Exception) -> None:
+        self.live[number].why = str(error)
+        self._ended(number, "failed", None)
 
     def _ended(self, number: int, state: str, found: Found | None) -> None:
         live = self.live[number]

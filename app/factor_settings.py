@@ -18,6 +18,7 @@ from app.factoring import (
     METRICS,
     PARAMETRISATIONS,
     PRESETS,
+    SHORT_METRICS,
     FactorChoices,
     Factoring,
 )
@@ -107,9 +108,13 @@ class FactorSettingsPanel(Panel):
             self.search,
             "metric",
             "Makes small",
-            {name: words for name, (words, _) in METRICS.items() if name != "rms_cosine_weighted"},
-            "The error that the search makes small",
+            {name: SHORT_METRICS[name] for name in METRICS if name != "rms_cosine_weighted"},
+            "The error by which the search chooses projections. Logarithms count dark and bright alike, and the "
+            "cosine-weighted RMS, of which the brightest decide, can rise with them; Mean² keeps to the bright ones",
         )
+        for place in range(self.measure.count()):
+            words, _ = METRICS[self.measure.itemData(place)]
+            self.measure.setItemData(place, words, Qt.ItemDataRole.ToolTipRole)
         self.preset = self._combo(
             self.search,
             "preset",

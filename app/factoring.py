@@ -50,6 +50,16 @@ METRICS = {
     "sq": ("Mean squared", "sr⁻²"),
     "max": ("Largest absolute", "sr⁻¹"),
 }
+#: What they are called where there is little room.
+SHORT_METRICS = {
+    "rms_cosine_weighted": "RMS × cos",
+    "abs_log": "Mean log",
+    "sq_log": "Mean log²",
+    "max_log": "Max. log",
+    "abs": "Mean",
+    "sq": "Mean²",
+    "max": "Maximum",
+}
 
 #: The reflectance of the material itself, where no other was chosen.
 MATERIAL = "material"

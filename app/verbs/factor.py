@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step, drain
 
 if TYPE_CHECKING:
-    from engine.factor.errors import Factorisation
+    from engine.factor.errors import Factorisation, TermError
     from engine.factor.factor import FactorSettings
 
 HELP = "Factor a reflectance (BRDF) into textures: sums of products, or products of projections."
@@ -53,7 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--table",
         action="store_true",
-        help="compare every method on each BRDF, as Cole's Fig. 4.2 does; minutes each (blue paint, Cook-Torrance)",
+        help="compare searches, fixed projections and sums at equal bytes on each BRDF, as Cole's Fig. 4.2 does; "
+        "minutes each (blue paint, Cook-Torrance)",
     )
     parser.add_argument("-o", "--output", metavar="FACTORS", help="folder to write: factors.json and OpenEXR textures")
     parser.add_argument(
@@ -63,7 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--parametrisation",
         default="in-out",
         choices=("in-out", "half-diff", "auto"),
-        help="light and viewer, or half and difference vector; auto: the better one (separable methods)",
+        help="light and viewer, or half and difference vector (Kautz and McCool's, for direct light); auto: the "
+        "better one (separable methods)",
     )
     parser.add_argument(
         "--map",
@@ -86,7 +88,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--max-theta-deg", type=float, default=88.0, metavar="DEG", help="their largest angle, of formulas only (88)"
     )
     parser.add_argument("--epsilon", type=float, default=1e-5, metavar="E", help="added before the logarithm (1e-5)")
-    parser.add_argument("--metric", default="sq_log", choices=METRICS, help="what the search makes small (sq_log)")
+    parser.add_argument(
+        "--metric",
+        default="sq_log",
+        choices=METRICS,
+        help="error by which the search chooses projections (sq_log): logarithms count dark and bright alike, and the "
+        "cosine-weighted RMS, of which the brightest decide, can rise with them; sq keeps to the bright ones",
+    )
     parser.add_argument(
         "--preset", default="default", choices=("default", "thesis"), help="of the search: ours, or Cole's own"
     )
@@ -151,6 +159,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "evaluations": found.evaluations,
         "projections": [_projection(each) for each in found.projections],
         "terms": [_rung(rung) for rung in found.ladder],
+        "terms_share_time": settings.separable,
+        "lowest_rms_terms": _lowest(found.ladder).terms if found.ladder else None,
         "elevation_bands_deg": np.linspace(0.0, 90.0, BANDS + 1).tolist(),
         "samples": settings.samples,
         "max_theta_deg": arguments.max_theta_deg,
@@ -224,6 +234,11 @@ def _rung(rung: Any) -> dict[str, Any]:
     return {**_flat(asdict(rung)), "rms_by_elevation_band": list(rung.rms_by_elevation_band)}
 
 
+def _lowest(ladder: Sequence[TermError]) -> TermError:
+    """The number of terms with the lowest cosine-weighted error, the fewest where several have it."""
+    return min(ladder, key=lambda rung: rung.rms_cosine_weighted)
+
+
 def _projection(projection: Any) -> dict[str, Any]:
     rows = getattr(projection, "rows", None)
     return {"kind": projection.name} if rows is None else {"kind": projection.name, "rows": rows.tolist()}
@@ -251,6 +266,13 @@ def report(result: dict[str, Any]) -> str:
     if result["terms"]:
         bands = "  ".join(f"{rms:.3g}" for rms in result["terms"][-1]["rms_by_elevation_band"])
         lines.append(f"RMS of all terms by the viewer's elevation, from 0° upwards in bands of 10°: {bands}")
+    if result["terms_share_time"] and len(result["terms"]) > 1:
+        lines.append("All terms come from one decomposition and have its time.")
+    if result["projections"] and result["lowest_rms_terms"] not in (None, result["terms"][-1]["terms"]):
+        lines.append(
+            f"The cosine-weighted RMS is lowest with {result['lowest_rms_terms']}: further terms make the logarithm "
+            "better and not the RMS; compare --metric sq."
+        )
     if result["optimum_ratio"]:
         lines.append(
             f"asymmetry of the matrix {result['asymmetry']:.2g}; truncation error over the optimum "
