@@ -53,7 +53,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--intensity", type=float, default=1.0, metavar="L", help="irradiance of the light, or factor on --env (1)"
     )
     parser.add_argument(
-        "--env", metavar="FILE", help="light from all around instead: an equirectangular .hdr or .exr, studio, or sky"
+        "--env",
+        metavar="FILE",
+        help="light from all around instead: an equirectangular .hdr or .exr, or one of studio, sky, noon, afternoon, "
+        "evening, sunset, overcast, softboxes, ring-light, strip-lights, window",
     )
     parser.add_argument(
         "--env-rotation-deg",

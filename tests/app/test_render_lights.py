@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 from pathlib import Path
@@ -12,6 +13,8 @@ import OpenEXR
 import pytest
 
 from app import cli
+from app.verbs.render import add_arguments
+from engine.sky import SKIES
 
 SMALL = ("--width", "64", "--height", "48", "--renderer", "cpu", "--samples", "1")
 HEAD_ON = ("--camera", "eye=0,0,2 fov_deg=20", "--brdf", "lambert:albedo=0.5")
@@ -69,6 +72,13 @@ def test_lamps_stand_beside_an_environment_and_its_error_is_measured(capsys: Any
 def test_a_ground_is_told(capsys: Any, tmp_path: Path, words: tuple[str, ...], albedo: float) -> None:
     result = render(capsys, "sphere", "-o", tmp_path / "a.png", *SMALL, *words)
     assert result["ground_albedo"] == albedo
+
+
+def test_help_names_every_built_in_environment(capsys: Any) -> None:
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    said = " ".join(parser.format_help().replace("-\n", "-").split())
+    assert "one of " + ", ".join(SKIES) in said.replace("- ", "-")
 
 
 @pytest.mark.parametrize(
