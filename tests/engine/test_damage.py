@@ -10,9 +10,12 @@ A cut file is never taken for a whole one, except OBJ and what ends in text, whe
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import io
+import json
 import math
+import struct
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -179,14 +182,55 @@ PICTURES = {
     "hdr": Kind(encoded(".hdr", FLOATS), "a.hdr", up_to(b"+X 16\n")),
 }
 
+
+def polygons(order: str) -> Callable[[], bytes]:
+    """A binary PLY of the triangles, squares and hexagon of half a cuboctahedron, which differ in size."""
+    name = {"<": "little", ">": "big"}[order]
+
+    def make() -> bytes:
+        turn = np.arange(6) * math.pi / 3
+        ring = np.stack([np.cos(turn), np.sin(turn), 0 * turn], -1)
+        points = np.concatenate([ring, ring[::2] / math.sqrt(3) + (0, 0, math.sqrt(2 / 3))]).astype(order + "f4")
+        faces = (
+            (0, 1, 2, 3, 4, 5),
+            (6, 7, 8),
+            (0, 1, 7, 6),
+            (2, 3, 8, 7),
+            (4, 5, 6, 8),
+            (1, 2, 7),
+            (3, 4, 8),
+            (5, 0, 6),
+        )
+        header = f"ply\nformat binary_{name}_endian 1.0\nelement vertex 9\n" + "".join(
+            f"property float {axis}\n" for axis in "xyz"
+        )
+        header += "element face 8\nproperty list uchar ushort vertex_indices\nend_header\n"
+        lists = (struct.pack(f"{order}B{len(face)}H", len(face), *face) for face in faces)
+        return header.encode() + points.tobytes() + b"".join(lists)
+
+    return make
+
+
+def gltf() -> bytes:
+    """One file with its numbers inside."""
+    files = trimesh.creation.icosphere(subdivisions=0).scene().export(file_type="gltf")
+    tree = json.loads(files.pop("model.gltf"))
+    for buffer in tree["buffers"]:
+        buffer["uri"] = "data:;base64," + base64.b64encode(files[buffer["uri"]]).decode()
+    return json.dumps(tree).encode()
+
+
 MESHES = {
     "obj": Kind(mesh(file_type="obj"), "a.obj", whole),
     "off": Kind(mesh(file_type="off"), "a.off", whole),
     "ply": Kind(mesh(file_type="ply"), "a.ply", up_to(b"end_header\n")),
+    "ply-polygons": Kind(polygons("<"), "a.ply", up_to(b"end_header\n")),
+    "ply-big-endian": Kind(polygons(">"), "a.ply", up_to(b"end_header\n")),
     "ply-ascii": Kind(mesh(file_type="ply", encoding="ascii"), "a.ply", whole),
     "stl": Kind(mesh(file_type="stl"), "a.stl", first(84)),
     "stl-ascii": Kind(mesh(file_type="stl_ascii"), "a.stl", whole),
     "glb": Kind(mesh(file_type="glb"), "a.glb", up_to(b"BIN\0")),
+    "gltf": Kind(gltf, "a.gltf", whole),
 }
 
 #: Text in which a cut may leave a shorter file that is valid.
