@@ -37,9 +37,6 @@ from engine.mesh_clean import (
 from engine.mesh_memory import check_memory, decoder_memory_bytes
 from engine.mesh_scene import scene_parts
 from engine.mesh_text import checked_text
-from engine.obj import read_obj, read_off
-from engine.ply import read_ply
-from engine.polygons import of_polygons
 from engine.tangents import uv_tangents
 from engine.unwrap import with_atlas
 
@@ -47,7 +44,7 @@ from engine.unwrap import with_atlas
 SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl", ".stl_ascii")
 
 #: Files of polygons, which are cut here; the others are read by trimesh.
-POLYGONS = {"obj": read_obj, "off": read_off, "ply": read_ply}
+POLYGONS = ("obj", "off", "ply")
 
 _POINTS = "It holds points or curves; give a mesh with faces, as .ply or .obj"
 _UNPACK = "Unpack it and give the mesh that is in it"
@@ -174,9 +171,7 @@ def decode_mesh(content: bytes, name: str, folder: str | None = None) -> dict[st
     kind = Path(name).suffix.lower().lstrip(".")
     content = checked_text(content, kind, name)
     if kind in POLYGONS:
-        polygons = POLYGONS[kind](content, name)
-        part = {"positions": polygons.points, **of_polygons(polygons)}
-        too_few = int(np.sum(polygons.sizes < 3))
+        part, too_few = _polygons(content, kind, name)
         parts = [part]
     else:
         too_few, parts = 0, scene_parts(content, kind, name, folder)
@@ -195,6 +190,16 @@ def decode_mesh(content: bytes, name: str, folder: str | None = None) -> dict[st
         name,
         {"faces_of_fewer_than_3_corners_dropped": too_few},
     )
+
+
+def _polygons(content: bytes, kind: str, name: str) -> tuple[dict[str, Any], int]:
+    """The triangles of a file of polygons, and how many polygons were none."""
+    from engine.obj import read_obj, read_off  # these compile kernels, which a window that opens does not wait for
+    from engine.ply import read_ply
+    from engine.polygons import of_polygons
+
+    polygons = {"obj": read_obj, "off": read_off, "ply": read_ply}[kind](content, name)
+    return {"positions": polygons.points, **of_polygons(polygons)}, int(np.sum(polygons.sizes < 3))
 
 
 def _joined(parts: list[dict[str, Any]], key: str, columns: int) -> NDArray[np.float64] | None:
