@@ -18,8 +18,8 @@ from app.workbench import Workbench
 from engine.environment import EnvironmentMap
 from engine.lamps import LampSettings
 from engine.scene import MOST_LAMPS
+from engine.sky import SKIES
 
-ENVIRONMENT_NAMES = {"studio": "Studio", "sky": "Sky"}
 LIGHT_FIELDS = ("light_theta_deg", "light_phi_deg", "irradiance", "rotation_deg", "gain")
 DIRECTIONS = (16, 32, 64, 128, 256, 512)
 
@@ -101,13 +101,13 @@ class LightPanel(Rows):
     def show_project(self, project: Project) -> None:
         """The choices of light, and the rows of what is active."""
         environment, look = project.environment, project.look
-        if environment is not None and environment.name not in ENVIRONMENT_NAMES:
+        if environment is not None and environment.name not in SKIES:
             self.own_environment = environment
         self.lighting.clear()
         self.lighting.addItem("One light", ONE_LIGHT)
         self.lighting.addItem("Lamps only", ONLY_LAMPS)
-        for name, words in ENVIRONMENT_NAMES.items():
-            self.lighting.addItem(words, name)
+        for name, sky in SKIES.items():
+            self.lighting.addItem(sky.label, name)
         if self.own_environment is not None:
             self.lighting.addItem(self.own_environment.name, self.own_environment.name)
         self.lighting.addItem("Open an environment…", OPEN)
@@ -195,7 +195,7 @@ class LightPanel(Rows):
             look: Any = dataclasses.replace(self.look, only_lamps=chosen == ONLY_LAMPS)
             if document.project.environment is not None or look != self.look:
                 document.change("One light" if chosen == ONE_LIGHT else "Lamps only", environment=None, look=look)
-        elif chosen in ENVIRONMENT_NAMES:
+        elif chosen in SKIES:
             self.bench.load_environment(chosen)
         elif document.project.environment is not self.own_environment:
             document.change(f"Light from {chosen}", environment=self.own_environment)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from math import radians
-from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QCheckBox, QComboBox, QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
 
 from app import icons
 from app.compare_panel import ComparePanel
@@ -19,20 +18,17 @@ from app.modes import MODES, flipped, mode_of, why_not
 from app.panels import Panel, Segments, enable, side_by_side, text, tool
 from app.param_form import ParamForm
 from app.reflectance_panel import LookupPanel, ReflectancePanel
+from app.scene_panel import DEFAULT_MODEL, ScenePanel
 from app.theme import PADDING, STEP, role
 from app.view_pictures import ViewPictures
 from app.viewport import Viewport
 from app.workbench import Workbench, load_shape
 from engine.brdf.brdf import Brdf
 from engine.camera import frame
-from engine.mesh import SUFFIXES, Mesh
+from engine.mesh import Mesh
 from engine.scene import Scene
-from engine.shapes import SHAPES
 from engine.steps import Step, Steps
 
-DEFAULT_MODEL = "cloth"
-
-MODEL_NAMES = {"sphere": "Sphere", "plane": "Plane", "torus-knot": "Torus knot", "cloth": "Draped cloth"}
 TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"))
 
 #: Pause after the last change before the error of the directions is measured, and the size of the picture it is for.
@@ -88,30 +84,18 @@ class ViewTab(QWidget):
 
     def _make_left(self) -> QWidget:
         panel = Panel()
-        scene = panel.section("Scene")
-        self.model = QComboBox()
-        self.model.activated.connect(self._model_chosen)
-        scene.row("Model", self.model, "A built-in model, or a mesh of your own")
-        look = Look()
-        self.repeats = ParamForm(look, {"repeats": "Repeats"})
-        scene.wide(self.repeats)
-        self.ground = QCheckBox("Ground")
-        self.ground.setToolTip("A level diffuse surface under the model")
-        self.ground.clicked.connect(lambda on: self._set_look("Ground", has_ground=on))
-        scene.wide(self.ground)
-        self.ground_form = ParamForm(look, {"ground_albedo": "Albedo"})
-        scene.wide(self.ground_form)
+        self.model = ScenePanel(self.bench)
+        panel.add(self.model)
         self.lights = LightPanel(self.bench)
         panel.add(self.lights)
         picture = panel.section("Picture")
-        self.exposure = ParamForm(look, {"exposure_ev": "Exposure"})
+        self.exposure = ParamForm(Look(), {"exposure_ev": "Exposure"})
         picture.wide(self.exposure)
         self.tone_map = QComboBox()
         for value, words in TONE_MAPS:
             self.tone_map.addItem(words, value)
         self.tone_map.activated.connect(lambda _index: self._set_look("Tone map", tone_map=self.tone_map.currentData()))
         picture.row("Tone map", self.tone_map, "How radiance above white is brought onto the screen")
-        self.forms = (self.repeats, self.ground_form, self.exposure)
         panel.finish()
         return panel
 
@@ -164,9 +148,9 @@ class ViewTab(QWidget):
         self.pictures.error_found.connect(self.compare.show_error)
         self.pictures.error_found.connect(self.error_found)
         self.reflectance.ready.connect(lambda: self._show(document.project))
-        for form in (*self.forms, self.lights):
+        for form in (self.model, self.lights, self.exposure):
             form.edited.connect(self._look_edited)
-        for panel in (self.lights, self.lookup, self.compare):
+        for panel in (self.model, self.lights, self.lookup, self.compare):
             panel.set_look.connect(self._change_look)
         document.changed.connect(lambda _old, new: self._show(new))
 
@@ -201,16 +185,11 @@ class ViewTab(QWidget):
 
     def _show(self, project: Project) -> None:
         look, material = project.look, project.material
-        for form in self.forms:
-            form.show_instance(look)
+        self.exposure.show_instance(look)
         self.tone_map.setCurrentIndex(max(0, self.tone_map.findData(look.tone_map)))
-        self.ground.setChecked(look.has_ground)
-        self.ground_form.setVisible(look.has_ground)
-        self.lights.show_project(project)
         self._error_is_stale()
-        self._show_models(project)
         self._show_modes(project)
-        for panel in (self.reflectance, self.lookup, self.compare):
+        for panel in (self.model, self.lights, self.reflectance, self.lookup, self.compare):
             panel.show_project(project)
         scene = self.scene(project)
         if scene is None:
@@ -286,30 +265,6 @@ class ViewTab(QWidget):
     def _show_error(self, project: Project, scene: Scene, error: float) -> None:
         if self.bench.document.project is project and self.viewport.camera == scene.camera:
             self.lights.error.setText(f"{100 * error:.1f} %" if error > 0.00095 else "< 0.1 %")
-
-    def _show_models(self, project: Project) -> None:
-        self.model.clear()
-        for name in SHAPES:
-            self.model.addItem(MODEL_NAMES.get(name, name), name)
-        mesh = project.mesh
-        current = mesh.name if mesh is not None else DEFAULT_MODEL
-        if mesh is not None and mesh.name not in SHAPES:
-            self.model.addItem(mesh.name, "")
-            self.model.setCurrentIndex(self.model.count() - 1)
-        else:
-            self.model.setCurrentIndex(max(0, self.model.findData(current)))
-        self.model.addItem("Open a mesh…", "open")
-
-    def _model_chosen(self, _index: int) -> None:
-        chosen = self.model.currentData()
-        if chosen == "open":
-            self._show_models(self.bench.document.project)
-            endings = " ".join(f"*{suffix}" for suffix in SUFFIXES)
-            path, _ = QFileDialog.getOpenFileName(self, "Open a mesh", "", f"Meshes ({endings})")
-            if path:
-                self.bench.open([Path(path)])
-        elif chosen:
-            self.bench.load_model(chosen)
 
     def _choose_mode(self, value: str) -> None:
         """Show another mode; where it is the one compared with, the two change places."""
