@@ -4,11 +4,11 @@ A sun of one texel can be a million times as bright as the sky. Coefficients of 
 quantised wavelets keep nothing else (Wang et al. 2004, section 3.4; spec 07, X6), harmonics ring over the whole sphere,
 and a few directional lights miss the sky. As lamps, such sources are exact at no cost.
 
-A source is a connected region above some level of luminance that is tiny (`LARGEST` across its middle, or four texels
-of coarse maps), carries a share of all light that counts, and is many times as bright as what is around it: the last
-tells a lamp from the middle of a softbox, and a strip light is not tiny however narrow it is. Levels double, and the
-lowest at which a region is a source counts, so that a sun takes its glow along. What is left in its place is the
-median of what is around. The light of map and lamps together is that of the map before, to rounding.
+A source is a connected region above some level of luminance that is tiny (`LARGEST` from its middle, or four texels of
+coarse maps), carries a share of all light that counts, and is many times as bright as what is around it: the last
+tells a lamp from the middle of a softbox, and a strip light is not tiny however narrow it is. Levels double from four
+times the mean, and the lowest at which a region is a source counts, so that a sun takes its glow along. What is left in
+its place is the median of what is around. Map and lamps together have the light that the map had, to rounding.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from engine.directions import normalize
 from engine.environment import EnvironmentMap, direction_at, solid_angles
 from engine.lamps import Lamp
 
-#: Angular radius of the largest source, in radians: nine times the sun's, for its glow and for blurred maps.
-LARGEST = math.radians(2.5)
+#: Angular radius of the largest source, in radians: eleven times the sun's, for its glow, blurred maps and spotlights.
+LARGEST = math.radians(3.0)
 
 #: Share of the light of the whole map that a source brings at least: what brings less erases nothing (X6).
 SHARE = 0.05
@@ -35,8 +35,8 @@ SHARE = 0.05
 #: How many times as bright as its surroundings a source is, its own light weighing the mean.
 CONTRAST = 8.0
 
-#: Levels begin at so many times the median, and end at the brightest texel.
-FIRST_LEVEL, MOST_LEVELS = 8.0, 40
+#: The lowest level, in means of the map over the sphere.
+FIRST_LEVEL = 4.0
 
 #: Most lamps that are split off, the brightest first.
 MOST_SUNS = 8
@@ -73,23 +73,27 @@ def _brightness(lamp: Lamp) -> float:
 def _sources(radiance: NDArray[np.float32]) -> Iterator[_Source]:
     """All sources of a map; each texel is in at most one."""
     height, width = radiance.shape[:2]
-    bright = luminance(radiance)
+    bright = luminance(radiance).ravel()
     area = np.broadcast_to(solid_angles(height, width), (height, width)).ravel()
-    least = SHARE * float(bright.ravel() @ area)
-    highest = float(bright.max())
-    level = max(FIRST_LEVEL * float(np.median(bright)), highest * 0.5**MOST_LEVELS)
-    open_texels = np.flatnonzero(bright.ravel() >= level) if least > 0.0 else np.zeros(0, np.int64)
+    whole = float(bright @ area)
+    least = SHARE * whole
+    largest = max(2.0 * math.pi * (1.0 - math.cos(LARGEST)), 4.0 * float(area.max()))
+    needed, highest = least / largest, float(bright.max())  # a source holds texels of at least this luminance
+    level = FIRST_LEVEL * whole / (4.0 * math.pi)
+    if whole <= 0.0 or highest < max(needed, level):
+        return
+    open_texels = np.flatnonzero(bright >= level)
     while open_texels.size and level <= highest:
         taken = []
         for texels in _regions(open_texels, height, width):
-            source = _source(radiance, texels, level, least, area)
+            source = _source(radiance, texels, level, least, area) if bright[texels].max() >= needed else None
             if source is not None:
                 taken.append(texels)
                 yield source
         if taken:
             open_texels = np.setdiff1d(open_texels, np.concatenate(taken), assume_unique=True)
         level *= 2.0
-        open_texels = open_texels[bright.ravel()[open_texels] >= level]
+        open_texels = open_texels[bright[open_texels] >= level]
 
 
 def _regions(texels: NDArray[np.int64], height: int, width: int) -> list[NDArray[np.int64]]:

@@ -19,7 +19,7 @@ from engine.environment import EnvironmentMap
 from engine.lamps import Lamp
 from engine.scene import Scene
 from engine.transport import sh_kernel
-from engine.transport.sh import bands, checked_order, disc_zonal, recurrence, turned_zonal
+from engine.transport.sh import bands, checked_order, disc_zonal, evaluate, recurrence, turned_zonal
 from engine.transport.sh_rotation import rotate
 
 #: The frame in which rows of equirectangular maps are circles about z and columns run against the azimuth; its rows are
@@ -28,6 +28,9 @@ POLAR_FROM_WORLD = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]
 
 #: Gauss's points in a row or a cube map's texel that is as large as a half wave of the highest band, about.
 _NODES = 6
+
+#: Values of the basis that are held at once while they are added up.
+MOST_VALUES = 2**21
 
 Array = NDArray[np.float64]
 
@@ -60,21 +63,22 @@ def _longitudes(order: int, width: int) -> Array:
     return np.concatenate([np.cos(m * phi) * size, (np.sin(m * phi) * size)[:, 1:]], axis=1)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=2)
 def _latitudes(order: int, height: int) -> Array:
     """(order, order, H) integrals of y_lm(theta, phi = 0) sin(theta) over the height of each row of texels, m >= 0.
 
     By Gauss's rule in theta within a row, where they are waves of at most `order`; exact to rounding.
     """
     nodes, share = np.polynomial.legendre.leggauss(_NODES + math.ceil(0.5 * np.pi * order / height))
-    edge = np.pi * np.arange(height + 1) / height
-    theta = 0.5 * (edge[1:] + edge[:-1])[:, None] + 0.5 * np.pi / height * nodes
-    across = np.sin(theta)
-    points = np.stack([across, np.zeros_like(theta), np.cos(theta)], axis=-1).reshape(-1, 3)
-    values = np.empty((len(points), order * order))
-    sh_kernel.basis_of_all(order, 0, points, recurrence(order), values)
-    weight = across * share * (0.5 * np.pi / height)
-    sums = np.einsum("hni,hn->ih", values.reshape(height, len(nodes), -1), weight)
+    sums = np.empty((order * order, height))
+    at_once = max(1, MOST_VALUES // (len(nodes) * order * order))
+    for first in range(0, height, at_once):
+        row = np.arange(first, min(first + at_once, height))
+        theta = np.pi / height * (row[:, None] + 0.5 + 0.5 * nodes)
+        across = np.sin(theta)
+        points = np.stack([across, np.zeros_like(theta), np.cos(theta)], axis=-1)
+        weight = across * share * (0.5 * np.pi / height)
+        sums[:, row] = np.einsum("hni,hn->ih", evaluate(order, points), weight)
     table = np.zeros((order, order, height))
     for degree in range(order):
         table[degree, : degree + 1] = sums[degree * (degree + 1) : degree * (degree + 2) + 1]

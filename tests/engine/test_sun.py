@@ -150,8 +150,9 @@ def test_suns_of_coarse_maps_are_found():
         ("openexr/KernerEnvLatLong.exr", 1),
         ("debevec/stpeters_probe_latlong.hdr", 1),
         ("debevec/grace_probe_latlong.hdr", 0),
-        ("studio_small_03_1k.hdr", 0),
-        ("pmndrs_cc0/studio.exr", 0),
+        ("studio_small_03_1k.hdr", 1),  # a round spotlight of 2.2 degrees with 46 % of all light
+        ("pmndrs_cc0/studio.exr", 1),  # the same, smaller
+        ("pmndrs_cc0/city.exr", 0),
         ("pmndrs_cc0/forest.exr", 0),
     ],
 )

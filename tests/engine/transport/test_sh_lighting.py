@@ -9,7 +9,10 @@ import pytest
 
 from engine.cube_map import CubeMap, cube_directions
 from engine.environment import EnvironmentMap, solid_angles, texel_directions
+from engine.environment_file import read_environment
 from engine.lamps import Lamp, lights_of
+from engine.sky import built_in
+from engine.sun import split_sun
 from engine.transport.sh import convolved, cosine_zonal, evaluate
 from engine.transport.sh_lighting import lamp_coefficients, project, scene_coefficients, turned_about_y
 from tests.engine.scenes import scene
@@ -121,3 +124,21 @@ def test_all_light_of_a_scene():
     np.testing.assert_allclose(scene_coefficients(shown, 5), expected, rtol=1e-14)
     alone = scene(light=(0.0, 0.6, 0.8), irradiance=2.0)
     np.testing.assert_allclose(scene_coefficients(alone, 5), 2.0 * evaluate(5, [(0.0, 0.6, 0.8)]).T * np.ones(3))
+
+
+@pytest.mark.parametrize("name", ["openexr/KernerEnvLatLong.exr", "studio_small_03_1k.hdr"])
+def test_a_split_sun_lights_as_it_did_in_the_map(shared_data, name):
+    """Independent paths to the same light: texels of the whole map, and what is left of it with closed-form discs."""
+    environment = read_environment(shared_data(f"hdr/{name}"))
+    rest, lamps = split_sun(environment)
+    whole = project(environment, 8)
+    both = project(rest, 8) + sum(lamp_coefficients(lamp, 8) for lamp in lamps)
+    np.testing.assert_allclose(both[0], whole[0], rtol=1e-6)
+    assert np.linalg.norm(both - whole) < 2e-3 * np.linalg.norm(whole)
+
+
+def test_built_in_suns_light_as_they_did_in_the_map():
+    environment = built_in("evening")
+    rest, (sun,) = split_sun(environment)
+    both = project(rest, 8) + lamp_coefficients(sun, 8)
+    assert np.linalg.norm(both - project(environment, 8)) < 2e-3 * np.linalg.norm(both)
