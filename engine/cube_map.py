@@ -9,6 +9,7 @@ A map of 1024 × 512 to 6 × 512² takes some 40 ms on two cores.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -183,3 +184,17 @@ def _shares(old: int, new: int) -> NDArray[Any]:
     a, b = np.linspace(0.0, 1.0, old + 1), np.linspace(0.0, 1.0, new + 1)
     common = np.minimum(a[1:], b[1:, None]) - np.maximum(a[:-1], b[:-1, None])
     return np.maximum(common, 0.0) * old
+
+
+@lru_cache(maxsize=16)
+def texels_beside(n: int) -> NDArray[np.int64]:
+    """(6, 4, N) flat numbers of the texels beyond the upper, lower, left and right edge of each face."""
+    along, face = (np.arange(n) + 0.5) / n, np.arange(6)[:, None]
+    out = 1e-9
+    found = []
+    for s, t in ((along, -out), (along, 1 + out), (-out, along), (1 + out, along)):
+        place = np.broadcast_arrays(face, np.asarray(s)[None], np.asarray(t)[None])
+        other, s_there, t_there = face_coordinates(direction_on_face(*place))
+        i, j = (np.clip((v * n).astype(np.int64), 0, n - 1) for v in (t_there, s_there))
+        found.append((other * n + i) * n + j)
+    return np.stack(found, axis=1)

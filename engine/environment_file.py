@@ -2,7 +2,7 @@
 
 Real files have negative texels (ringing of lossy codecs and of resampling, down to -149 in published maps) and
 infinite ones (half floats end at 65504). Each such channel of a texel becomes the median of its sound neighbours, and
-the health counts them. Only the equirectangular layout of `engine.environment` is read.
+the health counts them. Cube maps in a strip or a cross become the equirectangular layout of `engine.environment`.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.cube_layouts import cube_layout
+from engine.cube_map import CubeMap, environment_of
 from engine.environment import EnvironmentMap
 from engine.errors import InputError
 from engine.health import Finding, Health, Verdict
@@ -23,7 +25,12 @@ from engine.sky import SKIES, built_in
 #: How far a repair reaches into a damaged area, in texels; what lies deeper is black.
 REACH = 16
 
-NOT_EQUIRECTANGULAR = "Give the equirectangular (latitude-longitude) form, twice as wide as high"
+#: How many places of damage are named.
+_PLACES = 4
+
+NOT_EQUIRECTANGULAR = (
+    "Give the equirectangular (latitude-longitude) form, twice as wide as high, or a cube map as a strip or a cross"
+)
 
 
 def open_environment(name: str | os.PathLike[str]) -> EnvironmentMap:
@@ -37,17 +44,28 @@ def open_environment(name: str | os.PathLike[str]) -> EnvironmentMap:
 
 
 def read_environment(path: str | os.PathLike[str]) -> EnvironmentMap:
-    """Read an equirectangular picture (.hdr, .exr, and others with a warning); cost as `read_image`."""
+    """Read an equirectangular picture or a cube map (.hdr, .exr, others with a warning); cost as `read_image`.
+
+    A cube map of edge N becomes 4 N × 2 N texels. Neighbours across its edges do not help in repairs.
+    """
     image = read_image(path)
     height, width = image.pixels.shape[:2]
-    if width != 2 * height:
+    layout = cube_layout(image.pixels, image.environment)
+    if layout is None and width != 2 * height:
         raise InputError(path, f"is {width} × {height} texels, {_layout(width, height)}", NOT_EQUIRECTANGULAR)
     broken = image.saturated & ~image.pixels.any(axis=2)  # what is not finite is masked, and 0
     bad = broken[..., None] | (image.pixels < 0)
     if bad.all():
         raise InputError(path, "holds no usable radiance: every texel is negative or not finite", "Export it again")
-    repaired, unreached = repair(image.pixels, bad)
-    return EnvironmentMap(repaired, Path(path).name, _health(image, broken, bad, unreached, repaired))
+    if layout is None:
+        repaired, unreached = repair(image.pixels, bad)
+        return EnvironmentMap(repaired, Path(path).name, _health(image, broken, bad, unreached, repaired))
+    faces = [repair(*both, around=False) for both in zip(layout.cut(image.pixels), layout.cut(bad), strict=True)]
+    radiance, said = layout.faces(np.stack([face for face, _ in faces]))
+    health = _health(image, broken, bad, sum(unreached for _, unreached in faces), radiance)
+    findings = tuple(Finding(Verdict.WARNING, text) for text in said)
+    cube = CubeMap(radiance, Path(path).name, health.merged(Health(findings=findings)))
+    return environment_of(cube, 2 * cube.edge)
 
 
 def _layout(width: int, height: int) -> str:
@@ -56,14 +74,19 @@ def _layout(width: int, height: int) -> str:
     if long == 6 * short:
         return "six faces of a cube map in a strip"
     if 3 * long == 4 * short:
-        return "perhaps a cube map laid out as a cross, or a photograph"
-    return "square, as mirror-ball pictures are" if long == short else "not an equirectangular map"
+        return "a photograph, or a cube map laid out as a cross whose empty corners are not empty"
+    if 2 * long == 3 * short:
+        return "perhaps a cube map in two rows of faces, or a photograph"
+    return "square, as mirror-ball and angular maps are" if long == short else "not an equirectangular map"
 
 
-def repair(radiance: NDArray[np.float32], bad: NDArray[np.bool_]) -> tuple[NDArray[np.float32], int]:
+def repair(
+    radiance: NDArray[np.float32], bad: NDArray[np.bool_], *, around: bool = True
+) -> tuple[NDArray[np.float32], int]:
     """Replace what `bad` (H, W, 3) marks by the median of sound neighbours, inwards from the edge of damaged areas.
 
-    The eight neighbours wrap around in longitude. Returns the map and how many values the repair did not reach.
+    The eight neighbours wrap around in longitude if the map goes `around`. Returns the map, and how many values the
+    repair did not reach.
     """
     radiance, bad = np.where(bad, np.float32(np.nan), radiance), bad.copy()
     height, width = bad.shape[:2]
@@ -71,12 +94,12 @@ def repair(radiance: NDArray[np.float32], bad: NDArray[np.bool_]) -> tuple[NDArr
         row, column, channel = np.nonzero(bad)
         if row.size == 0:
             break
-        around = [
-            radiance[np.clip(row + down, 0, height - 1), (column + right) % width, channel]
-            for down in (-1, 0, 1)
-            for right in (-1, 0, 1)
-        ]
-        ordered = np.sort(np.stack(around), axis=0)  # NaN last
+        neighbours = []
+        for down in (-1, 0, 1):
+            for right in (-1, 0, 1):
+                beside = (column + right) % width if around else np.clip(column + right, 0, width - 1)
+                neighbours.append(radiance[np.clip(row + down, 0, height - 1), beside, channel])
+        ordered = np.sort(np.stack(neighbours), axis=0)  # NaN last
         sound = np.isfinite(ordered).sum(axis=0)
         index = np.arange(row.size)
         median = (ordered[np.maximum(sound - 1, 0) // 2, index] + ordered[sound // 2 % 9, index]) / 2
@@ -114,7 +137,9 @@ def _health(
 
 
 def _replaced(mask: NDArray[np.bool_], what: str) -> str:
-    row, column = (int(index[0]) for index in np.nonzero(mask))
-    count = int(mask.sum())
-    texels = f"{count} texel{'s are' if count > 1 else ' is'} {what} (first at column {column}, row {row})"
+    rows, columns = np.nonzero(mask)
+    count = len(rows)
+    places = "; ".join(f"column {c}, row {r}" for r, c in zip(rows[:_PLACES], columns[:_PLACES], strict=True))
+    more = f"; and {count - _PLACES} more" if count > _PLACES else ""
+    texels = f"{count} texel{'s are' if count > 1 else ' is'} {what} (at {places}{more})"
     return f"{texels}; replaced by the median of the neighbours"

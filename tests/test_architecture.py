@@ -44,6 +44,7 @@ LAYERS = (
         "drape",
         "bust",
         "cube_map",
+        "cube_layouts",
         "cube_map_kernel",
         "prefilter",
         "prefilter_kernel",

@@ -45,6 +45,7 @@ class Image:
     transfer : how the samples were taken to be coded, 'srgb' or 'linear'.
     bit_depth : bits per sample of the file; container : 'JPEG', 'PNG', 'TIFF', 'EXR', 'HDR'.
     warnings : what was ignored or assumed, in words.
+    environment : 'latlong' or 'cube' where the file says that it is an environment map in that layout, else ''.
     """
 
     pixels: NDArray[np.float32]
@@ -54,6 +55,7 @@ class Image:
     container: str
     exif: Exif
     warnings: tuple[str, ...]
+    environment: str = ""
 
 
 def read_image(path: str | os.PathLike[str], *, transfer: TransferChoice = "auto", half_size: bool = False) -> Image:
@@ -132,6 +134,7 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
         "container": raster.container,
         "exif": photographed.as_json(),
         "warnings": warnings,
+        "environment": raster.environment,
     }
 
 

@@ -17,6 +17,7 @@ SIGNATURE = b"\x76\x2f\x31\x01"
 
 _FLAT = (OpenEXR.scanlineimage, OpenEXR.tiledimage)
 _COLOUR = ("R", "G", "B")
+_ENVIRONMENTS = {OpenEXR.ENVMAP_LATLONG: "latlong", OpenEXR.ENVMAP_CUBE: "cube"}
 _MULTIPART = 0x10
 _LARGEST_CHUNK_ROWS = 256
 _REMEDY = "Save it as an EXR image with channels R, G, B"
@@ -24,7 +25,7 @@ _REMEDY = "Save it as an EXR image with channels R, G, B"
 
 def read_exr(content: bytes, name: str) -> Raster:
     """R, G, B (or Y, or those of the first layer that has them) of the first part."""
-    channels, _, warnings = _read(content, name)
+    channels, header, warnings = _read(content, name)
     layer, names = _colour_channels(channels, name)
     if layer:
         warnings += (f"has no channels R, G, B; its layer {layer!r} is used",)
@@ -35,7 +36,9 @@ def read_exr(content: bytes, name: str) -> Raster:
     bits = max(channels[c].dtype.itemsize for c in names) * 8
     planes = [channels[c].astype(np.float32) for c in names]
     samples = planes[0] if len(planes) == 1 else np.stack(planes, axis=-1)
-    return Raster(samples, None, bits, "linear", "EXR", warnings)
+    return Raster(
+        samples, None, bits, "linear", "EXR", warnings, environment=_ENVIRONMENTS.get(header.get("envmap"), "")
+    )
 
 
 def read_exr_channels(content: bytes, name: str) -> dict[str, Any]:

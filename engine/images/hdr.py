@@ -1,4 +1,8 @@
-"""Radiance pictures (Ward 1991, "Real pixels"): RGBE or XYZE, eight orientations, EXPOSURE divided out."""
+"""Radiance pictures (Ward 1991, "Real pixels"): RGBE or XYZE, eight orientations, EXPOSURE and COLORCORR divided out.
+
+Three codings of lines: plain, the run-length coding by components of 1991, and the one before, in which a pixel of
+mantissas 1, 1, 1 repeats the last one as often as its exponent says (times 256 for each that follows another).
+"""
 
 from __future__ import annotations
 
@@ -27,25 +31,63 @@ def read_hdr(content: bytes, name: str) -> Raster:
         raise InputError(name, "is a damaged Radiance picture (its size is missing)", AGAIN)
     lines, columns = int(size[3]), int(size[6])
     check_size(name, columns, lines, 12, len(content))
-    body = content[len(header) + 2 + size.end() :]
-    _check_body(body, lines, columns, name)
+    body = _plain(content[len(header) + 2 + size.end() :], lines, columns, name)
     samples = imagecodecs.rgbe_decode(_CANONICAL % (lines, columns) + body)
-    samples = _upright(samples, size) / np.float32(_exposure(header, name))
+    samples = _upright(samples, size) / _exposure(header, name)
     if b"FORMAT=32-bit_rle_xyze" in header:
         samples = srgb_from_xyz(samples).astype(np.float32)
-    return Raster(samples, None, 32, "linear", "HDR")
+    return Raster(samples, None, 32, "linear", "HDR", _ignored(header))
 
 
-def _check_body(body: bytes, lines: int, columns: int, name: str) -> None:
-    """Refuse what the decoder would misread: too little data, and the run-length coding used before 1991."""
+def _ignored(header: bytes) -> tuple[str, ...]:
+    """Warnings of what the header says and nobody reads: a gamma, other primaries than those of sRGB."""
+    warnings = []
+    gamma = re.search(rb"^GAMMA=[ \t]*(\S+)", header, re.MULTILINE)
+    if gamma and gamma[1] not in (b"1", b"1.0", b"1.00"):
+        warnings.append(f"states a gamma of {gamma[1].decode('ascii', 'replace')[:20]}, which is not applied")
+    primaries = re.search(rb"^PRIMARIES=(.*)$", header, re.MULTILINE)
+    if primaries and not _are_srgb(primaries[1]):
+        warnings.append("states primaries other than sRGB's, which are not applied")
+    return tuple(warnings)
+
+
+def _are_srgb(primaries: bytes) -> bool:
+    """Whether the four chromaticities are those of sRGB, or those that Radiance takes for its own (equal energy)."""
+    try:
+        stated = [float(word) for word in primaries.split()]
+    except ValueError:
+        return False
+    known = ((0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290), (0.64, 0.33, 0.29, 0.60, 0.15, 0.06, 0.333, 0.333))
+    return any(len(stated) == 8 and np.allclose(stated, one, atol=0.011) for one in known)
+
+
+def _plain(body: bytes, lines: int, columns: int, name: str) -> bytes:
+    """The body as the decoder reads it, with runs as before 1991 written out; refused where it holds too little."""
     if body[:2] == b"\2\2" and columns in _WIDTHS_WITH_RUNS:
-        return
-    if len(body) < 4 * lines * columns:
-        if b"\1\1\1" in body:
-            raise InputError(
-                name, "uses the run-length coding of Radiance before 1991", "Save it again as .hdr or .exr"
-            )
+        return body
+    wanted = lines * columns
+    if len(body) < 4 * wanted and b"\1\1\1" in body:
+        pixels = np.frombuffer(body, "<u4", len(body) // 4)
+        body = _without_runs(pixels, wanted, name)
+    if len(body) < 4 * wanted:
         raise InputError(name, "is an incomplete Radiance picture: it ends before its picture does", AGAIN)
+    return body
+
+
+def _without_runs(pixels: np.ndarray, wanted: int, name: str) -> bytes:
+    """Pixels (P,) as 32-bit words with all runs repeated: `wanted` of them."""
+    run = pixels & 0xFFFFFF == 0x010101
+    number = np.arange(len(pixels))
+    last = np.maximum.accumulate(np.where(run, -1, number))
+    digit = number - last - 1  # each run that follows another counts 256 times as much
+    if run[0] or digit.max() > 3:
+        raise InputError(name, "is a damaged Radiance picture: its runs repeat nothing, or far too much", AGAIN)
+    count = np.where(run, (pixels >> 24).astype(np.int64) << (8 * np.maximum(digit, 0)), 1)
+    ends = np.cumsum(count)
+    kept = int(np.searchsorted(ends, wanted)) + 1
+    if kept > len(ends) or ends[kept - 1] != wanted:
+        raise InputError(name, "is an incomplete Radiance picture: its runs do not end where its picture does", AGAIN)
+    return np.repeat(pixels[last[:kept]], count[:kept]).tobytes()
 
 
 def _upright(samples: np.ndarray, size: re.Match[bytes]) -> np.ndarray:
@@ -57,10 +99,19 @@ def _upright(samples: np.ndarray, size: re.Match[bytes]) -> np.ndarray:
     return samples if size[2] == b"Y" else samples.swapaxes(0, 1)
 
 
-def _exposure(header: bytes, name: str) -> float:
-    product = 1.0
-    for value in re.findall(rb"^EXPOSURE=(.*)$", header, re.MULTILINE):
-        product *= float(value)
-    if not 1e-30 < product < 1e30:
-        raise InputError(name, f"says its exposure is {product}", "Correct the EXPOSURE lines of its header")
-    return product
+def _exposure(header: bytes, name: str) -> np.ndarray:
+    """(3,) by which the samples were multiplied: all EXPOSURE lines, and all COLORCORR lines for each channel."""
+    product = np.ones(3)
+    for key, value in re.findall(rb"^(EXPOSURE|COLORCORR)=(.*)$", header, re.MULTILINE):
+        try:
+            factors = np.array([float(word) for word in value.split()])
+        except ValueError:
+            factors = np.zeros(1)
+        if len(factors) != (1 if key == b"EXPOSURE" else 3):
+            factors = np.zeros(1)
+        with np.errstate(over="ignore", invalid="ignore"):
+            product = product * factors
+    if not ((product > 1e-30) & (product < 1e30)).all():
+        problem = "says that its exposure is no factor above 0"
+        raise InputError(name, problem, "Correct the EXPOSURE and COLORCORR lines of its header")
+    return product.astype(np.float32)

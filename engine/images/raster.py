@@ -28,6 +28,7 @@ class Raster:
     """Samples of one picture, (H, W) or (H, W, 3) in R, G, B order.
 
     `white` is the integer code of full scale, None for floating-point samples (which have no clipping level).
+    `environment` is 'latlong' or 'cube' where the file says that it is an environment map in that layout.
     """
 
     samples: NDArray[Any]
@@ -37,6 +38,7 @@ class Raster:
     container: str
     warnings: tuple[str, ...] = ()
     exif: Exif | None = None
+    environment: str = ""
 
 
 def check_size(name: str, width: int, height: int, bytes_per_pixel: int, file_bytes: int) -> None:

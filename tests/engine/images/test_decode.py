@@ -140,7 +140,8 @@ def test_fault6_grey_alpha_palette_and_bilevel(read):
         (lambda: b"<!DOCTYPE html><html></html>", "web page"),
         (lambda: b"\0\0\0\x18ftypheic" + bytes(100), "HEIF"),
         (lambda: b"hello", "known kind"),
-        (lambda: b"#?RADIANCE\n\n-Y 2 +X 2\n\1\1\1\4", "before 1991"),
+        (lambda: b"#?RADIANCE\n\n-Y 2 +X 2\n\1\1\1\4", "runs repeat nothing"),
+        (lambda: b"#?RADIANCE\n\n-Y 2 +X 2\n\x80\x80\x80\x80\1\1\1\2", "runs do not end where"),
     ],
 )
 def test_fault6_what_is_not_converted_is_named(read, content, words):
@@ -309,6 +310,50 @@ def test_hdr_in_all_orientations_and_exposures(read):
     assert np.array_equal(exposed, plain / 8)
     with pytest.raises(InputError, match="exposure"):
         read(header + b"\nEXPOSURE=0\n\n" + body)
+
+
+def test_EN8_runs_as_before_1991_and_every_exponent(read):
+    """Old runs: a pixel of mantissas 1, 1, 1 repeats the last one, 256 times as often for each that follows another."""
+    header = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
+    first, second = b"\x80\x40\x20\x81", b"\xff\x00\x10\x83"
+    old = first + b"\1\1\1\x03" + second + b"\1\1\1\x04\1\1\1\x01"  # 4 of the first, 1 + 4 + 256 of the second
+    written_out = first * 4 + second * 261
+    for width, height in ((5, 53), (265, 1), (1, 265)):
+        size = b"-Y %d +X %d\n" % (height, width)
+        plain = read(header + size + written_out).pixels
+        assert np.array_equal(read(header + size + old).pixels, plain)
+    exponents = np.arange(256)
+    pixels = np.stack([np.full(256, 200), np.full(256, 13), np.zeros(256), exponents], axis=-1).astype(np.uint8)
+    for width in (4, 256):
+        found = read(header + b"-Y %d +X %d\n" % (256 // width, width) + pixels.tobytes()).pixels.reshape(-1, 3)
+        exact = np.ldexp(pixels[:, :3].astype(np.float64), exponents[:, None] - 136)
+        exact[0] = 0.0
+        assert np.isfinite(found).all()
+        assert np.all(np.abs(found - exact) <= exact.max(axis=1, keepdims=True) / 256)
+
+
+@pytest.mark.parametrize("width", [7, 8, 32767, 32768])
+def test_EN8_lines_too_short_or_long_for_runs_are_plain(read, width):
+    pixels = np.random.default_rng(2).integers(129, 140, (2, width, 4)).astype(np.uint8)
+    content = b"#?RADIANCE\n\n-Y 2 +X %d\n" % width + pixels.tobytes()
+    exact = np.ldexp(pixels[..., :3].astype(np.float64), pixels[..., 3:].astype(int) - 136)
+    assert np.all(np.abs(read(content).pixels - exact) <= exact.max(axis=2, keepdims=True) / 256)
+
+
+def test_EN8_what_the_header_says_of_colour(read):
+    body = b"-Y 1 +X 2\n\x80\x80\x80\x81\x80\x80\x80\x82"
+    plain = read(b"#?RADIANCE\n\n" + body)
+    assert not plain.warnings
+    corrected = read(b"#?RADIANCE\nCOLORCORR=2 1 0.5\nEXPOSURE=2\n\n" + body).pixels
+    assert np.array_equal(corrected, plain.pixels / np.float32((4, 2, 1)))
+    assert "gamma of 2.2" in read(b"#?RADIANCE\nGAMMA=2.2\n\n" + body).warnings[0]
+    wide = b"#?RADIANCE\nPRIMARIES=0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0.329\n\n"
+    assert "primaries" in read(wide + body).warnings[0]
+    srgb = b"#?RADIANCE\nGAMMA=1\nPRIMARIES=0.64 0.33 0.30 0.60 0.15 0.06 0.3127 0.329\n\n"
+    assert not read(srgb + body).warnings
+    for line in (b"EXPOSURE=bright", b"COLORCORR=1 2", b"EXPOSURE=nan", b"EXPOSURE=1e99"):
+        with pytest.raises(InputError, match="exposure"):
+            read(b"#?RADIANCE\n" + line + b"\n\n" + body)
 
 
 def test_half_size_averages(read):
