@@ -2,10 +2,10 @@
 
 Shading follows `engine.render.direct`: the interpolated normal on the side that is seen, bent where it would point
 away from the viewer. Both sides of a surface are alike. Rays towards light leave from the interpolated point, lifted
-onto the smooth surface that the normals describe wherever that bulges over the triangle (Hanika, *Hacking the Shadow
-Terminator*, Ray Tracing Gems II, 2021): a convex model then casts no shadow on itself above the horizon of its
-normals, as it casts none on its vertices, and the coarseness of its triangles does not show at the terminator. Where
-normals are those of the triangles, nothing is lifted.
+onto the smooth surface that the normals describe where that bulges over the triangle (after Hanika, *Hacking the
+Shadow Terminator*, Ray Tracing Gems II, 2021, but edge by edge): a convex model then casts no shadow on itself above
+the horizon of its normals, as it casts none on its vertices, and the coarseness of its triangles does not show at the
+terminator. Where normals are those of the triangles, nothing is lifted.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def surface_points(faces, barycentric, incoming, positions, normals, triangles):
         _frame(shading, frame[n])
         for j in range(3):
             viewer[n, j] = frame[n, 0, j] * away[0] + frame[n, 1, j] * away[1] + frame[n, 2, j] * away[2]
-        _lift(point[n], corner, weight, normals, triangle, side, flat[n])
+        _lift(point[n], corner, weight, normals, triangle, side)
     return point, flat, frame, viewer
 
 
@@ -95,19 +95,24 @@ def _frame(normal, frame):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def _lift(point, corner, weight, normals, triangle, side, flat):  # type: ignore[no-untyped-def]
-    """Move `point` onto the planes through the corners perpendicular to their normals, where it lies below these."""
-    x, y, z = point[0], point[1], point[2]
+def _lift(point, corner, weight, normals, triangle, side):  # type: ignore[no-untyped-def]
+    """Move `point` towards the planes through the corners perpendicular to their normals.
+
+    How far the surface bulges over an edge is the lesser of what the normals at its two ends say, and nothing where
+    one of them does not see the other end below its plane: normals that all lean one way lift nothing.
+    """
     for k in range(3):
-        nx, ny, nz = normals[triangle[k], 0], normals[triangle[k], 1], normals[triangle[k], 2]
-        if side * (nx * flat[0] + ny * flat[1] + nz * flat[2]) <= 0.0:
-            continue
-        depth = side * ((x - corner[k, 0]) * nx + (y - corner[k, 1]) * ny + (z - corner[k, 2]) * nz)
-        if depth < 0.0:
-            push = side * depth * weight[k]
-            point[0] -= push * nx
-            point[1] -= push * ny
-            point[2] -= push * nz
+        height = 0.0
+        for j in range(3):
+            if j != k:
+                here, there = 0.0, 0.0
+                for i in range(3):
+                    edge = side * (corner[k, i] - corner[j, i])
+                    here += edge * normals[triangle[k], i]
+                    there -= edge * normals[triangle[j], i]
+                height += weight[j] * max(min(here, there), 0.0)
+        for i in range(3):
+            point[i] += side * weight[k] * height * normals[triangle[k], i]
 
 
 @scalar
