@@ -8,12 +8,12 @@ import numpy as np
 
 from engine.bench.measure import Measure, best_of
 from engine.brdf.brdf import brdf_from_text
-from engine.factor import least_squares
 from engine.factor.data import factor_data
 from engine.factor.log_space import LogSpace
 from engine.factor.projections import DIFFERENCE, linear_of_pair
 from engine.factor.quaternions import random_pair
 from engine.factor.search import search
+from engine.factor.texel_rows import own_products, products
 from engine.factor.textures import DEFAULT, THESIS, Level, SearchSettings, mccool
 from engine.steps import drain
 
@@ -33,7 +33,7 @@ def inner_evaluation() -> Measure:
     projection = linear_of_pair(random_pair(np.random.default_rng(0)))
     time_s = best_of(lambda: level.error(projection))
     rows, before = level.rows(projection), level.rows(DIFFERENCE)
-    limit_s = best_of(lambda: (least_squares.own_products(rows), least_squares.products(rows, before)))
+    limit_s = best_of(lambda: (own_products(rows), products(rows, before)))
     return Measure(
         "factor-inner",
         time_s,

@@ -34,7 +34,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.kernels import scalar
+from engine.factor.cholesky import cholesky, largest_eigenvalue, largest_of_inverse, substituted
+from engine.factor.texel_rows import (
+    Rows,
+    add_products,
+    moments,
+    own_products,
+    predicted,
+    products,
+    reached_texels,
+    second_differences,
+)
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -50,16 +60,7 @@ GRADIENT = 1e-13
 REFINEMENTS = 12
 DIAGONAL_STEPS = 300
 
-_PANEL = 8
 _PADDING = 8
-
-
-class Rows(NamedTuple):
-    """Rows of B for one texture: `texel` (N, E) int32, indices into the flat texture, `weight` (N, E), and its size."""
-
-    texel: NDArray[np.int32]
-    weight: Floats
-    size: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,53 +100,28 @@ class Fit:
     steps: int
 
 
-def rows_of(look_ups: Sequence[Floats], size: int) -> Rows:
-    """Bilinear weights at coordinates (N, 2) in [−1, 1] of a texture whose outermost texels lie at ±1.
-
-    Each look-up's four weights sum to 1; what lies outside counts as on the edge. ValueError for a size below 2.
-    """
-    if size < 2:
-        raise ValueError(f"a texture needs at least 2 texels a side, not {size}")
-    count, entries = len(look_ups[0]), 4 * len(look_ups)
-    rows = Rows(np.empty((count, entries), np.int32), np.empty((count, entries)), size)
-    for number, coordinates in enumerate(look_ups):
-        _weights(np.ascontiguousarray(coordinates, np.float64), size, rows.texel, rows.weight, 4 * number)
-    return rows
-
-
 def term(rows: Rows, target: Floats, mask: Mask, smoothing: float) -> Term:
     """What a texture brings into the problem for the log values `target` (N, 3), with λ = `smoothing`.
 
     Raises ValueError where λ = 0 and the mask has texels that no sample touches.
     """
     count = len(rows.texel)
-    reached = _reached(rows)
+    reached = reached_texels(rows)
     mask = mask.reshape(-1) | reached
     if smoothing == 0.0 and (mask & ~reached).any():
         raise ValueError(f"{int((mask & ~reached).sum())} texels have no sample; smoothing above 0 fills them")
     gram = own_products(rows) / count
-    index, weight = _second_differences(rows.size, reached, np.sqrt(smoothing / reached.sum()))
+    index, weight = second_differences(rows.size, reached, np.sqrt(smoothing / reached.sum()))
     differences = Rows(index, weight, rows.size)
-    _add_products(index, weight, index, weight, gram)
-    return Term(rows, differences, gram, _moments(rows, target) / count, reached, mask)
-
-
-def touched(rows: Rows) -> int:
-    """How many texels samples touch: the unknowns of a term."""
-    return int(_reached(rows).sum())
-
-
-def _reached(rows: Rows) -> Mask:
-    reached = np.zeros(rows.size**2, np.bool_)
-    _mark(rows.texel, rows.weight, reached)
-    return reached
+    add_products(index, weight, index, weight, gram)
+    return Term(rows, differences, gram, moments(rows, target) / count, reached, mask)
 
 
 def with_smoothing(one: Term, share: float) -> Term:
     """The same with another λ: `share` ≥ 0 of its own."""
     index, weight, size = one.smoothing
     gram = one.gram.copy()
-    _add_products(index, weight, index, (share - 1.0) * weight, gram)
+    add_products(index, weight, index, (share - 1.0) * weight, gram)
     return replace(one, gram=gram, smoothing=Rows(index, np.sqrt(share) * weight, size))
 
 
@@ -173,12 +149,12 @@ def solve(terms: Sequence[Term], target: Floats, refine: bool = False) -> Fit:
                 crossed = products(one.rows, terms[m].rows)
                 factor[slices[k], slices[m]] = crossed[np.ix_(places[k], places[m])] / count
         factor[np.arange(unknowns), np.arange(unknowns)] += ridge
-        largest = _largest_eigenvalue(factor) if refine else 0.0
+        largest = largest_eigenvalue(factor) if refine else 0.0
         if cholesky(factor):
             raise ValueError("the samples or their weights are not finite")
-        solution = _substituted(factor, right)
+        solution = substituted(factor, right)
         if refine:
-            condition = float(np.sqrt(largest * _largest_of_inverse(factor)))
+            condition = float(np.sqrt(largest * largest_of_inverse(factor)))
     else:
         solution = np.zeros_like(right)
     gradient, steps = 0.0, 0
@@ -187,13 +163,6 @@ def solve(terms: Sequence[Term], target: Floats, refine: bool = False) -> Fit:
         solution, gradient, steps = _conjugate_gradients(problem, solution, factor, diagonal + ridge)
     textures = [_filled(one, place, solution[part]) for one, place, part in zip(terms, places, slices, strict=True)]
     return Fit(tuple(_gauged(terms, textures)), condition, gradient, unknowns, steps)
-
-
-def predicted(rows: Rows, texture: Floats) -> Floats:
-    """B y (N, 3) of one texture (n, n, 3)."""
-    out = np.empty((len(rows.texel), 3))
-    _apply(rows.texel, rows.weight, np.ascontiguousarray(texture.reshape(-1, 3)), out)
-    return out
 
 
 class _Problem(NamedTuple):
@@ -218,7 +187,7 @@ class _Problem(NamedTuple):
         """Bᵀ v / N + Lᵀ d over the unknowns."""
         parts = []
         for one, place, difference in zip(self.terms, self.places, differences, strict=True):
-            both = _moments(one.rows, values) / len(values) + _moments(one.smoothing, difference)
+            both = moments(one.rows, values) / len(values) + moments(one.smoothing, difference)
             parts.append(both[place])
         return np.concatenate(parts)
 
@@ -241,7 +210,7 @@ def _conjugate_gradients(
             best, best_size = solution.copy(), size
         if size <= GRADIENT * first:
             break
-        steered = _substituted(factor, gradient) if factor is not None else gradient / diagonal[:, None]
+        steered = substituted(factor, gradient) if factor is not None else gradient / diagonal[:, None]
         energy = np.einsum("ij,ij->j", gradient, steered)
         direction = steered + (energy / before) * direction if steps else steered
         before = np.where(energy > 0.0, energy, 1.0)
@@ -303,212 +272,3 @@ def _gauged(terms: Sequence[Term], textures: Sequence[Floats]) -> list[Floats]:
     return [
         texture.reshape(one.rows.size, one.rows.size, 3) for one, texture in zip(terms, [first, *gauged], strict=True)
     ]
-
-
-@scalar
-def _weights(coordinates, size, index, weight, first):  # type: ignore[no-untyped-def]
-    for i in range(len(coordinates)):
-        u = min(max(0.5 * (coordinates[i, 0] + 1.0) * (size - 1), 0.0), size - 1.0)
-        v = min(max(0.5 * (coordinates[i, 1] + 1.0) * (size - 1), 0.0), size - 1.0)
-        column, row = min(int(u), size - 2), min(int(v), size - 2)
-        a, b = u - column, v - row
-        corner = row * size + column
-        index[i, first], weight[i, first] = corner, (1.0 - a) * (1.0 - b)
-        index[i, first + 1], weight[i, first + 1] = corner + 1, a * (1.0 - b)
-        index[i, first + 2], weight[i, first + 2] = corner + size, (1.0 - a) * b
-        index[i, first + 3], weight[i, first + 3] = corner + size + 1, a * b
-
-
-@scalar
-def _mark(index, weight, reached):  # type: ignore[no-untyped-def]
-    for i in range(len(index)):
-        for e in range(index.shape[1]):
-            if weight[i, e] > 0.0:
-                reached[index[i, e]] = True
-
-
-@scalar
-def _second_differences(size, reached, strength):  # type: ignore[no-untyped-def]
-    index = np.zeros((3 * size * size, 4), np.int32)
-    weight = np.zeros((3 * size * size, 4))
-    count = 0
-    steps = np.array([[0, 1, 2, 2], [0, size, 2 * size, 2 * size], [0, 1, size, size + 1]])
-    factors = np.array([[1.0, -2.0, 1.0, 0.0], [1.0, -2.0, 1.0, 0.0], [1.0, -1.0, -1.0, 1.0]])
-    factors[2] *= np.sqrt(2.0)
-    across, down = np.array([2, 0, 1]), np.array([0, 2, 1])
-    for row in range(size):
-        for column in range(size):
-            texel = row * size + column
-            for kind in range(3):
-                if column + across[kind] >= size or row + down[kind] >= size:
-                    continue
-                touched = True
-                for e in range(4):
-                    touched = touched and reached[texel + steps[kind, e]]
-                if touched:
-                    for e in range(4):
-                        index[count, e] = texel + steps[kind, e]
-                        weight[count, e] = strength * factors[kind, e]
-                    count += 1
-    return index[:count], weight[:count]
-
-
-@scalar
-def _add_products(texel_a, weight_a, texel_b, weight_b, block):  # type: ignore[no-untyped-def]
-    for i in range(len(texel_a)):
-        for a in range(texel_a.shape[1]):
-            factor = weight_a[i, a]
-            row = block[texel_a[i, a]]
-            for b in range(texel_b.shape[1]):
-                row[texel_b[i, b]] += factor * weight_b[i, b]
-
-
-@scalar
-def _add_own(texel, weight, block):  # type: ignore[no-untyped-def]
-    """Add half of BᵀB: of each pair of entries one order, of each entry with itself half."""
-    for i in range(len(texel)):
-        for a in range(texel.shape[1]):
-            factor = weight[i, a]
-            row = block[texel[i, a]]
-            for b in range(a):
-                row[texel[i, b]] += factor * weight[i, b]
-            row[texel[i, a]] += 0.5 * factor * factor
-
-
-def own_products(rows: Rows) -> Floats:
-    """BᵀB (T, T) of one texture."""
-    half = np.zeros((rows.size**2, rows.size**2))
-    _add_own(rows.texel, rows.weight, half)
-    return half + half.T
-
-
-def products(a: Rows, b: Rows) -> Floats:
-    """Aᵀ B (Ta, Tb) of the rows of two textures for the same samples."""
-    block = np.zeros((a.size**2, b.size**2))
-    _add_products(a.texel, a.weight, b.texel, b.weight, block)
-    return block
-
-
-@scalar
-def _add_moments(texel, weight, values, sums):  # type: ignore[no-untyped-def]
-    for i in range(len(texel)):
-        red, green, blue = values[i, 0], values[i, 1], values[i, 2]
-        for e in range(texel.shape[1]):
-            row, factor = sums[texel[i, e]], weight[i, e]
-            row[0] += factor * red
-            row[1] += factor * green
-            row[2] += factor * blue
-
-
-def _moments(rows: Rows, values: Floats) -> Floats:
-    """Bᵀ v (T, 3) for v (N, 3)."""
-    sums = np.zeros((rows.size**2, 3))
-    _add_moments(rows.texel, rows.weight, values, sums)
-    return sums
-
-
-@scalar
-def _apply(texel, weight, texture, out):  # type: ignore[no-untyped-def]
-    for i in range(len(texel)):
-        red, green, blue = 0.0, 0.0, 0.0
-        for e in range(texel.shape[1]):
-            row, factor = texture[texel[i, e]], weight[i, e]
-            red += factor * row[0]
-            green += factor * row[1]
-            blue += factor * row[2]
-        out[i, 0], out[i, 1], out[i, 2] = red, green, blue
-
-
-@scalar
-def cholesky(a):  # type: ignore[no-untyped-def]
-    """Replace the lower triangle of a symmetric matrix by its factor; returns how many leading rows failed, or 0.
-
-    Panels of eight columns, so that the rest of the matrix is passed over once for eight of them.
-    """
-    n = len(a)
-    rows = np.zeros((_PANEL, n))
-    for first in range(0, n, _PANEL):
-        last = min(first + _PANEL, n)
-        for i in range(first, n):
-            for k in range(first, min(i + 1, last)):
-                s = a[i, k]
-                for m in range(first, k):
-                    s -= a[i, m] * a[k, m]
-                if i == k:
-                    if not s > 0.0:
-                        return k + 1
-                    a[k, k] = np.sqrt(s)
-                else:
-                    a[i, k] = s / a[k, k]
-        for k in range(first, last):
-            for i in range(last, n):
-                rows[k - first, i] = a[i, k]
-        r0, r1, r2, r3, r4, r5, r6, r7 = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], rows[7]
-        for i in range(last, n):
-            p0, p1, p2, p3, p4, p5, p6, p7 = r0[i], r1[i], r2[i], r3[i], r4[i], r5[i], r6[i], r7[i]
-            row = a[i]
-            for j in range(last, i + 1):
-                row[j] -= ((p0 * r0[j] + p1 * r1[j]) + (p2 * r2[j] + p3 * r3[j])) + (
-                    (p4 * r4[j] + p5 * r5[j]) + (p6 * r6[j] + p7 * r7[j])
-                )
-    return 0
-
-
-@scalar
-def _substituted(factor, right):  # type: ignore[no-untyped-def]
-    """x (n, m) with F Fᵀ x = right (n, m)."""
-    x = right.copy()
-    n, m = x.shape
-    for i in range(n):
-        for c in range(m):
-            s = x[i, c]
-            for k in range(i):
-                s -= factor[i, k] * x[k, c]
-            x[i, c] = s / factor[i, i]
-    for i in range(n - 1, -1, -1):
-        for c in range(m):
-            x[i, c] /= factor[i, i]
-        for k in range(i):
-            for c in range(m):
-                x[k, c] -= factor[i, k] * x[i, c]
-    return x
-
-
-@scalar
-def _largest_eigenvalue(lower):  # type: ignore[no-untyped-def]
-    """That of a symmetric positive matrix given by its lower triangle, from below, by 20 power iterations."""
-    n = len(lower)
-    x = np.ones(n) / np.sqrt(n)
-    length = 0.0
-    for _ in range(20):
-        y = np.zeros(n)
-        for i in range(n):
-            s = lower[i, i] * x[i]
-            for k in range(i):
-                s += lower[i, k] * x[k]
-                y[k] += lower[i, k] * x[i]
-            y[i] += s
-        length = 0.0
-        for i in range(n):
-            length += y[i] * y[i]
-        length = np.sqrt(length)
-        x = y / length
-    return length
-
-
-@scalar
-def _largest_of_inverse(factor):  # type: ignore[no-untyped-def]
-    """The same of the inverse of a matrix given by its Cholesky factor."""
-    n = len(factor)
-    x = np.empty((n, 1))
-    for i in range(n):
-        x[i, 0] = 1.0 if i % 2 else -0.7
-    length = 0.0
-    for _ in range(20):
-        x = _substituted(factor, x)
-        length = 0.0
-        for i in range(n):
-            length += x[i, 0] * x[i, 0]
-        length = np.sqrt(length)
-        x = x / length
-    return length

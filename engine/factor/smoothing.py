@@ -14,7 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.factor.least_squares import Rows, Term, predicted, solve, with_smoothing
+from engine.factor.least_squares import Term, solve, with_smoothing
+from engine.factor.texel_rows import Rows, predicted
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

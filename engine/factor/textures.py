@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from engine.factor.data import FactorData
 from engine.factor.errors import METRICS, Factorisation, Reference, TermError, metrics
 from engine.factor.homomorphic import MOST_TERMS, HomomorphicFactors
-from engine.factor.least_squares import DENSE_LIMIT, Fit, Rows, Term, predicted, rows_of, solve, term, touched
+from engine.factor.least_squares import DENSE_LIMIT, Fit, Term, solve, term
 from engine.factor.log_space import EPSILON, LogSpace
 from engine.factor.projections import (
     KINDS,
@@ -31,6 +31,7 @@ from engine.factor.projections import (
     texture_mask,
 )
 from engine.factor.smoothing import held_out, part_of, smoothing_share
+from engine.factor.texel_rows import Rows, predicted, rows_of, touched
 
 Floats = NDArray[np.float64]
 

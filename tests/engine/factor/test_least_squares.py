@@ -7,8 +7,10 @@ import pytest
 from scipy.sparse.linalg import lsqr
 
 from engine.factor import least_squares
-from engine.factor.least_squares import Rows, cholesky, predicted, rows_of, solve, term
+from engine.factor.cholesky import cholesky
+from engine.factor.least_squares import solve, term
 from engine.factor.projections import DIFFERENCE, FIRST, HALF, SUM, look_ups, points_of
+from engine.factor.texel_rows import Rows, predicted, rows_of
 from tests.engine.factor.test_projections import hemisphere
 
 U = 2.0**-53

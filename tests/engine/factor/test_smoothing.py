@@ -10,10 +10,11 @@ import pytest
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.resample import resample
 from engine.factor.data import FactorData, factor_data
-from engine.factor.least_squares import rows_of, solve, term, with_smoothing
+from engine.factor.least_squares import solve, term, with_smoothing
 from engine.factor.log_space import LogSpace
 from engine.factor.projections import FixedProjection
 from engine.factor.smoothing import FALL, FALLS, held_out
+from engine.factor.texel_rows import rows_of
 from engine.factor.textures import Level, SearchSettings
 from engine.steps import drain
 from tests.engine.factor.factored import blue_paint
