@@ -60,7 +60,7 @@ def with_ground(mesh: Mesh, ground: Ground) -> tuple[Mesh, int]:
     offset = np.stack([x, np.zeros_like(x), z], axis=-1).reshape(-1, 3)
     positions = offset + mesh.centre
     positions[:, 1] = _height(mesh, ground)
-    normals = np.broadcast_to(np.float32([0.0, 1.0, 0.0]), positions.shape)
+    normals = np.broadcast_to(np.array([0.0, 1.0, 0.0], np.float32), positions.shape)
     uv = np.stack([x, -z], axis=-1).reshape(-1, 2) / np.max(np.ptp(mesh.positions, axis=0))
     faces = np.concatenate([mesh.faces, _squares(ground.cells) + len(mesh.positions)]).astype(np.int32)
     both = Mesh(

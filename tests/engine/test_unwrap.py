@@ -87,13 +87,19 @@ def test_large_meshes_keep_the_box_projection_and_say_so(monkeypatch: pytest.Mon
     assert "box projection: the mesh has 12 faces" in finding.text
     assert np.array_equal(reply["uv"], uv)
     assert MOST_FACES == 10_000
+    monkeypatch.setattr(unwrap, "MOST_PARTS", 1)
+    (finding,) = with_atlas(reply_of("two"), "solids.ply")
+    assert "92 faces" in finding.text
+    monkeypatch.setattr(unwrap, "MOST_FACES", 1000)
+    (finding,) = with_atlas(reply_of("two"), "solids.ply")
+    assert "box projection: the mesh has 2 parts" in finding.text
 
 
 def test_charts_that_fail_keep_the_box_projection(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object, **__: object) -> None:
-        raise InputError("solid.ply", "could not be decoded within 20 s", "")
+        raise InputError("solid.ply", "could not be decoded within 15 s", "")
 
     monkeypatch.setattr(unwrap, "decode_content", fail)
     reply = reply_of("box")
     (finding,) = with_atlas(reply, "solid.ply")
-    assert finding.text.endswith("charts could not be cut (could not be decoded within 20 s)")
+    assert finding.text.endswith("charts could not be cut (could not be decoded within 15 s)")
