@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from engine.colour import luminance
+from engine.colour import luminance, xyz_from_srgb
 from engine.daylight import SUN_ABOVE_THE_AIR, clear_sky, overcast, preetham, sun_irradiance
 from engine.directions import normalize, world_angles, world_direction
 from engine.environment import EnvironmentMap, solid_angles, texel_directions
@@ -51,6 +51,25 @@ def test_the_zenith_of_a_clear_sky_is_preethams(elevation_deg, turbidity):
     expected = (4.0453 * turbidity - 4.9710) * math.tan(chi) - 0.2155 * turbidity + 2.4192
     value = preetham(UP, world_direction(angle, 0.7), turbidity)
     assert luminance(value) == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_clear_sky_between_zenith_and_sun_is_preethams():
+    """The paper's tables worked out by hand for turbidity 3; sun at 40°, view at 70° from the zenith, both at phi 0."""
+    sun, view = math.radians(40), math.radians(70)
+    tables = {
+        "Y": (-0.9269, -0.6387, 5.2570, -2.2153, 0.1693),
+        "x": (-0.3171, -0.1987, 0.2113, -1.0912, 0.0353),
+        "y": (-0.3109, -0.2758, 0.1865, -1.7860, 0.0202),
+    }
+    ratio = {}
+    for name, (a, b, c, d, e) in tables.items():
+        gamma = view - sun
+        here = (1 + a * math.exp(b / math.cos(view))) * (1 + c * math.exp(d * gamma) + e * math.cos(gamma) ** 2)
+        ratio[name] = here / ((1 + a * math.exp(b)) * (1 + c * math.exp(d * sun) + e * math.cos(sun) ** 2))
+    up, value = (preetham(direction, world_direction(sun, 0.0), 3.0) for direction in (UP, world_direction(view, 0.0)))
+    (x0, y0), (x, y) = (xyz[:2] / xyz.sum() for xyz in (xyz_from_srgb(up), xyz_from_srgb(value)))
+    assert luminance(value) / luminance(up) == pytest.approx(ratio["Y"], rel=1e-6)
+    assert (x / x0, y / y0) == pytest.approx((ratio["x"], ratio["y"]), rel=1e-6)
 
 
 def test_a_clear_sky_is_symmetric_about_the_sun_and_bluest_away_from_it():

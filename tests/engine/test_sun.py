@@ -65,9 +65,9 @@ def test_a_disc_with_a_glow_keeps_its_size_and_place():
 
 def test_a_sun_on_the_seam_is_one_sun():
     radiance = sky()
-    radiance[20:22, [127, 0]] = 1e5
+    radiance[20, [127, 0]] = 1e5
     _, (lamp,) = split_sun(EnvironmentMap(radiance))
-    polar = math.pi * 21 / 64
+    polar = math.pi * 20.5 / 64
     np.testing.assert_allclose(lamp.direction, (0.0, math.cos(polar), -math.sin(polar)), atol=1e-3)
 
 
@@ -95,9 +95,11 @@ def test_T3_strip_lights_stay_however_narrow():
     assert split_sun(EnvironmentMap(radiance))[1] == ()
 
 
-def test_T3_the_middle_of_a_soft_lamp_is_no_sun():
+@pytest.mark.parametrize("width", [0.06, 0.2])
+def test_T3_the_middle_of_a_soft_lamp_is_no_sun(width):
+    """Half the light of the narrower one is within 3 degrees, but what is around it is not much darker."""
     angle = np.arccos(np.clip(dot(texel_directions(256, 512), normalize((1, 1, 0))), -1, 1))[..., None]
-    radiance = (0.1 + 1e4 * np.exp(-((angle / 0.2) ** 2)) + np.zeros(3)).astype(np.float32)
+    radiance = (0.1 + 1e4 * np.exp(-((angle / width) ** 2)) + np.zeros(3)).astype(np.float32)
     assert split_sun(EnvironmentMap(radiance))[1] == ()
 
 
