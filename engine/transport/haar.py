@@ -172,48 +172,71 @@ def strongest(coefficients: NDArray[Any], count: int) -> NDArray[np.int64]:
     """
     if count < 0:
         raise ValueError(f"a number of coefficients is not negative, as {count} is")
-    values = np.asarray(coefficients)
-    squared = np.ascontiguousarray((values.astype(np.float64) ** 2).sum(axis=1))
-    kept = np.empty(min(count, len(squared)), np.int64)
-    return kept[: select(squared, kept, np.empty(len(squared)))]
+    planes = np.ascontiguousarray(np.asarray(coefficients, np.float64).T)
+    kept = np.empty(min(count, planes.shape[1]), np.int64)
+    value, scratch = np.empty((2, candidates(count)))
+    return kept[: select(planes, kept, value, scratch, np.empty(len(value), np.int64))]
+
+
+def candidates(count: int) -> int:
+    """Room that `select` needs to choose so many: so much that it rarely has to thin out."""
+    return 2 * count + 256
 
 
 @scalar
-def select(squared: Any, kept: Any, room: Any) -> int:
-    """Fill `kept` with the indices of the largest entries of `squared` in rising order; how many there are.
+def select(planes: Any, kept: Any, value: Any, scratch: Any, index: Any) -> int:
+    """Fill `kept` with the indices of the strongest columns of `planes` (C, M), in rising order; how many there are.
 
-    Entries of 0 are never kept, ties go to the lower index. `room` is as long as `squared`. Quickselect (Hoare 1961)
-    with the median of three, which takes linear time on what occurs; the outcome does not depend on its pivots.
+    Columns of 0 are never kept, ties go to the lower index. `value`, `scratch` and `index` are of a length of
+    `candidates`. Columns are gone through once: those that beat the weakest of the best so far are held, and thinned
+    out to the best whenever the room is full. What is large is near the front, so that happens a few times only.
     """
-    lit = 0
-    for index in range(len(squared)):
-        if squared[index] > 0.0:
-            room[lit] = squared[index]
-            lit += 1
-    wanted = min(len(kept), lit)
+    wanted = len(kept)
     if wanted == 0:
         return 0
-    threshold = _nth_largest(room, lit, wanted)
-    above = 0
-    for n in range(lit):
-        if room[n] > threshold:
-            above += 1
-    equal = wanted - above
-    count = 0
-    for index in range(len(squared)):
-        if squared[index] > threshold:
-            kept[count] = index
-            count += 1
-        elif squared[index] == threshold and equal > 0:
-            kept[count] = index
-            count += 1
+    held, bar = 0, planes.dtype.type(0.0)
+    for m in range(planes.shape[1]):
+        total = planes[0, m] * planes[0, m]
+        for p in range(1, len(planes)):
+            total += planes[p, m] * planes[p, m]
+        if total > bar:
+            value[held], index[held] = total, m
+            held += 1
+            if held == len(value):
+                bar = _thinned(value, scratch, index, held, wanted)
+                held = wanted
+    if held > wanted:
+        _thinned(value, scratch, index, held, wanted)
+        held = wanted
+    for n in range(held):
+        kept[n] = index[n]
+    return held
+
+
+@scalar
+def _thinned(value: Any, scratch: Any, index: Any, held: int, wanted: int) -> Any:
+    """Leave the `wanted` strongest of `held` candidates in their order, ties to the first; the weakest of them."""
+    for n in range(held):
+        scratch[n] = value[n]
+    bar = _nth_largest(scratch, held, wanted)
+    equal = wanted
+    for n in range(held):
+        if value[n] > bar:
             equal -= 1
-    return count
+    count = 0
+    for n in range(held):
+        tie = value[n] == bar and equal > 0
+        if tie:
+            equal -= 1
+        if tie or value[n] > bar:
+            value[count], index[count] = value[n], index[n]
+            count += 1
+    return bar
 
 
 @scalar
 def _nth_largest(values: Any, length: int, nth: int) -> Any:
-    """The `nth` largest (from 1) of the first `length` values, which are reordered."""
+    """The `nth` largest (from 1) of the first `length` values, which are reordered (quickselect, Hoare 1961)."""
     low, high, target = 0, length - 1, nth - 1
     while low < high:
         a, b, c = values[low], values[(low + high) // 2], values[high]

@@ -23,27 +23,57 @@ BLOCK = 8
 
 
 @scalar
-def _in_place(square: Any, room: Any, edge: int) -> None:
-    """Haar transform of one face (edge, edge) in place; `room` is as large."""
+def _transformed(face: int, image: Any, room: Any, coefficients: Any) -> None:
+    """Put the Haar coefficients of one face (N, N) where their indices say; `image` and `room` (N/2, N/2) are used up.
+
+    The details of the level of `size` begin at 6 size², and those of a face there at 3 size² for each face before.
+    """
     half = np.float32(0.5)
-    size = edge
-    while size > 1:
-        middle = size // 2
-        for i in range(middle):
-            for j in range(middle):
-                p, q = square[2 * i, 2 * j], square[2 * i, 2 * j + 1]
-                r, s = square[2 * i + 1, 2 * j], square[2 * i + 1, 2 * j + 1]
-                room[i, j] = half * ((p + q) + (r + s))
-                room[i, middle + j] = half * ((p - q) + (r - s))
-                room[middle + i, j] = half * ((p + q) - (r + s))
-                room[middle + i, middle + j] = half * ((p - q) - (r - s))
-        square[:size, :size] = room[:size, :size]
-        size = middle
+    size = len(image) // 2
+    source, target = image, room
+    while size > 0:
+        block = size * size
+        across = 6 * block + 3 * face * block
+        for i in range(size):
+            at = across + i * size
+            for j in range(size):
+                p, q = source[2 * i, 2 * j], source[2 * i, 2 * j + 1]
+                r, s = source[2 * i + 1, 2 * j], source[2 * i + 1, 2 * j + 1]
+                target[i, j] = half * ((p + q) + (r + s))
+                coefficients[at + j] = half * ((p - q) + (r - s))
+                coefficients[at + block + j] = half * ((p + q) - (r + s))
+                coefficients[at + 2 * block + j] = half * ((p - q) - (r - s))
+        source, target = target, source
+        size //= 2
+    coefficients[face] = source[0, 0]
+
+
+@scalar
+def inner_cells(kind: int, size: int) -> Any:
+    """(size, size) bool: cells of a disk map of which all four corners (r, c) … (r + 1, c + 1) lie in the disk."""
+    inner = np.zeros((size, size), np.bool_)
+    if kind == 1:
+        return inner
+    for r in range(size - 1):
+        for c in range(size - 1):
+            x, y = max(abs(2 * c + 1 - size), abs(2 * c + 3 - size)), max(abs(2 * r + 1 - size), abs(2 * r + 3 - size))
+            inner[r, c] = x * x + y * y <= size * size
+    return inner
 
 
 @scalar
 def _lit(
-    frame: Any, visible: Any, direction: Any, area: Any, kind: int, size: int, lit: Any, place: Any, weight: Any
+    frame: Any,
+    visible: Any,
+    full: int,
+    direction: Any,
+    area: Any,
+    kind: int,
+    size: int,
+    inner: Any,
+    lit: Any,
+    place: Any,
+    weight: Any,
 ) -> int:
     """The texels above the horizon that see the sky, where the light maps are looked up there, and how many they are.
 
@@ -52,7 +82,7 @@ def _lit(
     tap, share = np.empty(4, np.int64), np.empty(4)
     count = 0
     for m in range(len(direction)):
-        if visible[m] <= 0.0:
+        if visible[m] == 0:
             continue
         x, y, z = direction[m, 0], direction[m, 1], direction[m, 2]
         up = frame[0, 2] * x + frame[1, 2] * y + frame[2, 2] * z
@@ -60,12 +90,30 @@ def _lit(
             continue
         right = frame[0, 0] * x + frame[1, 0] * y + frame[2, 0] * z
         ahead = frame[0, 1] * x + frame[1, 1] * y + frame[2, 1] * z
-        taps(kind, size, right, ahead, min(up, 1.0), tap, share)
-        factor = visible[m] * up * area[m]
+        factor = visible[m] * up * area[m] / full
         lit[count] = m
-        for k in range(4):
-            place[count, k] = tap[k]
-            weight[count, k] = share[k] * factor
+        stretch = 0.5 / (1.0 + up) if kind == 2 else 0.5
+        column, row = (right * stretch + 0.5) * size - 0.5, (ahead * stretch + 0.5) * size - 0.5
+        left, low = int(column), int(row)
+        if column >= 0.0 and row >= 0.0 and left < size and low < size and inner[low, left]:
+            # inside a disk nothing is to be shared out anew: bilinear weights as they are
+            along, across = row - low, column - left
+            first = low * size + left
+            place[count, 0], place[count, 1], place[count, 2], place[count, 3] = (
+                first,
+                first + 1,
+                first + size,
+                first + size + 1,
+            )
+            weight[count, 0] = (1.0 - along) * (1.0 - across) * factor
+            weight[count, 1] = (1.0 - along) * across * factor
+            weight[count, 2] = along * (1.0 - across) * factor
+            weight[count, 3] = along * across * factor
+        else:
+            taps(kind, size, right, ahead, min(up, 1.0), tap, share)
+            for k in range(4):
+                place[count, k] = tap[k]
+                weight[count, k] = share[k] * factor
         count += 1
     return count
 
@@ -74,12 +122,13 @@ def _lit(
 def transfer(
     frames: Any,
     visible: Any,
+    full: int,
     direction: Any,
     area: Any,
     kind: int,
     size: int,
     maps: Any,
-    order: Any,
+    room: int,
     indices: Any,
     words: Any,
     peaks: Any,
@@ -89,66 +138,55 @@ def transfer(
 
     Parameters
     ----------
-    frames : (B, 3, 3) float64 with columns tangent, bitangent, normal. visible : (B, M) float32 in [0, 1].
+    frames : (B, 3, 3) float64 with columns tangent, bitangent, normal.
+    visible : (B, M) uint8, how many of the `full` parts of each texel see the sky.
     direction : (M, 3) float64 of the texels, face by face. area : (M,) float64 their solid angles.
     kind, size : of the map of the light maps (`DirectionMap`). maps : (K, P, texels) float32; P is 1 where all colours
         are alike, else 3.
-    order : (M,) where each index lies (`haar.places`).
+    room : of candidates for the strongest coefficients (`haar.candidates`).
     indices, words, peaks, counts : filled, (B, K, N_l) uint16, (B, K, N_l) uint32, (B, K, 3) float32, (B, K) uint16.
     """
     vertices, texels = visible.shape
     edge = int(np.sqrt(texels // FACES))
     terms, planes = maps.shape[0], maps.shape[1]
     wanted = indices.shape[2]
+    inner = inner_cells(kind, size)
     for block in prange((vertices + BLOCK - 1) // BLOCK):
-        lit, place, weight = (
-            np.empty(texels, np.int64),
-            np.empty((texels, 4), np.int32),
-            np.empty((texels, 4), np.float32),
-        )
-        cube = np.empty((planes, texels), np.float32)
-        squared, room, square = (
-            np.empty(texels, np.float32),
-            np.empty(texels, np.float32),
-            np.empty((edge, edge), np.float32),
-        )
+        lit, place = np.empty(texels, np.int64), np.empty((texels, 4), np.int32)
+        weight, cube = np.empty((texels, 4), np.float32), np.empty((planes, texels), np.float32)
+        image, square = np.empty((edge, edge), np.float32), np.empty((edge // 2, edge // 2), np.float32)
         kept, values = np.empty(wanted, np.int64), np.zeros((wanted, 3), np.float32)
+        held, scratch = np.empty(room, np.float32), np.empty(room, np.float32)
+        index = np.empty(room, np.int64)
         for v in range(block * BLOCK, min((block + 1) * BLOCK, vertices)):
-            count = _lit(frames[v], visible[v], direction, area, kind, size, lit, place, weight)
+            count = _lit(frames[v], visible[v], full, direction, area, kind, size, inner, lit, place, weight)
             for k in range(terms):
                 for p in range(planes):
-                    _project(maps[k, p], lit[:count], place, weight, cube[p].reshape((FACES, edge, edge)), square)
-                for index in range(texels):
-                    at = order[index]
-                    total = cube[0, at] * cube[0, at]
-                    for p in range(1, planes):
-                        total += cube[p, at] * cube[p, at]
-                    squared[index] = total
-                number = select(squared, kept, room)
+                    _project(maps[k, p], lit[:count], place, weight, image, square, cube[p])
+                number = select(cube, kept, held, scratch, index)
                 for n in range(number):
                     for channel in range(3):
-                        values[n, channel] = cube[channel if planes == 3 else 0, order[kept[n]]]
+                        values[n, channel] = cube[channel if planes == 3 else 0, kept[n]]
                 counts[v, k] = _store(values[:number], kept, indices[v, k], words[v, k], peaks[v, k])
 
 
 @scalar
-def _project(light_map: Any, lit: Any, place: Any, weight: Any, cube: Any, square: Any) -> None:
+def _project(light_map: Any, lit: Any, place: Any, weight: Any, image: Any, square: Any, coefficients: Any) -> None:
     """Coefficients of one colour of one term: the light map at all texels that are lit, transformed face by face."""
-    edge = cube.shape[1]
-    flat = cube.reshape(-1)
-    flat[:] = np.float32(0.0)
-    for n in range(len(lit)):
-        flat[lit[n]] = (weight[n, 0] * light_map[place[n, 0]] + weight[n, 1] * light_map[place[n, 1]]) + (
-            weight[n, 2] * light_map[place[n, 2]] + weight[n, 3] * light_map[place[n, 3]]
-        )
-    start = 0
+    texels = len(image) * len(image)
+    coefficients[:] = np.float32(0.0)
+    n = 0
     for face in range(FACES):
-        stop = start
-        while stop < len(lit) and lit[stop] < (face + 1) * edge * edge:
-            stop += 1
-        if stop > start:
-            _in_place(cube[face], square, edge)
-        start = stop
+        if n == len(lit) or lit[n] >= (face + 1) * texels:
+            continue
+        image[:] = np.float32(0.0)
+        flat = image.reshape(-1)
+        while n < len(lit) and lit[n] < (face + 1) * texels:
+            flat[lit[n] - face * texels] = (
+                weight[n, 0] * light_map[place[n, 0]] + weight[n, 1] * light_map[place[n, 1]]
+            ) + (weight[n, 2] * light_map[place[n, 2]] + weight[n, 3] * light_map[place[n, 3]])
+            n += 1
+        _transformed(face, image, square, coefficients)
 
 
 @scalar

@@ -1,0 +1,245 @@
+"""Wavelet transport with separable reflectances (Wang, Tran and Luebke 2004, "All-frequency relighting of non-diffuse
+objects using separable BRDF approximation"), on the processor.
+
+    T_k(v, wi) = light_k(wi) V(v, wi) cos θ_i dω         kept at each vertex as its strongest Haar coefficients (Eq. 3)
+    L_k(v)     = Σ T_k L                                 when the light changes: the light-modulated K-tuple (Eq. 6)
+    B(v, wo)   = Σ_k view_k(wo) L_k(v)                   when the view changes
+
+Directions of the light are in the world, those of the maps in the vertex's own tangent frame. A ground under the model
+is Lambertian and has one term, of light map 1 and view map albedo/π, whatever the model has. Sums below 0, which
+truncation leaves, are clamped in the radiance only, and how much that was is reported.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.cube_map import cube_directions, cube_solid_angles
+from engine.directions import Vectors, normalize, world_from_tangent
+from engine.factor.maps import DirectionMap
+from engine.factor.separable_factors import SeparableFactors
+from engine.mesh import Mesh
+from engine.tangents import frames_along
+from engine.transport.haar import FACES, candidates, check_edge
+from engine.transport.wavelet_codes import WaveletLight
+from engine.transport.wavelet_kernel import packed_light, relight, transfer
+
+#: Most terms of a reflectance and most coefficients of a vector.
+MOST_TERMS, MOST_COEFFICIENTS = 64, 4096
+
+#: Cosines of the view below this are drawn as if seen at it: normals between vertices can turn away from the viewer.
+GRAZING = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Vectors16:
+    """Packed transport vectors, one row each; see `wavelet_codes`.
+
+    Attributes
+    ----------
+    indices, words : (R, N) uint16 and uint32, in rising order of the index; 0 beyond `counts`.
+    peaks : (R, 3) float32.
+    counts : (R,) uint16.
+    """
+
+    indices: NDArray[np.uint16]
+    words: NDArray[np.uint32]
+    peaks: NDArray[np.float32]
+    counts: NDArray[np.uint16]
+
+    def check(self, edge: int) -> None:
+        """ValueError where the arrays do not fit together or name coefficients that faces of `edge` do not have."""
+        kinds = (self.indices, np.uint16, 2), (self.words, np.uint32, 2), (self.peaks, np.float32, 2)
+        if any(array.dtype != kind or array.ndim != axes for array, kind, axes in kinds):
+            raise ValueError("vectors are of other types")
+        if self.counts.dtype != np.uint16 or self.counts.shape != (len(self.words),):
+            raise ValueError("counts are of another type")
+        if self.indices.shape != self.words.shape or self.peaks.shape != (len(self.words), 3):
+            raise ValueError("vectors do not fit together")
+        if not np.isfinite(self.peaks).all() or (self.peaks < 0.0).any():
+            raise ValueError("peaks are not finite, or negative")
+        if self.counts.max(initial=0) > self.words.shape[1] or self.indices.max(initial=0) >= FACES * edge * edge:
+            raise ValueError("vectors name coefficients that do not exist")
+
+
+@dataclass(frozen=True, eq=False)
+class WaveletTransport:
+    """What is known of every vertex before there is light.
+
+    Attributes
+    ----------
+    mesh : model, and after it the ground where there is one.
+    ground_vertex : the first vertex of the ground; the number of vertices without one.
+    factors : of the model's reflectance, over light and viewer.
+    ground_albedo : of the ground.
+    edge : of the faces of the cube maps of light.
+    vectors : K rows for each vertex of the model, vertex by vertex, then one for each of the ground.
+    """
+
+    mesh: Mesh
+    ground_vertex: int
+    factors: SeparableFactors
+    ground_albedo: float
+    edge: int
+    vectors: Vectors16
+
+    def __post_init__(self) -> None:
+        check_factors(self.factors)
+        check_edge(self.edge)
+        rows = self.ground_vertex * self.factors.terms + len(self.mesh.positions) - self.ground_vertex
+        if not 0 <= self.ground_vertex <= len(self.mesh.positions) or len(self.vectors.words) != rows:
+            raise ValueError(f"{len(self.vectors.words)} vectors do not belong to these vertices, which need {rows}")
+
+    @property
+    def rows(self) -> int:
+        return len(self.vectors.words)
+
+    @cached_property
+    def frames(self) -> Vectors:
+        """(V, 3, 3) with columns tangent, bitangent, normal."""
+        return vertex_frames(self.mesh, self.factors.isotropic)
+
+
+def check_factors(factors: SeparableFactors) -> None:
+    """ValueError for factors that cannot be baked."""
+    if factors.parametrisation != "in-out":
+        raise ValueError("wavelets need factors over light and viewer (in-out), not over half and difference vectors")
+    if factors.terms > MOST_TERMS:
+        raise ValueError(f"{factors.terms} terms are more than the {MOST_TERMS} that can be baked")
+
+
+def vertex_frames(mesh: Mesh, isotropic: bool) -> Vectors:
+    """Frames (V, 3, 3) at the vertices; along the brushing direction where the reflectance has one."""
+    normals = normalize(mesh.normals)
+    return world_from_tangent(normals) if isotropic else frames_along(normals, mesh.tangents)
+
+
+@dataclass(frozen=True, eq=False)
+class Texels:
+    """The texels of the faces, row by row: `direction` (6 N², 3) and `area` (6 N²,) in sr."""
+
+    direction: NDArray[np.float64]
+    area: NDArray[np.float64]
+
+
+def cube_texels(edge: int) -> Texels:
+    return Texels(cube_directions(edge).reshape(-1, 3), np.tile(cube_solid_angles(edge).reshape(-1), FACES))
+
+
+def light_maps(factors: SeparableFactors) -> NDArray[np.float32]:
+    """(K, P, texels) float32 of the light maps; P is 1 where all colours of all terms are alike, else 3."""
+    planes = np.moveaxis(factors.second.reshape(factors.terms, -1, 3), 2, 1)
+    grey = bool((planes == planes[:, :1]).all())
+    return np.ascontiguousarray(planes[:, :1] if grey else planes)
+
+
+#: The map of the ground's light map, which is 1 everywhere.
+DIFFUSE = DirectionMap("orthographic", 1)
+
+
+def transport_vectors(
+    frames: Vectors,
+    visible: NDArray[np.uint8],
+    full: int,
+    texels: Texels,
+    chart: DirectionMap,
+    maps: NDArray[np.float32],
+    coefficients: int,
+) -> dict[str, NDArray[Any]]:
+    """The arrays of `Vectors16` for vertices with `frames` (B, 3, 3), B · K rows.
+
+    `visible` (B, 6 N²) tells how many of the `full` parts of each texel light arrives from; `chart` is the map of the
+    light maps `maps` (see `light_maps`).
+    """
+    shape = (len(frames), len(maps))
+    found: dict[str, NDArray[Any]] = {
+        "indices": np.empty((*shape, coefficients), np.uint16),
+        "words": np.empty((*shape, coefficients), np.uint32),
+        "peaks": np.empty((*shape, 3), np.float32),
+        "counts": np.empty(shape, np.uint16),
+    }
+    transfer(
+        np.ascontiguousarray(frames),
+        visible,
+        full,
+        texels.direction,
+        texels.area,
+        chart.number,
+        chart.size,
+        maps,
+        candidates(coefficients),
+        *found.values(),
+    )
+    return {name: array.reshape(-1, *array.shape[2:]) for name, array in found.items()}
+
+
+def relit(transport: WaveletTransport, light: WaveletLight) -> NDArray[np.float64]:
+    """The light-modulated K-tuples as rows (R, 3) in the order of `transport.vectors`."""
+    if light.edge != transport.edge:
+        raise ValueError(f"light of an edge of {light.edge} does not fit transport of {transport.edge}")
+    result = np.empty((transport.rows, 3))
+    vectors = transport.vectors
+    relight(
+        vectors.indices,
+        vectors.words,
+        vectors.peaks,
+        vectors.counts,
+        packed_light(light.codes),
+        light.scaling,
+        light.quantum,
+        result,
+    )
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class VertexRadiance:
+    """Radiance of vertices: `value` (V, 3) ≥ 0, and `negative_rel`, what was clamped over what is left."""
+
+    value: NDArray[np.float64]
+    negative_rel: float
+
+
+def radiance_from(transport: WaveletTransport, rows: NDArray[np.float64], eye: Any) -> VertexRadiance:
+    """Radiance of all vertices towards the point `eye` (3,); 0 where they are seen from behind."""
+    return radiance_towards(transport, rows, normalize(np.asarray(eye, np.float64) - transport.mesh.positions))
+
+
+def radiance_towards(
+    transport: WaveletTransport, rows: NDArray[np.float64], wo: Vectors, vertices: NDArray[np.int64] | None = None
+) -> VertexRadiance:
+    """Radiance towards world directions `wo` (n, 3) of `vertices` (n,), all of them where none are named."""
+    chosen = np.arange(len(transport.mesh.positions)) if vertices is None else vertices
+    signed = signed_radiance(transport, rows, np.einsum("nij,ni->nj", transport.frames[chosen], wo), chosen)
+    kept, cut = float(np.maximum(signed, 0.0).sum()), float(np.maximum(-signed, 0.0).sum())
+    return VertexRadiance(np.maximum(signed, 0.0), cut / kept if kept > 0.0 else 0.0)
+
+
+def signed_radiance(
+    transport: WaveletTransport, rows: NDArray[np.float64], local: Vectors, vertices: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """The sums (n, 3) before they are clamped, for directions `local` (n, 3) in the frames of `vertices` (n,)."""
+    terms, first = transport.factors.terms, transport.ground_vertex
+    seen = local[:, 2] > 0.0
+    value = np.zeros((len(vertices), 3))
+    model = np.flatnonzero(seen & (vertices < first))
+    if model.size:
+        chart = transport.factors.chart
+        tuples = rows[: first * terms].reshape(first, terms, 3)[vertices[model]]
+        for k in range(terms):
+            value[model] += chart.look_up(transport.factors.first[k], local[model]) * tuples[:, k]
+    ground = np.flatnonzero(seen & (vertices >= first))
+    value[ground] = rows[first * terms + vertices[ground] - first] * (transport.ground_albedo / math.pi)
+    return value
+
+
+def vectors_of(arrays: Mapping[str, NDArray[Any]]) -> Vectors16:
+    """The vectors in the arrays of a transport file or of `transport_vectors`."""
+    return Vectors16(arrays["indices"], arrays["words"], arrays["peaks"], arrays["counts"])

@@ -1,0 +1,325 @@
+"""Baking wavelet transport: visibility by rays, then the vectors of all terms, chunk by chunk into a file.
+
+For each vertex: which parts of the texels of a cube map see the sky (`visibility`, finer where that changes), times
+light map, cosine and solid angle, transformed and cut to the strongest coefficients (`wavelet_kernel`). A chunk is
+some 85 vertices; what an interrupted bake has done is found again in its unfinished file. Bound by the rays: some
+12,000 for each vertex at an edge of 64, and more where shadows end.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.errors import InputError
+from engine.factor.errors import reference
+from engine.factor.maps import DirectionMap, MapKind
+from engine.factor.normalised import normalised
+from engine.factor.separable import Weighting, separate
+from engine.factor.separable_factors import SeparableFactors
+from engine.ground import Ground, with_ground
+from engine.mesh import Mesh
+from engine.ray_caster import RayCaster
+from engine.steps import Step, Steps, part
+from engine.transport.haar import FACES, check_edge
+from engine.transport.transport_file import (
+    REMEDY,
+    TransportFile,
+    TransportPlan,
+    TransportWriter,
+    open_transport,
+    plan_transport,
+    writing,
+)
+from engine.transport.visibility import Receivers, receivers, visibility_shares
+from engine.transport.wavelet import (
+    DIFFUSE,
+    MOST_COEFFICIENTS,
+    WaveletTransport,
+    check_factors,
+    cube_texels,
+    light_maps,
+    transport_vectors,
+    vectors_of,
+    vertex_frames,
+)
+
+KIND = "wavelet"
+
+#: Texels a side of the maps of factors that are made for a bake.
+MAP_SIZE = 48
+
+#: Visibility counts of a chunk of the file, roughly.
+CHUNK_TEXELS = 1 << 21
+
+#: Vertices whose bake tells how long all will take.
+PROBES = 48
+
+
+@dataclass(frozen=True)
+class BakeSettings:
+    """What to bake; ValueError where it cannot be.
+
+    Attributes
+    ----------
+    edge : texels along an edge of the cube maps of light: 16, 32 or 64 (smaller powers of two too).
+    coefficients : kept for each vector at most.
+    fine : into fine² parts a texel is cut where visibility changes; 1 leaves it whole.
+    """
+
+    edge: int = 64
+    coefficients: int = 96
+    fine: int = 4
+
+    def __post_init__(self) -> None:
+        check_edge(self.edge)
+        if not 1 <= self.coefficients <= MOST_COEFFICIENTS:
+            raise ValueError(f"{self.coefficients} coefficients are outside 1 … {MOST_COEFFICIENTS}")
+        if not 1 <= self.fine <= 15:
+            raise ValueError(f"a texel is cut into 1 to 15 parts along its side, not {self.fine}")
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """A bake that is ready to begin: what was asked for, and how large its file will be.
+
+    `surface` is the model with its ground, whose first vertex is `ground_vertex`; `occluder` is what shades it.
+    """
+
+    surface: Mesh
+    ground_vertex: int
+    factors: SeparableFactors
+    ground_albedo: float
+    settings: BakeSettings
+    occluder: RayCaster
+    plan: TransportPlan
+
+    @property
+    def vertices(self) -> int:
+        return len(self.surface.positions)
+
+    @property
+    def size_bytes(self) -> int:
+        return self.plan.size_bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Baked:
+    """An open transport and what it took: seconds in all and for visibility alone, chunks and vertices spared."""
+
+    transport: WaveletTransport
+    file: TransportFile
+    bake_s: float
+    visibility_s: float
+    resumed_chunks: int
+    chunks: int
+    free_vertices: int
+
+
+def factors_for(
+    brdf: Brdf, terms: int, *, kind: MapKind = "orthographic", weighting: Weighting = "auto"
+) -> Steps[SeparableFactors]:
+    """The factors of `brdf` that a bake takes: its own where it is one, otherwise up to `terms` new ones.
+
+    A single term is the better of the leading one and Kautz and McCool's normalised term. ValueError where the factors
+    are over half and difference vectors.
+    """
+    if isinstance(brdf, SeparableFactors):
+        check_factors(brdf)
+        return brdf.truncated(min(terms, brdf.terms))
+    chart, pairs = DirectionMap(kind, MAP_SIZE), reference(brdf)
+    share = 0.5 if terms == 1 else 1.0
+    found = yield from part(separate(brdf, chart, terms, weighting=weighting, reference=pairs), 0.0, share)
+    factors = found.factors
+    if terms == 1:
+        positive = yield from part(normalised(brdf, chart, "in-out", pairs), share, 1.0)
+        factors = min(factors, positive, key=lambda each: pairs.rms(each)[0])
+    name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
+    words = (factors.isotropic, factors.reciprocal, name)
+    return SeparableFactors(chart, "in-out", factors.first, factors.second, *words)
+
+
+def prepare(mesh: Mesh, factors: SeparableFactors, settings: BakeSettings, ground: Ground | None = None) -> Work:
+    """Lay out the bake of `mesh`, on a ground where there is one; nothing is written yet."""
+    check_factors(factors)
+    surface, first = (
+        (mesh, len(mesh.positions)) if ground is None else (with_ground(mesh, ground)[0], len(mesh.positions))
+    )
+    rows = row_bounds(len(surface.positions), first, factors.terms, settings.edge)
+    plan = plan_transport(
+        KIND,
+        surface,
+        {
+            **asdict(settings),
+            "ground_vertex": first,
+            "ground_albedo": ground.albedo if ground else 0.0,
+            "brdf": factors.name[:1000],
+            "map": factors.chart.kind,
+            "map_size": factors.chart.size,
+            "isotropic": factors.isotropic,
+            "reciprocal": factors.reciprocal,
+        },
+        {"view_maps": factors.first, "light_maps": factors.second},
+        {
+            "indices": ("<u2", (settings.coefficients,)),
+            "words": ("<u4", (settings.coefficients,)),
+            "peaks": ("<f4", (3,)),
+            "counts": ("<u2", ()),
+        },
+        rows,
+    )
+    caster = RayCaster(surface.positions, surface.faces)
+    return Work(surface, first, factors, ground.albedo if ground else 0.0, settings, caster, plan)
+
+
+def vertex_bounds(vertices: int, first: int, edge: int) -> NDArray[np.int64]:
+    """Where chunks of vertices begin, and the end; none mixes model and ground."""
+    step = max(1, CHUNK_TEXELS // (FACES * edge * edge))
+    return np.unique(
+        np.concatenate([np.arange(0, first, step), np.arange(first, vertices, step), [first, vertices, 0]])
+    )
+
+
+def row_bounds(vertices: int, first: int, terms: int, edge: int) -> NDArray[np.int64]:
+    """The same in rows of vectors."""
+    bounds = vertex_bounds(vertices, first, edge)
+    return np.minimum(bounds, first) * terms + np.maximum(bounds - first, 0)
+
+
+def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
+    """Bake into the file `path`, going on where an equal bake was interrupted; its `Step.partial` is None.
+
+    OutputError where the file cannot be written. Closing the generator keeps what is done for the next run.
+    """
+    yield Step(0.0, f"preparing {work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB")
+    started = time.perf_counter()
+    of = receivers(work.surface, work.occluder)
+    with writing(path, work.plan) as writer:
+        missing = list(writer.missing)
+        visibility_s = yield from _fill(writer, work, of, missing)
+        yield Step(1.0, "writing")
+    bake_s = time.perf_counter() - started
+    file = open_transport(path)
+    free = int(np.count_nonzero(of.free))
+    return Baked(
+        transport_of(file), file, bake_s, visibility_s, work.plan.chunks - len(missing), work.plan.chunks, free
+    )
+
+
+def _fill(writer: TransportWriter, work: Work, of: Receivers, missing: list[int]) -> Steps[float]:
+    """Put all `missing` chunks; the seconds that visibility took."""
+    bounds = vertex_bounds(work.vertices, work.ground_vertex, work.settings.edge)
+    chunks = [np.arange(bounds[chunk], bounds[chunk + 1]) for chunk in missing]
+    baker = _Baker(work)
+    done, total = 0, sum(map(len, chunks))
+    visibility_s, started = 0.0, time.perf_counter()
+    visible = _in_chunks(of, work.settings, chunks)
+    for chunk, vertices in zip(missing, chunks, strict=True):
+        before = time.perf_counter()
+        counts = next(visible)
+        visibility_s += time.perf_counter() - before
+        left = _left(started, done, total)
+        yield Step(done / total, f"baking vertex {done:,} of {total:,}{left}")
+        writer.put(chunk, baker(vertices, counts))
+        done += len(vertices)
+        yield Step(done / total, f"baking vertex {done:,} of {total:,}{left}")
+    return visibility_s
+
+
+def _left(started: float, done: int, total: int) -> str:
+    if not done:
+        return ""
+    left = (time.perf_counter() - started) / done * (total - done)
+    return f", {left:.0f} s left" if left < 120.0 else f", {left / 60.0:.0f} min left"
+
+
+def _in_chunks(of: Receivers, settings: BakeSettings, chunks: list[NDArray[np.int64]]) -> Iterator[NDArray[np.uint8]]:
+    """Counts of visible parts for each of `chunks`, whatever portions the rays are cast in."""
+    if not chunks:
+        return
+    sizes = iter(len(vertices) for vertices in chunks)
+    size = next(sizes)
+    held = np.empty((0, FACES * settings.edge**2), np.uint8)
+    for _, counts in visibility_shares(of, settings.edge, settings.fine, np.concatenate(chunks)):
+        held = np.concatenate([held, counts]) if len(held) else counts
+        while size and len(held) >= size:
+            yield held[:size]
+            held, size = held[size:], next(sizes, 0)
+
+
+class _Baker:
+    """Turns visibility into vectors, with everything that all vertices share."""
+
+    def __init__(self, work: Work) -> None:
+        self._work = work
+        self._texels = cube_texels(work.settings.edge)
+        self._frames = vertex_frames(work.surface, work.factors.isotropic)
+        self._maps = light_maps(work.factors)
+
+    def __call__(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
+        of_model = vertices[0] < self._work.ground_vertex
+        chart = self._work.factors.chart if of_model else DIFFUSE
+        maps = self._maps if of_model else np.ones((1, 1, 1), np.float32)
+        settings = self._work.settings
+        return transport_vectors(
+            self._frames[vertices],
+            np.ascontiguousarray(counts),
+            settings.fine**2,
+            self._texels,
+            chart,
+            maps,
+            settings.coefficients,
+        )
+
+
+def bake_in_memory(work: Work, vertices: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Mapping[str, Any]]]:
+    """Vectors of chosen vertices of the model, chunk by chunk, without a file."""
+    baker, of = _Baker(work), receivers(work.surface, work.occluder)
+    for chunk, counts in visibility_shares(of, work.settings.edge, work.settings.fine, vertices):
+        yield chunk, baker(chunk, counts)
+
+
+def estimate_s(work: Work) -> float:
+    """Seconds that the bake will take, from some vertices that lie apart; costs about a hundredth of it."""
+    vertices = np.unique(np.linspace(0, max(work.ground_vertex - 1, 0), PROBES).astype(np.int64))
+    for _ in bake_in_memory(work, vertices[:1]):
+        pass
+    started = time.perf_counter()
+    for _ in bake_in_memory(work, vertices):
+        pass
+    return (time.perf_counter() - started) / len(vertices) * work.vertices
+
+
+def open_wavelets(path: str | os.PathLike[str], mesh: Mesh | None = None) -> WaveletTransport:
+    """The transport in a file; InputError where it holds none, is damaged, or belongs to another mesh than `mesh`."""
+    return transport_of(open_transport(path, mesh))
+
+
+def transport_of(file: TransportFile) -> WaveletTransport:
+    """The wavelet transport in an open file; InputError where it holds another kind, or what cannot be."""
+    if file.kind != KIND:
+        raise InputError(file.path, f"holds transport of the mode {file.kind}", f"Bake with --mode {KIND}")
+    settings = file.settings
+    try:
+        chart = DirectionMap(settings["map"], settings["map_size"])
+        words = (bool(settings["isotropic"]), bool(settings["reciprocal"]), str(settings["brdf"]))
+        factors = SeparableFactors(chart, "in-out", file.arrays["view_maps"], file.arrays["light_maps"], *words)
+        transport = WaveletTransport(
+            file.mesh,
+            int(settings["ground_vertex"]),
+            factors,
+            float(settings["ground_albedo"]),
+            int(settings["edge"]),
+            vectors_of(file.arrays),
+        )
+        transport.vectors.check(transport.edge)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(file.path, f"holds transport that cannot be ({str(error)[:200]})", REMEDY) from None
+    return transport
