@@ -86,6 +86,9 @@ class FactorPreview(QWidget):
         if (factors, brdf) == (self.factors, self.brdf):
             return
         self.factors, self.brdf = factors, brdf
+        self.say("factored", "" if factors is not None else "nothing found yet")
+        if factors is None:
+            self.show_difference(None)
         self.refresh()
 
     def show_mesh(self, mesh: Mesh | None) -> None:
@@ -160,7 +163,13 @@ class FactorPreview(QWidget):
         width, height = max(1, self.difference.width()), max(1, self.difference.height())
         share = min(1.0, LONGEST_PX / max(width, height))
         size = (max(1, round(width * share)), max(1, round(height * share)))
-        self.comparing.ask(lambda: difference(factored, unfactored, size), self.show_difference)
+        pair = (self.factors, self.brdf)
+
+        def show(found: Difference) -> None:
+            if pair == (self.factors, self.brdf):
+                self.show_difference(found)
+
+        self.comparing.ask(lambda: difference(factored, unfactored, size), show)
 
     def show_difference(self, found: Difference | None) -> None:
         """The picture of the difference, with its scale."""

@@ -160,6 +160,8 @@ def test_what_a_method_refuses_is_said_in_a_sentence(factor: Any, qtbot: Any, wi
     assert "0 everywhere" in factor.inspector.more.toolTip()
     assert not factor.inspector.more.isEnabled()
     assert factor.preview.views["factored"].isHidden()
+    assert factor.preview.shown is None
+    qtbot.waitUntil(lambda: factor.preview.captions["factored"].text() == "nothing found yet", timeout=20_000)
 
 
 def test_undoing_the_start_of_a_run_ends_it(factor: Any, qtbot: Any) -> None:
