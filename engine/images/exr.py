@@ -9,6 +9,7 @@ import numpy as np
 import OpenEXR
 from numpy.typing import NDArray
 
+from engine.colour import CHROMATICITIES, srgb_from_xyz
 from engine.errors import InputError
 from engine.files.untrusted import AGAIN
 from engine.images.raster import Raster, check_size
@@ -17,6 +18,7 @@ SIGNATURE = b"\x76\x2f\x31\x01"
 
 _FLAT = (OpenEXR.scanlineimage, OpenEXR.tiledimage)
 _COLOUR = ("R", "G", "B")
+_TRISTIMULUS = ("X", "Y", "Z")
 _ENVIRONMENTS = {OpenEXR.ENVMAP_LATLONG: "latlong", OpenEXR.ENVMAP_CUBE: "cube"}
 _MULTIPART = 0x10
 _LARGEST_CHUNK_ROWS = 256
@@ -36,9 +38,22 @@ def read_exr(content: bytes, name: str) -> Raster:
     bits = max(channels[c].dtype.itemsize for c in names) * 8
     planes = [channels[c].astype(np.float32) for c in names]
     samples = planes[0] if len(planes) == 1 else np.stack(planes, axis=-1)
+    if names == _TRISTIMULUS:
+        warnings += ("has channels X, Y, Z, which are taken as CIE tristimulus values",)
+        with np.errstate(over="ignore", invalid="ignore"):
+            samples = srgb_from_xyz(samples).astype(np.float32)
+    elif not _are_srgb(header.get("chromaticities")):
+        warnings += ("states primaries other than sRGB's, which are not applied",)
     return Raster(
         samples, None, bits, "linear", "EXR", warnings, environment=_ENVIRONMENTS.get(header.get("envmap"), "")
     )
+
+
+def _are_srgb(stated: Any) -> bool:
+    """Whether chromaticities, if any, are those of sRGB; a hundredth off is as good."""
+    if not isinstance(stated, tuple) or len(stated) != len(CHROMATICITIES):
+        return True
+    return bool(np.allclose(stated, CHROMATICITIES, atol=0.01))
 
 
 def read_exr_channels(content: bytes, name: str) -> dict[str, Any]:
@@ -128,6 +143,8 @@ def _colour_channels(channels: dict[str, NDArray[Any]], name: str) -> tuple[str,
         return "", _COLOUR
     if "RY" in channels or "BY" in channels:
         raise InputError(name, "stores luminance and chroma (Y, RY, BY)", _REMEDY)
+    if all(c in channels for c in _TRISTIMULUS):
+        return "", _TRISTIMULUS
     if "Y" in channels:
         return "", ("Y",)
     for layer in sorted(key.removesuffix(".R") for key in channels if key.endswith(".R")):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from engine.errors import InputError
 from engine.images.encode import encode_exr, encode_png, rgb_channels, write_exr
 from engine.light_tree import chosen_lights
 from engine.sky import SKIES
+from tests.engine.damage import damaged
 
 
 def write(path: Path, radiance: Any) -> Path:
@@ -268,3 +270,33 @@ def test_EN9_a_constant_stays_constant_and_small_maps_stay() -> None:
     environment = EnvironmentMap(np.full((100, 200, 3), 0.7, np.float32))
     np.testing.assert_allclose(reduced(environment, 7).radiance, 0.7, rtol=1e-6)
     assert reduced(environment, 100) is environment
+
+
+def runs_of_1990() -> bytes:
+    """A Radiance picture of 16 × 8 texels in the run-length coding before 1991."""
+    line = b"\x80\x40\x20\x81\1\1\1\x07\xff\x00\x10\x83\1\1\1\x07"
+    return b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=1\n\n-Y 8 +X 16\n" + line * 8
+
+
+def exr_cube() -> bytes:
+    content = io.BytesIO()
+    channels = {name: np.ascontiguousarray(strip(faces(4))[..., index]) for index, name in enumerate("RGB")}
+    OpenEXR.File({"type": OpenEXR.scanlineimage, "envmap": OpenEXR.ENVMAP_CUBE}, channels).write(content)
+    return content.getvalue()
+
+
+@pytest.mark.parametrize("make", [runs_of_1990, exr_cube])
+def test_fault5_damaged_environments_are_read_or_refused_in_words(tmp_path: Path, make: Callable[[], bytes]) -> None:
+    path, good = tmp_path / "damaged", make()
+    refused = 0
+    for damage in damaged(good, (0, len(good)), count=300):
+        path.write_bytes(damage.content)
+        try:
+            radiance = read_environment(path).radiance
+        except InputError as failure:
+            refused += bool(failure.problem and failure.remedy)
+        else:
+            assert np.isfinite(radiance).all(), damage
+            assert radiance.min() >= 0, damage
+            assert damage.what != "cut", damage
+    assert refused > 60

@@ -279,6 +279,18 @@ def test_exr_tiles_compressions_and_windows(read):
     assert np.array_equal(read(exr(channels, type=OpenEXR.tiledimage, tiles=tiles)).pixels, FLOATS)
 
 
+def test_exr_of_tristimulus_values_and_of_other_primaries(read):
+    white = np.full((4, 4), 1.0, np.float32)
+    content = exr({"X": white * np.float32(0.95047), "Y": white, "Z": white * np.float32(1.08883)})
+    image = read(content)
+    assert image.pixels == pytest.approx(np.ones((4, 4, 3)), abs=2e-3)
+    assert "tristimulus" in image.warnings[0]
+    rgb = dict.fromkeys("RGB", white)
+    wide = (0.708, 0.292, 0.17, 0.797, 0.131, 0.046, 0.3127, 0.329)
+    assert "primaries" in read(exr(rgb, chromaticities=wide)).warnings[0]
+    assert not read(exr(rgb, chromaticities=(0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.329))).warnings
+
+
 def test_values_that_are_not_finite_are_counted_and_masked(read):
     floats = FLOATS.copy()
     floats[3, 4, 1], floats[5, 6, 0], floats[7, 8, 2] = np.nan, np.inf, -np.inf
