@@ -44,6 +44,9 @@ _FEWEST, RATIO = 16, math.sqrt(2.0)
 #: of a face, and right to 4 % of its height; or 1.6 times as wide and right to 2 %, where that is not dear.
 _WIDE, _WIDER = 4.0, 6.4
 
+#: Edge beyond which a map is large.
+_LARGE = 256
+
 #: Width of the widest Gaussian; beyond it only the mean and the first moment count.
 WIDEST = 2.0
 
@@ -113,9 +116,15 @@ def texel_width(n: int) -> float:
 
 
 def geometric_sigmas(n: int, ratio: float = RATIO) -> NDArray[np.float64]:
-    """Widths in rad from half a texel of a cube map of edge `n` up, each `ratio` times the one before."""
-    narrowest = 0.5 * texel_width(n)
-    return narrowest * ratio ** np.arange(math.ceil(math.log(WIDEST / narrowest) / math.log(ratio)) + 1)
+    """Widths in rad for a cube map of edge `n`: from 2 / N on, each is `ratio` times the one before.
+
+    Below that look-ups are off by the width of a texel anyway: half a texel and one more must do. Of large maps the
+    rise starts at 4 / N after 2 / N, because sums up to there are the dearest.
+    """
+    narrowest, first = 0.5 * texel_width(n), (2.0 if n <= _LARGE else 4.0) / n
+    narrow = [narrowest, math.sqrt(narrowest * 2.0 / n), *([2.0 / n] if n > _LARGE else [])]
+    steps = np.arange(max(math.ceil(math.log(WIDEST / first) / math.log(ratio)), 0) + 1, dtype=np.float64)
+    return np.concatenate([narrow, first * ratio**steps])
 
 
 def prefiltered(cube: CubeMap, sigmas: Sequence[float] | NDArray[np.float64] | None = None) -> PrefilteredCube:
@@ -151,7 +160,7 @@ def prefiltered(cube: CubeMap, sigmas: Sequence[float] | NDArray[np.float64] | N
 def _cells(sigma: float, edge: int) -> tuple[int, int]:
     """Texels that the sum for a width is taken over, and cells of its level, along an edge."""
     summed = edge
-    while summed > _FEWEST and sigma >= (_WIDE if summed > 128 else _WIDER) / summed:
+    while summed > _FEWEST and sigma >= (_WIDE if summed > 64 else _WIDER) / summed:
         summed //= 2
     return summed, min(4 * summed, edge) if summed < edge else edge
 

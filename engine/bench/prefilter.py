@@ -24,7 +24,7 @@ def cube_map() -> Measure:
 
 
 def prefilter() -> Measure:
-    """All levels of 6 × 512² from half a texel up, each √2 times as wide as the one before."""
+    """All levels of 6 × 512² from half a texel up."""
     cube = CubeMap(np.random.default_rng(0).random((6, EDGE, EDGE, 3)).astype(np.float32))
     filtered = prefiltered(cube)
     time_s = best_of(lambda: prefiltered(cube), repeats=3)
