@@ -112,7 +112,8 @@ class Paths:
         traced = _Gathered(len(pixel))
         eye = np.broadcast_to(np.asarray(self.scene.camera.eye), (len(pixel), 3))
         direction = self._camera_directions(state, pixel, sample)
-        front = self._met(traced, np.arange(len(pixel)), eye, direction, np.ones((len(pixel), 3)))[0]
+        weight = np.ones((len(pixel), 3))
+        front = self._met(traced, np.arange(len(pixel)), eye, direction, weight, coherent=True)[0]
         traced.coverage[front.path] = 1.0
         for depth in range(self.max_depth):
             if front.path.size == 0:
@@ -128,10 +129,17 @@ class Paths:
         return camera_directions(state, pixel, sample, *self.size, extent, camera.camera_from_world, SOBOL)
 
     def _met(
-        self, traced: _Gathered, path: Indices, origin: Floats, direction: Floats, weight: Floats
+        self,
+        traced: _Gathered,
+        path: Indices,
+        origin: Floats,
+        direction: Floats,
+        weight: Floats,
+        *,
+        coherent: bool = False,
     ) -> tuple[Front, Indices]:
         """The rays that meet the surface, and which do not."""
-        hits = self._caster.intersect(origin, direction)
+        hits = self._caster.intersect(origin, direction, coherent=coherent)
         traced.rays += len(origin)
         met = np.flatnonzero(hits.face >= 0)
         front = Front(path[met], hits.face[met], hits.barycentric[met], direction[met], weight[met])
