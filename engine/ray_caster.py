@@ -30,8 +30,8 @@ CHUNK = 1 << 15
 UNIT, FINE_UNIT = 2.0**-24, 2.0**-53
 
 #: An origin is pushed off a face by so many roundings of the largest coordinate: three of the vertices and three of the
-#: origin, and some twenty of the edge tests (pbrt's gamma bounds), all on the safe side.
-ROUNDINGS = 32
+#: origin, some twenty of the edge tests (pbrt's gamma bounds), and what `engine.embree.NUDGE` moves at the far side.
+ROUNDINGS = 96
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ class RayCaster:
                 barycentric[rays],
             )
 
-        _in_chunks(work, len(origin))
+        in_chunks(work, len(origin))
         return Hits(face, distance, barycentric)
 
     def occluded(self, origin: Floats, direction: Floats, *, coherent: bool = False) -> NDArray[np.bool_]:
@@ -114,7 +114,7 @@ class RayCaster:
         def work(rays: slice) -> None:
             self._scene.occluded(origin[rays], direction[rays], self.centre, self._scale, found[rays], coherent)
 
-        _in_chunks(work, len(origin))
+        in_chunks(work, len(origin))
         return found
 
 
@@ -127,7 +127,7 @@ def offset_origins(positions: Floats, normals: Floats, caster: RayCaster) -> NDA
     """`positions` (N, 3) moved along the unit `normals` (N, 3) by `caster.offset`: rays from there miss their own face.
 
     The normal given decides the side. The offset grows with the bounding box and, far from the origin of the
-    coordinates, with the coordinates; it is some 2e-6 of the box.
+    coordinates, with the coordinates; it is some 6e-6 of half the box.
     """
     return np.asarray(positions, np.float64) + caster.offset * np.asarray(normals, np.float64)
 
@@ -140,8 +140,9 @@ def _first_of_coincident(positions: NDArray[np.float64], faces: NDArray[np.int32
     return kept
 
 
-def _in_chunks(work: Callable[[slice], None], count: int) -> None:
-    chunks = [slice(start, start + CHUNK) for start in range(0, count, CHUNK)]
+def in_chunks(work: Callable[[slice], None], count: int, size: int = CHUNK) -> None:
+    """Call `work` for slices of `size` of 0 … `count`, on as many threads as there are cores; nothing follows order."""
+    chunks = [slice(start, start + size) for start in range(0, count, size)]
     if len(chunks) < 2:
         for chunk in chunks:
             work(chunk)

@@ -18,6 +18,9 @@ SHEET = -0.95
 #: tries; nothing is pushed further than so many offsets.
 ENOUGH, TRIES, LONGEST = 0.25, 32, 8.0
 
+#: Points in a box, and boxes in a box.
+BLOCK = 32
+
 
 @scalar
 def face_normals(positions, faces):  # type: ignore[no-untyped-def]
@@ -90,20 +93,69 @@ def outward(normals, point, start, face, flat):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def hull_corners_free(places, start, neighbours, normals, place_of_vertex, slack):  # type: ignore[no-untyped-def]
-    """(V,) whether no neighbour on the hull rises above the horizon; False for what is no corner of the hull."""
-    free = np.zeros(len(normals), np.bool_)
-    towards = np.empty(3)
-    for vertex in range(len(normals)):
-        place = place_of_vertex[vertex]
-        if place < 0 or start[place] == start[place + 1]:
-            continue
-        free[vertex] = True
-        for neighbour in neighbours[start[place] : start[place + 1]]:
-            for axis in range(3):
-                towards[axis] = places[neighbour, axis] - places[place, axis]
-            if _dot(normals[vertex], towards) > slack * math.sqrt(_dot(towards, towards)):
-                free[vertex] = False
+def _spread(number):  # type: ignore[no-untyped-def]
+    """The ten lowest bits of a number, three places apart."""
+    number = (number | (number << 16)) & 0x030000FF
+    number = (number | (number << 8)) & 0x0300F00F
+    number = (number | (number << 4)) & 0x030C30C3
+    return (number | (number << 2)) & 0x09249249
+
+
+@scalar
+def boxes_of_boxes(points):  # type: ignore[no-untyped-def]
+    """Points (P, 3) in [−1, 1]³ in Morton order, and the corners (B, 2, 3) of boxes of BLOCK and of BLOCK² points."""
+    key = np.empty(len(points), np.int64)
+    for index in range(len(points)):
+        key[index] = 0
+        for axis in range(3):
+            cell = min(max(int((points[index, axis] + 1.0) * 512.0), 0), 1023)
+            key[index] |= _spread(cell) << axis
+    ordered = points[np.argsort(key)]
+    inner = _boxes(ordered, BLOCK)
+    return ordered, inner, _boxes(ordered, BLOCK * BLOCK)
+
+
+@scalar
+def _boxes(points, size):  # type: ignore[no-untyped-def]
+    boxes = np.empty(((len(points) + size - 1) // size, 2, 3))
+    boxes[:, 0] = np.inf
+    boxes[:, 1] = -np.inf
+    for index in range(len(points)):
+        for axis in range(3):
+            boxes[index // size, 0, axis] = min(boxes[index // size, 0, axis], points[index, axis])
+            boxes[index // size, 1, axis] = max(boxes[index // size, 1, axis], points[index, axis])
+    return boxes
+
+
+@scalar
+def _reaches(box, normal, height):  # type: ignore[no-untyped-def]
+    """Whether some point of a box may lie higher than `height` along the normal."""
+    highest = 0.0
+    for axis in range(3):
+        highest += max(normal[axis] * box[0, axis], normal[axis] * box[1, axis])
+    return highest > height
+
+
+@scalar
+def nothing_above(places, normals, blocks, rise):  # type: ignore[no-untyped-def]
+    """(V,) whether no point lies higher than `rise` above the plane through a place across its normal."""
+    points, inner, outer = blocks
+    free = np.ones(len(places), np.bool_)
+    for vertex in range(len(places)):
+        normal = normals[vertex]
+        height = _dot(normal, places[vertex]) + rise
+        for large in range(len(outer)):
+            if not free[vertex]:
+                break
+            if not _reaches(outer[large], normal, height):
+                continue
+            for small in range(large * BLOCK, min((large + 1) * BLOCK, len(inner))):
+                if _reaches(inner[small], normal, height):
+                    for point in points[small * BLOCK : (small + 1) * BLOCK]:
+                        if _dot(normal, point) > height:
+                            free[vertex] = False
+                if not free[vertex]:
+                    break
     return free
 
 
@@ -166,24 +218,29 @@ def _turned(direction, rotation, normal, out):  # type: ignore[no-untyped-def]
 
 
 @scalar
-def cube_rays(vertices, origins, normals, directions, order, angle):  # type: ignore[no-untyped-def]
+def cube_rays(vertices, free, origins, normals, directions, order, angle, visible):  # type: ignore[no-untyped-def]
     """Rays of vertices (N,) towards those directions (T, 3) above their horizons, in that order and turned by `angle`.
 
-    Returns origins (R, 3) float64, directions (R, 3) float32 and the places (R,) of the rays among the N T.
+    Fills `visible` (N, T) with whether a direction is above the horizon. Returns, for the vertices that are not free,
+    origins (R, 3) float64, directions (R, 3) float32 and the places (R,) of the rays in `visible`.
     """
     count = 0
-    for vertex in vertices:
+    for row in range(len(vertices)):
+        normal = normals[vertices[row]]
         for index in range(len(directions)):
-            count += _dot(normals[vertex], directions[index]) > 0.0
+            visible[row, index] = _dot(normal, directions[index]) > 0.0
+            count += visible[row, index] and not free[row]
     origin, direction = np.empty((count, 3)), np.empty((count, 3), np.float32)
     place = np.empty(count, np.int64)
     rotation, turned = np.empty(3), np.empty(3)
     ray = 0
     for row in range(len(vertices)):
+        if free[row]:
+            continue
         vertex = vertices[row]
         _turn(vertex, angle, rotation)
         for index in order:
-            if _dot(normals[vertex], directions[index]) > 0.0:
+            if visible[row, index]:
                 _turned(directions[index], rotation, normals[vertex], turned)
                 for axis in range(3):
                     origin[ray, axis] = origins[vertex, axis]
