@@ -167,11 +167,57 @@ def test_GL5_without_opengl_the_processor_draws_and_says_so(
         ("--measure-error",),
         ("--env", "studio", "--directions", "0"),
         ("--env", "studio", "--env-rotation-deg", "inf"),
+        ("--mode", "reference", "--samples", "0"),
+        ("--mode", "reference", "--max-depth", "0"),
+        ("--mode", "reference", "--seed", "-1"),
+        ("--mode", "direct", "--max-depth", "2"),
     ],
 )
 def test_wrong_words_are_usage_errors(capsys: Any, tmp_path: Path, words: tuple[str, ...]) -> None:
     render(capsys, "plane", "-o", tmp_path / "x.png", *words, code=2)
     assert not list(tmp_path.iterdir())
+
+
+def test_the_reference_states_its_noise_and_keeps_that_of_each_pixel(capsys: Any, tmp_path: Path) -> None:
+    path, words = tmp_path / "reference.exr", ("torus-knot", "--mode", "reference", "--env", "sky", "--ground", *SMALL)
+    result = render(capsys, *words, "--samples", "16", "--max-depth", "2", "--seed", "7", "-o", path)
+    assert (result["samples"], result["max_depth"], result["passes"], result["rejected_samples"]) == (16, 2, 16, 0)
+    assert result["noise"] == result["uncertainty_rmse_rel"] > 0.0
+    assert result["rays"] > 64 * 48 * 16
+    assert result["rays_per_s"] > 0.0
+    layers = OpenEXR.File(str(path)).channels()
+    pixels, deviation = (np.asarray(layers[name].pixels, np.float64) for name in ("RGB", "standard_error"))
+    assert layers["RGB"].pixels.dtype == np.float32
+    assert np.sqrt(np.sum(deviation**2) / np.sum(pixels**2)) == pytest.approx(result["noise"], rel=1e-5)
+    np.testing.assert_array_equal(read_image(path).pixels[..., :3], layers["RGB"].pixels)
+    again = tmp_path / "again.exr"
+    render(capsys, *words, "--samples", "16", "--max-depth", "2", "--seed", "7", "-o", again)
+    np.testing.assert_array_equal(exr(again), pixels)
+
+
+def test_a_reference_that_does_not_fit_in_memory_is_refused(
+    capsys: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free = type("Memory", (), {"available": 10**9, "total": 2 * 10**9})
+    words = ("plane", "--mode", "reference", "--width", 3000, "--height", 2000, "-o", tmp_path / "a.png")
+    monkeypatch.setattr("psutil.virtual_memory", lambda: free)
+    assert "1.4 GB" in render(capsys, *words, code=2)
+
+
+def test_one_sample_has_no_known_noise(capsys: Any, tmp_path: Path) -> None:
+    result = render(capsys, "plane", "-o", tmp_path / "a.png", *HEAD_ON, *SMALL, "--mode", "reference", "--samples", 1)
+    assert result["noise"] is None
+
+
+def test_the_reference_shows_the_material(capsys: Any, tmp_path: Path, bundle: Path) -> None:
+    both = [tmp_path / "direct.exr", tmp_path / "reference.exr"]
+    words = ("plane", "--material", bundle, "--tile", "0.2", *HEAD_ON, *SMALL)
+    render(capsys, *words, "--renderer", "cpu", "--samples", 4, "-o", both[0])
+    render(capsys, *words, "--mode", "reference", "-o", both[1])
+    np.testing.assert_allclose(*(exr(path).mean(axis=(0, 1)) for path in both), rtol=2e-3)
+    assert "at once" in render(
+        capsys, *words, "--mode", "reference", "--lookup", "outgoing", "-o", tmp_path / "x.exr", code=2
+    )
 
 
 def test_an_unknown_kind_of_picture_is_a_usage_error(capsys: Any, tmp_path: Path) -> None:
