@@ -7,7 +7,9 @@ shaded and fitted; the longest delay of a tick while a heavy job runs is the lon
 at under the built-in studio with 64 directions, turned for 3 s, and left alone until its picture is the finest. One
 JSON object on standard output: `window_start_s`, `longest_block_ms`, `blocks_over_50_ms`, `jobs_s`, `complete`, and for
 the view `turning_block_ms`, `turning_frame_ms` (median from picture to picture), `refining_block_ms`,
-`refining_blocks_over_50_ms` and `refined_s`.
+`refining_blocks_over_50_ms` and `refined_s`. Last, the reference refines beside the shading map while both are
+compared, for 5 s, and the model is turned in between: `reference_block_ms`, `reference_blocks_over_50_ms` and
+`reference_samples`.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ TICK_MS = 5
 LIMIT_MS = 50.0
 PATIENCE_S = 300.0
 TURNING_S = 3.0
+REFERENCE_S = 5.0
 
 
 def main() -> int:
@@ -115,12 +118,32 @@ def _look(window: Any) -> dict[str, float]:
     refining = _Gaps(lambda: True)
     refined_s = until(lambda: viewport.surface.is_finished)
     refining.stop()
+    reference = _refer(view, until)
     return {
         "turning_block_ms": round(max(turning.gaps_ms), 1),
         "turning_frame_ms": round(1000 * between[len(between) // 2], 1),
         "refining_block_ms": round(max(refining.gaps_ms), 1),
         "refining_blocks_over_50_ms": sum(gap > LIMIT_MS for gap in refining.gaps_ms),
         "refined_s": round(refined_s, 2),
+        **reference,
+    }
+
+
+def _refer(view: Any, until: Callable[..., float]) -> dict[str, float]:
+    """Let the reference refine beside the shading map, turn the model, and let it begin again."""
+    view.compare.toggle("wipe")
+    found = view.pictures.reference
+    until(lambda: found.found is not None and found.found.samples > 0)  # kernels are prepared once
+    gaps = _Gaps(lambda: True)
+    for _ in range(2):
+        view.viewport.turn(0.02, 0.0)
+        until(lambda: True, REFERENCE_S)
+    samples = found.found.samples if found.found is not None else 0
+    gaps.stop()
+    return {
+        "reference_block_ms": round(max(gaps.gaps_ms), 1),
+        "reference_blocks_over_50_ms": sum(gap > LIMIT_MS for gap in gaps.gaps_ms),
+        "reference_samples": samples,
     }
 
 

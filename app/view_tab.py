@@ -65,10 +65,10 @@ class ViewTab(QWidget):
     def _make_actions(self) -> None:
         self.frame_action = self._action("Frame the model", "F", self.viewport.frame, "fit")
         for mode in MODES:
-            self._action(mode.label, mode.key, lambda value=mode.value: self._choose_mode(value))
+            self._action(mode.label, mode.key, lambda value=mode.value: self.choose_mode(value))
         self._action("Wipe", "B", lambda: self.compare.toggle("wipe"))
         self._action("Difference", "E", lambda: self.compare.toggle("difference"))
-        flip = self._action("Exchange the two modes", "Tab", self._flip)
+        flip = self._action("Exchange the two modes", "Tab", self.flip)
         self.removeAction(flip)
         self.viewport.addAction(flip)
         flip.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
@@ -101,7 +101,7 @@ class ViewTab(QWidget):
 
     def _make_centre(self) -> QWidget:
         self.mode = Segments([(mode.value, mode.label, f"{mode.hint} ({mode.key})") for mode in MODES])
-        self.mode.chosen.connect(self._choose_mode)
+        self.mode.chosen.connect(self.choose_mode)
         bar = role(QWidget(), "bar")
         bar.setFixedHeight(36)
         row = QHBoxLayout(bar)
@@ -266,7 +266,7 @@ class ViewTab(QWidget):
         if self.bench.document.project is project and self.viewport.camera == scene.camera:
             self.lights.error.setText(f"{100 * error:.1f} %" if error > 0.00095 else "< 0.1 %")
 
-    def _choose_mode(self, value: str) -> None:
+    def choose_mode(self, value: str) -> None:
         """Show another mode; where it is the one compared with, the two change places."""
         look, project = self.bench.document.project.look, self.bench.document.project
         if next((why_not(mode, project) for mode in MODES if mode.value == value), ""):
@@ -275,7 +275,8 @@ class ViewTab(QWidget):
         against = before if value == look.against else look.against
         self._set_look("Mode", gesture="mode", mode=value, against=against)
 
-    def _flip(self) -> None:
+    def flip(self) -> None:
+        """Exchange the mode that is shown and the one it is compared with."""
         self._change_look("Mode", flipped(self.bench.document.project.look), gesture="mode")
 
     def _environment_turned(self, angle_deg: float, final: bool) -> None:

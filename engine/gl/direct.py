@@ -156,8 +156,15 @@ class DirectRenderer:
         definitions = {"BRDF": "brdf/lambert.glsl", "SOURCE_NONE": "1", **self._debug}
         key = ("ground", *definitions.items())
         if key not in self._programs:
-            self._programs[key] = load_program(self.context, "direct.vert", "direct.frag", definitions)
+            try:
+                self._programs[key] = load_program(self.context, "direct.vert", "direct.frag", definitions)
+            except ShaderError as error:
+                log.error("%s", error)
+                self._programs[key] = None
         program = self._programs[key]
+        if program is None:
+            self.messages.append("The ground cannot be drawn: its shader does not compile; see the log.")
+            return
         eye = tuple(np.subtract(scene.camera.eye, scene.mesh.centre))
         set_uniforms(program, {"eye": eye, "repeats": 1.0, "brdf_albedo": (scene.ground.albedo,) * 3})
         self._bind_lights(program, scene)
@@ -289,7 +296,7 @@ class DirectRenderer:
         for owner in (self._mesh, self._ground, self._material, self._lights, self._table):
             if owner is not None:
                 owner[-1].release()
-        for program in {id(program): program for program in self._programs.values()}.values():
+        for program in {id(program): program for program in self._programs.values() if program}.values():
             program.release()
         if self._tone_mapper is not None:
             self._tone_mapper.release()

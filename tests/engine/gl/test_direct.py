@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import dataclasses
 import itertools
 import logging
@@ -30,6 +29,7 @@ from engine.render.display import Display, displayed
 from engine.scene import LOOKUPS, Scene
 from engine.shapes import shape
 from engine.steps import drain
+from tests.engine.gl_objects import living_objects
 from tests.engine.scenes import head_on, scene, weave
 
 SIZE = (120, 90)
@@ -326,17 +326,6 @@ def test_GL9_a_thousand_materials_leave_no_object_behind(gl: Any) -> None:
     assert left.pop("Program") <= 1, "the one in use goes when another is used"
     assert left.pop("Shader") <= 2
     assert set(left.values()) == {0}
-
-
-def living_objects() -> dict[str, int]:
-    """How many names of each kind the driver of the current context knows."""
-    egl = ctypes.CDLL("libEGL.so.1")
-    egl.eglGetProcAddress.restype = ctypes.c_void_p
-    counts = {}
-    for kind in ("Texture", "Buffer", "Framebuffer", "Renderbuffer", "Program", "Shader", "VertexArray"):
-        is_one = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(egl.eglGetProcAddress(f"glIs{kind}".encode()))
-        counts[kind] = sum(is_one(name) for name in range(1, 5000))
-    return counts
 
 
 def test_GL10_a_broken_shader_names_file_and_line(gl: Any, shader: Any) -> None:
