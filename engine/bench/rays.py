@@ -79,7 +79,7 @@ def visibility_cubes() -> Measure:
     of = receivers(shape("torus-knot"))
     vertices = np.arange(0, len(of), 100)
     directions = cube_directions(64).reshape(-1, 3).astype(np.float32)
-    rays = [_rays(of, vertex, directions) for vertex in vertices]
+    rays = [_rays(of, int(vertex), directions) for vertex in vertices]
     origin, direction = (np.concatenate(part) for part in zip(*rays, strict=True))
     limit_s = best_of(partial(of.caster.occluded, origin, direction, coherent=True), 3)
     time_s = best_of(lambda: list(visibility_cube(of, 64, vertices)), 3)
