@@ -34,6 +34,7 @@ VERBS = (
     ("compare", "app.verbs.compare"),
     ("brdf", "app.verbs.brdf"),
     ("factor", "app.verbs.factor"),
+    ("bake", "app.verbs.bake"),
     ("bundle", "app.verbs.bundle"),
     ("bench", "app.verbs.bench"),
 )

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from app.verbs import render_transport
 from engine.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -89,8 +90,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--mode",
-        choices=("shading-map", "direct", "reference"),
-        help="'direct' leaves the material out; 'reference' traces paths of light, with shadows and the whole --env",
+        choices=("shading-map", "direct", "reference", "wavelet"),
+        help="'direct' leaves the material out; 'reference' traces paths of light, with shadows and the whole --env; "
+        "'wavelet' draws what lightarc bake made, which is given in place of the MESH",
     )
     parser.add_argument("--from", dest="source", default="slices", choices=("slices", "power-law"))
     parser.add_argument("--lookup", default="radiance", choices=("radiance", "texture", "outgoing", "angle"))
@@ -134,6 +136,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     start = time.perf_counter()
     usage(_check, arguments)
     display: Display = usage(lambda: Display(arguments.exposure, arguments.tone_map))
+    if render_transport.is_baked(arguments):
+        return render_transport.run(arguments, display, show)
     scene = _scene(arguments)
     draw = _draw_reference if arguments.mode == "reference" else _draw
     picture, layers, drawn = draw(scene, arguments, show)

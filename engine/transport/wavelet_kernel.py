@@ -237,3 +237,43 @@ def relight(
         result[r, 0] = np.float64(peaks[r, 0]) / 1023.0 * (first + quantum * red)
         result[r, 1] = np.float64(peaks[r, 1]) / 1023.0 * (second + quantum * green)
         result[r, 2] = np.float64(peaks[r, 2]) / 511.0 * (third + quantum * blue)
+
+
+@scalar
+def by_coefficient(indices: Any, words: Any, counts: Any, coefficients: int) -> Any:
+    """The vectors sorted by coefficient: where each begins (M + 1,), and the row (E,) and word (E,) of each entry."""
+    start = np.zeros(coefficients + 1, np.int64)
+    for r in range(len(words)):
+        for m in range(counts[r]):
+            start[np.int64(indices[r, m]) + 1] += 1
+    for m in range(coefficients):
+        start[m + 1] += start[m]
+    row, word = np.empty(start[coefficients], np.int32), np.empty(start[coefficients], np.uint32)
+    next_free = start[:-1].copy()
+    for r in range(len(words)):
+        for m in range(counts[r]):
+            place = next_free[indices[r, m]]
+            row[place], word[place] = r, words[r, m]
+            next_free[indices[r, m]] += 1
+    return start, row, word
+
+
+@scalar
+def add_changes(start: Any, row: Any, word: Any, changed: Any, change: Any, sums: Any) -> None:
+    """Add to `sums` (R, 3), of integers or floats, what the coefficients `changed` change by `change` (M, 3)."""
+    for m in changed:
+        for place in range(start[m], start[m + 1]):
+            r, packed = row[place], word[place]
+            sums[r, 0] += np.int32(np.int32(packed << 21) >> 21) * change[m, 0]
+            sums[r, 1] += np.int32(np.int32(packed << 10) >> 21) * change[m, 1]
+            sums[r, 2] += (np.int32(packed) >> 22) * change[m, 2]
+
+
+@scalar
+def finish_sums(peaks: Any, sums: Any, scaling: Any, quantum: float, result: Any) -> None:
+    """`result` (R, 3) of sums over details and over scaling coefficients, as in `relight`."""
+    for r in range(len(peaks)):
+        for channel in range(3):
+            bound = 511.0 if channel == 2 else 1023.0
+            total = scaling[r, channel] + quantum * sums[r, channel]
+            result[r, channel] = np.float64(peaks[r, channel]) / bound * total

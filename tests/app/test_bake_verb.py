@@ -1,0 +1,135 @@
+"""`lightarc bake` and `lightarc render` of what it made, as a person types them."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from app.verbs import bake
+from engine.factor.maps import KINDS
+from engine.factor.separable import WEIGHTINGS
+from engine.steps import Step
+
+Command = Callable[..., SimpleNamespace]
+QUICK = ("--cube", "16", "--coefficients", "40", "--fine", "1", "--terms", "2", "--json")
+SMALL = ("--width", "48", "--height", "36", "--samples", "1", "--json")
+
+
+def result(command: SimpleNamespace) -> dict[str, Any]:
+    assert command.code == 0, command.err
+    found: dict[str, Any] = json.loads(command.out)
+    return found
+
+
+@pytest.fixture
+def mesh(tmp_path: Path) -> Path:
+    """A tetrahedron."""
+    path = tmp_path / "tetrahedron.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    return path
+
+
+def test_the_choices_are_those_of_the_engine() -> None:
+    assert set(bake.MAPS) == set(KINDS)
+    parser = argparse.ArgumentParser()
+    bake.add_arguments(parser)
+    (weighting,) = (action for action in parser._actions if action.dest == "weighting")
+    assert tuple(weighting.choices or ()) == WEIGHTINGS
+
+
+def test_a_model_is_baked_and_drawn_under_any_light(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output = tmp_path / "a.transport"
+    made = lightarc("bake", mesh, "--brdf", "phong:exponent=5", "--ground", "--ground-cells", "4", "-o", output, *QUICK)
+    found = result(made)
+    assert {"vertices", "bake_s", "visibility_s", "size_bytes", "knobs", "skipped"} <= set(found)
+    assert found["size_bytes"] == output.stat().st_size
+    assert f"{found['size_bytes'] / 1e6:.1f} MB" in made.err
+    assert found["vertices"] == 12 + 25
+    assert found["knobs"]["terms"] == 2
+    for number, light in enumerate((("--env", "sky"), ("--light-deg", "20,30"), ("--lamp", "theta_deg=10"))):
+        image = tmp_path / f"{number}.exr"
+        drawn = result(lightarc("render", output, "--mode", "wavelet", *light, "-o", image, *SMALL))
+        assert drawn["covered_fraction"] > 0.1
+        assert drawn["mean_radiance"] > 0.0
+        assert {"relight_s", "negative_rel", "sky_energy_error_rel", "light_rmse_rel"} <= set(drawn)
+        assert image.exists()
+    assert result(lightarc("render", output, "--env", "sky", "-o", tmp_path / "x.png", *SMALL))["mode"] == "wavelet"
+
+
+def test_lambert_under_a_lamp_is_what_the_direct_mode_draws(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output = tmp_path / "a.transport"
+    brdf = ("--brdf", "lambert:albedo=0.5")
+    result(lightarc("bake", mesh, *brdf, "-o", output, *QUICK))
+    pictures = []
+    for name, words in {"a.png": (output,), "b.png": (mesh, *brdf, "--mode", "direct", "--renderer", "cpu")}.items():
+        result(lightarc("render", *words, "--light-deg", "40,30", "-o", tmp_path / name, *SMALL))
+        pictures.append(cv2.imread(str(tmp_path / name)).astype(float))
+    assert np.abs(pictures[0] - pictures[1]).mean() < 1.0
+    assert pictures[0].std() > 20.0
+
+
+def test_what_is_cancelled_goes_on(mesh: Path, tmp_path: Path, lightarc: Command) -> None:
+    parser = argparse.ArgumentParser()
+    bake.add_arguments(parser)
+    output = tmp_path / "a.transport"
+    words = [str(mesh), "--brdf", "lambert", "--ground", "--ground-cells", "9", "-o", str(output), *QUICK[:-1]]
+
+    def interrupted(step: Step) -> None:
+        if step.done > 0.5:
+            raise KeyboardInterrupt
+
+    found = bake.run(parser.parse_args(words), interrupted)
+    assert (found["cancelled"], found["exit_code"], output.exists()) == (True, 4, False)
+    assert "goes on" in bake.report(found)
+    again = result(lightarc("bake", *words, "--json"))
+    assert again["chunks_resumed"] >= 1
+    assert "from before" in bake.report(again)
+    assert result(lightarc("render", output, "-o", tmp_path / "x.png", *SMALL))["vertices"] == again["vertices"]
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (("--cube", "128"), 2, "16-bit indices"),
+        (("--cube", "48"), 2, "power of two"),
+        (("--terms", "0"), 2, "--terms 0"),
+        (("--terms", "1000"), 2, "--terms 1000"),
+        (("--coefficients", "0"), 2, "coefficients"),
+        (("--fine", "99"), 2, "parts"),
+        (("--ground", "1.5"), 2, "albedo 1.5"),
+        (("--ground", "nan"), 2, "albedo nan"),
+        (("--brdf", "nonsense"), 2, "nonsense"),
+        (("-o", "/nowhere/at/all.transport"), 3, "folder does not exist"),
+    ],
+)
+def test_what_cannot_be_baked_is_refused(
+    words: tuple[str, str], code: int, message: str, lightarc: Command, mesh: Path, tmp_path: Path
+) -> None:
+    refused = lightarc("bake", mesh, "--brdf", "lambert", "-o", tmp_path / "a.transport", *QUICK, *words)
+    assert (refused.code, message in refused.err) == (code, True), refused.err
+    assert not list(tmp_path.glob("*.transport"))
+
+
+@pytest.mark.parametrize("words", [("--brdf", "phong"), ("--ground",), ("--renderer", "gl"), ("--measure-error",)])
+def test_what_was_baked_is_not_changed_by_drawing(
+    words: tuple[str, ...], lightarc: Command, mesh: Path, tmp_path: Path
+) -> None:
+    output = tmp_path / "a.transport"
+    result(lightarc("bake", mesh, "--brdf", "lambert", "-o", output, *QUICK))
+    refused = lightarc("render", output, "--env", "sky", "-o", tmp_path / "a.png", *SMALL, *words)
+    assert refused.code == 2
+    damaged = bytearray(output.read_bytes())
+    damaged[len(damaged) // 2] ^= 255
+    output.write_bytes(damaged)
+    broken = lightarc("render", output, "-o", tmp_path / "a.png", *SMALL)
+    assert (broken.code, "damaged" in broken.err) == (3, True), broken.err
+    no_transport = lightarc("render", mesh, "--mode", "wavelet", "-o", tmp_path / "a.png", *SMALL)
+    assert (no_transport.code, "no transport file" in no_transport.err) == (3, True)
