@@ -47,7 +47,9 @@ class ComparePanel(Rows):
         self.error = self.figure(
             "Error", "Relative RMSE of linear radiance against the other, and within what it is certain to 95 %"
         )
-        self.flip = self.figure("FLIP", "What an eye sees that flips between the two: 0 nothing, 1 everything")
+        self.flip = self.figure(
+            "FLIP", "What an eye sees that flips between the two, from parts of the picture: 0 nothing, 1 all"
+        )
         self.largest = self.figure("Largest", "The largest difference of a channel, in radiance")
 
     def set(self, words: str, **parts: Any) -> None:
@@ -74,7 +76,7 @@ class ComparePanel(Rows):
     def show_error(self, error: PictureError | None) -> None:
         """The figures, or that there are none."""
         self.error.setText(error.text if error else "–")
-        self.flip.setText(f"{error.flip:.4f}" if error and error.flip is not None else "–")
+        self.flip.setText(f"≈ {error.flip:.2g}" if error and error.flip is not None else "–")
         self.largest.setText(plain(float(f"{error.max_abs:.3g}")) if error else "–")
 
 

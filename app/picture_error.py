@@ -148,9 +148,8 @@ def _figures(a: Side, b: Side) -> Steps[PictureError | None]:
 
 
 def _with_flip(a: Side, b: Side, error: PictureError) -> Steps[PictureError]:
-    from engine.accuracy.flip import SMALL_TILE, flip_map
+    from engine.accuracy.flip import flip_estimate
 
     a, b = _alike(a, b)
-    mask = _covered(a, b)
-    found = yield from flip_map(a.picture[..., :3], b.picture[..., :3], mask, tile=SMALL_TILE)
-    return replace(error, flip=float(found[mask].mean(dtype=np.float64)))
+    found = yield from flip_estimate(a.picture[..., :3], b.picture[..., :3], _covered(a, b))
+    return replace(error, flip=found)

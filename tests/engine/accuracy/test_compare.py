@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.accuracy.compare import ImageError, compare, error_against, noise_of
-from engine.accuracy.flip import flip_map
+from engine.accuracy.flip import flip_estimate, flip_map
 from engine.steps import drain
 
 RNG = np.random.default_rng(3)
@@ -140,6 +140,15 @@ def test_flip_of_even_pictures_is_the_closed_form_of_the_paper() -> None:
     expected = 0.95 + 0.05 * (100.0**0.7 - 0.4 * largest) / (0.6 * largest)
     assert compare(green, blue, displayed=True).flip == pytest.approx(1.0, abs=1e-4)
     assert compare(white, black, displayed=True).flip == pytest.approx(expected, abs=1e-4)
+
+
+def test_an_estimate_from_some_tiles_is_near_the_mean_and_exact_from_all() -> None:
+    one = picture(300, 320)
+    other = one * (1.0 + 0.1 * picture(300, 320, 8) / 4.0)
+    mask = np.ones(one.shape[:2], bool)
+    exact = compare(other, one).flip
+    assert drain(flip_estimate(other, one, mask, 6)) == pytest.approx(exact, rel=0.05)
+    assert drain(flip_estimate(other, one, mask, 99)) == pytest.approx(exact, abs=1e-5)
 
 
 def test_flip_of_pixels_outside_the_mask_is_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
