@@ -38,7 +38,7 @@ def sky() -> EnvironmentMap:
 
 
 def where(row: int, column: int) -> Floats:
-    """The middle of a texel of a map that is not turned: +Z in the middle of the picture, +X a quarter from the left."""
+    """The middle of a texel of a map that is not turned: +Z is in the middle of the picture, +X a quarter in."""
     azimuth, polar = 2.0 * np.pi * (column + 0.5) / COLUMNS, np.pi * (row + 0.5) / ROWS
     return np.array([np.sin(polar) * np.sin(azimuth), np.cos(polar), -np.sin(polar) * np.cos(azimuth)])
 
