@@ -1,15 +1,13 @@
 """Draws a `Scene`: one pass per tile of the picture into a texture of linear radiance, then tone mapping.
 
-The twin of `engine.render.direct`. `samples` sub-pixels along each side of a pixel are shaded and averaged (a box,
-symmetric about the pixel centre); with 1 the pixel centre alone. Pictures of any size are drawn in tiles of at most
-2048 sub-pixels along a side, and where a window must go on meanwhile, band by band. Meshes, materials and lights are
-uploaded when they are other objects than the last time.
+The twin of `engine.render.direct`. Sub-pixels, tiles and bands are those of `engine.gl.tiles`. Meshes, materials and
+lights are uploaded when they are other objects than the last time.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from dataclasses import replace
 from typing import Any
 
@@ -24,18 +22,12 @@ from engine.gl.material_textures import MaterialTextures
 from engine.gl.mesh_buffers import MeshBuffers
 from engine.gl.program import ShaderError, load_program, set_uniforms
 from engine.gl.table_texture import SOURCE, TableTexture
-from engine.gl.tonemap import ToneMapper
+from engine.gl.tiles import Paint, Tiles
 from engine.ground import Ground, with_ground
 from engine.mesh import Mesh
 from engine.params import parameters
 from engine.render.display import Display
 from engine.scene import Scene
-
-#: Longest side of the texture that is drawn into, in sub-pixels.
-TILE = 2048
-
-#: A part of a picture: left, top, width, height in pixels.
-Tile = tuple[int, int, int, int]
 
 log = logging.getLogger(__name__)
 
@@ -54,7 +46,7 @@ class DirectRenderer:
         self.limits = texture_limits or limits(context)
         self.debug = debug
         self.messages: list[str] = []
-        self.invalid_samples = 0
+        self._tiles = Tiles(context, self.limits)
         self._programs: dict[tuple[Any, ...], Any] = {}
         self._last_good: Any = None
         self._mesh: tuple[Any, MeshBuffers] | None = None
@@ -62,80 +54,40 @@ class DirectRenderer:
         self._material: tuple[Any, MaterialTextures] | None = None
         self._lights: tuple[Any, LightTexture] | None = None
         self._table: tuple[Any, TableTexture | FactorTextures] | None = None
-        self._target: tuple[tuple[int, int], Any] | None = None
-        self._tone_mapper: ToneMapper | None = None
 
     def draw(
         self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2, display: Display | None = None
     ) -> None:
         """Draw `scene`, tone-mapped and sRGB-coded, over `framebuffer`, whose `size` is (width, height) in pixels."""
-        for tile, texture in self._tiles(scene, size, samples):
-            self._show(tile, texture, framebuffer, size, samples, display or Display())
+        self._tiles.draw(self._painting(scene, size), framebuffer, size, samples, display or Display())
 
     def bands(
         self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2
     ) -> Generator[None, int, None]:
-        """The linear picture in pieces, for a thread that has more to do: each `send(rows)` draws so many rows.
-
-        Rows are of sub-pixels. The float32 `framebuffer` (`engine.gl.screen.Picture`) holds radiance times coverage,
-        and coverage, when the generator ends; with 1, 2 or 4 samples they show what `draw` shows to the bit. Other
-        drawing with this renderer in the meantime spoils it.
-        """
-        for tile in self._cut(size, samples):
-            done, rows = 0, tile[3] * samples
-            while done < rows:
-                wanted = yield
-                texture = self._shade(scene, size, tile, samples, (done, min(wanted, rows - done)))
-                done += wanted
-            self._show(tile, texture, framebuffer, size, samples, None)
+        """The linear picture in pieces, as `Tiles.bands`; other drawing with this renderer meanwhile spoils it."""
+        return self._tiles.bands(self._painting(scene, size), framebuffer, size, samples)
 
     def radiance(self, scene: Scene, size: tuple[int, int], *, samples: int = 2) -> NDArray[np.float32]:
         """The picture (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
-        picture = np.zeros((size[1], size[0], 4), np.float32)
-        self.invalid_samples = 0
-        for (left, top, width, height), texture in self._tiles(scene, size, samples):
-            texels = np.frombuffer(texture.read(), np.float32).reshape(texture.height, texture.width, 4)
-            part = texels[: height * samples, : width * samples]
-            self.invalid_samples += int(np.sum(part[..., 3] > 1.5))
-            blocks = np.minimum(part, (np.inf, np.inf, np.inf, 1.0)).reshape(height, samples, width, samples, 4)
-            picture[top : top + height, left : left + width] = blocks.mean(axis=(1, 3), dtype=np.float64)[::-1]
-        return picture
+        return self._tiles.radiance(self._painting(scene, size), size, samples)
 
-    def _tiles(self, scene: Scene, size: tuple[int, int], samples: int) -> Iterator[tuple[Tile, Any]]:
-        """Draw tile by tile; yields each and the texture whose lower left holds it."""
-        for tile in self._cut(size, samples):
-            yield tile, self._shade(scene, size, tile, samples, (0, tile[3] * samples))
+    @property
+    def invalid_samples(self) -> int:
+        return self._tiles.invalid_samples
 
-    def _cut(self, size: tuple[int, int], samples: int) -> Iterator[Tile]:
-        if samples < 1:
-            raise ValueError(f"samples = {samples} must be at least 1")
-        edge = self._edge(samples)
-        for top in range(0, size[1], edge):
-            for left in range(0, size[0], edge):
-                yield left, top, min(edge, size[0] - left), min(edge, size[1] - top)
+    def _painting(self, scene: Scene, size: tuple[int, int]) -> Paint:
+        return lambda tile_from_clip: self._paint(scene, size[0] / size[1], tile_from_clip)
 
-    def _edge(self, samples: int) -> int:
-        return max(1, min(TILE, self.limits.texture_size) // samples)
-
-    def _shade(self, scene: Scene, size: tuple[int, int], tile: Tile, samples: int, band: tuple[int, int]) -> Any:
-        """Draw the rows `band` (first, count) of sub-pixels of `tile`, from below; returns the texture they are in."""
-        program = self._prepare(scene, size)
-        edge = self._edge(samples)
-        target = self._framebuffer((min(size[0], edge) * samples, min(size[1], edge) * samples))
-        target.use()
-        target.viewport = (0, 0, tile[2] * samples, tile[3] * samples)
-        target.scissor = (0, band[0], tile[2] * samples, band[1])
-        target.clear(0.0, 0.0, 0.0, 0.0)
-        self.context.enable_only(self.context.DEPTH_TEST)
+    def _paint(self, scene: Scene, aspect: float, tile_from_clip: NDArray[np.float64]) -> None:
+        """Draw everything for one tile."""
+        program = self._prepare(scene)
         reach = self._prepare_ground(scene)
-        clip_from_model = scene.camera.clip_from_model(scene.mesh.centre, reach, size[0] / size[1])
-        matrix = np.ascontiguousarray((_tile_from_clip(tile, size) @ clip_from_model).T, np.float32)
+        clip_from_model = scene.camera.clip_from_model(scene.mesh.centre, reach, aspect)
+        matrix = np.ascontiguousarray((tile_from_clip @ clip_from_model).T, np.float32)
         program["clip_from_model"].write(matrix)
         assert self._mesh is not None
         self._mesh[1].draw(program)
         self._draw_ground(scene, matrix)
-        target.scissor = None
-        return target.color_attachments[0]
 
     def _prepare_ground(self, scene: Scene) -> float:
         """Upload what the model stands on; returns how far from the centre of the model anything is."""
@@ -171,22 +123,7 @@ class DirectRenderer:
         program["clip_from_model"].write(matrix)
         self._ground[2].draw(program)
 
-    def _show(
-        self,
-        tile: Tile,
-        texture: Any,
-        framebuffer: Any,
-        size: tuple[int, int],
-        samples: int,
-        display: Display | None,
-    ) -> None:
-        if self._tone_mapper is None:
-            self._tone_mapper = ToneMapper(self.context)
-        left, top, width, height = tile
-        rectangle = (left, size[1] - top - height, width, height)
-        self._tone_mapper.draw(texture, framebuffer, rectangle, samples, display)
-
-    def _prepare(self, scene: Scene, size: tuple[int, int]) -> Any:
+    def _prepare(self, scene: Scene) -> Any:
         """Upload what changed, choose the program and set its uniforms."""
         if self._mesh is None or self._mesh[0] is not scene.mesh:
             if self._mesh is not None:
@@ -273,24 +210,6 @@ class DirectRenderer:
     def _debug(self) -> dict[str, str]:
         return {"DEBUG": "1"} if self.debug else {}
 
-    def _framebuffer(self, size: tuple[int, int]) -> Any:
-        if self._target is None or self._target[0] != size:
-            self._release_target()
-            colour = self.context.texture(size, 4, dtype="f4")
-            colour.filter = (self.context.NEAREST, self.context.NEAREST)
-            depth = self.context.depth_renderbuffer(size)
-            self._target = (size, self.context.framebuffer([colour], depth))
-        return self._target[1]
-
-    def _release_target(self) -> None:
-        if self._target is not None:
-            framebuffer = self._target[1]
-            # a new framebuffer restores the one bound before it, which must not be one that is gone
-            self.context.detect_framebuffer(0).use()
-            for item in (framebuffer, framebuffer.depth_attachment, *framebuffer.color_attachments):
-                item.release()
-            self._target = None
-
     def release(self) -> None:
         """Free everything; the renderer can be used again afterwards and uploads anew."""
         for owner in (self._mesh, self._ground, self._material, self._lights, self._table):
@@ -298,11 +217,9 @@ class DirectRenderer:
                 owner[-1].release()
         for program in {id(program): program for program in self._programs.values() if program}.values():
             program.release()
-        if self._tone_mapper is not None:
-            self._tone_mapper.release()
-        self._release_target()
+        self._tiles.release()
         self._mesh = self._ground = self._material = self._lights = self._table = None
-        self._tone_mapper = self._last_good = None
+        self._last_good = None
         self._programs.clear()
 
 
@@ -319,13 +236,3 @@ def _square(mesh: Mesh, ground: Ground) -> Mesh:
     kept = len(whole.positions) - 4
     arrays = (whole.positions[kept:], whole.normals[kept:], whole.uv[kept:], whole.faces[first:] - np.int32(kept))
     return Mesh(*arrays, name="ground")
-
-
-def _tile_from_clip(tile: Tile, size: tuple[int, int]) -> NDArray[np.float64]:
-    """(4, 4) matrix that makes the tile (left, top, width, height) of a picture of `size` fill clip space."""
-    left, top, width, height = tile
-    matrix = np.eye(4)
-    matrix[0, 0], matrix[1, 1] = size[0] / width, size[1] / height
-    matrix[0, 3] = (size[0] - 2.0 * left) / width - 1.0
-    matrix[1, 3] = 1.0 - (size[1] - 2.0 * top) / height
-    return matrix

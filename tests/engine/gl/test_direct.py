@@ -254,8 +254,8 @@ def test_GL7_pictures_of_any_size(gl: Any, size: tuple[int, int]) -> None:
 def test_GL7_a_large_picture_is_drawn_in_tiles_of_bounded_size(gl: Any) -> None:
     what = dataclasses.replace(head_on(), camera=Camera((0.0, 0.0, 2.0), fov_deg=5.0))
     renderer = DirectRenderer(gl)
-    corners = 0
-    for (left, top, width, height), texture in renderer._tiles(what, (16384, 2100), 1):
+    corners, size = 0, (16384, 2100)
+    for (left, top, width, height), texture in renderer._tiles.each(renderer._painting(what, size), size, 1):
         assert max(texture.size) <= 2048
         if {left, left + width} & {0, 16384} and {top, top + height} & {0, 2100}:
             texel = np.frombuffer(texture.read(), np.float32)[:3]
@@ -269,7 +269,7 @@ def test_GL7_a_large_picture_is_drawn_in_tiles_of_bounded_size(gl: Any) -> None:
 def test_tiles_fit_together(gl: Any, monkeypatch: pytest.MonkeyPatch, samples: int) -> None:
     what = scene("sphere", brdf="lambert")
     whole = draw(gl, what, samples=samples)
-    monkeypatch.setattr("engine.gl.direct.TILE", 64)
+    monkeypatch.setattr("engine.gl.tiles.TILE", 64)
     tiled = draw(gl, what, samples=samples)
     inside = (whole[..., 3] == 1) & (tiled[..., 3] == 1)
     assert inside.mean() > 0.3
@@ -284,7 +284,7 @@ def test_a_picture_in_bands_is_the_picture_to_the_bit(
     gl: Any, monkeypatch: pytest.MonkeyPatch, lookup: str, samples: int
 ) -> None:
     """Bands of all heights, several tiles, and another size of target in between."""
-    monkeypatch.setattr("engine.gl.direct.TILE", 128)
+    monkeypatch.setattr("engine.gl.tiles.TILE", 128)
     what = scene("torus-knot", weave(), lookup=lookup, environment=open_environment("studio"), directions=16)
     expected = shown(gl, what, Display(), samples=samples)
     renderer, picture = DirectRenderer(gl), Picture(gl, SIZE)

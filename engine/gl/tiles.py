@@ -1,0 +1,157 @@
+"""Pictures of any size, drawn in tiles into a texture of linear radiance and brought to a framebuffer.
+
+`samples` sub-pixels along each side of a pixel are drawn and averaged (a box, symmetric about the pixel centre); with
+1 the pixel centre alone. A tile has at most 2048 sub-pixels along a side, and where a window must go on meanwhile it
+is drawn band by band. What is drawn is a function: it gets the matrix that makes the tile fill clip space, and draws
+everything into the framebuffer that is bound, radiance and coverage of 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.gl.context import Limits
+from engine.gl.tonemap import ToneMapper
+from engine.render.display import Display
+
+#: Longest side of the texture that is drawn into, in sub-pixels.
+TILE = 2048
+
+#: A part of a picture: left, top, width, height in pixels.
+Tile = tuple[int, int, int, int]
+
+Paint = Callable[[NDArray[np.float64]], None]
+
+
+class Tiles:
+    """Owns the texture that tiles are drawn into, with its depths, and the programs that take it to a picture.
+
+    Attributes
+    ----------
+    invalid_samples : how many samples of the last `radiance` had a coverage above 1: a shader says so that they were
+        not finite.
+    """
+
+    def __init__(self, context: Any, texture_limits: Limits) -> None:
+        self.context = context
+        self.limits = texture_limits
+        self.invalid_samples = 0
+        self._target: tuple[tuple[int, int], Any] | None = None
+        self._tone_mapper: ToneMapper | None = None
+
+    def draw(self, paint: Paint, framebuffer: Any, size: tuple[int, int], samples: int, display: Display) -> None:
+        """Draw tone-mapped and sRGB-coded over `framebuffer`, whose `size` is (width, height) in pixels."""
+        for tile, texture in self.each(paint, size, samples):
+            self._show(tile, texture, framebuffer, size, samples, display)
+
+    def bands(self, paint: Paint, framebuffer: Any, size: tuple[int, int], samples: int) -> Generator[None, int, None]:
+        """The linear picture in pieces, for a thread that has more to do: each `send(rows)` draws so many rows.
+
+        Rows are of sub-pixels. The float32 `framebuffer` (`engine.gl.screen.Picture`) holds radiance times coverage,
+        and coverage, when the generator ends; with 1, 2 or 4 samples they show what `draw` shows to the bit. Other
+        drawing with these tiles in the meantime spoils it.
+        """
+        for tile in self._cut(size, samples):
+            done, rows = 0, tile[3] * samples
+            while done < rows:
+                wanted = yield
+                texture = self._shade(paint, size, tile, samples, (done, min(wanted, rows - done)))
+                done += wanted
+            self._show(tile, texture, framebuffer, size, samples, None)
+
+    def radiance(self, paint: Paint, size: tuple[int, int], samples: int) -> NDArray[np.float32]:
+        """The picture (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
+        picture = np.zeros((size[1], size[0], 4), np.float32)
+        self.invalid_samples = 0
+        for (left, top, width, height), texture in self.each(paint, size, samples):
+            texels = np.frombuffer(texture.read(), np.float32).reshape(texture.height, texture.width, 4)
+            part = texels[: height * samples, : width * samples]
+            self.invalid_samples += int(np.sum(part[..., 3] > 1.5))
+            blocks = np.minimum(part, (np.inf, np.inf, np.inf, 1.0)).reshape(height, samples, width, samples, 4)
+            picture[top : top + height, left : left + width] = blocks.mean(axis=(1, 3), dtype=np.float64)[::-1]
+        return picture
+
+    def each(self, paint: Paint, size: tuple[int, int], samples: int) -> Iterator[tuple[Tile, Any]]:
+        """Draw tile by tile; yields each and the texture whose lower left holds it."""
+        for tile in self._cut(size, samples):
+            yield tile, self._shade(paint, size, tile, samples, (0, tile[3] * samples))
+
+    def _cut(self, size: tuple[int, int], samples: int) -> Iterator[Tile]:
+        if samples < 1:
+            raise ValueError(f"samples = {samples} must be at least 1")
+        edge = self._edge(samples)
+        for top in range(0, size[1], edge):
+            for left in range(0, size[0], edge):
+                yield left, top, min(edge, size[0] - left), min(edge, size[1] - top)
+
+    def _edge(self, samples: int) -> int:
+        return max(1, min(TILE, self.limits.texture_size) // samples)
+
+    def _shade(self, paint: Paint, size: tuple[int, int], tile: Tile, samples: int, band: tuple[int, int]) -> Any:
+        """Draw the rows `band` (first, count) of sub-pixels of `tile`, from below; returns the texture they are in."""
+        edge = self._edge(samples)
+        target = self._framebuffer((min(size[0], edge) * samples, min(size[1], edge) * samples))
+        target.use()
+        target.viewport = (0, 0, tile[2] * samples, tile[3] * samples)
+        target.scissor = (0, band[0], tile[2] * samples, band[1])
+        target.clear(0.0, 0.0, 0.0, 0.0)
+        self.context.enable_only(self.context.DEPTH_TEST)
+        try:
+            paint(_tile_from_clip(tile, size))
+        finally:
+            target.scissor = None
+        return target.color_attachments[0]
+
+    def _show(
+        self,
+        tile: Tile,
+        texture: Any,
+        framebuffer: Any,
+        size: tuple[int, int],
+        samples: int,
+        display: Display | None,
+    ) -> None:
+        if self._tone_mapper is None:
+            self._tone_mapper = ToneMapper(self.context)
+        left, top, width, height = tile
+        rectangle = (left, size[1] - top - height, width, height)
+        self._tone_mapper.draw(texture, framebuffer, rectangle, samples, display)
+
+    def _framebuffer(self, size: tuple[int, int]) -> Any:
+        if self._target is None or self._target[0] != size:
+            self._release_target()
+            colour = self.context.texture(size, 4, dtype="f4")
+            colour.filter = (self.context.NEAREST, self.context.NEAREST)
+            depth = self.context.depth_renderbuffer(size)
+            self._target = (size, self.context.framebuffer([colour], depth))
+        return self._target[1]
+
+    def _release_target(self) -> None:
+        if self._target is not None:
+            framebuffer = self._target[1]
+            # a new framebuffer restores the one bound before it, which must not be one that is gone
+            self.context.detect_framebuffer(0).use()
+            for item in (framebuffer, framebuffer.depth_attachment, *framebuffer.color_attachments):
+                item.release()
+            self._target = None
+
+    def release(self) -> None:
+        """Free everything; the tiles can be used again afterwards."""
+        if self._tone_mapper is not None:
+            self._tone_mapper.release()
+        self._release_target()
+        self._tone_mapper = None
+
+
+def _tile_from_clip(tile: Tile, size: tuple[int, int]) -> NDArray[np.float64]:
+    """(4, 4) matrix that makes the tile (left, top, width, height) of a picture of `size` fill clip space."""
+    left, top, width, height = tile
+    matrix = np.eye(4)
+    matrix[0, 0], matrix[1, 1] = size[0] / width, size[1] / height
+    matrix[0, 3] = (size[0] - 2.0 * left) / width - 1.0
+    matrix[1, 3] = 1.0 - (size[1] - 2.0 * top) / height
+    return matrix
