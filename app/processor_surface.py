@@ -40,10 +40,13 @@ class ProcessorSurface(QWidget):
         self._over: list[Pixels | None] = [None, None]
         self._wanted: list[tuple[Scene, tuple[int, int]] | None] = [None, None]
         self._images: tuple[QImage, ...] = ()
+        self._is_moving = False
+        self._seconds = 0.0
 
     @property
     def is_finished(self) -> bool:
-        return not self._showing.busy and not any(one.busy for one in self._rendering)
+        """Whether the pictures on screen are whole."""
+        return not (self._is_moving or self._showing.busy or any(one.busy for one in self._rendering))
 
     def show_scene(self, scene: Scene | None, display: Display, budget_s: float) -> None:
         """Ask for a picture of `scene`; it is shown when it is done."""
@@ -54,7 +57,8 @@ class ProcessorSurface(QWidget):
         if not scenes or self.width() < 1 or self.height() < 1:
             return
         self.scenes, self.split, self.display = scenes, split, display
-        share = 0.3 if budget_s <= MOVING_S else 1.0
+        self._is_moving = budget_s <= MOVING_S
+        share = 0.3 if self._is_moving else 1.0
         scale = self.devicePixelRatioF() * share
         size = (max(1, round(self.width() * scale)), max(1, round(self.height() * scale)))
         for at, scene in enumerate(scenes):
@@ -70,8 +74,7 @@ class ProcessorSurface(QWidget):
         self._rendering[at].ask(lambda: _computed(scene, size), lambda found: self._take(at, *found))
 
     def _take(self, at: int, picture: Pixels, seconds: float) -> None:
-        self._pictures[at] = picture
-        self.drawn.emit(seconds)
+        self._pictures[at], self._seconds = picture, seconds
         self._refresh()
 
     def show_over(self, side: int, pixels: Pixels | None) -> None:
@@ -94,6 +97,7 @@ class ProcessorSurface(QWidget):
 
     def _show(self, images: tuple[QImage, ...]) -> None:
         self._images = images
+        self.drawn.emit(self._seconds)
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import QSize, QTimer, Signal
 from PySide6.QtGui import QColor, QOffscreenSurface, QOpenGLContext, QSurfaceFormat
 from PySide6.QtOpenGLWidgets import QOpenGLWidget
 from shiboken6 import isValid
@@ -98,6 +98,7 @@ class GlSurface(QOpenGLWidget):
         self.budget_s = STILL_S
         self.messages: tuple[str, ...] = ()
         self._context: Any = None
+        self._painted: tuple[QSize, float] | None = None
         self._sides: list[Refining] = []
         self._over = [_Over(), _Over()]
         self._screen: Any = None
@@ -130,13 +131,9 @@ class GlSurface(QOpenGLWidget):
 
     def _is_shown(self) -> bool:
         """Whether what is drawn, or under way, is of the scenes and the size that are wanted."""
-        size = self._pixels()
         pairs = zip(self._sides, self.scenes, strict=False)
-        return all(side.screen == size and side.scene is not None and same(side.scene, one) for side, one in pairs)
-
-    def _pixels(self) -> tuple[int, int]:
-        ratio = self.devicePixelRatioF()
-        return round(self.width() * ratio), round(self.height() * ratio)
+        is_same = all(side.scene is not None and same(side.scene, scene) for side, scene in pairs)
+        return is_same and self._painted == (self.size(), self.devicePixelRatioF())
 
     def show_scene(self, scene: Scene | None, display: Display, budget_s: float) -> None:
         """Draw `scene` with the next frame, and from then on as finely as `budget_s` seconds allow."""
@@ -212,6 +209,7 @@ class GlSurface(QOpenGLWidget):
 
     def _paint(self, framebuffer: Any) -> None:
         """Show the pictures; draw a first one of a scene or a size that is new."""
+        self._painted = (self.size(), self.devicePixelRatioF())
         while len(self._sides) < len(self.scenes):
             self._sides.append(Refining(self._context))
         for side, scene in zip(self._sides, self.scenes, strict=False):

@@ -29,6 +29,9 @@ MOST_PIXELS = 1_000_000
 #: Samples from which the reference is shown over what stands for it.
 SHOWN_FROM = 2
 
+#: Passes from which the variance of the reference is believed.
+PASSES = 3
+
 #: Full colour of a difference before anything is known of it.
 FIRST_SCALE = 0.1
 
@@ -165,7 +168,7 @@ class ViewPictures(QObject):
         for at, mode in enumerate(self.modes):
             if not mode.progressive and at in self._drawn:
                 sides.append(Side(self._drawn[at]))
-            elif mode.progressive and found is not None and found.variance is not None:
+            elif mode.progressive and found is not None and found.variance is not None and found.passes >= PASSES:
                 sides.append(Side(found.picture, np.asarray(found.variance, np.float32)))
                 is_new = found.samples >= 2 * self._flip_at or not self.reference.running
         if len(sides) == 2:

@@ -167,9 +167,9 @@ class Viewport(QWidget):
         return tuple(dataclasses.replace(scene, camera=self.camera) for scene in scenes)
 
     def screen_px(self) -> tuple[int, int]:
-        """Width and height in pixels of the screen."""
+        """Width and height in pixels of the screen, halves rounded up as Qt does."""
         ratio = self.devicePixelRatioF()
-        return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
+        return max(1, int(self.width() * ratio + 0.5)), max(1, int(self.height() * ratio + 0.5))
 
     def _rest(self) -> None:
         self._draw(moving=False)

@@ -99,7 +99,7 @@ def error_against(
     noise = np.broadcast_to(variance, (*valid.shape, 3))[valid].astype(np.float64)
     apart = (first - second) ** 2
     total = max(float(np.sum(second**2 - noise)), 0.0)
-    squared = float(np.sum(apart - noise))
+    squared = max(float(np.sum(apart - noise)), 0.0)
     spread = max(float(np.sum(4.0 * (apart - noise) * noise)), 0.0) + float(np.sum(2.0 * noise**2))
     spread = DEVIATIONS * float(np.sqrt(spread))
     low, middle, high = (np.sqrt(max(value, 0.0)) for value in (squared - spread, squared, squared + spread))
