@@ -187,3 +187,74 @@ def rotate_many(
             for i in range(count):
                 for column in range(columns):
                     out[lowest + b, i, column] = values[i, column * _TOGETHER + b]
+
+
+@parallel
+def lobe_sums(order: int, direction: Array, weight: Array, table: Array, out: Array) -> None:
+    """Sums (N, 3, order^2) of the basis at `direction` (N, S, 3) times `weight` (N, S, 3)."""
+    count = order * order
+    for n in prange(direction.shape[0]):
+        values = np.empty(count)
+        out[n] = 0.0
+        for s in range(direction.shape[1]):
+            red, green, blue = weight[n, s]
+            if red == 0.0 and green == 0.0 and blue == 0.0:
+                continue
+            basis(order, 0, direction[n, s, 0], direction[n, s, 1], direction[n, s, 2], table, values)
+            for i in range(count):
+                out[n, 0, i] += red * values[i]
+                out[n, 1, i] += green * values[i]
+                out[n, 2, i] += blue * values[i]
+
+
+@scalar
+def _row_of(rows: int, wo: Array) -> tuple[int, float, float, float]:
+    """Between which rows a view lies and at which share, and cosine and sine of its azimuth."""
+    x, y, z = wo[0], wo[1], max(wo[2], 0.0)
+    across = math.hypot(x, y)
+    place = min(across / (1.0 + z), 1.0) * (rows - 1)
+    low = min(int(place), rows - 2)
+    if across > 0.0:
+        return low, place - low, x / across, y / across
+    return low, place - low, 1.0, 0.0
+
+
+@parallel
+def isotropic_rows(order: int, table: Array, wo: Array, out: Array) -> None:
+    """Coefficients (N, order^2, 3) towards `wo` (N, 3) of a `table` (R, order^2, 3) at azimuth 0, m >= 0."""
+    for n in prange(wo.shape[0]):
+        if wo[n, 2] <= 0.0:
+            out[n] = 0.0
+            continue
+        low, share, c, s = _row_of(table.shape[0], wo[n])
+        cosine, sine = 1.0, 0.0
+        for m in range(order):
+            for degree in range(m, order):
+                at = degree * (degree + 1)
+                for k in range(3):
+                    value = (1.0 - share) * table[low, at + m, k] + share * table[low + 1, at + m, k]
+                    out[n, at + m, k] = cosine * value
+                    if m > 0:
+                        out[n, at - m, k] = sine * value
+            cosine, sine = cosine * c - sine * s, cosine * s + sine * c
+
+
+@parallel
+def isotropic_radiance(order: int, table: Array, wo: Array, light: Array, out: Array) -> None:
+    """Radiance (N, 3) towards `wo` (N, 3) under `light` (N, order^2, 3); 0 below the horizon. As `isotropic_rows`."""
+    for n in prange(wo.shape[0]):
+        out[n] = 0.0
+        if wo[n, 2] <= 0.0:
+            continue
+        low, share, c, s = _row_of(table.shape[0], wo[n])
+        cosine, sine = 1.0, 0.0
+        for m in range(order):
+            for degree in range(m, order):
+                at = degree * (degree + 1)
+                for k in range(3):
+                    value = (1.0 - share) * table[low, at + m, k] + share * table[low + 1, at + m, k]
+                    lit = cosine * light[n, at + m, k]
+                    if m > 0:
+                        lit += sine * light[n, at - m, k]
+                    out[n, k] += value * lit
+            cosine, sine = cosine * c - sine * s, cosine * s + sine * c
