@@ -33,6 +33,7 @@ from engine.mesh_clean import (
     topology,
     usable_faces,
     weld,
+    with_count,
 )
 from engine.mesh_memory import check_memory, decoder_memory_bytes
 from engine.mesh_scene import scene_parts
@@ -227,7 +228,7 @@ def complete(
     usable, figures = usable_faces(positions, faces)
     figures |= counted
     if not usable.any():
-        counts = ", ".join(f"{count} {_plain(reason)}" for reason, count in figures.items() if count)
+        counts = ", ".join(with_count(count, _plain(reason)) for reason, count in figures.items() if count)
         raise InputError(name, f"holds no usable triangle ({counts})", "Export it again")
     stated = [None if table is None else table[faces] if table.ndim == 2 else table for table in (normals, uv)]
     faces = np.asarray(faces, np.int64)[usable]
@@ -309,12 +310,13 @@ def findings_of(figures: Mapping[str, float]) -> list[Finding]:
     for name, count in figures.items():
         if name.endswith("_dropped") and count:
             verdict = Verdict.NOTE if name.startswith("vertices") else Verdict.WARNING
-            findings.append(Finding(verdict, f"{int(count)} {_plain(name)} left out"))
+            findings.append(Finding(verdict, with_count(int(count), f"{_plain(name)} left out")))
     if count := int(figures.get("normals_replaced", 0)):
-        findings.append(Finding(Verdict.WARNING, f"{count} normals were none and are those of faces"))
+        findings.append(Finding(Verdict.WARNING, with_count(count, "normals were none and taken from the faces")))
     count = int(figures["faces_without_texture_coordinates"])
     if count and not figures["texture_coordinates_made"]:
-        findings.append(Finding(Verdict.WARNING, f"{count} faces had no texture coordinates; a box gave them some"))
+        text = with_count(count, "faces without texture coordinates got those of a box")
+        findings.append(Finding(Verdict.WARNING, text))
     return findings
 
 

@@ -137,6 +137,21 @@ def weld(
     }
 
 
+#: Words of findings for many, and for one.
+_SINGULAR = {"faces": "face", "edges": "edge", "points": "point", "vertices": "vertex", "normals": "normal"}
+_SINGULAR_VERBS = {"are": "is", "have": "has", "lie": "lies", "were": "was"}
+
+
+def with_count(count: int, text: str) -> str:
+    """`3 edges are open`, but `1 edge is open`: the first noun and the first verb follow the count."""
+    words = text.split(" ")
+    for singular in (_SINGULAR, _SINGULAR_VERBS) if count == 1 else ():
+        first = next((place for place, word in enumerate(words) if word in singular), None)
+        if first is not None:
+            words[first] = singular[words[first]]
+    return " ".join([str(count), *words])
+
+
 @dataclass(frozen=True)
 class Topology:
     """How the faces of a mesh hang together.
@@ -177,7 +192,7 @@ class Topology:
             (self.clashing_edges, "edges have faces that are turned against each other"),
             (self.junctions, "points lie within edges of other faces (T-junctions), where light may pass through"),
         )
-        findings = [Finding(Verdict.WARNING, f"{count} {text}") for count, text in said if count]
+        findings = [Finding(Verdict.WARNING, with_count(count, text)) for count, text in said if count]
         if self.volume < 0.0 and self.inside_out:
             findings.append(Finding(Verdict.WARNING, INSIDE_OUT))
         return tuple(findings)

@@ -82,7 +82,7 @@ def test_V12_units_do_not_decide_what_is_dropped(scale: float) -> None:
 def test_what_was_dropped_is_said(tmp_path: Path) -> None:
     mesh = read_mesh(written(tmp_path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 2 4\n"))
     assert len(mesh.faces) == 1
-    assert mesh.health.warnings[0] == "1 faces with non-finite vertices left out"
+    assert mesh.health.warnings[0] == "1 face with non-finite vertices left out"
 
 
 def test_the_file_s_own_normals_decide_which_side_is_outside() -> None:
@@ -98,9 +98,9 @@ def test_the_file_s_own_normals_decide_which_side_is_outside() -> None:
     [
         ("empty.obj", "", "empty"),
         ("points.obj", "v 0 0 0\nv 1 1 1\n", "no triangles"),
-        ("needle.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "no usable triangle .1 faces without area"),
-        ("wrong.obj", "v 0 0 0\nv 1 0 0\nv 2 1 0\nf 1 2 9\n", "no usable triangle .1 faces with wrong indices"),
-        ("zero.obj", "v 0 0 0\nv 1 0 0\nv 2 1 0\nf 0 1 2\n", "1 faces with wrong indices"),
+        ("needle.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "no usable triangle .1 face without area"),
+        ("wrong.obj", "v 0 0 0\nv 1 0 0\nv 2 1 0\nf 1 2 9\n", "no usable triangle .1 face with wrong indices"),
+        ("zero.obj", "v 0 0 0\nv 1 0 0\nv 2 1 0\nf 0 1 2\n", "1 face with wrong indices"),
         ("one.obj", "v 0 0 0\n", "no triangles"),
         ("line.obj", "v 0 0 0\nv 1 0 0\nl 1 2\nf 1 2\nf 1\n", "no triangles"),
         ("half.obj", "v 0 0 0\nv 1 0 0\nv 2 1 0\nf 1 2 2.5\n", "line 4 is not a whole number"),

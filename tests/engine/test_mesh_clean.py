@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from engine.errors import InputError
 from engine.mesh import complete
-from engine.mesh_clean import INSIDE_OUT, Topology, equal_rows, merged_points, topology
+from engine.mesh_clean import INSIDE_OUT, Topology, equal_rows, merged_points, topology, with_count
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 
@@ -39,6 +39,20 @@ def test_V8_solids_are_closed_and_their_volume_is_known(
     assert found.volume == pytest.approx((volume or solid.volume) * scale**3, rel=1e-6)
     assert found.open_edges == found.crowded_edges == found.clashing_edges == found.junctions == 0
     assert found.findings == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "one"),
+    [
+        ("edges have faces that are turned against each other", "1 edge has faces that are turned against each other"),
+        ("repeated faces left out", "1 repeated face left out"),
+        ("points lie within edges of other faces", "1 point lies within edges of other faces"),
+        ("normals were none and taken from the faces", "1 normal was none and taken from the faces"),
+    ],
+)
+def test_one_is_not_spoken_of_as_many(text: str, one: str) -> None:
+    assert with_count(1, text) == one
+    assert with_count(2, text) == f"2 {text}"
 
 
 def test_a_star_that_winds_twice_about_its_axis_is_not_convex() -> None:

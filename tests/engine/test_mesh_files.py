@@ -70,7 +70,7 @@ def test_faces_without_texture_coordinates_among_others_get_some(tmp_path: Path)
     text = TRIANGLE + b"v 5 5 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\nf 2 4 3\n"
     mesh = read(tmp_path, "a.obj", text)
     assert mesh.uv[mesh.faces[0]].tolist() == [[0, 0], [1, 0], [0, 1]]
-    assert "1 faces had no texture coordinates; a box gave them some" in mesh.health.warnings
+    assert "1 face without texture coordinates got those of a box" in mesh.health.warnings
 
 
 STAR = [(np.cos(k * np.pi / 5) * (1, 0.4)[k % 2], np.sin(k * np.pi / 5) * (1, 0.4)[k % 2]) for k in range(10)]
