@@ -37,7 +37,7 @@ LIGHT_DEG = (50.0, 30.0)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in model: sphere, plane, torus-knot, cloth")
+    parser.add_argument("mesh", metavar="MESH", help="a file, or one of sphere, plane, torus-knot, cloth, blob")
     parser.add_argument("-o", "--output", required=True, metavar="IMAGE", help=".png (tone-mapped) or .exr (radiance)")
     parser.add_argument("--material", metavar="BUNDLE", help="without it, the BRDF alone is shown")
     parser.add_argument(

@@ -14,6 +14,7 @@ import pytest
 
 from app import cli
 from app.verbs.render import add_arguments
+from engine.shapes import SHAPES
 from engine.sky import SKIES
 
 SMALL = ("--width", "64", "--height", "48", "--renderer", "cpu", "--samples", "1")
@@ -74,11 +75,12 @@ def test_a_ground_is_told(capsys: Any, tmp_path: Path, words: tuple[str, ...], a
     assert result["ground_albedo"] == albedo
 
 
-def test_help_names_every_built_in_environment(capsys: Any) -> None:
+def test_help_names_every_built_in_environment_and_model(capsys: Any) -> None:
     parser = argparse.ArgumentParser()
     add_arguments(parser)
     said = " ".join(parser.format_help().replace("-\n", "-").split())
     assert "one of " + ", ".join(SKIES) in said.replace("- ", "-")
+    assert "one of " + ", ".join(SHAPES) in said.replace("- ", "-")
 
 
 @pytest.mark.parametrize(
