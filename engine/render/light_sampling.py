@@ -24,7 +24,7 @@ from engine.kernels import scalar
 
 Floats = NDArray[np.float64]
 
-#: Rows and columns of cells of the map, at most, and of normals in equal steps of latitude and longitude.
+#: Rows and columns of cells of the map, and of normals in equal steps of latitude and longitude.
 CELLS = (32, 64)
 NORMALS = (16, 32)
 
@@ -38,7 +38,7 @@ class Tables:
 
     Attributes
     ----------
-    radiance : (H, W, 3) float32 of the map itself.
+    radiance : (H, W, 3) float32 of the map itself, or of one whose texels are parts of its own.
     cosines : (H + 1,) of the polar angles between the rows of texels.
     rows, columns : (R + 1,), (C + 1,) int64, the first row and column of texels of each cell, and the end.
     cell_rows : (N, R), for each normal the running sum of probability over rows of cells, the last 1.
@@ -97,18 +97,19 @@ class EnvironmentSampler:
 
 def environment_sampler(environment: EnvironmentMap, gain: float, rotation: float) -> EnvironmentSampler | None:
     """The sampler of a map times `gain`; None where no light comes from it. About 30 ms for a million texels."""
-    height, width = environment.radiance.shape[:2]
-    flux = np.asarray(luminance(environment.radiance.astype(np.float64)), np.float64) * solid_angles(height, width)
+    radiance = _at_least(environment.radiance, *CELLS)
+    height, width = radiance.shape[:2]
+    flux = np.asarray(luminance(radiance.astype(np.float64)), np.float64) * solid_angles(height, width)
     if not (flux.any() and gain > 0.0):
         return None
-    rows, columns = (_edges(count, most) for count, most in zip((height, width), CELLS, strict=True))
+    rows, columns = (np.arange(cells + 1) * count // cells for count, cells in zip((height, width), CELLS, strict=True))
     across = np.add.reduceat(flux, columns[:-1], axis=1)
     cells = np.add.reduceat(across, rows[:-1], axis=0)
     chance = cells * _facing(rows, columns, height, width)
     chance /= chance.sum(axis=(1, 2), keepdims=True)
     along = chance.sum(axis=2)
     tables = Tables(
-        environment.radiance,
+        radiance,
         np.cos(np.linspace(0.0, np.pi, height + 1)),
         rows,
         columns,
@@ -121,9 +122,11 @@ def environment_sampler(environment: EnvironmentMap, gain: float, rotation: floa
     return EnvironmentSampler(tables, gain, rotation)
 
 
-def _edges(count: int, most: int) -> NDArray[np.int64]:
-    cells = min(count, most)
-    return np.arange(cells + 1) * count // cells
+def _at_least(radiance: NDArray[np.float32], rows: int, columns: int) -> NDArray[np.float32]:
+    """The same map with its texels cut into equal parts until there are `rows` and `columns` of them."""
+    height, width = radiance.shape[:2]
+    down, across = -(-rows // height), -(-columns // width)
+    return np.repeat(np.repeat(radiance, down, axis=0), across, axis=1) if down > 1 or across > 1 else radiance
 
 
 def _facing(rows: NDArray[np.int64], columns: NDArray[np.int64], height: int, width: int) -> Floats:

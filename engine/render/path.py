@@ -4,8 +4,10 @@ A path starts in its pixel (uniformly, the box filter), meets the surface, and c
 straight from the environment and the lamps; then it goes on in a direction drawn from the BRDF. `max_depth` is the
 number of points of the surface that light may touch: 1 is direct light with shadows, and nothing else. Light from the
 environment and from lamps that are discs is found in two ways, by directions drawn from the light and by those drawn
-from the BRDF, weighted by the power heuristic (Veach 1997, section 9.2); directional lights are found by themselves.
-From the fourth point on, paths end at random, the dark ones sooner.
+from the BRDF, weighted by the power heuristic (Veach 1997, section 9.2). The weights compare the light's density with
+that of the highlights alone: directions drawn from the light already follow the cosine, and what is matt is left to
+them, for two estimates of it would be worse than one. Directional lights are found by themselves. From the fourth
+point on, paths end at random, the dark ones sooner.
 
 The surface is opaque and alike on both sides; `engine.render.surface_points` says how it is shaded. A triangle neither
 lights itself nor is lit from behind. With a material, f cos is replaced by the look-up of `engine.scene` at full
@@ -26,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS
-from engine.brdf.lobes import CosineLobe, Mixture, Sampler
+from engine.brdf.lobes import BELOW_ONE, CosineLobe, Mixture
 from engine.brdf.sampling import sampler_of
 from engine.kernels import scalar
 from engine.lamps import Lamp
@@ -181,31 +183,34 @@ class Paths:
         value = front.weight[above] * self._reflector.product(at, above, wi) * light
         if density is not None:
             own = density[above]
-            other = self._reflector.density(at, above, wi)
-            value *= (power_weight(own, other) / own)[:, None]
+            value *= (power_weight(own, self._reflector.highlight(at, above, wi)) / own)[:, None]
         self._add_seen(traced, front.path[above], at.origin[above], direction[above], value)
 
     def _go_on(self, traced: _Gathered, numbers: NumbersAt, front: Front, at: Points, *, last: bool) -> Front:
         """Follow directions drawn from the BRDF: add the light that they find, and return those that meet the surface.
 
-        Once the `last` point is reached, only rays towards light are followed.
+        From the `last` point only highlights are followed, and only towards light.
         """
+        if last and not self._reflector.has_highlight:
+            return _nothing()
         other = numbers.pair(2)
-        wi = self._reflector.draw(at, np.column_stack([other[:, 0], numbers.pair(1)]))
+        u = np.column_stack([other[:, 0], numbers.pair(1)])
+        wi = self._reflector.draw(at, u, highlight=last)
         above = np.flatnonzero(wi[:, 2] > 0.0)
         wi = wi[above]
-        density = self._reflector.density(at, above, wi)
+        highlight = self._reflector.highlight(at, above, wi)
+        density = highlight if last else self._reflector.density(at, above, wi, highlight)
         weight = front.weight[above] * self._reflector.product(at, above, wi)
         weight *= np.where(density > 0.0, 1.0 / np.where(density > 0.0, density, 1.0), 0.0)[:, None]
         keep = np.flatnonzero(weight.any(axis=1))
-        above, weight, density = above[keep], weight[keep], density[keep]
-        direction = to_world(at.frame[above], wi[keep])
+        above, weight, highlight = above[keep], weight[keep], highlight[keep]
+        direction, normal = to_world(at.frame[above], wi[keep]), at.frame[above, :, 2]
         if last:
-            value = weight * self._light_along(direction, density, at.frame[above, :, 2])
+            value = weight * self._light_along(direction, highlight, normal)
             self._add_seen(traced, front.path[above], at.origin[above], direction, value)
             return _nothing()
         reached, missed = self._met(traced, front.path[above], at.origin[above], direction, weight)
-        light = self._light_along(direction[missed], density[missed], at.frame[above[missed], :, 2])
+        light = self._light_along(direction[missed], highlight[missed], normal[missed])
         traced.add(front.path[above[missed]], weight[missed] * light)
         return self._surviving(reached, front.face[above], missed, other[above, 1], numbers.depth)
 
@@ -218,7 +223,7 @@ class Paths:
         traced.add(path[counts], value[counts])
 
     def _light_along(self, direction: Floats, density: Floats, normal: Floats) -> Floats:
-        """Radiance (N, 3) from directions that the BRDF made with `density`, times their share beside the lights'."""
+        """Radiance (N, 3) from directions with the `density` of highlights, times their share beside the lights'."""
         found = np.zeros((len(direction), 3))
         if self._environment is not None:
             radiance, other = self._environment.look_up(direction, normal)
@@ -340,7 +345,7 @@ class Reflector:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self._sampler = _sampler(scene)
+        self._matt_share, self._highlights = _lobes(scene)
         self._levels = mip_levels(scene.shading)
         self._ground_from = len(scene.mesh.faces) if scene.ground is not None else None
         measured = type(scene.brdf) not in MODELS.values()
@@ -359,26 +364,46 @@ class Reflector:
         value[~ground] = self._object(at, index[~ground], wi[~ground])
         return value
 
-    def density(self, at: Points, index: Indices, wi: Floats) -> Floats:
-        """At which `draw` makes `wi` (K, 3) at the points `index`, (K,) in 1/sr."""
+    @property
+    def has_highlight(self) -> bool:
+        return self._highlights is not None
+
+    def highlight(self, at: Points, index: Indices, wi: Floats) -> Floats:
+        """The density (K,) in 1/sr of directions `wi` (K, 3) at the points `index`, drawn for highlights alone."""
+        if self._highlights is None:
+            return np.zeros(len(index))
         viewer, ground = at.viewer[index], self._on_ground(at, index)
         with self._draws:
             if ground is None:
-                return self._sampler.pdf(wi, viewer)
-            density = np.maximum(wi[:, 2], 0.0) / np.pi
-            density[~ground] = self._sampler.pdf(wi[~ground], viewer[~ground])
+                return self._highlights.pdf(wi, viewer)
+            density = np.zeros(len(index))
+            density[~ground] = self._highlights.pdf(wi[~ground], viewer[~ground])
             return density
 
-    def draw(self, at: Points, u: Floats) -> Floats:
-        """Directions (M, 3) towards light in the frame of each point, from u (M, 3) in [0, 1)."""
+    def density(self, at: Points, index: Indices, wi: Floats, highlight: Floats) -> Floats:
+        """At which `draw` makes `wi` (K, 3) at the points `index`, (K,) in 1/sr, given that for highlights."""
+        ground, matt = self._on_ground(at, index), np.maximum(wi[:, 2], 0.0) / np.pi
+        share = self._matt_share if ground is None else np.where(ground, 1.0, self._matt_share)
+        return np.asarray(share * matt + (1.0 - share) * highlight)
+
+    def draw(self, at: Points, u: Floats, *, highlight: bool = False) -> Floats:
+        """Directions (M, 3) towards light in the frame of each point, from u (M, 3) in [0, 1).
+
+        Those for a `highlight` alone are made with its density, and point straight down where there is none.
+        """
         ground = self._on_ground(at, np.arange(len(u)))
-        with self._draws:
-            if ground is None:
-                return self._sampler.sample(at.viewer, u)
-            wi = np.empty((len(u), 3))
-            wi[ground] = CosineLobe().sample(at.viewer[ground], u[ground])
-            wi[~ground] = self._sampler.sample(at.viewer[~ground], u[~ground])
-            return wi
+        share = np.full(len(u), 0.0 if highlight else self._matt_share)
+        if ground is not None:
+            share[ground] = 1.0
+        matt = u[:, 0] < share
+        wi = np.empty((len(u), 3))
+        wi[matt] = (0.0, 0.0, -1.0) if highlight else CosineLobe().sample(at.viewer[matt], u[matt])
+        if self._highlights is not None:
+            rest = ~matt
+            again = np.minimum((u[rest, :1] - share[rest, None]) / (1.0 - share[rest, None]), BELOW_ONE)
+            with self._draws:
+                wi[rest] = self._highlights.sample(at.viewer[rest], np.column_stack([again, u[rest, 1:]]))
+        return wi
 
     def _on_ground(self, at: Points, index: Indices) -> NDArray[np.bool_] | None:
         return None if self._ground_from is None else at.face[index] >= self._ground_from
@@ -402,7 +427,12 @@ class Reflector:
         return value
 
 
-def _sampler(scene: Scene) -> Sampler:
-    """The BRDF's own; with a material beside a cosine lobe, because a look-up is brighter where f is small."""
-    sampler = sampler_of(scene.brdf)
-    return sampler if scene.shading is None else Mixture((CosineLobe(), sampler), (0.5, 0.5))
+def _lobes(scene: Scene) -> tuple[float, Mixture | None]:
+    """The share of the cosine lobe (more for materials, which are brighter than f where f is small), and the others."""
+    mixture = sampler_of(scene.brdf)
+    assert isinstance(mixture, Mixture)
+    matt, rest = mixture.shares[0], mixture.lobes[1:]
+    if not rest:
+        return 1.0, None
+    shares = tuple(share / (1.0 - matt) for share in mixture.shares[1:])
+    return (matt if scene.shading is None else 0.5 + 0.5 * matt), Mixture(rest, shares)
