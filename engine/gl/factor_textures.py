@@ -33,7 +33,7 @@ class SeparableTextures:
 
     def __init__(self, context: Any, factors: SeparableFactors) -> None:
         self.messages: list[str] = []
-        self._textures = [_layers(context, side) for side in (factors.first, factors.second)]
+        self._textures = [layers(context, side) for side in (factors.first, factors.second)]
         self._values = {
             "brdf_terms": factors.terms,
             "brdf_map": factors.chart.number,
@@ -62,7 +62,7 @@ class HomomorphicTextures:
         from engine.factor.projections import KINDS, LinearProjection
 
         self.messages: list[str] = []
-        self._texture = _layers(context, np.stack(factors.textures))
+        self._texture = layers(context, np.stack(factors.textures))
         rows = np.zeros((MOST_TERMS, 2, 4), np.float32)
         kinds, twice = np.zeros(MOST_TERMS, int), np.zeros(MOST_TERMS, int)
         for term, projection in enumerate(factors.projections):
@@ -105,7 +105,7 @@ def factor_source(brdf: Any) -> type[Any] | None:
     return OWNERS.get(getattr(brdf, "kind", ""))
 
 
-def _layers(context: Any, textures: ArrayLike) -> Any:
+def layers(context: Any, textures: ArrayLike) -> Any:
     """Textures (K, rows, columns, 3) as the layers of one."""
     texels: NDArray[np.float32] = np.ascontiguousarray(textures, np.float32)
     layers, rows, columns, _ = texels.shape

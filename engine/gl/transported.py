@@ -1,0 +1,133 @@
+"""Draws baked transport under its light (`engine.transport.lit`), whichever of the methods it was baked with.
+
+The light is uploaded when it is another one; moving the camera costs a frame and nothing else. Tiles and bands are
+those of `engine.gl.tiles`. The twin is `engine.render.transported`, which mixes the radiance of corners also where here
+each fragment looks its terms up: between vertices, not at them, the two differ as far as triangles are coarse.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.camera import Camera
+from engine.gl.context import Limits, limits
+from engine.gl.mesh_buffers import MeshBuffers
+from engine.gl.program import load_program, set_uniforms
+from engine.gl.sh import HarmonicTextures
+from engine.gl.tiles import Paint, Tiles
+from engine.gl.vertex_rows import VertexRows
+from engine.gl.wavelet import WaveletTextures
+from engine.mesh import Mesh
+from engine.render.display import Display
+from engine.transport.lit import Lit, LitWavelets
+
+Textures = WaveletTextures | HarmonicTextures
+
+
+class TransportRenderer:
+    """Owns everything that drawing baked transport needs in GPU memory; belongs to one context and its thread.
+
+    Attributes
+    ----------
+    messages : what had to be reduced for the last picture, as sentences for a person.
+    """
+
+    def __init__(self, context: Any, *, texture_limits: Limits | None = None, debug: bool = False) -> None:
+        self.context = context
+        self.limits = texture_limits or limits(context)
+        self.debug = debug
+        self.messages: list[str] = []
+        self._tiles = Tiles(context, self.limits)
+        self._rows = VertexRows(context, self.limits)
+        self._programs: dict[tuple[tuple[str, str], ...], Any] = {}
+        self._mesh: tuple[Mesh, MeshBuffers] | None = None
+        self._textures: tuple[object, Textures] | None = None
+        self._lit: Lit | None = None
+
+    def draw(
+        self,
+        lit: Lit,
+        camera: Camera,
+        framebuffer: Any,
+        size: tuple[int, int],
+        *,
+        samples: int = 2,
+        display: Display | None = None,
+    ) -> None:
+        """Draw `lit`, tone-mapped and sRGB-coded, over `framebuffer`, whose `size` is (width, height) in pixels."""
+        self._tiles.draw(self._painting(lit, camera, size), framebuffer, size, samples, display or Display())
+
+    def bands(
+        self, lit: Lit, camera: Camera, framebuffer: Any, size: tuple[int, int], *, samples: int = 2
+    ) -> Generator[None, int, None]:
+        """The linear picture in pieces, as `Tiles.bands`; other drawing with this renderer meanwhile spoils it."""
+        return self._tiles.bands(self._painting(lit, camera, size), framebuffer, size, samples)
+
+    def radiance(self, lit: Lit, camera: Camera, size: tuple[int, int], *, samples: int = 2) -> NDArray[np.float32]:
+        """The picture (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
+        return self._tiles.radiance(self._painting(lit, camera, size), size, samples)
+
+    @property
+    def invalid_samples(self) -> int:
+        """With `debug`, how many samples of the last `radiance` were not finite (drawn magenta)."""
+        return self._tiles.invalid_samples
+
+    def _painting(self, lit: Lit, camera: Camera, size: tuple[int, int]) -> Paint:
+        return lambda tile_from_clip: self._paint(lit, camera, size[0] / size[1], tile_from_clip)
+
+    def _paint(self, lit: Lit, camera: Camera, aspect: float, tile_from_clip: NDArray[np.float64]) -> None:
+        """Draw everything for one tile."""
+        textures, buffers = self._upload(lit), self._buffers(lit.mesh)
+        program = self._program(textures)
+        centre = lit.mesh.centre
+        eye = tuple(np.subtract(camera.eye, centre).tolist())
+        set_uniforms(program, {"eye": eye, "flat_vertex": lit.flat_vertex})
+        textures.bind(program)
+        self._rows.bind(program)
+        matrix = tile_from_clip @ camera.clip_from_model(centre, lit.mesh.radius, aspect)
+        program["clip_from_model"].write(np.ascontiguousarray(matrix.T, np.float32))
+        buffers.draw(program)
+
+    def _buffers(self, mesh: Mesh) -> MeshBuffers:
+        if self._mesh is None or self._mesh[0] is not mesh:
+            if self._mesh is not None:
+                self._mesh[1].release()
+            self._mesh = (mesh, MeshBuffers(self.context, mesh))
+        return self._mesh[1]
+
+    def _upload(self, lit: Lit) -> Textures:
+        """The textures of what was baked, and the light in the rows of its vertices."""
+        owner = WaveletTextures if isinstance(lit, LitWavelets) else HarmonicTextures
+        key = owner.key(lit)  # type: ignore[arg-type]
+        if self._textures is None or self._textures[0] != key:
+            if self._textures is not None:
+                self._textures[1].release()
+                self._textures = None
+            self._textures = (key, owner(self.context, lit))  # type: ignore[arg-type]
+        if self._lit is not lit:
+            self._rows.write(owner.rows(lit))  # type: ignore[arg-type]
+            self._lit = lit
+        return self._textures[1]
+
+    def _program(self, textures: Textures) -> Any:
+        definitions = {"SOURCE": textures.SOURCE, **textures.definitions, **({"DEBUG": "1"} if self.debug else {})}
+        key = tuple(definitions.items())
+        if key not in self._programs:
+            self._programs[key] = load_program(self.context, "transported.vert", "transported.frag", definitions)
+        return self._programs[key]
+
+    def release(self) -> None:
+        """Free everything; the renderer can be used again afterwards and uploads anew."""
+        for owner in (self._mesh, self._textures):
+            if owner is not None:
+                owner[-1].release()
+        for program in self._programs.values():
+            program.release()
+        self._rows.release()
+        self._tiles.release()
+        self._mesh = self._textures = self._lit = None
+        self._programs.clear()

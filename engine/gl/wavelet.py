@@ -1,0 +1,56 @@
+"""Wavelet transport on the graphics device: view maps as textures, and how many terms each fragment looks up.
+
+The twin of `engine.transport.wavelet`. The light is made into K-tuples on the processor; here they are multiplied with
+the view maps, which each fragment looks up in the direction of the eye. Drivers carry only so many numbers from
+vertices to fragments: with more than `MOST_TERMS` terms the sum is made at the vertices.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from engine.gl.factor_textures import layers
+from engine.gl.program import set_uniforms
+from engine.transport.lit import LitWavelets
+
+#: Terms of three numbers that fit beside the other numbers of a vertex into the 60 that OpenGL 3.3 promises.
+MOST_TERMS = 16
+
+#: Texture unit, above those of a material and the lights.
+UNIT = 5
+
+
+class WaveletTextures:
+    """Owns the view maps of one transport."""
+
+    SOURCE = "wavelet.glsl"
+
+    def __init__(self, context: Any, lit: LitWavelets) -> None:
+        factors = lit.transport.factors
+        self._texture = layers(context, factors.first)
+        self.definitions = {"TERMS": str(factors.terms)} if factors.terms <= MOST_TERMS else {}
+        self.definitions |= {} if factors.isotropic else {"BRUSHED": "1"}
+        self._values = {
+            "brdf_map": factors.chart.number,
+            "brdf_size": factors.chart.size,
+            "term_count": factors.terms,
+            "flat_row": lit.flat_vertex * factors.terms,
+            "flat_factor": lit.transport.ground_albedo / math.pi,
+        }
+
+    @staticmethod
+    def key(lit: LitWavelets) -> object:
+        """What the textures are made of."""
+        return lit.transport
+
+    @staticmethod
+    def rows(lit: LitWavelets) -> Any:
+        return lit.rows
+
+    def bind(self, program: Any) -> None:
+        self._texture.use(UNIT)
+        set_uniforms(program, {"view_maps": UNIT, **self._values})
+
+    def release(self) -> None:
+        self._texture.release()

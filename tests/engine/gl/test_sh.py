@@ -1,0 +1,129 @@
+"""Transported harmonics as the graphics device draws them, beside the table of the reflectance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine.brdf.brdf import brdf_from_text
+from engine.camera import Camera, frame
+from engine.directions import normalize
+from engine.gl.transported import TransportRenderer
+from engine.mesh import Mesh
+from engine.shapes import shape
+from engine.steps import drain
+from engine.tangents import frames_along
+from engine.transport.lit import LitHarmonics, LitWavelets
+from engine.transport.sh_rotation import rotated_into_frames
+from engine.transport.sh_table import BrdfTable, lambert_table, tabulate
+from tests.engine.gl.lit_scenes import SIZE, ball, factors, hits, lit_wavelets, local_views
+
+
+def frames_of(mesh: Mesh) -> np.ndarray:
+    return frames_along(normalize(mesh.normals), mesh.tangents)
+
+
+def sky(order: int) -> np.ndarray:
+    """(order², 3), bright enough everywhere that sums stay above 0."""
+    light = np.random.default_rng(5).normal(size=(order**2, 3)) * 0.2
+    light[0] = (3.0, 2.0, 2.5)
+    return light
+
+
+def unshadowed(mesh: Mesh, table: BrdfTable, flat: int = 0) -> LitHarmonics:
+    kept = len(mesh.positions) - flat
+    light = rotated_into_frames(sky(table.order), frames_of(mesh))[:kept]
+    return LitHarmonics(mesh, table, light, np.random.default_rng(2).random((flat, 3)))
+
+
+def random_table(order: int, side: int | None) -> BrdfTable:
+    """Smooth coefficients that no reflectance has to have; a map of `side` texels, or rows of an isotropic one."""
+    rng = np.random.default_rng(1)
+    place = np.linspace(0.0, 1.0, side or 64)
+    waves = np.stack([np.ones_like(place), np.cos(3.0 * place), np.sin(2.0 * place)], axis=-1)
+    if side is None:
+        return BrdfTable(order, 1.0 + 0.2 * np.einsum("rw,wic->ric", waves, rng.normal(size=(3, order**2, 3))))
+    values = np.einsum("rw,sv,wvic->rsic", waves, waves, rng.normal(size=(3, 3, order**2, 3)))
+    return BrdfTable(order, 1.0 + 0.2 * values)
+
+
+def expected(lit: LitHarmonics, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+    """Pixels and their radiance: the mean of what the corners show, 0 at the least."""
+    pixels, corners, weights = hits(lit.mesh, camera)
+    views = local_views(lit.mesh, frames_of(lit.mesh), camera)[: lit.flat_vertex]
+    at_vertices = np.concatenate([lit.table.radiance(lit.light, views), lit.flat])
+    return pixels, np.maximum(np.einsum("nk,nkc->nc", weights, at_vertices[corners]), 0.0)
+
+
+def assert_drawn(gl: Any, lit: LitHarmonics, camera: Camera) -> None:
+    renderer = TransportRenderer(gl, debug=True)
+    picture = renderer.radiance(lit, camera, SIZE, samples=1).reshape(-1, 4)
+    assert renderer.invalid_samples == 0
+    renderer.release()
+    pixels, value = expected(lit, camera)
+    assert len(pixels) > 1500
+    found = picture[pixels]
+    covered = found[:, 3] == 1.0
+    assert covered.mean() > 0.99
+    error = np.abs(found[:, :3] - value).max(axis=1)[covered]
+    assert np.mean(error < 1e-3 * value.mean()) > 0.995, np.sort(error / value.mean())[-20:]
+
+
+@pytest.mark.parametrize("order", [1, 3, 5, 15])
+@pytest.mark.parametrize("side", [None, 32])
+def test_vertices_show_the_sum_over_the_table(gl: Any, order: int, side: int | None) -> None:
+    lit = unshadowed(ball(3), random_table(order, side))
+    assert_drawn(gl, lit, Camera((1.2, 0.8, 2.0), (0.0, 0.0, 0.0)))
+
+
+@pytest.mark.parametrize("brdf", ["ggx:alpha=0.3", "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=10"])
+def test_reflectances_show_what_their_tables_say(gl: Any, brdf: str) -> None:
+    mesh = shape("torus-knot")
+    assert_drawn(gl, unshadowed(mesh, drain(tabulate(brdf_from_text(brdf), 5))), frame(mesh.positions, 4 / 3))
+
+
+def test_flat_vertices_show_their_own_radiance(gl: Any) -> None:
+    mesh = ball(3)
+    table = lambert_table(brdf_from_text("lambert"), 5)  # type: ignore[arg-type]
+    camera = Camera((1.2, 0.8, 2.0), (0.0, 0.0, 0.0))
+    for flat in (len(mesh.positions), len(mesh.positions) // 2):
+        assert_drawn(gl, unshadowed(mesh, table, flat), camera)
+
+
+def test_light_that_is_alike_everywhere_shows_the_albedo(gl: Any) -> None:
+    """Lambert's radiance under a sky of 1 is its albedo at every pixel, whatever the frames."""
+    mesh, table = shape("torus-knot"), lambert_table(brdf_from_text("lambert:albedo=0.3/0.6/0.9"), 5)  # type: ignore[arg-type]
+    even = np.zeros((25, 3))
+    even[0] = np.sqrt(4.0 * np.pi)
+    light = rotated_into_frames(even, frames_of(mesh))
+    renderer = TransportRenderer(gl)
+    lit = LitHarmonics(mesh, table, light, np.zeros((0, 3)))
+    picture = renderer.radiance(lit, frame(mesh.positions, 4 / 3), SIZE, samples=1)
+    renderer.release()
+    inside = picture[..., 3] == 1.0
+    lit_up = inside & (picture[..., 0] > 0.0)  # what is seen from behind is black
+    assert lit_up.sum() > 0.99 * inside.sum()
+    np.testing.assert_allclose(picture[lit_up][:, :3], np.broadcast_to((0.3, 0.6, 0.9), (lit_up.sum(), 3)), rtol=1e-4)
+
+
+def test_one_renderer_takes_either_method_in_turn(gl: Any) -> None:
+    mesh = ball(2)
+    camera = frame(mesh.positions)
+    isotropic, map_ = unshadowed(mesh, random_table(5, None)), unshadowed(mesh, random_table(5, 16), 40)
+    lights: list[LitHarmonics | LitWavelets] = [isotropic, lit_wavelets(mesh, factors(2)), map_]
+    renderer = TransportRenderer(gl)
+    first = [renderer.radiance(lit, camera, SIZE, samples=1) for lit in lights]
+    again = [renderer.radiance(lit, camera, SIZE, samples=1) for lit in lights]
+    renderer.release()
+    assert all(np.array_equal(one, other) for one, other in zip(first, again, strict=True))
+    assert not any(np.array_equal(first[0], other) for other in first[1:])
+
+
+def test_light_that_does_not_fit_its_vertices_is_refused() -> None:
+    mesh, table = ball(1), random_table(3, None)
+    with pytest.raises(ValueError, match="light has the shape"):
+        LitHarmonics(mesh, table, np.zeros((len(mesh.positions), 4, 3)), np.zeros((0, 3)))
+    with pytest.raises(ValueError, match="flat has the shape"):
+        LitHarmonics(mesh, table, np.zeros((3, 9, 3)), np.zeros((0, 3)))
