@@ -41,7 +41,7 @@ class Quality:
 
     def evaluations(self, pixels: int, lights: int) -> int:
         """Of a picture with so many pixels on screen."""
-        return max(1, pixels * self.samples**2 // self.reduction**2) * max(1, lights // self.fewer)
+        return round(max(1, pixels * self.samples**2 // self.reduction**2) * max(1.0, lights / self.fewer))
 
     def of(self, scene: Scene) -> Scene:
         """`scene` with the lights of this quality; round lamps are single directions where there are to be fewer."""
@@ -69,9 +69,15 @@ class Cost:
             self._kind = kind
             self._seconds.clear()
 
-    def learn(self, evaluations: int, seconds: float) -> None:
-        """A frame of so many `evaluations` took `seconds`."""
-        self._seconds[evaluations] = seconds
+    @property
+    def is_new(self) -> bool:
+        """Whether nothing is known: the next frame compiles its shader first, which says nothing of frames."""
+        return not self._seconds
+
+    def learn(self, evaluations: int, seconds: float, pieces: int = 1) -> None:
+        """A frame of so many `evaluations` took `seconds`, in `pieces` of which each draws all triangles anew."""
+        again = (pieces - 1) * min(self._seconds.values(), default=0.0)
+        self._seconds[evaluations] = max(seconds - again, seconds / pieces)
 
     def predicted(self, evaluations: int) -> float:
         """Seconds that a frame will take: between those that are known, or in proportion to the largest of them."""

@@ -17,7 +17,7 @@ from engine.scene import Scene
 
 @dataclass
 class _Coming:
-    """A finer picture under way: its pieces, the rows of the next and of the first, and the seconds so far."""
+    """A finer picture under way: its bands, the rows of the next and of the first, seconds and pieces so far."""
 
     level: Quality
     picture: Any
@@ -25,6 +25,7 @@ class _Coming:
     rows: int
     first_rows: int
     seconds: float = 0.0
+    pieces: int = 0
 
 
 class Refining:
@@ -77,6 +78,9 @@ class Refining:
         self.cost.about(scene.mesh, scene.shading, type(scene.brdf), scene.lookup)
         pixels, lights = self.screen[0] * self.screen[1], len(scene.lights.direction)
         coming = self._begin(levels[self.cost.best(levels, pixels, lights, MOVING_S)])
+        if self.cost.is_new:
+            self._advance(coming, 1)
+            coming.seconds, coming.pieces = 0.0, 0
         while not self._advance(coming, coming.picture.size[1] * coming.level.samples):
             pass
         return self._complete(coming)
@@ -135,13 +139,14 @@ class Refining:
             done = True
         self.context.finish()
         coming.seconds += time.perf_counter() - started
+        coming.pieces += 1
         return done
 
     def _complete(self, coming: _Coming) -> float:
         if self.picture is not None:
             self.picture.release()
         self.picture, self.quality = coming.picture, coming.level
-        self.cost.learn(self._evaluations(coming.level), coming.seconds)
+        self.cost.learn(self._evaluations(coming.level), coming.seconds, max(1, coming.pieces))
         return coming.seconds
 
     def release(self) -> None:

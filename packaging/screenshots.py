@@ -2,7 +2,8 @@
 
     python packaging/screenshots.py FOLDER --readme packaging/screenshots/view.png
 
-needs a display with OpenGL (Xvfb does). Pictures come at 1280 × 800 and 1920 × 1080, dark; a few also light.
+needs a display with OpenGL (Xvfb does). Pictures come at 1280 × 800 and 1920 × 1080, those of the
+View workspace also at 2560 × 1440, dark and light.
 `--readme`, which may be left out, also writes the picture at the top of the README: the View workspace with the
 material on a model.
 """
@@ -13,6 +14,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -23,8 +25,17 @@ from app import theme
 from app.factoring import FactorChoices
 from app.main_window import WORKSPACES, MainWindow
 from app.surfaces import request_format
+from engine.lamps import LampSettings
 
 SIZES = ((1280, 800), (1920, 1080))
+
+#: States of the View workspace: a name, the mode, and how it is compared with the reference.
+STATES = (
+    ("lamps", "shading-map", ""),
+    ("reference", "reference", ""),
+    ("wipe", "shading-map", "wipe"),
+    ("difference", "shading-map", "difference"),
+)
 PATIENCE_S = 400.0
 
 
@@ -60,8 +71,10 @@ def main() -> int:
     window.view.lookup.source.buttons["power-law"].click()
     save(window, options.folder / "5-view-jobs.png")
     window.jobs_dock.hide()
+    compared(window, options.folder, "6-dark")
     window.set_theme("light")
-    everywhere(window, options.folder, "6-light")
+    everywhere(window, options.folder, "7-light")
+    compared(window, options.folder, "7-light")
     window.close()
     return 0
 
@@ -73,6 +86,32 @@ def everywhere(window: MainWindow, folder: Path, state: str) -> None:
         for name in WORKSPACES:
             window.show_workspace(name)
             save(window, folder / f"{state}-{name}-{width}.png")
+
+
+def compared(window: MainWindow, folder: Path, state: str) -> None:
+    """The View workspace with lamps and a ground, the reference alone, beside another mode, and less it."""
+    window.show_workspace("view")
+    document = window.bench.document
+    lamps = (LampSettings(phi_deg=-60.0, radius_deg=4.0, colour=(1.0, 0.7, 0.4)), LampSettings(phi_deg=80.0))
+    for width, height in (*SIZES, (2560, 1440)):
+        window.resize(width, height)
+        for name, mode, comparing in STATES:
+            parts = {"mode": mode, "against": "reference", "comparing": comparing}
+            look = replace(document.project.look, lamps=lamps, has_ground=True, **parts)
+            document.change("Compare", look=look)
+            settle(1.0)
+            wait_until(lambda: enough(window))
+            if not window.grab().save(str(folder / f"{state}-{name}-{width}.png")):
+                raise SystemExit("a picture cannot be written")
+    document.change("Compare", look=replace(document.project.look, lamps=(), has_ground=False, comparing=""))
+
+
+def enough(window: MainWindow) -> bool:
+    """Whether a reference that is shown has a few samples, and the error of what is compared is known."""
+    pictures = window.view.pictures
+    found = pictures.reference.found
+    refined = pictures.progressive is None or (found is not None and found.samples >= 8)
+    return refined and (len(pictures.modes) < 2 or pictures.error is not None)
 
 
 def save(window: MainWindow, path: Path) -> None:

@@ -311,12 +311,12 @@ def test_GL5_without_opengl_a_banner_says_so_and_the_processor_draws(
     viewport = window.view.viewport
     assert not viewport.banner.isHidden()
     assert "2.1" in viewport.banner.words.text()
-    wait(qtbot, lambda: viewport.surface._image is not None)
+    wait(qtbot, lambda: viewport.surface._images)
     wait(qtbot, lambda: not window.bench.jobs.active)
     qtbot.wait(400)
     wait(qtbot, lambda: not window.bench.jobs.active)
     expected = 255 * float(srgb_encode(0.5 / np.pi * 2.0))
-    assert np.abs(pixel(viewport.surface._image, 0.5, 0.45) - expected).max() <= 2
+    assert np.abs(pixel(viewport.surface._images[0], 0.5, 0.45) - expected).max() <= 2
     window.close()
 
 
