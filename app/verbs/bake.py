@@ -8,13 +8,18 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from app.verbs import bake_sh
 from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step, drain, part
 
 HELP = "Precompute light transport for a model and a reflectance, for 'lightarc render' and the window."
 EXAMPLE = "lightarc bake sphere --brdf ggx:alpha=0.3 --mode wavelet --ground -o sphere.transport"
 
-MODES = ("wavelet",)
+MODES = ("wavelet", "sh")
+
+#: Edge of the cube maps of wavelets.
+EDGE = 64
+
 MAPS = ("orthographic", "polar", "parabolic")
 
 
@@ -22,10 +27,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in model: sphere, plane, torus-knot, cloth")
     parser.add_argument("--brdf", required=True, metavar="TEXT", help=BRDF_HELP)
     parser.add_argument("-o", "--output", required=True, metavar="TRANSPORT", help="file to write, say bunny.transport")
-    parser.add_argument("--mode", default="wavelet", choices=MODES, help="wavelet: sharp shadows, any view (wavelet)")
+    parser.add_argument(
+        "--mode", default="wavelet", choices=MODES, help="wavelet: sharp shadows; sh: soft light (wavelet)"
+    )
+    parser.add_argument("--order", type=int, default=5, metavar="N", help="sh: harmonics of N bands, 3 to 15 (5)")
+    parser.add_argument("--interreflection", action="store_true", help="sh: with light between parts of the model")
     parser.add_argument("--terms", type=int, default=4, metavar="K", help="terms of the reflectance (4)")
     parser.add_argument(
-        "--cube", type=int, default=64, metavar="N", help="edge of the light's cube map: 16, 32, 64 (64)"
+        "--cube", type=int, metavar="N", help="edge of the light's cube map: 16, 32, 64 (64; sh: 32, above order 8 64)"
     )
     parser.add_argument(
         "--coefficients", type=int, default=96, metavar="N", help="wavelet coefficients kept for each term (96)"
@@ -57,6 +66,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ALBEDO",
         help="let the model stand on a matt ground that receives its shadow (of albedo 0.5)",
     )
+    parser.add_argument(
+        "--error-env",
+        metavar="FILE",
+        help="measure the error under this environment at 400 vertices, seen from 20 directions (half a minute)",
+    )
     parser.add_argument("--ground-cells", type=int, default=64, metavar="N", help="squares along its side (64)")
 
 
@@ -68,6 +82,11 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from engine.transport.wavelet import MOST_TERMS
     from engine.transport.wavelet_bake import BakeSettings, Work, bake, estimate_s, factors_for, prepare
 
+    if arguments.mode == "sh":
+        return bake_sh.run(arguments, show)
+    if arguments.interreflection:
+        usage(_refuse, "--interreflection needs --mode sh")
+    arguments.cube = EDGE if arguments.cube is None else arguments.cube
     if not 1 <= arguments.terms <= MOST_TERMS:
         usage(_refuse, f"--terms {arguments.terms} is outside 1 … {MOST_TERMS}")
     settings = usage(lambda: BakeSettings(arguments.cube, arguments.coefficients, arguments.fine))
@@ -81,6 +100,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     factors = usage(drain, part(factors_for(brdf, arguments.terms, **options), 0.0, 0.02), show)
     work: Work = usage(prepare, mesh, factors, settings, ground)
     knobs = _knobs(arguments, work)
+    error = _error(arguments, work, brdf, show) if arguments.error_env else {}
     expected_s = estimate_s(work)
     print(
         f"{work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB, about {_time(expected_s)}",
@@ -111,6 +131,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "vectors": baked.transport.rows,
         "coefficients_kept_mean": float(baked.transport.vectors.counts.mean()),
         "knobs": knobs,
+        **error,
         "skipped": _skipped(baked, work),
         "chunks": baked.chunks,
         "chunks_resumed": baked.resumed_chunks,
@@ -129,6 +150,11 @@ def report(result: dict[str, Any]) -> str:
         f"{result['output']}: {result['vertices']:,} vertices, {size}, {_time(result['bake_s'])}, "
         f"{share:.0f} % of it for visibility"
     ]
+    if "error_rmse_rel" in result:
+        lines.append(
+            f"error under {result['error_env']}: {100.0 * result['error_rmse_rel']:.1f} % of the radiance "
+            f"(RMS, {result['error_pairs']:,} pairs of vertex and view)"
+        )
     if result["chunks_resumed"]:
         lines.append(f"{result['chunks_resumed']} of {result['chunks']} chunks were there from before")
     return "\n".join([*lines, *result["skipped"], *result["warnings"]])
@@ -136,6 +162,21 @@ def report(result: dict[str, Any]) -> str:
 
 def _refuse(problem: str) -> None:
     raise ValueError(problem)
+
+
+def _error(arguments: argparse.Namespace, work: Any, brdf: Any, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.cube_map import cube_of
+    from engine.environment_file import open_environment
+    from engine.transport.wavelet_error import wavelet_error
+
+    environment = open_environment(arguments.error_env)
+    found = drain(wavelet_error(work, brdf, cube_of(environment, arguments.cube).radiance), show)
+    return {
+        "error_env": environment.name,
+        "error_rmse_rel": found.rmse_rel,
+        "error_negative_rel": found.negative_rel,
+        "error_pairs": found.pairs,
+    }
 
 
 def _time(seconds: float) -> str:

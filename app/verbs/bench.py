@@ -63,6 +63,9 @@ MEASURES = {
     "rays-occluded": "engine.bench.rays:rays_occluded",
     "occlusion-50k": "engine.bench.rays:occlusion_50k",
     "visibility-cube": "engine.bench.rays:visibility_cubes",
+    "wavelet-bake": "engine.bench.wavelet:wavelet_bake",
+    "wavelet-bake-large": "engine.bench.wavelet:wavelet_bake_large",
+    "wavelet-relight": "engine.bench.wavelet:wavelet_relight",
     "gl-frame": "engine.bench.frame:gl_frame",
     "gl-frame-slices": "engine.bench.frame:gl_frame_slices",
     "gl-lobe": "engine.bench.lobe:gl_lobe",
@@ -79,7 +82,7 @@ MEASURES = {
     "import-bracketed-24mp": "app.bench_program:import_bracketed",
     "align-24mp": "engine.bench.capture:align_large",
 }
-LARGE = (*(name for name in MEASURES if name.endswith(("-large", "-24mp"))), "alignment-arc")
+LARGE = (*(name for name in MEASURES if name.endswith(("-large", "-24mp"))), "alignment-arc", "transport-errors")
 
 #: Name of a group of errors and the function that finds them in a working folder.
 ACCURACIES = {
@@ -87,6 +90,7 @@ ACCURACIES = {
     "alignment-accuracy": "engine.bench.capture:alignment",
     "alignment-arc": "engine.bench.alignment:measures",
     "directions": "engine.bench.directions:directions",
+    "transport-errors": "engine.bench.wavelet:transport_errors",
 }
 
 log = logging.getLogger(__name__)
