@@ -90,9 +90,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--mode",
-        choices=("shading-map", "direct", "reference", "wavelet"),
+        choices=("shading-map", "direct", "reference", "wavelet", "sh"),
         help="'direct' leaves the material out; 'reference' traces paths of light, with shadows and the whole --env; "
-        "'wavelet' draws what lightarc bake made, which is given in place of the MESH",
+        "'wavelet' and 'sh' draw what lightarc bake made, which is given in place of the MESH",
+    )
+    parser.add_argument(
+        "--window",
+        default="none",
+        choices=("none", "hanning", "lanczos"),
+        help="sh: damp high bands against ringing, at the price of blurred light (none)",
     )
     parser.add_argument("--from", dest="source", default="slices", choices=("slices", "power-law"))
     parser.add_argument("--lookup", default="radiance", choices=("radiance", "texture", "outgoing", "angle"))
@@ -177,8 +183,10 @@ def _check(arguments: argparse.Namespace) -> None:
     most = MOST_PATHS if is_reference else MOST_SUB_PIXELS
     if not 1 <= arguments.samples <= most:
         raise ValueError(f"--samples {arguments.samples} is outside 1 … {most}")
-    if not (1 <= arguments.max_depth <= MOST_DEPTH and arguments.seed >= 0):
-        raise ValueError(f"--max-depth {arguments.max_depth} (1 … {MOST_DEPTH}) or --seed {arguments.seed} is negative")
+    if not 1 <= arguments.max_depth <= MOST_DEPTH:
+        raise ValueError(f"--max-depth {arguments.max_depth} is outside 1 … {MOST_DEPTH}")
+    if arguments.seed < 0:
+        raise ValueError(f"--seed {arguments.seed} is negative")
     if arguments.max_depth > 1 and not is_reference:
         raise ValueError("--max-depth needs --mode reference")
     if arguments.measure_error and not arguments.env:

@@ -262,9 +262,11 @@ def _nothing() -> Front:
 
 
 def power_weight(own: Floats, other: Floats) -> Floats:
-    """own² / (own² + other²), without squares that overflow; 0 where `own` is 0."""
-    ratio = other / np.where(own > 0.0, own, 1.0)
-    return np.where(own > 0.0, 1.0 / (1.0 + ratio * ratio), 0.0)
+    """own² / (own² + other²), without squares that overflow; 0 where both are 0."""
+    larger = np.maximum(own, other)
+    larger = np.where(larger > 0.0, larger, 1.0)
+    one, two = own / larger, other / larger
+    return one * one / np.maximum(one * one + two * two, 1e-300)
 
 
 def _lights(scene: Scene) -> tuple[EnvironmentSampler | None, tuple[Lamp, ...]]:

@@ -20,6 +20,7 @@ from engine.lamps import Lamp
 from engine.mesh import Mesh
 from engine.ray_caster import RayCaster
 from engine.render.direct import Shader, radiance
+from engine.render.path import power_weight
 from engine.render.reference import ReferencePicture, pass_lengths, reference
 from engine.scene import Scene
 from engine.shapes import shape
@@ -425,3 +426,18 @@ def test_what_is_lifted_stays_close_to_the_triangle() -> None:
     inside = picture.picture[covered(picture), :3]
     assert inside.mean() == pytest.approx(1.0, abs=0.01)
     assert inside.min() > 0.9
+
+
+def test_shares_of_two_ways_to_a_light_sum_to_1_however_different_their_densities() -> None:
+    one, two = np.meshgrid([0.0, 5e-324, 1e-200, 1e-3, 1.0, 1e15, 1e300], [0.0, 1e-300, 1.0, 2.0, 1e300])
+    shares = power_weight(one, two) + power_weight(two, one)
+    np.testing.assert_allclose(shares, np.where((one > 0.0) | (two > 0.0), 1.0, 0.0))
+    assert power_weight(np.array([2.0]), np.array([1.0])) == pytest.approx(0.8)
+
+
+def test_polished_models_are_finite_and_lose_no_light() -> None:
+    """Mirrors but for a ten-thousandth: an even room is mirrored as it is."""
+    what = scene("sphere", brdf="ggx:kd=0,alpha=0.0001,f0=1", environment=constant())
+    picture = found(what, samples=64)
+    assert picture.rejected == found(what, samples=4, max_depth=4).rejected == 0
+    assert picture.picture[covered(picture), :3].mean() == pytest.approx(1.0, abs=1e-3)
