@@ -311,7 +311,7 @@ def test_GL5_without_opengl_a_banner_says_so_and_the_processor_draws(
     viewport = window.view.viewport
     assert not viewport.banner.isHidden()
     assert "2.1" in viewport.banner.words.text()
-    wait(qtbot, lambda: viewport.surface._images)
+    wait(qtbot, lambda: len(viewport.surface._images) > 0)
     wait(qtbot, lambda: not window.bench.jobs.active)
     qtbot.wait(400)
     wait(qtbot, lambda: not window.bench.jobs.active)
