@@ -44,7 +44,7 @@ BAND = 40_000
 def radiance(scene: Scene, size: tuple[int, int], *, samples: int = 2) -> Steps[NDArray[np.float32]]:
     """The picture (height, width, 4) float32 of `size` (width, height): linear radiance times coverage, and coverage.
 
-    Equal to `DirectRenderer.radiance`. Samples that are not finite are 0.
+    Equal to `DirectRenderer.radiance`. Samples that are not finite are 0, and no value is beyond float32's.
     """
     width, height = size
     if samples < 1:
@@ -58,7 +58,7 @@ def radiance(scene: Scene, size: tuple[int, int], *, samples: int = 2) -> Steps[
         rows = slice(top, min(top + band, height))
         row, column = np.mgrid[rows.start * samples : rows.stop * samples, 0 : width * samples].reshape(2, -1)
         blocks = shade(row, column).reshape(rows.stop - top, samples, width, samples, 4)
-        picture[rows] = blocks.mean(axis=(1, 3))
+        picture[rows] = np.minimum(blocks.mean(axis=(1, 3)), np.finfo(np.float32).max)
         yield Step(rows.stop / height, "Rendering on the processor", picture)
     return picture
 

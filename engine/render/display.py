@@ -31,7 +31,8 @@ class Display:
 def displayed(picture: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
     """sRGB-coded uint8 (H, W, 3) of a picture (H, W, 4): radiance times coverage, and coverage."""
     coverage = picture[..., 3:]
-    radiance = picture[..., :3] / np.where(coverage > 0.0, coverage, 1.0)
+    with np.errstate(over="ignore"):
+        radiance = picture[..., :3] / np.where(coverage > 0.0, coverage, 1.0)
     shown = np.clip(tone_map(radiance, display.exposure_ev, display.operator), 0.0, 1.0)
     background = np.asarray(display.background, np.float32)
     return to_display8(shown * coverage + background * (1.0 - coverage))

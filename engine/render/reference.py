@@ -222,5 +222,5 @@ class _Progress:
         variance = None
         if self._passes > 1:
             variance = (self._squares / (self._before * (self._passes - 1))).reshape(*self._shape, 3)
-        picture = np.maximum(mean, 0.0).astype(np.float32).reshape(*self._shape, 4)
+        picture = np.clip(mean, 0.0, np.finfo(np.float32).max).astype(np.float32).reshape(*self._shape, 4)
         return ReferencePicture(picture, variance, self.samples, self._passes, self._rays, self._rejected)

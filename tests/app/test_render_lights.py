@@ -75,6 +75,15 @@ def test_a_ground_is_told(capsys: Any, tmp_path: Path, words: tuple[str, ...], a
     assert result["ground_albedo"] == albedo
 
 
+@pytest.mark.parametrize("words", [("--renderer", "cpu"), ("--mode", "reference", "--samples", "4")])
+@pytest.mark.parametrize("ending", ["exr", "png"])
+def test_light_beyond_what_a_picture_holds_is_cut_and_stays_finite(
+    capsys: Any, tmp_path: Path, words: tuple[str, ...], ending: str
+) -> None:
+    result = render(capsys, "sphere", "-o", tmp_path / f"a.{ending}", *SMALL, "--intensity", "1e40", *words)
+    assert 1e37 < result["mean_radiance"] <= np.finfo(np.float32).max
+
+
 def test_help_names_every_built_in_environment_and_model(capsys: Any) -> None:
     parser = argparse.ArgumentParser()
     add_arguments(parser)
