@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from app.verbs import render_sh
 from engine.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from engine.transport.wavelet_lighting import Lighting
 
 #: Modes of `lightarc render` that draw a transport file.
-BAKED = ("wavelet",)
+BAKED = ("wavelet", "sh")
 
 
 def is_baked(arguments: argparse.Namespace) -> bool:
@@ -31,12 +32,17 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     from engine.camera import frame, parse
     from engine.colour import luminance
     from engine.render.transported import transported
-    from engine.transport.wavelet_bake import open_wavelets
+    from engine.transport.transport_file import open_transport
+    from engine.transport.wavelet_bake import transport_of
     from engine.transport.wavelet_lighting import tuples
 
     usage(_check, arguments)
     started = time.perf_counter()
-    transport = open_wavelets(arguments.mesh)
+    file = open_transport(arguments.mesh)
+    if (arguments.mode or file.kind) == "sh":
+        return render_sh.run(file, arguments, display, show)
+    usage(_check_wavelet, arguments)
+    transport = transport_of(file)
     model = transport.mesh.positions[: transport.ground_vertex]
     camera = usage(parse, arguments.camera or "", frame(model, arguments.width / arguments.height))
     lighting, light_s = _timed(lambda: _lighting(arguments, transport.edge))
@@ -70,7 +76,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    given = {"--brdf": arguments.brdf, "--material": arguments.material, "--ground": arguments.ground}
+    given = {"--material": arguments.material, "--ground": arguments.ground}
     for name, value in given.items():
         if value is not None:
             raise ValueError(f"{name} is part of what was baked; bake again with another")
@@ -78,6 +84,13 @@ def _check(arguments: argparse.Namespace) -> None:
         raise ValueError("--renderer gl cannot draw baked transport yet; leave it out")
     if arguments.measure_error:
         raise ValueError("--measure-error compares directions of an environment, which baked transport has all")
+
+
+def _check_wavelet(arguments: argparse.Namespace) -> None:
+    if arguments.brdf is not None:
+        raise ValueError("--brdf is part of what was baked; bake again with another")
+    if arguments.window != "none":
+        raise ValueError("--window is for the mode sh")
 
 
 def _lighting(arguments: argparse.Namespace, edge: int) -> Lighting:

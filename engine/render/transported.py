@@ -1,10 +1,11 @@
 """Pictures of baked transport, drawn on the processor.
 
 A pixel's triangle is found by a ray. At each of its corners the radiance towards the eye is the product of the view
-maps, looked up in the frame of that corner, and the K-tuple there (`engine.transport.wavelet`); the pixel is their
-mean by barycentric weights. At a vertex that is the vertex's own radiance, and where frames of neighbours differ, as at
-the one singularity of frames without texture coordinates, nothing has to be said about what lies between. About 2 µs
-for each sub-pixel and term.
+maps, looked up in the frame of that corner, and the K-tuple there (`engine.transport.wavelet`), or of the harmonics of
+the reflectance and of the light there (`engine.transport.sh_transfer`); the pixel is their mean by barycentric weights.
+At a vertex that is the vertex's own radiance, and where frames of neighbours differ, as at the one singularity of
+frames without texture coordinates, nothing has to be said about what lies between. About 2 µs for each sub-pixel and
+term.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ from engine.camera import Camera
 from engine.directions import dot, normalize
 from engine.ray_caster import RayCaster
 from engine.steps import Step, Steps
-from engine.transport.wavelet import GRAZING, WaveletTransport, signed_radiance
+from engine.transport import sh_transfer, wavelet
+from engine.transport.sh_transfer import ShTransport
+from engine.transport.wavelet import GRAZING, WaveletTransport
 
 #: Sub-pixels of a band, about 50 ms of work.
 BAND = 50_000
@@ -33,9 +36,16 @@ class Transported:
 
 
 def transported(
-    transport: WaveletTransport, rows: NDArray[np.float64], camera: Camera, size: tuple[int, int], samples: int = 2
+    transport: WaveletTransport | ShTransport,
+    rows: NDArray[np.floating],
+    camera: Camera,
+    size: tuple[int, int],
+    samples: int = 2,
 ) -> Steps[Transported]:
-    """The picture of `size` (width, height) under the light whose K-tuples are `rows`, of samples² sub-pixels each."""
+    """The picture of `size` (width, height), samples² sub-pixels each, under the light whose K-tuples are `rows`.
+
+    For harmonics, `rows` are those of `sh_transfer.transferred`.
+    """
     width, height = size
     if samples < 1 or min(size) < 1:
         raise ValueError(f"a picture of {width} × {height} pixels with {samples} samples is not possible")
@@ -60,8 +70,8 @@ def transported(
 
 
 def _radiance(
-    transport: WaveletTransport,
-    rows: NDArray[np.float64],
+    transport: WaveletTransport | ShTransport,
+    rows: NDArray[np.floating],
     camera: Camera,
     faces: NDArray[np.int32],
     weights: NDArray[np.float64],
@@ -79,5 +89,16 @@ def _radiance(
         local = np.einsum("nij,ni->nj", transport.frames[vertices], wo)
         # a vertex of a face that is seen may be turned away itself
         local[:, 2] = np.maximum(local[:, 2], GRAZING)
-        value += weights[:, corner, None] * signed_radiance(transport, rows, normalize(local), vertices)
+        value += weights[:, corner, None] * _signed(transport, rows, normalize(local), vertices)
     return np.where(front[:, None], value, 0.0)
+
+
+def _signed(
+    transport: WaveletTransport | ShTransport,
+    rows: NDArray[np.floating],
+    local: NDArray[np.float64],
+    vertices: NDArray[np.int64],
+) -> NDArray[np.float64]:
+    if isinstance(transport, ShTransport):
+        return sh_transfer.signed_radiance(transport, rows, local, vertices)
+    return wavelet.signed_radiance(transport, np.asarray(rows, np.float64), local, vertices)

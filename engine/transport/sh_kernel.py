@@ -258,3 +258,70 @@ def isotropic_radiance(order: int, table: Array, wo: Array, light: Array, out: A
                         lit += sine * light[n, at - m, k]
                     out[n, k] += value * lit
             cosine, sine = cosine * c - sine * s, cosine * s + sine * c
+
+
+@parallel
+def expand(seen: Array, first: Array, second: Array, start: Array, index: Array, weight: Array, out: Array) -> None:
+    """Symmetric matrices (B, n, n) from harmonics (B, (2 order - 1)^2), by `Products`; `out` holds zeros before."""
+    for b in prange(seen.shape[0]):
+        for pair in range(first.shape[0]):
+            total = 0.0
+            for term in range(start[pair], start[pair + 1]):
+                total += weight[term] * seen[b, index[term]]
+            out[b, first[pair], second[pair]] = total
+            out[b, second[pair], first[pair]] = total
+
+
+@parallel
+def transfer(rows: Array, light: Array, out: Array) -> None:
+    """Products (R, 3) of `rows` (R, 1 or 3, n) and `light` (n, 3), both float32; bound by reading the rows."""
+    count = light.shape[0]
+    for r in prange(rows.shape[0]):
+        for c in range(3):
+            row = rows[r, c if rows.shape[1] == 3 else 0]
+            total = np.float32(0.0)
+            for j in range(count):
+                total += row[j] * light[j, c]
+            out[r, c] = total
+
+
+@parallel
+def viewed(matrix: Array, coefficients: Array, out: Array) -> None:
+    """Vectors (V, 3, n) of `matrix` (V, n, 1 or 3, n), transposed, times `coefficients` (V, n, 3)."""
+    count = matrix.shape[1]
+    for v in prange(matrix.shape[0]):
+        out[v] = 0.0
+        for i in range(count):
+            for c in range(3):
+                row = matrix[v, i, c if matrix.shape[2] == 3 else 0]
+                factor = np.float32(coefficients[v, i, c])
+                for j in range(count):
+                    out[v, c, j] += factor * row[j]
+
+
+@parallel
+def gather(count: int, met: Array, corners: Array, share: Array, weight: Array, sent: Array, out: Array) -> None:
+    """Add to `out` (B, W, C, n) what the `count` rays of each vertex find: `weight` (B count, W) of what is sent.
+
+    `met` (B count,) says which rays find a surface, at the vertices `corners` (B count, 3) by `share` (B count, 3);
+    `sent` is (V, C, n).
+    """
+    channels, size = sent.shape[1:]
+    for b in prange(out.shape[0]):
+        found = np.empty((channels, size), np.float32)
+        for ray in range(b * count, (b + 1) * count):
+            if not met[ray]:
+                continue
+            found[:] = 0.0
+            for corner in range(3):
+                factor = np.float32(share[ray, corner])
+                for c in range(channels):
+                    for j in range(size):
+                        found[c, j] += factor * sent[corners[ray, corner], c, j]
+            for w in range(weight.shape[1]):
+                factor = np.float32(weight[ray, w])
+                if factor == 0.0:
+                    continue
+                for c in range(channels):
+                    for j in range(size):
+                        out[b, w, c, j] += factor * found[c, j]

@@ -289,10 +289,10 @@ def _rule(lobe: Sampler, count: float, half: int) -> tuple[Floats, Floats]:
         radii = max(1, round(math.sqrt(count / 2.5))) + half
         turns = max(1, round(count / radii))
         at, share = np.polynomial.legendre.leggauss(radii)
-        theta = 0.25 * np.pi * (1.0 + at)
+        theta = np.asarray(0.25 * np.pi * (1.0 + at), np.float64)
         radial = np.repeat(np.sin(theta) ** 2, turns)
         turn = np.tile((np.arange(turns) + 0.25 + 0.5 * half) / turns, radii)
-        weight = np.repeat(share * np.sin(2.0 * theta), turns)
+        weight = np.repeat(np.asarray(share * np.sin(2.0 * theta), np.float64), turns)
         return np.stack([np.full(radial.shape, 0.5), radial, turn], axis=-1), weight / weight.sum()
     index = np.arange(max(1, round(count)))
     along = (index + 0.25 + 0.5 * half) / len(index)
