@@ -141,6 +141,7 @@ def decode_photograph(
     picture = images.decode(content, name, transfer, half_size)
     if Path(name).suffix.lower() in RAW_SUFFIXES:
         picture["warnings"].append(f"is a {picture['container']} inside, not camera RAW")
+    del picture["environment"]  # what a photograph is not
     photographed = picture.pop("exif")
     photographed = {name: photographed[name] for name in ("camera", "exposure_s", "iso", "aperture")}
     levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0], "camera_matrix": []}
