@@ -1,0 +1,88 @@
+"""A frame of baked transport beside the plain Phong model, on one mesh in one window, through the GL code of both."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from engine.bench.measure import Measure, best_of
+from engine.brdf.brdf import brdf_from_text
+from engine.camera import frame
+from engine.gl.context import create_context
+from engine.gl.direct import DirectRenderer
+from engine.gl.transported import TransportRenderer
+from engine.scene import Scene
+from engine.shapes import shape
+from engine.steps import drain
+from engine.transport.lit import Lit, LitHarmonics, LitWavelets
+from engine.transport.sh_table import tabulate
+from engine.transport.wavelet import Vectors16, WaveletTransport
+from engine.transport.wavelet_bake import factors_for
+
+BRUSHED = "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=10"
+BRDF = "ggx:kd=0.5,alpha=0.3,f0=0.04"
+
+#: The window of Kautz et al. 2002.
+SIZE = (720, 760)
+
+#: Pairs of frames; the shortest of each kind count.
+ROUNDS = 12
+
+#: Of the reflectance, as in Wang et al. 2004, and of the harmonics.
+TERMS, ORDER = 4, 5
+
+
+def gl_wavelet_frame() -> Measure:
+    """A frame of four terms, looked up at each fragment, under a light that stays."""
+    mesh = shape("torus-knot")
+    factors = drain(factors_for(brdf_from_text(BRUSHED), TERMS))
+    rows = len(mesh.positions) * TERMS
+    nothing = Vectors16(
+        np.zeros((rows, 1), np.uint16),
+        np.zeros((rows, 1), np.uint32),
+        np.zeros((rows, 3), np.float32),
+        np.zeros(rows, np.uint16),
+    )
+    transport = WaveletTransport(mesh, len(mesh.positions), factors, 0.0, 64, nothing)
+    return _frame("gl-wavelet-frame", LitWavelets(transport, np.random.default_rng(0).random((rows, 3))))
+
+
+def gl_sh_frame() -> Measure:
+    """A frame of harmonics of order 5, evaluated at each vertex, under a light that stays."""
+    return _sh_frame("gl-sh-frame", BRDF)
+
+
+def gl_sh_frame_brushed() -> Measure:
+    """The same of a reflectance that is not isotropic, whose table is a map of the hemisphere."""
+    return _sh_frame("gl-sh-frame-brushed", BRUSHED)
+
+
+def _sh_frame(name: str, brdf: str) -> Measure:
+    mesh = shape("torus-knot")
+    table = drain(tabulate(brdf_from_text(brdf), ORDER))
+    light = np.random.default_rng(0).random((len(mesh.positions), ORDER**2, 3))
+    return _frame(name, LitHarmonics(mesh, table, light, np.zeros((0, 3))))
+
+
+def _frame(name: str, lit: Lit) -> Measure:
+    camera = frame(lit.mesh.positions, SIZE[0] / SIZE[1])
+    plain = Scene(lit.mesh, camera, brdf_from_text("phong:exponent=20"))
+    with create_context() as context:
+        drawing, direct = TransportRenderer(context), DirectRenderer(context)
+        target = context.framebuffer([context.renderbuffer(SIZE)])
+
+        def draw_lit() -> None:
+            drawing.draw(lit, camera, target, SIZE, samples=1)
+            context.finish()
+
+        def draw_plain() -> None:
+            direct.draw(plain, target, SIZE, samples=1)
+            context.finish()
+
+        # in turn, so that whatever else the machine does disturbs both alike
+        rounds = [(best_of(draw_lit, 1), best_of(draw_plain, 1)) for _ in range(ROUNDS)]
+        time_s, limit_s = (min(times) for times in zip(*rounds, strict=True))
+        drawing.release()
+        direct.release()
+        target.release()
+    more = {"vertices": len(lit.mesh.positions), "target_ratio": 2.0}
+    return Measure(name, time_s, limit_s, "the same frame of the plain Phong model", more)
