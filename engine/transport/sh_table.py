@@ -291,9 +291,9 @@ def _rule(lobe: Sampler, count: float, half: int) -> tuple[Floats, Floats]:
         at, share = np.polynomial.legendre.leggauss(radii)
         theta = np.asarray(0.25 * np.pi * (1.0 + at), np.float64)
         radial = np.repeat(np.sin(theta) ** 2, turns)
-        turn = np.tile((np.arange(turns) + 0.25 + 0.5 * half) / turns, radii)
+        around = np.tile((np.arange(turns) + 0.25 + 0.5 * half) / turns, radii)
         weight = np.repeat(np.asarray(share * np.sin(2.0 * theta), np.float64), turns)
-        return np.stack([np.full(radial.shape, 0.5), radial, turn], axis=-1), weight / weight.sum()
+        return np.stack([np.full(radial.shape, 0.5), radial, around], axis=-1), weight / weight.sum()
     index = np.arange(max(1, round(count)))
     along = (index + 0.25 + 0.5 * half) / len(index)
     turn = (index + 0.5 * half) * _GOLDEN % 1.0

@@ -27,6 +27,7 @@ from engine.transport.sh_transfer import (
     Shading,
     ShTransport,
     diffuse_vectors,
+    lit,
     local_views,
     matrices,
     products,
@@ -39,6 +40,7 @@ from engine.transport.sh_transfer import (
     with_table,
 )
 from engine.transport.visibility import receivers
+from engine.transport.wavelet import vertex_frames
 
 EDGE = 16
 GLOSSY = "ggx:kd=0.3/0.5/0.2,alpha=0.4,f0=0.04"
@@ -170,6 +172,21 @@ def test_fixed_light_and_fixed_view_show_the_same(tmp_path: Path) -> None:
         vertices = np.arange(len(transport.mesh.positions))
         fresh = signed_radiance(transport, rows, local_views(transport, eyes[eye]), vertices)
         assert np.abs(found - fresh).max() < 1e-5 * np.abs(fresh).max()
+
+
+def test_what_the_graphics_device_draws_is_the_same_light(tmp_path: Path) -> None:
+    light, eye = random_light(4), (3.0, 1.0, 2.0)
+    for text in (GLOSSY, "lambert:albedo=0.2/0.3/0.4"):
+        path = tmp_path / f"{text[:3]}.transport"
+        transport = baked(small(), brdf_from_text(text), path, ground=Ground(cells=4)).transport
+        shown = lit(transport, transferred(transport, light))
+        frames = vertex_frames(shown.mesh, shown.table.isotropic)[: shown.flat_vertex]
+        wo = normalize(np.asarray(eye) - shown.mesh.positions)
+        local = np.einsum("vij,vi->vj", frames, wo[: shown.flat_vertex])
+        expected = np.maximum(Shading(transport).radiance(light, eye), 0.0)
+        found = np.concatenate([np.maximum(shown.table.radiance(shown.light, local), 0.0), shown.flat])
+        facing = local_views(transport, eye)[:, 2] > 0.0
+        assert np.abs(found - expected)[facing].max() < 1e-5 * expected.max()
 
 
 def test_H12_light_of_another_order_is_refused(tmp_path: Path) -> None:
