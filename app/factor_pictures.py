@@ -17,11 +17,11 @@ from PySide6.QtGui import QBrush, QColor, QImage, QKeyEvent, QMouseEvent, QPaint
 from PySide6.QtWidgets import QScrollArea, QSizePolicy, QWidget
 
 from app import theme
-from app.factor_verbs import diverging
 from app.number_field import plain
 from app.projection_names import projection_name
 from app.theme import PADDING, STEP, role
 from engine.colour import luminance, srgb_encode
+from engine.render.display import diverging
 from engine.steps import Step, Steps
 
 GAP, CAPTION = 2 * STEP, 17

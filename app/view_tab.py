@@ -163,6 +163,7 @@ class ViewTab(QWidget):
         super().showEvent(event)  # type: ignore[arg-type]
         self.want_model()
         self.viewport.setFocus()
+        self._show(self.bench.document.project)
 
     def hideEvent(self, event: object) -> None:
         super().hideEvent(event)  # type: ignore[arg-type]

@@ -136,6 +136,8 @@ def test_the_reference_refines_at_rest_and_gives_way_at_once(view: MainWindow, q
     assert pictures.reference.running
     view.show_workspace("capture")
     assert not pictures.reference.running
+    view.show_workspace("view")
+    wait(qtbot, lambda: pictures.reference.running)
 
 
 def coded_colour(colour: np.ndarray) -> np.ndarray:
