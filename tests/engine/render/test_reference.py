@@ -218,7 +218,7 @@ def test_a_triangle_does_not_light_itself() -> None:
     leaning = np.broadcast_to(np.float32(normalize((0.0, 0.6, 0.8))), plane.normals.shape)
     mesh = dataclasses.replace(plane, normals=leaning)
     what = dataclasses.replace(head_on(brdf="lambert:albedo=1", environment=constant()), mesh=mesh)
-    once, often = (found(what, (8, 8), max_depth=max_depth).picture for max_depth in (1, 4))
+    once, often = (found(what, (8, 8), 256, max_depth=max_depth).picture for max_depth in (1, 4))
     np.testing.assert_allclose(once, often, rtol=1e-6)
     # seen is the sky above the plane alone: (1 + cos) / 2 of what the normals face
     assert once[..., :3].mean() == pytest.approx((1.0 + 0.8) / 2.0, abs=0.005)
