@@ -286,6 +286,19 @@ def transfer(rows: Array, light: Array, out: Array) -> None:
 
 
 @parallel
+def total(values: Array) -> float:
+    """The sum of `values` (N,) float32, N a multiple of 1000: what reading them costs, for measurements."""
+    sums = np.zeros(values.shape[0] // 1000, np.float32)
+    for block in prange(sums.shape[0]):
+        part = np.zeros(25, np.float32)
+        for row in range(40):
+            for k in range(25):
+                part[k] += values[block * 1000 + row * 25 + k]
+        sums[block] = part.sum()
+    return float(sums.sum())
+
+
+@parallel
 def viewed(matrix: Array, coefficients: Array, out: Array) -> None:
     """Vectors (V, 3, n) of `matrix` (V, n, 1 or 3, n), transposed, times `coefficients` (V, n, 3)."""
     count = matrix.shape[1]
