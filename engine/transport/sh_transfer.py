@@ -31,11 +31,9 @@ from engine.directions import Vectors, normalize
 from engine.mesh import Mesh
 from engine.tangents import frames_along
 from engine.transport import sh_kernel
-from engine.transport.lit import LitHarmonics
 from engine.transport.sh import bands, checked_order, cosine_zonal, evaluate, order_of, turned_zonal
 from engine.transport.sh_rotation import rotated_from_frames, rotated_into_frames
 from engine.transport.sh_table import BrdfTable
-from engine.transport.wavelet import vertex_frames
 
 Floats = NDArray[np.floating[Any]]
 
@@ -235,20 +233,6 @@ def signed_radiance(
     ground = np.flatnonzero(seen & (vertices >= first))
     value[ground] = rows[first * count + vertices[ground] - first] * transport.ground_albedo
     return value
-
-
-def lit(transport: ShTransport, rows: Floats) -> LitHarmonics:
-    """What the graphics device draws, from the `rows` of `transferred`; there, isotropic tables have other frames."""
-    first, count = transport.ground_vertex, transport.order**2
-    ground = rows[len(rows) - (len(transport.mesh.positions) - first) :] * transport.ground_albedo
-    if transport.diffuse:
-        flat = np.concatenate([rows[:first] * transport.albedo, ground])
-        return LitHarmonics(transport.mesh, transport.table, np.zeros((0, count, 3), np.float32), np.maximum(flat, 0.0))
-    light = np.asarray(rows[: first * count]).reshape(first, count, 3)
-    if transport.table.isotropic:
-        frames = vertex_frames(transport.mesh, isotropic=True)[:first]
-        light = rotated_into_frames(light, transport.frames[:first].swapaxes(1, 2) @ frames)
-    return LitHarmonics(transport.mesh, transport.table, light, np.maximum(ground, 0.0))
 
 
 def local_views(transport: ShTransport, eye: ArrayLike) -> Vectors:

@@ -18,6 +18,7 @@ from engine.errors import InputError
 from engine.ground import Ground
 from engine.mesh import Mesh
 from engine.steps import drain
+from engine.transport.lit import LitHarmonics
 from engine.transport.sh import cosine_zonal, evaluate, turned_zonal
 from engine.transport.sh_bake import BakeSettings, bake, open_sh, prepare, reflected
 from engine.transport.sh_error import sh_error
@@ -27,7 +28,6 @@ from engine.transport.sh_transfer import (
     Shading,
     ShTransport,
     diffuse_vectors,
-    lit,
     local_views,
     matrices,
     products,
@@ -40,7 +40,6 @@ from engine.transport.sh_transfer import (
     with_table,
 )
 from engine.transport.visibility import receivers
-from engine.transport.wavelet import vertex_frames
 
 EDGE = 16
 GLOSSY = "ggx:kd=0.3/0.5/0.2,alpha=0.4,f0=0.04"
@@ -179,13 +178,13 @@ def test_what_the_graphics_device_draws_is_the_same_light(tmp_path: Path) -> Non
     for text in (GLOSSY, "lambert:albedo=0.2/0.3/0.4"):
         path = tmp_path / f"{text[:3]}.transport"
         transport = baked(small(), brdf_from_text(text), path, ground=Ground(cells=4)).transport
-        shown = lit(transport, transferred(transport, light))
-        frames = vertex_frames(shown.mesh, shown.table.isotropic)[: shown.flat_vertex]
-        wo = normalize(np.asarray(eye) - shown.mesh.positions)
-        local = np.einsum("vij,vi->vj", frames, wo[: shown.flat_vertex])
-        expected = np.maximum(Shading(transport).radiance(light, eye), 0.0)
-        found = np.concatenate([np.maximum(shown.table.radiance(shown.light, local), 0.0), shown.flat])
-        facing = local_views(transport, eye)[:, 2] > 0.0
+        shown = LitHarmonics(transport, transferred(transport, light))
+        local = local_views(transport, eye)
+        kept = shown.flat_vertex
+        own = shown.rows[: kept * 16].reshape(kept, 16, 3)
+        found = np.concatenate([shown.table.radiance(own, local[:kept]), shown.flat])
+        expected = Shading(transport).radiance(light, eye)
+        facing = local[:, 2] > 0.0
         assert np.abs(found - expected)[facing].max() < 1e-5 * expected.max()
 
 
