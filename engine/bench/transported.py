@@ -15,6 +15,7 @@ from engine.shapes import shape
 from engine.steps import drain
 from engine.transport.lit import Lit, LitHarmonics, LitWavelets
 from engine.transport.sh_table import tabulate
+from engine.transport.sh_transfer import ShTransport
 from engine.transport.wavelet import Vectors16, WaveletTransport
 from engine.transport.wavelet_bake import factors_for
 
@@ -59,8 +60,10 @@ def gl_sh_frame_brushed() -> Measure:
 def _sh_frame(name: str, brdf: str) -> Measure:
     mesh = shape("torus-knot")
     table = drain(tabulate(brdf_from_text(brdf), ORDER))
-    light = np.random.default_rng(0).random((len(mesh.positions), ORDER**2, 3))
-    return _frame(name, LitHarmonics(mesh, table, light, np.zeros((0, 3))))
+    rows = np.random.default_rng(0).random((len(mesh.positions) * ORDER**2, 3))
+    matrices = np.broadcast_to(np.float32(0.0), (len(rows), 1, ORDER**2))
+    transport = ShTransport(mesh, len(mesh.positions), False, 0.0, table, False, matrices)
+    return _frame(name, LitHarmonics(transport, rows))
 
 
 def _frame(name: str, lit: Lit) -> Measure:

@@ -46,7 +46,7 @@ class HarmonicTextures:
 
     @staticmethod
     def rows(lit: LitHarmonics) -> Any:
-        return np.concatenate([lit.light.reshape(-1, 3), lit.flat])
+        return np.concatenate([lit.rows[: lit.flat_vertex * lit.table.order**2], lit.flat])
 
     def bind(self, program: Any) -> None:
         self._texture.use(UNIT)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from engine.mesh import Mesh
 from engine.transport.sh_table import BrdfTable
+from engine.transport.sh_transfer import ShTransport
 from engine.transport.wavelet import WaveletTransport
 
 
@@ -35,29 +36,35 @@ class LitWavelets:
 
 @dataclass(frozen=True, eq=False)
 class LitHarmonics:
-    """Light that arrives at vertices, as spherical harmonics, and what they make of it.
+    """Transport in harmonics and what it makes of the light, `rows` (R, 3), as `sh_transfer.transferred` finds them."""
 
-    Attributes
-    ----------
-    mesh : model, and after it the ground where there is one.
-    table : of the reflectance of the vertices before `flat_vertex`.
-    light : (flat_vertex, order², 3) in the frame of each vertex along the texture (`frames_along`), shadows included.
-    flat : (V − flat_vertex, 3) radiance of the other vertices, the same towards every side: a ground, or a model that
-        is Lambertian.
-    """
-
-    mesh: Mesh
-    table: BrdfTable
-    light: NDArray[np.floating[Any]]
-    flat: NDArray[np.floating[Any]]
+    transport: ShTransport
+    rows: NDArray[np.floating[Any]]
 
     def __post_init__(self) -> None:
-        _check("light", self.light, (len(self.light), self.table.order**2, 3))
-        _check("flat", self.flat, (len(self.mesh.positions) - len(self.light), 3))
+        _check("rows", self.rows, (len(self.transport.rows), 3))
+
+    @property
+    def mesh(self) -> Mesh:
+        return self.transport.mesh
+
+    @property
+    def table(self) -> BrdfTable:
+        return self.transport.table
 
     @property
     def flat_vertex(self) -> int:
-        return len(self.light)
+        """The first vertex that is as bright towards every side: the ground's, or of a Lambertian model all."""
+        return 0 if self.transport.diffuse else self.transport.ground_vertex
+
+    @property
+    def flat(self) -> NDArray[np.floating[Any]]:
+        """(V − flat_vertex, 3) the radiance of those vertices."""
+        transport = self.transport
+        if not transport.diffuse:
+            return self.rows[self.flat_vertex * transport.order**2 :] * transport.ground_albedo
+        first = transport.ground_vertex
+        return np.concatenate([self.rows[:first] * transport.albedo, self.rows[first:] * transport.ground_albedo])
 
 
 #: Whatever transport, under its light.

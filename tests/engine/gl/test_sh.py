@@ -18,6 +18,7 @@ from engine.tangents import frames_along
 from engine.transport.lit import LitHarmonics, LitWavelets
 from engine.transport.sh_rotation import rotated_into_frames
 from engine.transport.sh_table import BrdfTable, lambert_table, tabulate
+from engine.transport.sh_transfer import ShTransport
 from tests.engine.gl.lit_scenes import SIZE, ball, factors, hits, lit_wavelets, local_views
 
 
@@ -35,7 +36,14 @@ def sky(order: int) -> np.ndarray:
 def unshadowed(mesh: Mesh, table: BrdfTable, flat: int = 0) -> LitHarmonics:
     kept = len(mesh.positions) - flat
     light = rotated_into_frames(sky(table.order), frames_of(mesh))[:kept]
-    return LitHarmonics(mesh, table, light, np.random.default_rng(2).random((flat, 3)))
+    return lit_by(mesh, table, light, np.random.default_rng(2).random((flat, 3)))
+
+
+def lit_by(mesh: Mesh, table: BrdfTable, light: np.ndarray, flat: np.ndarray) -> LitHarmonics:
+    """`light` (n, order², 3) at the first vertices and the radiance `flat` of the others."""
+    rows = np.concatenate([light.reshape(-1, 3), flat])
+    matrices = np.broadcast_to(np.float32(0.0), (len(rows), 1, table.order**2))
+    return LitHarmonics(ShTransport(mesh, len(light), False, 1.0, table, False, matrices), rows)
 
 
 def random_table(order: int, side: int | None) -> BrdfTable:
@@ -53,7 +61,8 @@ def expected(lit: LitHarmonics, camera: Camera) -> tuple[np.ndarray, np.ndarray]
     """Pixels and their radiance: the mean of what the corners show, 0 at the least."""
     pixels, corners, weights = hits(lit.mesh, camera)
     views = local_views(lit.mesh, frames_of(lit.mesh), camera)[: lit.flat_vertex]
-    at_vertices = np.concatenate([lit.table.radiance(lit.light, views), lit.flat])
+    light = lit.rows[: lit.flat_vertex * lit.table.order**2].reshape(lit.flat_vertex, lit.table.order**2, 3)
+    at_vertices = np.concatenate([lit.table.radiance(light, views), lit.flat])
     return pixels, np.maximum(np.einsum("nk,nkc->nc", weights, at_vertices[corners]), 0.0)
 
 
@@ -99,7 +108,7 @@ def test_light_that_is_alike_everywhere_shows_the_albedo(gl: Any) -> None:
     even[0] = np.sqrt(4.0 * np.pi)
     light = rotated_into_frames(even, frames_of(mesh))
     renderer = TransportRenderer(gl)
-    lit = LitHarmonics(mesh, table, light, np.zeros((0, 3)))
+    lit = lit_by(mesh, table, light, np.zeros((0, 3)))
     picture = renderer.radiance(lit, frame(mesh.positions, 4 / 3), SIZE, samples=1)
     renderer.release()
     inside = picture[..., 3] == 1.0
@@ -121,9 +130,22 @@ def test_one_renderer_takes_either_method_in_turn(gl: Any) -> None:
     assert not any(np.array_equal(first[0], other) for other in first[1:])
 
 
+def test_a_matt_model_shows_its_albedo_times_its_rows(gl: Any) -> None:
+    """Rows of vectors are irradiance / π: the model has its table's albedo, the ground its own."""
+    mesh = ball(2)
+    table = lambert_table(brdf_from_text("lambert:albedo=0.3/0.6/0.9"), 5)  # type: ignore[arg-type]
+    vectors = np.broadcast_to(np.float32(0.0), (len(mesh.positions), 1, 25))
+    for first, albedo in ((len(mesh.positions), (0.3, 0.6, 0.9)), (0, (0.4, 0.4, 0.4))):
+        lit = LitHarmonics(ShTransport(mesh, first, True, 0.4, table, False, vectors), np.full((len(vectors), 3), 2.0))
+        renderer = TransportRenderer(gl)
+        picture = renderer.radiance(lit, frame(mesh.positions), SIZE, samples=1)
+        renderer.release()
+        np.testing.assert_allclose(picture[60, 80], (*(2.0 * np.array(albedo)), 1.0), rtol=1e-5)
+
+
 def test_light_that_does_not_fit_its_vertices_is_refused() -> None:
-    mesh, table = ball(1), random_table(3, None)
-    with pytest.raises(ValueError, match="light has the shape"):
-        LitHarmonics(mesh, table, np.zeros((len(mesh.positions), 4, 3)), np.zeros((0, 3)))
-    with pytest.raises(ValueError, match="flat has the shape"):
-        LitHarmonics(mesh, table, np.zeros((3, 9, 3)), np.zeros((0, 3)))
+    lit = unshadowed(ball(1), random_table(3, None))
+    with pytest.raises(ValueError, match="rows has the shape"):
+        LitHarmonics(lit.transport, lit.rows[1:])
+    with pytest.raises(ValueError, match="not finite"):
+        LitHarmonics(lit.transport, np.full_like(lit.rows, np.inf))
