@@ -2,9 +2,10 @@
 
 Andersson et al. 2020 for pictures as they are displayed ('LDR') and Andersson et al. 2021 for linear radiance ('HDR':
 the largest difference over a range of exposures), computed by NVIDIA's `flip_evaluator` for 67 pixels per degree (a
-0.7 m wide 4K screen at 0.7 m). It is called tile by tile, with a margin of as many pixels as its filters reach, so
-that the value of every pixel is that of the whole picture, tiles without wanted pixels cost nothing, and its hold on
-Python's interpreter is short. About 2 µs per pixel and exposure of one core with large tiles, twice that with small.
+0.7 m wide 4K screen at 0.7 m). It is called for one tile and exposure at a time, with a margin of as many pixels as its
+filters reach: the value of every pixel is that of the whole picture, tiles without wanted pixels cost nothing, and its
+hold on Python's interpreter is short. About 2 µs per pixel and exposure of one core with large tiles, twice that with
+small.
 """
 
 from __future__ import annotations
@@ -15,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.colour import luminance
-from engine.steps import Step, Steps
+from engine.steps import Step, Steps, part
 
 #: Pixels that the filters of ꟻLIP reach at 67 pixels per degree: 3 standard deviations of its widest, rounded up.
 MARGIN = 12
 
 #: Side of a tile in pixels where a window waits beside it, and where nothing does.
-SMALL_TILE, LARGE_TILE = 64, 512
+SMALL_TILE, LARGE_TILE = 48, 512
 
 #: Radiance above this is taken for it.
 BRIGHTEST = 1e15
@@ -46,12 +47,12 @@ def flip_map(
     height, width = pictures[0].shape[:2]
     wanted = np.ones((height, width), np.bool_) if mask is None else mask
     found = np.zeros((height, width), np.float32)
-    kind, options = "LDR" if displayed else "HDR", {} if displayed else _exposures(pictures[0], wanted)
+    exposures = None if displayed else _exposures(pictures[0], wanted)
     corners = _corners(wanted, tile)
     for number, (row, column) in enumerate(corners):
         inside = slice(row, row + tile), slice(column, column + tile)
-        found[inside] = _tile(pictures, row, column, tile, kind, options)
-        yield Step((number + 1) / len(corners), "comparing as an eye does")
+        done = number / len(corners)
+        found[inside] = yield from part(_tile(pictures, row, column, tile, exposures), done, done)
     found[~wanted] = 0.0
     return found
 
@@ -62,15 +63,16 @@ def flip_estimate(test: Floats, reference: Floats, mask: NDArray[np.bool_], tile
     For a window that cannot wait for all of them.
     """
     pictures = [np.clip(np.nan_to_num(picture), 0.0, BRIGHTEST).astype(np.float32) for picture in (reference, test)]
-    corners, options = _corners(mask, SMALL_TILE), _exposures(pictures[0], mask)
+    corners, exposures = _corners(mask, SMALL_TILE), _exposures(pictures[0], mask)
     chosen = np.unique(np.round(np.linspace(0, len(corners) - 1, min(tiles, len(corners)))).astype(int))
     total, pixels = 0.0, 0
     for number, place in enumerate(chosen):
         row, column = corners[place]
         inside = mask[row : row + SMALL_TILE, column : column + SMALL_TILE]
-        total += float(_tile(pictures, row, column, SMALL_TILE, "HDR", options)[inside].sum(dtype=np.float64))
+        done = number / len(chosen)
+        found = yield from part(_tile(pictures, row, column, SMALL_TILE, exposures), done, done)
+        total += float(found[inside].sum(dtype=np.float64))
         pixels += int(inside.sum())
-        yield Step((number + 1) / len(chosen), "comparing as an eye does")
     return total / max(1, pixels)
 
 
@@ -82,39 +84,61 @@ def _corners(wanted: NDArray[np.bool_], tile: int) -> list[tuple[int, int]]:
 
 
 def _tile(
-    pictures: list[NDArray[np.float32]], row: int, column: int, tile: int, kind: str, options: dict[str, Any]
-) -> NDArray[np.float32]:
+    pictures: list[NDArray[np.float32]], row: int, column: int, tile: int, exposures: list[float] | None
+) -> Steps[NDArray[np.float32]]:
+    """ꟻLIP of one tile; of radiance the largest over all exposures, a step for each."""
+    top, left = max(row - MARGIN, 0), max(column - MARGIN, 0)
+    parts = [picture[top : row + tile + MARGIN, left : column + tile + MARGIN] for picture in pictures]
+    inside = slice(row - top, row - top + tile), slice(column - left, column - left + tile)
+    found = np.zeros(parts[0][inside].shape[:2], np.float32)
+    if np.array_equal(parts[0], parts[1]):
+        return found
+    for exposure in exposures if exposures is not None else [None]:
+        shown = parts if exposure is None else [_aces(part, exposure) for part in parts]
+        np.maximum(found, _displayed(shown)[inside], out=found)
+        yield Step(0.0, "comparing as an eye does")
+    return found
+
+
+def _displayed(parts: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+    """ꟻLIP (H, W) of two pictures of linear light that a screen shows."""
     import flip_evaluator
 
-    top, left = max(row - MARGIN, 0), max(column - MARGIN, 0)
-    parts = [
-        np.ascontiguousarray(picture[top : row + tile + MARGIN, left : column + tile + MARGIN]) for picture in pictures
-    ]
-    if np.array_equal(parts[0], parts[1]):
-        return np.zeros(pictures[0][row : row + tile, column : column + tile].shape[:2], np.float32)
+    contiguous = [np.ascontiguousarray(part) for part in parts]
     values, _, _ = flip_evaluator.evaluate(
-        *parts, kind, inputsRGB=False, applyMagma=False, computeMeanError=False, parameters=dict(options)
+        *contiguous, "LDR", inputsRGB=False, applyMagma=False, computeMeanError=False
     )
-    return np.asarray(values[row - top :, column - left :, 0][:tile, :tile], np.float32)
+    return np.asarray(values[..., 0], np.float32)
 
 
-def _exposures(reference: NDArray[np.float32], wanted: NDArray[np.bool_]) -> dict[str, Any]:
-    """From the brightest pixel just below white to the median at 85 % of it (Andersson et al. 2021, section 4.1).
+def _aces(radiance: NDArray[np.float32], exposure: float) -> NDArray[np.float32]:
+    """What the fit of `flip_evaluator` makes of radiance at an exposure in stops, in [0, 1]."""
+    a, b, c, d, e = _ACES
+    x = np.minimum(radiance * 2.0**exposure, BRIGHTEST).astype(np.float64)
+    return np.clip((a * x * x + b * x) / (c * x * x + d * x + e), 0.0, 1.0).astype(np.float32)
+
+
+def _exposures(reference: NDArray[np.float32], wanted: NDArray[np.bool_]) -> list[float]:
+    """In stops, from the brightest pixel at 85 % of white to the median there (Andersson et al. 2021, section 4.1).
 
     The median is that of the wanted pixels, or of those that are lit where more than half of them are black.
     """
     light = luminance(reference[wanted]).astype(np.float64) if wanted.any() else np.zeros(1)
     lit = light[light > 0.0]
     if lit.size == 0:
-        return {"startExposure": 0.0, "stopExposure": 0.0, "numExposures": 2}
+        return [0.0]
     middle = float(np.median(light)) or float(np.median(lit))
     start, stop = (np.log2(_ACES_85 / value) for value in (float(light.max()), middle))
-    return {"startExposure": start, "stopExposure": stop, "numExposures": max(2, int(np.ceil(stop - start)))}
+    return [float(at) for at in np.unique(np.linspace(start, stop, max(2, int(np.ceil(stop - start)))))]
+
+
+#: The ACES fit of `flip_evaluator` (Narkowicz 2015, of 0.6 times the radiance).
+_ACES = (0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14)
 
 
 def _aces_inverse(share: float) -> float:
-    """The luminance that the ACES fit of `flip_evaluator` (Narkowicz 2015, times 0.6) takes to `share` of white."""
-    a, b, c, d, e = 0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14
+    """The luminance that the ACES fit takes to `share` of white."""
+    a, b, c, d, e = _ACES
     return float(np.roots([a - share * c, b - share * d, -share * e]).max())
 
 

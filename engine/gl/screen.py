@@ -1,7 +1,8 @@
 """Pictures of linear radiance in GPU memory, and how they are brought to the screen: one, two side by side, or apart.
 
 A `Layer` is a picture and, by a share, a better one laid over it. Pictures of fewer pixels than the screen are
-enlarged. Exposure and tone mapping come last, so that another exposure needs no other picture.
+enlarged. Exposure and tone mapping come last, so that another exposure needs no other picture; what they make of a
+picture is kept, so that showing it again copies bytes.
 """
 
 from __future__ import annotations
@@ -19,7 +20,12 @@ from engine.render.display import BLUE, GREY, ORANGE, Display
 
 
 class Picture:
-    """Owns a texture of float32 (radiance times coverage, and coverage) of `size` (width, height)."""
+    """Owns a texture of float32 (radiance times coverage, and coverage) of `size` (width, height).
+
+    Attributes
+    ----------
+    coded : the same as it was shown last, sRGB-coded in 8 bits, and for which display; None before.
+    """
 
     def __init__(self, context: Any, size: tuple[int, int]) -> None:
         self.context, self.size = context, size
@@ -27,10 +33,30 @@ class Picture:
         self.texture.filter = (context.LINEAR, context.LINEAR)
         self.texture.repeat_x = self.texture.repeat_y = False
         self.framebuffer = context.framebuffer([self.texture])
+        self.coded: tuple[Display, Any, Any] | None = None
 
     def write(self, pixels: NDArray[np.float32]) -> None:
         """Take (height, width, 4) float32, row 0 on top."""
         self.texture.write(np.ascontiguousarray(pixels[::-1], np.float32))
+        self._forget_coded()
+
+    def _forget_coded(self) -> None:
+        if self.coded is not None:
+            # a new framebuffer restores the one bound before it, which must not be one that is gone
+            self.context.detect_framebuffer(0).use()
+            _, texture, framebuffer = self.coded
+            self.coded = None
+            framebuffer.release()
+            texture.release()
+
+    def target(self, display: Display) -> Any:
+        """A framebuffer of 8 bits and of the picture's size, for what `display` makes of it."""
+        self._forget_coded()
+        texture = self.context.texture(self.size, 4)
+        texture.filter = (self.context.LINEAR, self.context.LINEAR)
+        texture.repeat_x = texture.repeat_y = False
+        self.coded = (display, texture, self.context.framebuffer([texture]))
+        return self.coded[2]
 
     def read(self, first: int = 0, count: int | None = None) -> NDArray[np.float32]:
         """`count` rows from row `first` (0 on top), (count, width, 4)."""
@@ -41,7 +67,7 @@ class Picture:
         return np.frombuffer(content, np.float32).reshape(count, width, 4)[::-1]
 
     def release(self) -> None:
-        # a new framebuffer restores the one bound before it, which must not be one that is gone
+        self._forget_coded()
         self.context.detect_framebuffer(0).use()
         self.framebuffer.release()
         self.texture.release()
@@ -71,15 +97,27 @@ class Screen:
         self.context = context
         self._shown = load_program(context, "screen.vert", "show.frag")
         self._apart = load_program(context, "screen.vert", "show.frag", {"DIFFERENCE": "1"})
-        self._arrays = {id(program): context.vertex_array(program, []) for program in (self._shown, self._apart)}
+        self._copied = load_program(context, "screen.vert", "copy.frag")
+        programs = (self._shown, self._apart, self._copied)
+        self._arrays = {id(program): context.vertex_array(program, []) for program in programs}
 
     def show(self, layer: Layer, framebuffer: Any, display: Display, columns: tuple[int, int] | None = None) -> None:
         """Show `layer` over `framebuffer`, or only over its `columns` (first, end) of pixels."""
         first, end = columns if columns is not None else (0, framebuffer.size[0])
-        if end > first:
-            framebuffer.scissor = (first, 0, end - first, framebuffer.size[1])
+        if end <= first:
+            return
+        share = layer.share if layer.over is not None else 0.0
+        whole = layer.over if share >= 1.0 else layer.picture if share <= 0.0 else None
+        if whole is not None and (whole.coded is None or whole.coded[0] != display):
+            values = {**Layer(whole).uniforms("first", 0), **uniforms_of(display)}
+            self._draw(self._shown, whole.target(display), values)
+        framebuffer.scissor = (first, 0, end - first, framebuffer.size[1])
+        if whole is not None and whole.coded is not None:
+            whole.coded[1].use(0)
+            self._draw(self._copied, framebuffer, {"picture": 0})
+        else:
             self._draw(self._shown, framebuffer, {**layer.uniforms("first", 0), **uniforms_of(display)})
-            framebuffer.scissor = None
+        framebuffer.scissor = None
 
     def show_difference(self, a: Layer, b: Layer, framebuffer: Any, display: Display, scale: float) -> None:
         """Show the luminance of `a` less that of `b` as `diverging` does, full at ±`scale`."""
@@ -96,5 +134,5 @@ class Screen:
         self._arrays[id(program)].render(vertices=3)
 
     def release(self) -> None:
-        for item in (*self._arrays.values(), self._shown, self._apart):
+        for item in (*self._arrays.values(), self._shown, self._apart, self._copied):
             item.release()

@@ -159,7 +159,7 @@ def test_flip_of_pixels_outside_the_mask_is_not_computed(monkeypatch: pytest.Mon
     monkeypatch.setattr(flip_evaluator, "evaluate", lambda *words, **more: calls.append(1) or evaluate(*words, **more))
     mask = np.zeros((128, 128), bool)
     mask[70:80, 70:80] = True
-    drain(flip_map(picture(128, 128, 1), picture(128, 128), mask, tile=64))
+    drain(flip_map(picture(128, 128, 1), picture(128, 128), mask, displayed=True, tile=64))
     assert len(calls) == 1
 
 
