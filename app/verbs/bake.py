@@ -67,6 +67,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="let the model stand on a matt ground that receives its shadow (of albedo 0.5)",
     )
     parser.add_argument(
+        "--occluder-cells",
+        type=int,
+        default=0,
+        metavar="N",
+        help="let shadows fall from a model simplified in a grid of N cells a side (0: the model itself)",
+    )
+    parser.add_argument(
         "--error-env",
         metavar="FILE",
         help="measure the error under this environment at 400 vertices, seen from 20 directions (half a minute)",
@@ -89,7 +96,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     arguments.cube = EDGE if arguments.cube is None else arguments.cube
     if not 1 <= arguments.terms <= MOST_TERMS:
         usage(_refuse, f"--terms {arguments.terms} is outside 1 … {MOST_TERMS}")
-    settings = usage(lambda: BakeSettings(arguments.cube, arguments.coefficients, arguments.fine))
+    settings = usage(
+        lambda: BakeSettings(arguments.cube, arguments.coefficients, arguments.fine, arguments.occluder_cells)
+    )
     ground = None
     if arguments.ground is not None:
         ground = usage(lambda: Ground(albedo=arguments.ground, cells=arguments.ground_cells))
@@ -101,6 +110,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     work: Work = usage(prepare, mesh, factors, settings, ground)
     knobs = _knobs(arguments, work)
     error = _error(arguments, work, brdf, show) if arguments.error_env else {}
+    error |= _occluder(arguments, work) if arguments.occluder_cells else {}
     expected_s = estimate_s(work)
     print(
         f"{work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB, about {_time(expected_s)}",
@@ -155,6 +165,11 @@ def report(result: dict[str, Any]) -> str:
             f"error under {result['error_env']}: {100.0 * result['error_rmse_rel']:.1f} % of the radiance "
             f"(RMS, {result['error_pairs']:,} pairs of vertex and view)"
         )
+    if "occluder_faces" in result:
+        lines.append(
+            f"shadows from {result['occluder_faces']:,} triangles: the open share of the sky is off by "
+            f"{100.0 * result['occluder_open_rms']:.2g} % RMS, rays take {result['occluder_time_rel']:.2f} of the time"
+        )
     if result["chunks_resumed"]:
         lines.append(f"{result['chunks_resumed']} of {result['chunks']} chunks were there from before")
     return "\n".join([*lines, *result["skipped"], *result["warnings"]])
@@ -179,6 +194,21 @@ def _error(arguments: argparse.Namespace, work: Any, brdf: Any, show: Callable[[
     }
 
 
+def _occluder(arguments: argparse.Namespace, work: Any) -> dict[str, Any]:
+    """What the simplified occluder costs and saves, at some vertices."""
+    import numpy as np
+
+    from engine.transport.occluder import occluder_error
+
+    vertices = np.unique(np.linspace(0, work.ground_vertex - 1, 200).astype(int))
+    found = occluder_error(work.surface, work.occluder, arguments.cube, vertices)
+    return {
+        "occluder_faces": found.faces,
+        "occluder_open_rms": found.open_rms,
+        "occluder_time_rel": found.time_rel,
+    }
+
+
 def _time(seconds: float) -> str:
     return f"{seconds:.1f} s" if seconds < 120.0 else f"{seconds / 60.0:.1f} min"
 
@@ -191,6 +221,7 @@ def _knobs(arguments: argparse.Namespace, work: Any) -> dict[str, Any]:
         "cube": arguments.cube,
         "coefficients": arguments.coefficients,
         "fine": arguments.fine,
+        "occluder_cells": arguments.occluder_cells,
         "map": work.factors.chart.kind,
         "weighting": arguments.weighting,
         "ground_albedo": arguments.ground,

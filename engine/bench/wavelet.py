@@ -21,6 +21,7 @@ from engine.mesh import Mesh
 from engine.ray_caster import RayCaster
 from engine.shapes import shape
 from engine.steps import Steps, drain, part
+from engine.transport.occluder import Occluder
 from engine.transport.wavelet import Vectors16, WaveletTransport, relit
 from engine.transport.wavelet_bake import BakeSettings, Work, bake, bake_in_memory, factors_for, prepare
 from engine.transport.wavelet_error import wavelet_error
@@ -54,7 +55,7 @@ def _work(vertices: int) -> Work:
     faces = np.arange(vertices // 3 * 3, dtype=np.int32).reshape(-1, 3)
     some = Mesh(whole.positions[chosen], whole.normals[chosen], whole.uv[chosen], faces, whole.name)
     work = prepare(some, drain(factors_for(brdf_from_text(BRDF), TERMS)), BakeSettings())
-    return replace(work, occluder=RayCaster(whole.positions, whole.faces))
+    return replace(work, occluder=Occluder(RayCaster(whole.positions, whole.faces)))
 
 
 def _bake(name: str, vertices: int) -> Measure:

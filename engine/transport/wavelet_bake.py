@@ -29,6 +29,7 @@ from engine.mesh import Mesh
 from engine.ray_caster import RayCaster
 from engine.steps import Step, Steps, part
 from engine.transport.haar import FACES, check_edge
+from engine.transport.occluder import Occluder, simplified
 from engine.transport.transport_file import (
     REMEDY,
     TransportFile,
@@ -38,7 +39,7 @@ from engine.transport.transport_file import (
     plan_transport,
     writing,
 )
-from engine.transport.visibility import Receivers, receivers, visibility_shares
+from engine.transport.visibility import Receivers, visibility_shares
 from engine.transport.wavelet import (
     DIFFUSE,
     MOST_COEFFICIENTS,
@@ -72,11 +73,13 @@ class BakeSettings:
     edge : texels along an edge of the cube maps of light: 16, 32 or 64 (smaller powers of two too).
     coefficients : kept for each vector at most.
     fine : into fine² parts a texel is cut where visibility changes; 1 leaves it whole.
+    occluder_cells : cells of the grid in which what casts shadows is simplified (`occluder`); 0 for the model itself.
     """
 
     edge: int = 64
     coefficients: int = 96
     fine: int = 4
+    occluder_cells: int = 0
 
     def __post_init__(self) -> None:
         check_edge(self.edge)
@@ -98,7 +101,7 @@ class Work:
     factors: SeparableFactors
     ground_albedo: float
     settings: BakeSettings
-    occluder: RayCaster
+    occluder: Occluder
     plan: TransportPlan
 
     @property
@@ -175,8 +178,11 @@ def prepare(mesh: Mesh, factors: SeparableFactors, settings: BakeSettings, groun
         },
         rows,
     )
-    caster = RayCaster(surface.positions, surface.faces)
-    return Work(surface, first, factors, ground.albedo if ground else 0.0, settings, caster, plan)
+    if settings.occluder_cells:
+        occluder = simplified(surface, settings.occluder_cells)
+    else:
+        occluder = Occluder(RayCaster(surface.positions, surface.faces))
+    return Work(surface, first, factors, ground.albedo if ground else 0.0, settings, occluder, plan)
 
 
 def vertex_bounds(vertices: int, first: int, edge: int) -> NDArray[np.int64]:
@@ -200,7 +206,7 @@ def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
     """
     yield Step(0.0, f"preparing {work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB")
     started = time.perf_counter()
-    of = receivers(work.surface, work.occluder)
+    of = work.occluder.receivers(work.surface)
     with writing(path, work.plan) as writer:
         missing = list(writer.missing)
         visibility_s = yield from _fill(writer, work, of, missing)
@@ -281,7 +287,7 @@ class _Baker:
 
 def bake_in_memory(work: Work, vertices: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Mapping[str, Any]]]:
     """Vectors of chosen vertices of the model, chunk by chunk, without a file."""
-    baker, of = _Baker(work), receivers(work.surface, work.occluder)
+    baker, of = _Baker(work), work.occluder.receivers(work.surface)
     for chunk, counts in visibility_shares(of, work.settings.edge, work.settings.fine, vertices):
         yield chunk, baker(chunk, counts)
 

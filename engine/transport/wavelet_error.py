@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import Brdf
 from engine.directions import Vectors, normalize
 from engine.steps import Step, Steps
-from engine.transport.visibility import receivers, visibility_shares
+from engine.transport.visibility import visibility_shares
 from engine.transport.wavelet import (
     WaveletTransport,
     cube_texels,
@@ -65,7 +65,7 @@ def wavelet_error(
     texels = cube_texels(work.settings.edge)
     incident = np.asarray(radiance, np.float64).reshape(-1, 3) * texels.area[:, None]
     yield Step(0.0, "casting rays")
-    shares = visibility_shares(receivers(work.surface, work.occluder), work.settings.edge, work.settings.fine, chosen)
+    shares = visibility_shares(work.occluder.receivers(work.surface), work.settings.edge, work.settings.fine, chosen)
     visible = np.concatenate([counts for _, counts in shares])
     transport = _transport(work, chosen, visible)
     rows = relit(transport, light)
