@@ -1,0 +1,82 @@
+"""`lightarc bake --mode sh` and `lightarc render` of what it made, as a person types them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+Command = Callable[..., SimpleNamespace]
+QUICK = ("--mode", "sh", "--order", "3", "--cube", "8", "--fine", "1", "--json")
+SMALL = ("--width", "48", "--height", "36", "--samples", "1", "--json")
+
+
+@pytest.fixture(autouse=True)
+def quick_tables(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("engine.transport.sh_table.SAMPLES", 256)
+
+
+@pytest.fixture
+def mesh(tmp_path: Path) -> Path:
+    """A tetrahedron."""
+    path = tmp_path / "tetrahedron.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    return path
+
+
+def result(command: SimpleNamespace) -> dict[str, Any]:
+    assert command.code == 0, command.err
+    found: dict[str, Any] = json.loads(command.out)
+    return found
+
+
+def test_a_model_is_baked_and_drawn_under_any_light_and_with_another_reflectance(
+    lightarc: Command, mesh: Path, tmp_path: Path
+) -> None:
+    output, image = tmp_path / "a.transport", tmp_path / "a.exr"
+    made = lightarc("bake", mesh, "--brdf", "phong:exponent=5", "--ground", "--ground-cells", "4", "-o", output, *QUICK)
+    found = result(made)
+    assert {"vertices", "bake_s", "visibility_s", "size_bytes", "knobs", "skipped"} <= set(found)
+    assert found["size_bytes"] == output.stat().st_size
+    assert f"{found['size_bytes'] / 1e6:.1f} MB" in made.err
+    assert found["stored"] == "matrices"
+    lights = ("--env", "sky"), ("--light-deg", "20,30"), ("--lamp", "theta_deg=10,radius_deg=20", "--window", "hanning")
+    for light in lights:
+        drawn = result(lightarc("render", output, *light, "-o", image, *SMALL))
+        assert drawn["mode"] == "sh"
+        assert drawn["covered_fraction"] > 0.1
+        assert drawn["mean_radiance"] > 0.0
+        assert {"relight_s", "negative_rel", "order", "table_error_rel"} <= set(drawn)
+    changed = result(lightarc("render", output, "--env", "sky", "--brdf", "lambert:albedo=0", "-o", image, *SMALL))
+    assert changed["brdf"] == "lambert:albedo=0"
+
+
+def test_turning_the_light_by_a_whole_turn_changes_nothing(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output = tmp_path / "a.transport"
+    assert result(lightarc("bake", mesh, "--brdf", "lambert", "-o", output, *QUICK))["stored"] == "vectors"
+    means = []
+    for angle in ("0", "360", "90"):
+        command = ("render", output, "--env", "sunset", "--env-rotation-deg", angle, "-o", tmp_path / "a.exr", *SMALL)
+        means.append(result(lightarc(*command))["mean_radiance"])
+    assert means[1] == pytest.approx(means[0], rel=1e-6)
+    assert means[2] != pytest.approx(means[0], rel=1e-3)
+
+
+def test_what_cannot_be_is_refused_with_the_reason(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output, image = tmp_path / "a.transport", tmp_path / "a.exr"
+    result(lightarc("bake", mesh, "--brdf", "lambert", "--interreflection", "-o", output, *QUICK))
+    for words, reason in {
+        ("render", output, "--env", "sky", "--brdf", "phong", "-o", image, *SMALL): "baked for one reflectance",
+        ("render", output, "--mode", "wavelet", "-o", image, *SMALL): "mode sh",
+        ("render", output, "--ground", "0.3", "-o", image, *SMALL): "--ground is part of what was baked",
+        ("bake", mesh, "--brdf", "lambert", "-o", output, "--mode", "sh", "--order", "2"): "order of 2",
+        ("bake", mesh, "--brdf", "lambert", "-o", output, "--interreflection"): "needs --mode sh",
+        ("render", output, "--env", "sky", "--intensity", "nan", "-o", image, *SMALL): "--intensity nan",
+    }.items():
+        refused = lightarc(*words)
+        assert refused.code != 0
+        assert reason in refused.err
