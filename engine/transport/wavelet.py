@@ -28,6 +28,7 @@ from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
 from engine.tangents import frames_along
 from engine.transport.haar import FACES, candidates, check_edge
+from engine.transport.visibility import Receivers, receivers
 from engine.transport.wavelet_codes import WaveletLight
 from engine.transport.wavelet_kernel import packed_light, relight, transfer
 
@@ -105,6 +106,11 @@ class WaveletTransport:
     def frames(self) -> Vectors:
         """(V, 3, 3) with columns tangent, bitangent, normal."""
         return vertex_frames(self.mesh, self.factors.isotropic)
+
+    @cached_property
+    def receivers(self) -> Receivers:
+        """The vertices as places where the light of lamps arrives, shaded by the mesh."""
+        return receivers(self.mesh)
 
 
 def check_factors(factors: SeparableFactors) -> None:

@@ -22,7 +22,6 @@ from engine.cube_map import cube_of
 from engine.environment import DistantLights, EnvironmentMap
 from engine.lamps import Lamp, lights_of_all
 from engine.sun import split_sun
-from engine.transport.visibility import receivers
 from engine.transport.wavelet import WaveletTransport, relit
 from engine.transport.wavelet_codes import THRESHOLD, WaveletLight, encode_light
 from engine.transport.wavelet_kernel import add_changes, by_coefficient, finish_sums
@@ -95,7 +94,7 @@ def tuples(transport: WaveletTransport, lighting: Lighting) -> NDArray[np.float6
 
 def lamp_tuples(transport: WaveletTransport, lights: DistantLights) -> NDArray[np.float64]:
     """The K-tuples (R, 3) of directional lights, with shadows from one ray for each vertex and light."""
-    of = receivers(transport.mesh)
+    of = transport.receivers
     first, terms, factors = transport.ground_vertex, transport.factors.terms, transport.factors
     rows = np.zeros((transport.rows, 3))
     model = rows[: first * terms].reshape(first, terms, 3)
