@@ -6,6 +6,7 @@ pictures cover completely, so that silhouettes, which each method places a littl
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -41,9 +42,12 @@ class PictureError:
 
     @property
     def text(self) -> str:
-        """'1.2 % ± 0.1'."""
-        words = share_text(self.rmse_rel)
-        return f"{words} ± {share_text(self.uncertainty).removesuffix(' %')}" if self.uncertainty > 0.0 else words
+        """'1.2 % ± 0.1': as many digits as are certain, at most two behind the point."""
+        if self.uncertainty <= 0.0:
+            return share_text(self.rmse_rel)
+        off = max(100.0 * self.uncertainty, 0.01)
+        digits = max(0, -math.floor(math.log10(off)))
+        return f"{100.0 * self.rmse_rel:.{digits}f} % ± {off:.{digits}f}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +73,7 @@ class Comparing(QObject):
         self._strips: Iterator[Pixels] = iter(())
         self._rows: list[Pixels] = []
         self._done: Callable[[Pixels], None] | None = None
+        self._pictures = 0
 
     def read(self, strips: Iterator[Pixels], done: Callable[[Pixels], None]) -> None:
         """Collect a picture from its `strips` and hand it to `done`; what was being read is given up."""
@@ -90,17 +95,20 @@ class Comparing(QObject):
 
     def compare(self, a: Side, b: Side, *, with_flip: bool) -> None:
         """Find the error of `a` against `b`, unless something newer comes first."""
-        self._figures.ask(lambda: _figures(a, b), lambda error: self._show(a, b, error, with_flip))
+        asked = self._pictures
 
-    def _show(self, a: Side, b: Side, error: PictureError | None, with_flip: bool) -> None:
-        if error is None:
-            return
-        self.found.emit(error)
-        if with_flip:
-            self._eye.ask(lambda: _with_flip(a, b, error), self.found.emit)
+        def show(error: PictureError | None) -> None:
+            if error is None or asked != self._pictures:
+                return  # what was found is of pictures that are gone
+            self.found.emit(error)
+            if with_flip and error.flip is None:
+                self._eye.ask(lambda: _with_flip(a, b, error), show)
+
+        self._figures.ask(lambda: _figures(a, b), show)
 
     def drop(self) -> None:
         """The pictures are others: forget these."""
+        self._pictures += 1
         self._timer.stop()
         self._done = None
         self._figures.drop()
