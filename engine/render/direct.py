@@ -18,6 +18,7 @@ from engine.brdf.diffuse import Lambert
 from engine.colour import luminance
 from engine.directions import dot, normalize, world_from_tangent
 from engine.environment import DistantLights
+from engine.ray_caster import RayCaster
 from engine.scene import Scene
 from engine.shading.lookup import neighbours, share_and_gain
 from engine.shading.power_law import PowerLawMap
@@ -63,15 +64,6 @@ def radiance(scene: Scene, size: tuple[int, int], *, samples: int = 2) -> Steps[
     return picture
 
 
-def _tracer(scene: Scene) -> Any:
-    from embreex.mesh_construction import TriangleMesh
-    from embreex.rtcore_scene import EmbreeScene
-
-    tracer = EmbreeScene()
-    TriangleMesh(tracer, _vertices(scene).astype(np.float32), scene.surface.faces)
-    return tracer
-
-
 def _vertices(scene: Scene) -> Array:
     return scene.surface.positions - scene.mesh.centre
 
@@ -90,14 +82,13 @@ class Shader:
         self._eye = np.subtract(scene.camera.eye, scene.mesh.centre)
         self._surface, self._positions = scene.surface, _vertices(scene)
         self._ground = _of_ground(scene) if scene.ground is not None else None
-        self._tracer = _tracer(scene)
+        self._caster = RayCaster(self._surface.positions, self._surface.faces)
         self._levels = mip_levels(scene.shading)
 
     def __call__(self, row: Indices, column: Indices, lights: DistantLights | None = None) -> Array:
         """(N, 4) radiance and coverage 1 where the mesh is hit, else 0; `lights` instead of the scene's own."""
         rays = self._rays(column + 0.5, row + 0.5)
-        origins = np.broadcast_to(self._eye.astype(np.float32), rays.shape)
-        hit = self._tracer.run(np.ascontiguousarray(origins), rays.astype(np.float32))
+        hit = self._caster.intersect(np.broadcast_to(self.scene.camera.eye, rays.shape), rays, coherent=True).face
         seen = np.flatnonzero(hit >= 0)
         picture = np.zeros((len(rays), 4))
         if seen.size:
