@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from app.main_window import MainWindow
 from app.modes import MODES
+from app.panels import Fitting
 from app.surfaces import GlSurface
 from engine.colour import srgb_encode
 from engine.lamps import LampSettings
@@ -115,8 +116,8 @@ def test_the_reference_refines_at_rest_and_gives_way_at_once(view: MainWindow, q
     press(view, "R")
     assert surface.scene is not None, "what stands for it is drawn meanwhile"
     wait(qtbot, lambda: pictures.reference.found is not None and pictures.reference.found.variance is not None)
-    assert "samples" in view.view.caption.text()
-    assert "±" in view.view.caption.text()
+    assert "samples" in view.view.pictures.progress
+    assert "±" in view.view.pictures.progress
     wait(qtbot, lambda: surface._over[0].pixels is not None)
     picture = pictures.reference.found.picture
     assert (picture.shape[1], picture.shape[0]) == view.view.viewport.screen_px()
@@ -131,7 +132,7 @@ def test_the_reference_refines_at_rest_and_gives_way_at_once(view: MainWindow, q
     wait(qtbot, lambda: pictures.reference.running)
     view.view.stop.trigger()
     assert not pictures.reference.running
-    assert "stopped" in view.view.caption.text()
+    assert "stopped" in view.view.pictures.progress
     view.view.stop.trigger()
     assert pictures.reference.running
     view.show_workspace("capture")
@@ -373,6 +374,18 @@ def test_GL5_without_opengl_two_modes_are_computed_and_compared(
     wait(qtbot, lambda: len(window.view.viewport.surface._images) == 1)
     window.close()
     window.deleteLater()
+
+
+def test_a_quiet_line_says_what_there_is_room_for(qapp: QApplication) -> None:
+    line, forms = Fitting(), ("reference 64 samples, ± 0.8 %", "64 samples, ± 0.8 %", "± 0.8 %")
+    line.say(*forms)
+    metrics = line.fontMetrics()
+    for form in forms:
+        line.resize(metrics.horizontalAdvance(form) + 3, 20)
+        assert line.text() == form
+    line.resize(4, 20)
+    assert line.text() == ""
+    assert line.toolTip() == forms[0]
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (2560, 1440)])
