@@ -30,6 +30,9 @@ TransferChoice = Literal["auto", "srgb", "linear"]
 #: A run of so many rows that are all zero, as a share 1 / n of all, is worth a warning.
 _LEAST_LOST_SHARE = 64
 
+#: Files whose readers know how many rows there should be; a model in front of nothing leaves black ones in them.
+_COUNTED = ("EXR", "HDR")
+
 #: Code values from which a lookup table is cheaper than the power function.
 _TABLE_LIMIT = 1 << 16
 
@@ -119,7 +122,8 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
     photographed = exif.read_exif(content) if raster.container in ("JPEG", "PNG", "TIFF") else Exif()
     turn = photographed.orientation
     pixels, saturated, broken = _linear(raster, turn)
-    warnings = [*raster.warnings, *_about_rows(raster.samples)]
+    rows = [] if raster.container in _COUNTED else _about_rows(raster.samples)
+    warnings = [*raster.warnings, *rows]
     if broken:
         warnings.append(f"has {broken} pixels that are not finite; they are masked")
     if photographed.exposure_garbled:

@@ -269,6 +269,16 @@ def test_exr_colour_layers_and_luminance(read, half):
     assert np.array_equal(grey.pixels, np.repeat(image.pixels[..., :1], 3, axis=2))
 
 
+def test_exr_channels_may_have_small_letters(read):
+    planes = {"rgb"[c]: np.ascontiguousarray(FLOATS[..., c]) for c in range(3)}
+    assert np.array_equal(read(exr(planes)).pixels, FLOATS)
+    layered = read(exr({f"beauty.{key}": plane for key, plane in planes.items()}))
+    assert np.array_equal(layered.pixels, FLOATS)
+    assert "beauty" in layered.warnings[0]
+    both = read(exr({**planes, **{key.upper(): plane + 1 for key, plane in planes.items()}}))
+    assert np.array_equal(both.pixels, FLOATS + 1)
+
+
 def test_exr_tiles_compressions_and_windows(read):
     channels = {name: np.ascontiguousarray(FLOATS[..., index]) for index, name in enumerate("RGB")}
     for name in ("NO", "RLE", "ZIPS", "ZIP", "PIZ", "ZSTD"):
@@ -420,3 +430,5 @@ def test_fault5_rows_of_zeros_are_warned_of(tmp_path, rows, words):
     assert read_image(path).warnings == ()
     path.write_bytes(tiff(np.zeros_like(CODES16)))
     assert read_image(path).warnings == ()
+    path.write_bytes(exr({"RGB": np.where(samples > 0, FLOATS, np.float32(0))}))
+    assert read_image(path).warnings == ()  # a picture of a model in front of nothing, and its reader counts rows
