@@ -378,6 +378,7 @@ def test_GL5_without_opengl_two_modes_are_computed_and_compared(
 
 def test_a_quiet_line_says_what_there_is_room_for(qapp: QApplication) -> None:
     line, forms = Fitting(), ("reference 64 samples, ± 0.8 %", "64 samples, ± 0.8 %", "± 0.8 %")
+    line.show()
     line.say(*forms)
     metrics = line.fontMetrics()
     for form in forms:
@@ -386,6 +387,7 @@ def test_a_quiet_line_says_what_there_is_room_for(qapp: QApplication) -> None:
     line.resize(4, 20)
     assert line.text() == ""
     assert line.toolTip() == forms[0]
+    line.close()
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (2560, 1440)])
