@@ -59,7 +59,7 @@ KIND = "sh"
 LEAST_ORDER, MOST_ORDER = 3, 15
 
 #: Vertices whose bake tells how long all will take.
-PROBES = 48
+PROBES = 96
 
 #: Numbers of visibility and of matrices of a chunk of the file, roughly.
 CHUNK_VALUES = 1 << 21
@@ -368,6 +368,7 @@ def estimate_s(work: Work) -> float:
     baker = Baker(work, of, sent if work.settings.bounces else None)
     vertices = np.unique(np.linspace(0, max(work.ground_vertex - 1, 0), PROBES).astype(np.int64))
     baker.rows(vertices[:1], baker.visible(vertices[:1]))
+    gathered(work, of, vertices[:1], sent)
     started = time.perf_counter()
     baker.rows(vertices, baker.visible(vertices))
     for _ in range(work.settings.bounces):
