@@ -187,12 +187,17 @@ def _shares(old: int, new: int) -> NDArray[Any]:
 
 
 @lru_cache(maxsize=16)
-def texels_beside(n: int) -> NDArray[np.int64]:
-    """(6, 4, N) flat numbers of the texels beyond the upper, lower, left and right edge of each face."""
-    along, face = (np.arange(n) + 0.5) / n, np.arange(6)[:, None]
-    out = 1e-9
-    found = []
-    for s, t in ((along, -out), (along, 1 + out), (-out, along), (1 + out, along)):
+def texels_beside(n: int, depth: int = 0) -> NDArray[np.int64]:
+    """(6, 4, N) flat numbers of the texels beyond the upper, lower, left and right edge of each face.
+
+    Those of a greater `depth` lie further from the edge on the same faces, in rows along it.
+    """
+    out = 1.0 / (
+        1.0 - 2.0 * (depth + 1e-6) / n
+    )  # what lies that deep in the next face appears there in this one's plane
+    low, high, along = 0.5 - 0.5 * out, 0.5 + 0.5 * out, 0.5 + ((np.arange(n) + 0.5) / n - 0.5) * out
+    face, found = np.arange(6)[:, None], []
+    for s, t in ((along, low), (along, high), (low, along), (high, along)):
         place = np.broadcast_arrays(face, np.asarray(s)[None], np.asarray(t)[None])
         other, s_there, t_there = face_coordinates(direction_on_face(*place))
         i, j = (np.clip((v * n).astype(np.int64), 0, n - 1) for v in (t_there, s_there))

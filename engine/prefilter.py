@@ -9,9 +9,12 @@ a 2D array texture with linear filtering: texture(level, vec3((st * M + 0.5) / (
 chosen so that cells are at most a quarter of sigma wide (bilinear look-ups are then right to 2 % of the highest value),
 but never more than the texels of the map.
 
-Narrow Gaussians are summed over the texels themselves. Wider ones are summed over texels about as wide as they are,
-and refined by a cubic B-spline; what both widen is taken off the Gaussian beforehand, in either direction of a texel.
-What that takes for 6 × 512²: `lightarc bench --only prefilter`; most of it goes to the levels below 4 / N rad.
+Narrow Gaussians are summed over the texels themselves. Wider ones are summed over fewer, at nodes about as far apart
+as they are wide, and refined by a cubic B-spline; what both widen is taken off the Gaussian beforehand, in either
+direction of a texel. From 4 / N rad on nodes are right to 2 % of the height for a single bright texel anywhere, and
+what is bright stays where it is to half a texel or 2 % of sigma. Half a texel wide they are off by 5 %, because texels
+so far apart cannot show such a Gaussian, and look-ups between nodes a texel apart by what bilinear interpolation is.
+What that takes for 6 × 512²: `lightarc bench --only prefilter`; most of it goes to the levels below 9 / N rad.
 """
 
 from __future__ import annotations
@@ -19,7 +22,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,9 +44,12 @@ from engine.cube_map import (
 #: two levels right to 2 %.
 _FEWEST, RATIO = 16, math.sqrt(2.0)
 
-#: A Gaussian of this over N may be summed over N / 2 texels along an edge: then it is as wide as a texel in the middle
-#: of a face, and right to 4 % of its height; or 1.6 times as wide and right to 2 %, where that is not dear.
-_WIDE, _WIDER = 4.0, 6.4
+#: A Gaussian of this over N may be summed over N / 2 texels along an edge: then it is √2 times as wide as a texel in
+#: the middle of a face. Where the sphere is curved within texels it must be wider to be right to 2 % of its height.
+_WIDEST_SUMMED, _WIDE = 5.5, {64: 6.3, 32: 14.0}
+
+#: Wider than this over N, summed over many texels along an edge, it needs a node for every two of them only.
+_DENSE = 4.15
 
 #: Edge beyond which a map is large.
 _LARGE = 256
@@ -118,11 +125,13 @@ def texel_width(n: int) -> float:
 def geometric_sigmas(n: int, ratio: float = RATIO) -> NDArray[np.float64]:
     """Widths in rad for a cube map of edge `n`: from 2 / N on, each is `ratio` times the one before.
 
-    Below that look-ups are off by the width of a texel anyway: half a texel and one more must do. Of large maps the
-    rise starts at 4 / N after 2 / N, because sums up to there are the dearest.
+    Below that look-ups are off by the width of a texel anyway: half a texel and one more must do. Of large maps, whose
+    narrow sums are the dearest, these are half a texel and 2 / N, and the rise starts at 4.2 / N.
     """
-    narrowest, first = 0.5 * texel_width(n), (2.0 if n <= _LARGE else 4.0) / n
-    narrow = [narrowest, math.sqrt(narrowest * 2.0 / n), *([2.0 / n] if n > _LARGE else [])]
+    narrowest = 0.5 * texel_width(n)
+    narrow, first = (
+        ([narrowest, 2.0 / n], 4.2 / n) if n > _LARGE else ([narrowest, math.sqrt(narrowest * 2 / n)], 2 / n)
+    )
     steps = np.arange(max(math.ceil(math.log(WIDEST / first) / math.log(ratio)), 0) + 1, dtype=np.float64)
     return np.concatenate([narrow, first * ratio**steps])
 
@@ -138,31 +147,42 @@ def prefiltered(cube: CubeMap, sigmas: Sequence[float] | NDArray[np.float64] | N
     if widths[0] < 0.5 * texel_width(cube.edge) * (1 - 1e-9):
         raise ValueError(f"a Gaussian of width {widths[0]:.3g} is narrower than half a texel")
     edge = max(_FEWEST, 1 << (cube.edge - 1).bit_length())
-    cells = [_cells(sigma, edge) for sigma in widths]
-    starts = np.concatenate([[0], np.cumsum([6 * (m + 1) ** 2 for _, m in cells])])
+    grids = [_grid(sigma, edge) for sigma in widths]
+    starts = np.concatenate([[0], np.cumsum([6 * (grid.cells + 1) ** 2 for grid in grids])])
     texels = np.empty((starts[-1], 3), np.float32)
     levels = tuple(
-        texels[start:stop].reshape(6, m + 1, m + 1, 3)
-        for start, stop, (_, m) in zip(starts[:-1], starts[1:], cells, strict=True)
+        texels[start:stop].reshape(6, grid.cells + 1, grid.cells + 1, 3)
+        for start, stop, grid in zip(starts[:-1], starts[1:], grids, strict=True)
     )
     mean = mean_radiance(cube)
     halves = _halved(resized(cube, edge))
     source = next(halves)
-    for sigma, (wanted, _), level in zip(widths, cells, levels, strict=True):
-        while source.edge > wanted:
+    for sigma, grid, level in zip(widths, grids, levels, strict=True):
+        while source.edge > grid.summed:
             source = next(halves)
-        _fill(source, sigma, level)
+        _fill(source, sigma, grid, level)
         _keep_energy(level, mean)
     texels.flags.writeable = False
     return PrefilteredCube(levels, widths, mean, texels)
 
 
-def _cells(sigma: float, edge: int) -> tuple[int, int]:
-    """Texels that the sum for a width is taken over, and cells of its level, along an edge."""
+class _Grid(NamedTuple):
+    """Texels along an edge that a level is summed over, nodes for every two of them, and cells of the level."""
+
+    summed: int
+    dense: int
+    cells: int
+
+
+def _grid(sigma: float, edge: int) -> _Grid:
+    """For a width and an edge that is a power of two."""
     summed = edge
-    while summed > _FEWEST and sigma >= (_WIDE if summed > 64 else _WIDER) / summed:
+    while summed > _FEWEST and sigma * summed >= _WIDE.get(summed, _WIDEST_SUMMED):
         summed //= 2
-    return summed, min(4 * summed, edge) if summed < edge else edge
+    dense = 1 if summed > 64 and sigma * summed > _DENSE else 2
+    along = dense * summed // 2
+    factor = math.ceil(8.0 / (sigma * along) - 1e-6)
+    return _Grid(summed, dense, edge if summed == edge and dense == 2 else min(factor * along, edge))
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,6 +191,17 @@ class _Source:
 
     flux: NDArray[np.float32]
     widened: float
+
+    @cached_property
+    def split(self) -> NDArray[np.float32]:
+        """(4, 6, N, 2, N / 2), the even columns before the odd ones."""
+        n = self.edge
+        return np.ascontiguousarray(self.flux.reshape(4, 6, n, n // 2, 2).swapaxes(3, 4))
+
+    @cached_property
+    def texels(self) -> NDArray[np.float32]:
+        """Flat copy, the four side by side."""
+        return np.ascontiguousarray(np.moveaxis(self.flux, 0, 3)).ravel()
 
     @property
     def edge(self) -> int:
@@ -191,29 +222,61 @@ def _halved(cube: CubeMap) -> Iterator[_Source]:
         yield source
         n //= 2
         coarse = np.empty((4, 6, n, n), np.float32)
-        halve(source.flux, _padded(source.flux), coarse)
-        source = _Source(coarse, 3 / 16 + source.widened / 4)
+        halve(_padded(source.flux), coarse)
+        source = _Source(coarse, 5 / 16 + source.widened / 4)
 
 
 def _padded(flux: NDArray[np.float32]) -> NDArray[np.float32]:
-    """With the adjoining texels of other faces around each face, and its own corner texels in the corners."""
+    """With two texels of the adjoining faces beyond each edge, for `halve`; nothing beyond the corners.
+
+    What a face spreads over its edge lies half a coarse texel behind it in its own plane. There the next face is
+    slanted: its texels are met up to a texel nearer to the middle of the edge, and linearly moved by that.
+    """
     n = flux.shape[2]
-    padded = np.empty((4, 6, n + 2, n + 2), np.float32)
-    padded[..., 1:-1, 1:-1] = flux
-    flat = flux.reshape(4, -1)
-    beside = texels_beside(n)
-    padded[..., 0, 1:-1], padded[..., -1, 1:-1] = flat[:, beside[:, 0]], flat[:, beside[:, 1]]
-    padded[..., 1:-1, 0], padded[..., 1:-1, -1] = flat[:, beside[:, 2]], flat[:, beside[:, 3]]
-    for i in (0, -1):
-        for j in (0, -1):
-            padded[:, :, i, j] = flux[:, :, i, j]
+    padded = np.zeros((4, 6, n + 4, n + 4), np.float32)
+    inner = padded[..., 2:-2, 2:-2]
+    inner[:] = flux
+    nearer = (np.abs(2 * np.arange(n) + 1 - n) / (n + 2)).astype(np.float32)
+    spread = _spread_at_corner(nearer[:2])
+    for rows in (slice(2), slice(-1, -3, -1)):
+        for columns in (slice(2), slice(-1, -3, -1)):
+            inner[..., rows, columns] /= spread
+    flat = inner.reshape(4, -1)
+    for depth in range(2):
+        before, behind, beside = 1 - depth, n + 2 + depth, texels_beside(n, depth)
+        edges = padded[:, :, before], padded[:, :, behind], padded[..., before], padded[..., behind]
+        for side, edge in enumerate(edges):
+            strip = flat[:, beside[:, side]]
+            moved = nearer * strip
+            edge[..., 2:-2] = strip - moved
+            edge[..., 3 : n // 2 + 3] += moved[..., : n // 2]
+            edge[..., n // 2 + 1 : -3] += moved[..., n // 2 :]
     return padded
 
 
-@lru_cache(maxsize=4)
+def _spread_at_corner(nearer: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(2, 2) how often `halve` takes the texels at a corner of the cube, where it is not once.
+
+    A face keeps what leaves over neither edge; the next one gets what leaves over theirs, but for what leaves it again.
+    """
+    out = np.array([5 / 16, 1 / 16, 0.0], np.float32)
+    again = (1 - nearer) * out[:2] + nearer * out[1:]
+    out = out[:2]
+    return (1 - out[:, None]) * (1 - out) + out[:, None] * (1 - again) + out * (1 - again[:, None])
+
+
+@lru_cache(maxsize=8)
 def _towards(n: int) -> NDArray[np.float32]:
     """(3, 6, N, N) directions of texels, planar."""
     return np.ascontiguousarray(np.moveaxis(cube_directions(n), 3, 0), np.float32)
+
+
+@lru_cache(maxsize=16)
+def _inverse(n: int) -> NDArray[np.float32]:
+    """(N, 2, N / 2) 1 / (1 + x² + y²) of texels, for places (x, y) on a face's plane, even columns before odd ones."""
+    square = ((2.0 * np.arange(n) + 1.0) / n - 1.0) ** 2
+    inverse = 1.0 / (1.0 + square[:, None] + square)
+    return np.ascontiguousarray(inverse.reshape(n, n // 2, 2).swapaxes(1, 2), np.float32)
 
 
 @lru_cache(maxsize=16)
@@ -229,18 +292,19 @@ def _turned(n: int) -> NDArray[np.int64]:
     return np.stack([place[..., 0], place[..., 1] - place[..., 0], place[..., 2] - place[..., 0]], axis=-1)
 
 
-def _fill(source: _Source, sigma: float, level: NDArray[np.float32]) -> None:
+def _fill(source: _Source, sigma: float, grid: _Grid, level: NDArray[np.float32]) -> None:
     """Compute one level of width `sigma` from texels."""
     from engine.prefilter_kernel import convolve, refine
 
-    cells = level.shape[1] - 1
-    constants = _towards(source.edge), FACES, _turned(source.edge)
-    if cells == source.edge:
-        convolve(source.flux, *constants, sigma, source.widened, 0, level)
+    n = source.edge
+    sources = source.split, source.texels, _inverse(n), _towards(n), FACES, _turned(n)
+    along = grid.dense * n // 2
+    if grid.cells == along:
+        convolve(*sources, sigma, source.widened, grid.dense, 0, level)
     else:
-        nodes = np.empty((6, source.edge + 3, source.edge + 3, 3), np.float32)
-        convolve(source.flux, *constants, sigma, source.widened + 1 / 3, 1, nodes)
-        refine(nodes, cells // source.edge, level)
+        nodes = np.empty((6, along + 3, along + 3, 3), np.float32)
+        convolve(*sources, sigma, source.widened + 4 / (3 * grid.dense**2), grid.dense, 1, nodes)
+        refine(nodes, grid.cells // along, level)
     _join(level)
 
 

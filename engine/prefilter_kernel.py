@@ -1,10 +1,11 @@
 """Sums under spherical Gaussians over the texels of a cube map, at the nodes of a grid on each face.
 
-Sources are planar float32: `flux` (4, 6, N, N), the three channels times the solid angle and the solid angle itself,
-and `towards` (3, 6, N, N), unit vectors. A node's value is the weighted flux over the weighted solid angle, so that a
-constant stays as it is. Where the neighbourhood of a node lies within its face, whole rows of nodes are computed at
-once, one source offset after the other, which compilers turn into vector instructions; the rest goes face by face.
-Bound by arithmetic: some 20 operations for each node and source, eight at a time.
+Sources are float32: `flux` are the three channels times the solid angle and the solid angle itself, `towards`
+(3, 6, N, N) unit vectors. A node's value is the weighted flux over the weighted solid angle, so that a constant stays
+as it is. Where the neighbourhood of a node lies within its face, whole rows of nodes are computed at once, one source
+offset after the other, which compilers turn into vector instructions; the rest goes face by face. Each row of sources
+is summed in float32, of which nothing cancels because nothing is negative, and the rows in float64.
+Bound by arithmetic: some 60 operations for each node and source on all faces, 2 to 3 ns where rows are long.
 
 The Gaussian may be narrowed by what coarser texels and smoother look-ups widen: `narrow` is that variance in squares of
 the distance between texels on the face's plane, where a step is 1 / (1 + r²) long towards the middle of the face and
@@ -24,7 +25,7 @@ from engine.kernels import parallel, prange, scalar
 CUT = 5.5
 
 #: Nodes that are computed at once.
-_RUN = 64
+_RUN = 128
 
 
 @scalar
@@ -73,9 +74,8 @@ def _span(a: float, c: float, reach: float, n: int) -> Any:
 
 
 @scalar
-def _gather(flux: Any, area: Any, towards: Any, faces: Any, turned: Any, at: Any, reach: float, sums: Any) -> None:
-    """Sums (19) at the node of all six faces that lies at `at` when they are turned to where +Z is, over all faces."""
-    n = area.shape[1]
+def _gather(texels: Any, n: int, towards: Any, faces: Any, turned: Any, at: Any, reach: float, sums: Any) -> None:
+    """Sums (6, 4) at the node of each face that lies at `at` when it is turned to where +Z is, over all faces."""
     sums[:] = 0.0
     weights = np.empty(n, np.float32)
     x, y, z = np.float32(at[0]), np.float32(at[1]), np.float32(at[2])
@@ -105,15 +105,28 @@ def _gather(flux: Any, area: Any, towards: Any, faces: Any, turned: Any, at: Any
                 out = dx * ox + dy * oy + dz * oz
                 side = dx * sx + dy * sy + dz * sz
                 weights[j] = _weight(half * (dx * dx + dy * dy + dz * dz) + out * out + side * side)
-            for j in range(last - first):
-                w = np.float64(weights[j])
-                if w > 0.0:
-                    for own in range(6):
-                        place = turned[own, face, 0] + i * turned[own, face, 1] + (first + j) * turned[own, face, 2]
-                        sums[own] += w * flux[0, place]
-                        sums[6 + own] += w * flux[1, place]
-                        sums[12 + own] += w * flux[2, place]
-                    sums[18] += w * area[i, first + j]
+            left, right = 0, last - first
+            while left < right and weights[left] == 0.0:
+                left += 1
+            while right > left and weights[right - 1] == 0.0:
+                right -= 1
+            if left == right:
+                continue
+            for own in range(6):
+                stride = 4 * turned[own, face, 2]
+                place = 4 * (turned[own, face, 0] + i * turned[own, face, 1]) + (first + left) * stride
+                red = green = blue = area = np.float32(0.0)
+                for j in range(left, right):
+                    w = weights[j]
+                    red += w * texels[place]
+                    green += w * texels[place + 1]
+                    blue += w * texels[place + 2]
+                    area += w * texels[place + 3]
+                    place += stride
+                sums[own, 0] += red
+                sums[own, 1] += green
+                sums[own, 2] += blue
+                sums[own, 3] += area
 
 
 @scalar
@@ -125,132 +138,182 @@ def _reach_in_texels(x: float, y: float, reach: float, n: int) -> Any:
 
 
 @scalar
-def _columns(x: float, y: float, down: float, reach: float, n: int) -> Any:
-    """First and last offset in texels that an ellipse about (x, y) covers in the rows `down` away; empty if none."""
+def _columns(x: float, y: float, down: float, reach: float) -> Any:
+    """Lowest and highest offset on the face's plane that an ellipse about (x, y) covers `down` away; empty if none."""
     square, flat = 1.0 + x * x + y * y, 1.0 + y * y
     reach *= 1.0 + reach * math.sqrt(square)
     middle = x * y * down / flat
     rest = reach * reach * square * square / flat - down * down * square / (flat * flat)
     if rest < 0.0:
-        return n, -n
+        return math.inf, -math.inf
     half = math.sqrt(rest)
-    return math.floor(0.5 * n * (middle - half)) - 1, math.ceil(0.5 * n * (middle + half)) + 1
+    return middle - half, middle + half
+
+
+@scalar
+def _form_at(x: float, y: float, sigma: float, narrow: float, forms: Any, lane: int) -> None:
+    """Coefficients of dx², dx dy and dy² that make, times 1 / (1 + r²) of a texel, the leading term of its exponent.
+
+    sin² of the angle between (x, y, 1) and (x + dx, y + dy, 1) is dx² + dy² + (x dy − y dx)² over both lengths².
+    """
+    square = x * x + y * y
+    length = 1.0 + square
+    half = 0.5 / (sigma * sigma)
+    out = (0.5 / (sigma * sigma - narrow / (length * length)) - half) / length
+    turn = 0.5 / (sigma * sigma - narrow / length) - half
+    xx, xy, yy = (x * x / square, x * y / square, y * y / square) if square > 0.0 else (1.0, 0.0, 0.0)
+    half /= length
+    forms[0, lane] = half * (1.0 + y * y) + out * xx + turn * yy
+    forms[1, lane] = 2.0 * ((out - turn) * xy - half * x * y)
+    forms[2, lane] = half * (1.0 + x * x) + out * yy + turn * xx
 
 
 @scalar
 def _run(
     flux: Any,
-    towards: Any,
+    inverse: Any,
     row: int,
-    start: int,
-    stop: int,
-    ghost: int,
-    shapes: Any,
+    column: int,
+    count: int,
+    shift_y: float,
+    shift_x: float,
+    forms: Any,
     ry: int,
-    rx: int,
     reach: float,
-    out: Any,
+    curved: float,
+    sums: Any,
+    part: Any,
+    weights: Any,
 ) -> None:
-    """Values of nodes start … stop of a row on all faces, whose neighbourhoods of 2 ry × 2 rx texels lie within."""
-    n = flux.shape[2]
-    count = stop - start
-    total, part = np.zeros((19, _RUN)), np.empty((19, _RUN), np.float32)
-    weights = np.empty(_RUN, np.float32)
-    x, y, z, half = shapes[0, start:stop], shapes[1, start:stop], shapes[2, start:stop], shapes[3, start:stop]
-    ox, oy, oz = shapes[4, start:stop], shapes[5, start:stop], shapes[6, start:stop]
-    sx, sy, sz = shapes[8, start:stop], shapes[9, start:stop], shapes[10, start:stop]
-    left, right = (start - ghost) * 2.0 / n - 1.0, (stop - 1 - ghost) * 2.0 / n - 1.0
-    height = (row - ghost) * 2.0 / n - 1.0
-    for i in range(row - ghost - ry, row - ghost + ry):
-        down = (i + 0.5 - row + ghost) * 2.0 / n
-        first_left, last_left = _columns(left, height, down, reach, n)
-        first_right, last_right = _columns(right, height, down, reach, n)
-        part[:] = 0.0
-        for shift in range(max(min(first_left, first_right), -rx), min(max(last_left, last_right), rx)):
-            low, high = start - ghost + shift, stop - ghost + shift
-            tx, ty, tz = towards[0, i, low:high], towards[1, i, low:high], towards[2, i, low:high]
+    """Sums (19, count) of nodes whose neighbourhoods lie within the face, on all faces.
+
+    The first lies `shift_x`, `shift_y` texels beyond the upper left corner of texel (row, column), each of the others
+    two texels further.
+    """
+    step = 2.0 / flux.shape[2]
+    a, b, c = forms[0, :count], forms[1, :count], forms[2, :count]
+    weight = weights[:count]
+    y = (row + shift_y) * step - 1.0
+    left, right = (column + shift_x) * step - 1.0, (column + 2 * (count - 1) + shift_x) * step - 1.0
+    sums[:] = 0.0
+    bend = np.float32(curved)
+    for i in range(row - ry, row + ry + 1):
+        down = (i + 0.5 - row - shift_y) * step
+        low_left, high_left = _columns(left, y, down, reach)
+        low_right, high_right = _columns(right, y, down, reach)
+        lowest, highest = min(low_left, low_right), max(high_left, high_right)
+        if lowest > highest:
+            continue
+        part[:] = np.float32(0.0)
+        dy = np.float32(down)
+        first = math.ceil(lowest / step - 0.5 + shift_x)
+        for tap in range(first, math.floor(highest / step - 0.5 + shift_x) + 1):
+            dx = np.float32((tap + 0.5 - shift_x) * step)
+            odd, low = (column + tap) % 2, (column + tap) // 2
+            high = low + count
+            shrink = inverse[i, odd, low:high]
             for k in range(count):
-                dx, dy, dz = tx[k] - x[k], ty[k] - y[k], tz[k] - z[k]
-                outwards = dx * ox[k] + dy * oy[k] + dz * oz[k]
-                side = dx * sx[k] + dy * sy[k] + dz * sz[k]
-                weights[k] = _weight(half[k] * (dx * dx + dy * dy + dz * dz) + outwards * outwards + side * side)
+                e = shrink[k] * ((a[k] * dx + b[k] * dy) * dx + c[k] * dy * dy)
+                weight[k] = _weight(e + bend * e * e)
             for plane in range(18):
-                of, to = flux[plane // 6, plane % 6, i, low:high], part[plane]
+                of, to = flux[plane // 6, plane % 6, i, odd, low:high], part[plane]
                 for k in range(count):
-                    to[k] += weights[k] * of[k]
-            of, to = flux[3, 0, i, low:high], part[18]
+                    to[k] += weight[k] * of[k]
+            of, to = flux[3, 0, i, odd, low:high], part[18]
             for k in range(count):
-                to[k] += weights[k] * of[k]
+                to[k] += weight[k] * of[k]
         for plane in range(19):
+            of, total = part[plane], sums[plane]
             for k in range(count):
-                total[plane, k] += part[plane, k]
-    for k in range(count):
-        for plane in range(18):
-            out[plane % 6, row, start + k, plane // 6] = total[plane, k] / total[18, k]
+                total[k] += of[k]
 
 
 @parallel
 def convolve(
-    flux: Any, towards: Any, faces: Any, turned: Any, sigma: float, narrow: float, ghost: int, nodes: Any
+    flux: Any,
+    texels: Any,
+    inverse: Any,
+    towards: Any,
+    faces: Any,
+    turned: Any,
+    sigma: float,
+    narrow: float,
+    dense: int,
+    ghost: int,
+    nodes: Any,
 ) -> None:
-    """Fill `nodes` (6, N + 1 + 2 g, N + 1 + 2 g, 3): the edges of the faces are nodes, `ghost` g more lie beyond.
+    """Fill `nodes` (6, p N / 2 + 1 + 2 g, …, 3): the edges of the faces are nodes, `ghost` g more lie beyond.
 
-    Turned to where +Z is, every face has the same weights: they are computed once. `turned` (6, 6, 3) tells for each
-    face at which flat place, and with what steps along rows and columns, the faces seen from there have their texels.
+    There are `dense` p nodes for every two texels. `flux` and `inverse` (N, 2, N / 2), 1 / (1 + r²), have the even
+    columns before the odd ones, `texels` are the flux again, the four channels side by side. Turned to where +Z is,
+    every face has the same weights: they are computed once. `turned` (6, 6, 3) tells for each face at which flat place,
+    and with what steps along rows and columns, the faces seen from there have their texels.
     """
     n, size = flux.shape[2], nodes.shape[1]
     step = 2.0 / n
     reach = 2.0 * math.asin(min(1.0, sigma * math.sqrt(0.5 * CUT)))
-    flat = flux[:3].reshape(3, -1)
-    for row in prange(size):
-        y = (row - ghost) * step - 1.0
-        shapes = np.zeros((12, size), np.float32)
-        at, sums = np.empty(12), np.empty(19)
-        column = 0
-        while column < size:
-            stop = column
-            rx = ry = 0
-            while stop < size and stop - column < _RUN and reach <= 0.5:
-                x = (stop - ghost) * step - 1.0
-                wide, high = _reach_in_texels(x, y, reach, n)
-                new_x, new_y = max(rx, int(wide) + 1), max(ry, int(high) + 1)
-                above, below = row - ghost - new_y, row - ghost + new_y
-                if above < 0 or below > n or column - ghost - new_x < 0 or stop - ghost + new_x > n:
-                    break
-                rx, ry = new_x, new_y
-                _shape_at(x, y, sigma, narrow * step * step, at)
-                for k in range(12):
-                    shapes[k, stop] = at[k]
-                stop += 1
-            if stop > column:
-                _run(flux, towards[:, 4], row, column, stop, ghost, shapes, ry, rx, reach, nodes)
-                column = stop
-            else:
-                _shape_at((column - ghost) * step - 1.0, y, sigma, narrow * step * step, at)
-                _gather(flat, flux[3, 0], towards, faces, turned, at, reach, sums)
-                for plane in range(18):
-                    nodes[plane % 6, row, column, plane // 6] = sums[plane] / sums[18]
-                column += 1
+    for line in prange(size):
+        down = 2.0 * (line - ghost) / dense
+        row = math.floor(down)
+        y = down * step - 1.0
+        forms = np.empty((3, _RUN), np.float32)
+        sums, part, weights = np.empty((19, _RUN)), np.empty((19, _RUN), np.float32), np.empty(_RUN, np.float32)
+        at, alone = np.empty(12), np.empty((6, 4))
+        for phase in range(dense):
+            column = first = phase
+            while column < size:
+                ry = count = 0
+                while column < size and count < _RUN and reach <= 0.5:
+                    across = 2.0 * (column - ghost) / dense
+                    x = across * step - 1.0
+                    wide, high = _reach_in_texels(x, y, reach, n)
+                    if min(down, n - down) < high + 1.0 or min(across, n - across) < wide + 1.0:
+                        break
+                    _form_at(x, y, sigma, narrow * step * step, forms, count)
+                    ry = max(ry, int(high) + 1)
+                    count += 1
+                    column += dense
+                across = 2.0 * (first - ghost) / dense
+                if count:
+                    left = math.floor(across)
+                    ry = min(ry, row, n - 1 - row)
+                    shift_y, shift_x, bend = down - row, across - left, 0.5 * sigma * sigma
+                    _run(flux, inverse, row, left, count, shift_y, shift_x, forms, ry, reach, bend, sums, part, weights)
+                    for k in range(count):
+                        whole = 1.0 / sums[18, k]
+                        for plane in range(18):
+                            nodes[plane % 6, line, first + k * dense, plane // 6] = sums[plane, k] * whole
+                else:
+                    _shape_at(across * step - 1.0, y, sigma, narrow * step * step, at)
+                    _gather(texels, n, towards, faces, turned, at, reach, alone)
+                    for own in range(6):
+                        for k in range(3):
+                            nodes[own, line, column, k] = alone[own, k] / alone[own, 3]
+                    column += dense
+                first = column
 
 
 @parallel
-def halve(flux: Any, padded: Any, coarse: Any) -> None:
-    """Spread the flux of each texel over the four nearest of half as many, 9 : 3 : 3 : 1; `coarse` (4, 6, N/2, N/2).
+def halve(padded: Any, coarse: Any) -> None:
+    """Spread the flux of each texel over the three nearest of half as many, per axis 10 : 5 : 1; `coarse` (4, 6, N, N).
 
-    `padded` (4, 6, N + 2, N + 2) has the texels of the adjoining faces around it, and at its corners, where only three
-    faces meet, the corner texel again, so that no flux is lost.
+    That is a binomial of variance 5/16 and no skewness wherever a texel lies. `padded` (4, 6, 2 N + 4, 2 N + 4) has
+    two texels of the adjoining faces around each face, and at its corners, where only three faces meet, its own corner
+    mirrored, so that no flux is lost.
     """
     n = coarse.shape[2]
     for task in prange(4 * 6 * n):
         channel, face, i = task // (6 * n), task // n % 6, task % n
-        rows = padded[channel, face, 2 * i : 2 * i + 4]
+        rows = padded[channel, face, 2 * i : 2 * i + 6]
+        r0, r1, r2, r3, r4, r5 = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+        line = np.empty(2 * n + 4, np.float32)
+        one, five, ten = np.float32(1 / 16), np.float32(5 / 16), np.float32(10 / 16)
+        for k in range(2 * n + 4):
+            line[k] = one * (r0[k] + r5[k]) + five * (r1[k] + r4[k]) + ten * (r2[k] + r3[k])
         for j in range(n):
-            total = 0.0
-            for k in range(4):
-                w = 0.25 if k == 0 or k == 3 else 0.75
-                k_row = rows[k, 2 * j : 2 * j + 4]
-                total += w * (0.25 * (np.float64(k_row[0]) + k_row[3]) + 0.75 * (np.float64(k_row[1]) + k_row[2]))
-            coarse[channel, face, i, j] = total
+            k = 2 * j
+            outer, inner, middle = line[k] + line[k + 5], line[k + 1] + line[k + 4], line[k + 2] + line[k + 3]
+            coarse[channel, face, i, j] = one * outer + five * inner + ten * middle
 
 
 @parallel
@@ -266,17 +329,18 @@ def refine(nodes: Any, factor: int, fine: Any) -> None:
         i, a = row // factor, weights[row % factor]
         lowest = flat[face, min(i + 3, coarse - 1)]
         first, second, third = flat[face, i], flat[face, i + 1], flat[face, i + 2]
-        line = np.empty(3 * coarse + 3, np.float32)
+        line, values = np.zeros(3 * coarse + 3, np.float32), np.empty(3 * (coarse - 2), np.float32)
+        a0, a1, a2, a3 = a[0], a[1], a[2], a[3]
         for k in range(3 * coarse):
-            line[k] = a[0] * first[k] + a[1] * second[k] + a[2] * third[k] + a[3] * lowest[k]
-        line[3 * coarse :] = 0.0
+            line[k] = a0 * first[k] + a1 * second[k] + a2 * third[k] + a3 * lowest[k]
+        target = fine[face, row]
         for phase in range(factor):
-            b = weights[phase]
+            b0, b1, b2, b3 = weights[phase, 0], weights[phase, 1], weights[phase, 2], weights[phase, 3]
+            for k in range(3 * (coarse - 2)):
+                values[k] = b0 * line[k] + b1 * line[k + 3] + b2 * line[k + 6] + b3 * line[k + 9]
             for j in range((size - phase + factor - 1) // factor):
-                for c in range(3):
-                    k = 3 * j + c
-                    value = b[0] * line[k] + b[1] * line[k + 3] + b[2] * line[k + 6] + b[3] * line[k + 9]
-                    fine[face, row, j * factor + phase, c] = value
+                at = j * factor + phase
+                target[at, 0], target[at, 1], target[at, 2] = values[3 * j], values[3 * j + 1], values[3 * j + 2]
 
 
 @scalar

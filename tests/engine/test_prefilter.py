@@ -8,7 +8,16 @@ import pytest
 
 from engine.cube_map import CubeMap, cube_directions, cube_of, cube_solid_angles, direction_on_face, mean_radiance
 from engine.environment import EnvironmentMap, texel_directions
-from engine.prefilter import PrefilteredCube, gaussian_integral, geometric_sigmas, prefiltered, texel_width
+from engine.prefilter import (
+    PrefilteredCube,
+    _node_weights,
+    _padded,
+    gaussian_integral,
+    geometric_sigmas,
+    prefiltered,
+    texel_width,
+)
+from engine.prefilter_kernel import halve
 
 N = 32
 
@@ -95,13 +104,41 @@ def test_EN4_a_single_texel_becomes_the_gaussian(place: tuple[int, int, int]) ->
     filtered = prefiltered(lit(place))
     mu, towards = cube_directions(N)[place], cube_directions(96).reshape(-1, 3)
     for sigma, level in zip(filtered.sigma[2:], filtered.levels[2:], strict=True):
-        directions = node_directions(level)
-        exact = gaussian(np.linalg.norm(directions - mu, axis=-1), sigma)
-        error = np.abs(level[..., 0] - exact).max() * gaussian_integral(sigma)
-        coarse = sigma / 2.0 > 2.0 / N and sigma < 0.17
-        assert error <= (0.045 if coarse else 0.02)
+        assert peak_error(level, mu, sigma) <= 0.02
         middle = (np.tile(cube_solid_angles(96).ravel(), 6) * filtered.lookup(towards, sigma)[:, 0]) @ towards
         assert np.linalg.norm(middle / np.linalg.norm(middle) - mu) <= 0.5 * texel_width(N)
+
+
+def peak_error(level: np.ndarray, mu: np.ndarray, sigma: float) -> float:
+    exact = gaussian(np.linalg.norm(node_directions(level) - mu, axis=-1), sigma)
+    return float(np.abs(level[..., 0] - exact).max() * gaussian_integral(sigma))
+
+
+@pytest.mark.parametrize(("edge", "row", "column"), [(64, 1, 3), (64, 32, 32), (512, 1, 3), (512, 256, 256)])
+def test_EN4_so_it_does_in_larger_maps(edge: int, row: int, column: int) -> None:
+    """From two texels on; near a corner and in the middle of a face, where coarser texels are least and most exact."""
+    filtered = prefiltered(lit((4, row, column), edge))
+    mu = cube_directions(edge)[4, row, column]
+    for sigma, level in zip(filtered.sigma, filtered.levels, strict=True):
+        if sigma >= 4.0 / edge:
+            assert peak_error(level, mu, sigma) <= 0.02
+            cells = level.shape[1] - 1
+            middle = np.einsum("fij,ij,fijk->k", level[..., 0], _node_weights(cells), node_directions(level))
+            apart = np.linalg.norm(middle / np.linalg.norm(middle) - mu)
+            assert apart <= max(0.5 * texel_width(edge), 0.02 * sigma)
+
+
+@pytest.mark.parametrize(("row", "column"), [(0, 0), (0, 1), (1, 1), (0, 5), (2, 3), (1, 20), (9, 9)])
+def test_EN4_halving_moves_no_light_even_at_a_corner(row: int, column: int) -> None:
+    """All flux is kept, and its mean direction to a tenth of a texel."""
+    edge = 64
+    flux, coarse = np.zeros((4, 6, edge, edge), np.float32), np.empty((4, 6, edge // 2, edge // 2), np.float32)
+    flux[:, 2, row, column] = 1.0
+    halve(_padded(flux), coarse)
+    assert coarse[0].sum() == pytest.approx(1.0, rel=1e-6)
+    middle = np.einsum("fij,fijk->k", coarse[0], cube_directions(edge // 2))
+    apart = np.linalg.norm(middle / np.linalg.norm(middle) - cube_directions(edge)[2, row, column])
+    assert apart <= 0.1 * texel_width(edge)
 
 
 def test_a_narrow_gaussian_over_noise_is_the_sum_over_all_texels() -> None:
