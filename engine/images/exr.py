@@ -26,8 +26,9 @@ _REMEDY = "Save it as an EXR image with channels R, G, B"
 
 
 def read_exr(content: bytes, name: str) -> Raster:
-    """R, G, B (or Y, or those of the first layer that has them) of the first part."""
+    """R, G, B (or r, g, b, or Y, or those of the first layer that has them) of the first part."""
     channels, header, warnings = _read(content, name)
+    channels = _with_capitals(channels)
     layer, names = _colour_channels(channels, name)
     if layer:
         warnings += (f"has no channels R, G, B; its layer {layer!r} is used",)
@@ -126,6 +127,16 @@ def _check_chunks(content: bytes, header: dict[str, Any], name: str) -> None:
         covered = rows[0] == top and bottom - chunk_rows < rows[-1] <= bottom
     if not covered:
         raise InputError(name, "is a damaged EXR image: its chunks are not those of the size it states", AGAIN)
+
+
+def _with_capitals(channels: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """The same channels, of which r, g, b, a, x, y, z are named R, G, B … in every layer that has no such channel."""
+    named = {}
+    for key, plane in channels.items():
+        layer, dot, last = key.rpartition(".")
+        capital = f"{layer}{dot}{last.upper()}"
+        named[capital if len(last) == 1 and capital not in channels else key] = plane
+    return named
 
 
 def _end_of_header(content: bytes) -> int:
