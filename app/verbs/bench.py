@@ -98,6 +98,7 @@ ACCURACIES = {
     "alignment-accuracy": "engine.bench.capture:alignment",
     "alignment-arc": "engine.bench.alignment:measures",
     "directions": "engine.bench.directions:directions",
+    "ray-misses": "engine.bench.rays:ray_misses",
     "transport-errors": "engine.bench.wavelet:transport_errors",
 }
 

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from engine.bench.capture_truth import Accuracy
 from engine.bench.measure import Measure, best_of
 from engine.cube_map import cube_directions
 from engine.errors import MissingCapability
 from engine.mesh import Mesh
 from engine.ray_caster import offset_origins
 from engine.shapes import shape
-from engine.transport.visibility import DIRECTIONS, Receivers, occlusion, receivers, visibility_cube
+from engine.steps import Step, Steps
+from engine.transport.visibility import DIRECTIONS, Receivers, miss_rate, occlusion, receivers, visibility_cube
 
 RAYS = 1 << 20
+
+#: Built-in models that are closed, and how many rays are cast inside each.
+CLOSED, MISSING_RAYS = ("sphere", "torus-knot"), 1_000_000
 
 
 def rays_occluded() -> Measure:
@@ -36,6 +42,16 @@ def rays_occluded() -> Measure:
     time_s = best_of(partial(of.caster.occluded, origin, direction))
     more = {"rays": RAYS, "rays_per_s": RAYS / time_s, "share_of_rate": limit_s / time_s}
     return Measure("rays-occluded", time_s, limit_s, "Mitsuba's ray_test on the same rays, not robust", more)
+
+
+def ray_misses(_folder: Path) -> Steps[list[Accuracy]]:
+    """How many rays of a million leave a closed model unnoticed, half of them aimed at its vertices and edges."""
+    found = []
+    for name in CLOSED:
+        yield Step(len(found) / len(CLOSED), f"casting rays inside {name}")
+        misses = 1e6 * miss_rate(shape(name), MISSING_RAYS)
+        found.append(Accuracy(f"ray-misses-{name}", misses, "rays of a million that leave it unnoticed", 20.0))
+    return found
 
 
 def _mitsuba(mesh: Mesh, origin: Any, direction: Any) -> Any:
