@@ -54,7 +54,13 @@ class Overlay(QWidget):
         self.wipe: float | None = None
         self.names = ("", "")
         self.scale: float | None = None
+        self.is_preparing = False
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+
+    def show_preparing(self, preparing: bool) -> None:
+        """Say of a difference that its pictures are not complete yet, and show something else than they will."""
+        self.is_preparing = preparing
+        self.update()
 
     def _reach(self) -> float:
         return HANDLE_REACH * min(self.width(), self.height())
@@ -158,7 +164,8 @@ class Overlay(QWidget):
         painter.setPen(QColor(235, 235, 235))
         below = QRectF(bar.left(), bar.bottom() + 3, bar.width(), 20)
         ends = ((Qt.AlignmentFlag.AlignLeft, f"−{plain(scale)}"), (Qt.AlignmentFlag.AlignRight, f"+{plain(scale)}"))
-        for side, words in (*ends, (Qt.AlignmentFlag.AlignHCenter, f"{self.names[0]} − {self.names[1]}")):
+        what = "preparing…" if self.is_preparing else f"{self.names[0]} − {self.names[1]}"
+        for side, words in (*ends, (Qt.AlignmentFlag.AlignHCenter, what)):
             painter.drawText(below, side | Qt.AlignmentFlag.AlignTop, words)
 
     def _paint_handle(self, painter: QPainter, handle: Handle) -> None:
