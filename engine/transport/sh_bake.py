@@ -64,8 +64,8 @@ PROBES = 96
 #: Numbers of visibility and of matrices of a chunk of the file, roughly.
 CHUNK_VALUES = 1 << 21
 
-#: Rays of a bounce that are followed at once.
-CHUNK_RAYS = 1 << 18
+#: Rays of a bounce that are followed at once, times the harmonics of each.
+CHUNK_RAYS = 1 << 22
 
 
 @dataclass(frozen=True)
@@ -313,7 +313,7 @@ def _pattern(count: int) -> Vectors:
 
 
 def _blocks(work: Work, vertices: NDArray[np.int64]) -> Iterator[slice]:
-    step = max(1, CHUNK_RAYS // work.settings.gather)
+    step = max(1, CHUNK_RAYS // (work.settings.gather * work.settings.order**2))
     yield from (slice(start, start + step) for start in range(0, len(vertices), step))
 
 

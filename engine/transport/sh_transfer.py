@@ -135,7 +135,7 @@ def even_in_z(order: int) -> NDArray[np.bool_]:
 
 @lru_cache(maxsize=2)
 def products(order: int) -> Products:
-    """The table of `Products`, by quadrature that is exact; 2 s at order 15, once."""
+    """The table of `Products`, by quadrature that is exact; 5 s at order 15, once."""
     higher = 2 * checked_order(order) - 1
     z, share = np.polynomial.legendre.leggauss(2 * order)
     turns = 4 * order - 2

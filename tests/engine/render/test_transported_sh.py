@@ -48,7 +48,12 @@ def smooth_sky() -> EnvironmentMap:
 
 @pytest.mark.parametrize(
     ("text", "depth", "bound"),
-    [("lambert:albedo=0.7/0.5/0.3", 1, 0.02), ("lambert:albedo=0.7/0.5/0.3", 3, 0.02), ("ggx:alpha=0.4", 1, 0.02)],
+    [
+        ("lambert:albedo=0.7/0.5/0.3", 1, 0.02),
+        ("lambert:albedo=0.7/0.5/0.3", 3, 0.02),
+        ("ggx:alpha=0.4", 1, 0.02),
+        ("ggx:alpha=0.4", 3, 0.02),
+    ],
 )
 def test_a_sphere_on_the_ground_looks_as_in_the_reference(text: str, depth: int, bound: float, tmp_path: Path) -> None:
     ground = Ground(albedo=0.6, cells=24, extent=2.5)
