@@ -6,6 +6,7 @@ its noise is below `FINE_ENOUGH` or it has `MOST_SAMPLES`.
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -124,7 +125,10 @@ def _reference(wanted: _Wanted) -> Steps[Any]:
     yield Step(0.0, "preparing kernels")
     from engine.render.reference import reference
 
-    steps, last = reference(wanted.scene, wanted.size, samples=None, max_depth=wanted.bounces + 1), None
+    threads = max(1, (os.cpu_count() or 1) - 1)  # one processor is left to the window
+    depth = wanted.bounces + 1
+    steps = reference(wanted.scene, wanted.size, samples=None, max_depth=depth, threads=threads)
+    last = None
     try:
         for step in steps:
             last = step.partial or last

@@ -106,10 +106,7 @@ class Cost:
 
 
 def next_rows(rows: int, seconds: float, first: int) -> int:
-    """Rows of the piece after one of `rows` that took `seconds`: fewer where it was late, more where it was early.
-
-    Each piece draws all triangles anew, so that ever smaller ones would take ever longer altogether.
-    """
+    """Rows of the piece after one of `rows` that took `seconds`: fewer where it was late, more where it was early."""
     if seconds > PIECE_S:
-        return max(1, first // 4, int(rows * PIECE_S / seconds))
+        return max(1, int(rows * PIECE_S / seconds))
     return min(round(1.5 * rows + 0.5), 3 * first) if seconds < PIECE_S / 2 else rows
