@@ -33,6 +33,7 @@ class Refining:
 
     Attributes
     ----------
+    baked : the renderer of baked light, once it is needed.
     picture : `engine.gl.screen.Picture`, the last that was completed; None before the first.
     quality : its level, None where it is of another scene or size than is wanted now.
     screen : size (width, height) in pixels that it is for.
@@ -43,6 +44,7 @@ class Refining:
 
         self.context = context
         self.renderer = DirectRenderer(context)
+        self.baked: Any = None
         self.scene: Scene | None = None
         self.picture: Any = None
         self.screen = (0, 0)
@@ -75,8 +77,8 @@ class Refining:
         if self.scene is None or self.quality is not None:
             return None
         scene, levels = self.scene, self._levels()
-        self.cost.about(scene.mesh, scene.shading, type(scene.brdf), scene.lookup)
-        pixels, lights = self.screen[0] * self.screen[1], len(scene.lights.direction)
+        self.cost.about(scene.mesh, scene.shading, type(scene.brdf), scene.lookup, type(scene.lit))
+        pixels, lights = self.screen[0] * self.screen[1], self._lights()
         coming = self._begin(levels[self.cost.best(levels, pixels, lights, MOVING_S)])
         if self.cost.is_new:
             self._advance(coming, 1)
@@ -104,18 +106,23 @@ class Refining:
 
     def _levels(self) -> tuple[Quality, ...]:
         assert self.scene is not None
-        return ONE_LIGHT if len(self.scene.lights.direction) == 1 else MANY_LIGHTS
+        return ONE_LIGHT if self._lights() == 1 else MANY_LIGHTS
+
+    def _lights(self) -> int:
+        """How many lights are summed; baked light was summed before."""
+        assert self.scene is not None
+        return len(self.scene.lights.direction) if self.scene.lit is None else 1
 
     def _evaluations(self, level: Quality) -> int:
         assert self.scene is not None
-        return level.evaluations(self.screen[0] * self.screen[1], len(self.scene.lights.direction))
+        return level.evaluations(self.screen[0] * self.screen[1], self._lights())
 
     def _finer(self, budget_s: float) -> Quality | None:
         """The next level to draw of a scene that is at rest."""
         if self.scene is None or self.quality is None or budget_s <= MOVING_S:
             return None
         levels, pixels = self._levels(), self.screen[0] * self.screen[1]
-        best = self.cost.best(levels, pixels, len(self.scene.lights.direction), budget_s)
+        best = self.cost.best(levels, pixels, self._lights(), budget_s)
         return levels[best] if best < levels.index(self.quality) else None
 
     def _begin(self, level: Quality) -> _Coming:
@@ -124,10 +131,21 @@ class Refining:
         assert self.scene is not None
         width, height = (max(1, side // level.reduction) for side in self.screen)
         picture = Picture(self.context, (width, height))
-        bands = self.renderer.bands(level.of(self.scene), picture.framebuffer, (width, height), samples=level.samples)
+        bands = self._bands(level, picture.framebuffer, (width, height))
         next(bands)
         rows = self.cost.rows(self._evaluations(level), height * level.samples)
         return _Coming(level, picture, bands, rows, rows)
+
+    def _bands(self, level: Quality, framebuffer: Any, size: tuple[int, int]) -> Generator[None, int, None]:
+        assert self.scene is not None
+        if self.scene.lit is None:
+            return self.renderer.bands(level.of(self.scene), framebuffer, size, samples=level.samples)
+        from engine.gl.transported import TransportRenderer
+
+        self.baked = self.baked or TransportRenderer(self.context)
+        lit, camera = self.scene.lit, self.scene.camera
+        bands: Generator[None, int, None] = self.baked.bands(lit, camera, framebuffer, size, samples=level.samples)
+        return bands
 
     def _advance(self, coming: _Coming, rows: int) -> bool:
         """Draw so many rows; whether the picture is complete."""
@@ -155,7 +173,9 @@ class Refining:
         if self.picture is not None:
             self.picture.release()
         self.renderer.release()
-        self.picture = None
+        if self.baked is not None:
+            self.baked.release()
+        self.picture = self.baked = None
 
 
 def same(scene: Scene, other: Scene) -> bool:

@@ -7,9 +7,9 @@ better, and what is on screen is compared with it.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from app.document import Project
@@ -49,6 +49,7 @@ class ViewPictures(QObject):
         self.scale = FIRST_SCALE
         self.error: PictureError | None = None
         self.modes: tuple[Mode, ...] = ()
+        self.lit_of: Callable[[str, Scene], Any] = lambda _mode, _scene: None
         self.reference = Progressive(jobs)
         self.comparing = Comparing(jobs)
         self._project: Project | None = None
@@ -75,10 +76,14 @@ class ViewPictures(QObject):
         self._project, self._scene, self.modes = project, scene, modes
         self._split()
         light_deg = (look.light_theta_deg, look.light_phi_deg)
-        shown = scene_of(modes[0], scene)
+        shown = scene_of(modes[0], scene, self.lit_of(modes[0].value, scene))
         self.viewport.show_scene(shown, look.exposure_ev, look.tone_map, light_deg, handles)
         self._lay_over()
         self.progressed.emit()
+
+    def relit(self) -> None:
+        """Baked light is another one: what was read of the pictures is out of date, and the reference is not."""
+        self._forget(keep_reference=True)
 
     def _split(self) -> None:
         """Tell the viewport what is beside the first picture, and how."""
@@ -88,7 +93,8 @@ class ViewPictures(QObject):
         is_difference = self._project.look.comparing == "difference"
         split = Split(None, self.scale) if is_difference else Split(self.wipe)
         names = (self.modes[0].label, self.modes[1].label)
-        self.viewport.show_beside(scene_of(self.modes[1], self._scene), split, names)
+        lit = self.lit_of(self.modes[1].value, self._scene)
+        self.viewport.show_beside(scene_of(self.modes[1], self._scene, lit), split, names)
 
     def _wiped(self, share: float) -> None:
         self.wipe = share
@@ -103,6 +109,7 @@ class ViewPictures(QObject):
         self._drawn.clear()
         self.comparing.drop()
         self._flip_at = 0
+        self.viewport.overlay.show_preparing(True)
         if not keep_reference:
             self.reference.drop()
         if self.error is not None:
@@ -169,7 +176,7 @@ class ViewPictures(QObject):
             if not mode.progressive and at in self._drawn:
                 sides.append(Side(self._drawn[at]))
             elif mode.progressive and found is not None and found.variance is not None and found.passes >= PASSES:
-                sides.append(Side(found.picture, np.asarray(found.variance, np.float32)))
+                sides.append(Side(found.picture, found.variance))
                 is_new = found.samples >= 2 * self._flip_at or not self.reference.running
         if len(sides) == 2:
             if is_new and found is not None:
@@ -180,6 +187,7 @@ class ViewPictures(QObject):
         if error.flip is None and self.error is not None:
             error = dataclasses.replace(error, flip=self.error.flip)
         self.error = error
+        self.viewport.overlay.show_preparing(False)
         self.error_found.emit(error)
         is_difference = self._project is not None and self._project.look.comparing == "difference"
         if error.scale != self.scale:

@@ -10,12 +10,14 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
 
 from app import icons
+from app.bake_panel import BakePanel
+from app.baking import WORDS, Baking
 from app.compare_panel import ComparePanel
 from app.document import Look, Project
 from app.latest import Latest
 from app.light_panel import LIGHT_FIELDS, LightPanel
 from app.modes import MODES, flipped, mode_of, why_not
-from app.panels import Panel, Segments, enable, side_by_side, text, tool
+from app.panels import Fitting, Panel, Segments, enable, side_by_side, text, tool
 from app.param_form import ParamForm
 from app.reflectance_panel import LookupPanel, ReflectancePanel
 from app.scene_panel import DEFAULT_MODEL, ScenePanel
@@ -54,6 +56,8 @@ class ViewTab(QWidget):
         self.at_rest.timeout.connect(self._measure)
         self.viewport = Viewport(bench.jobs)
         self.pictures = ViewPictures(self.viewport, bench.jobs)
+        self.bakings: dict[str, Baking] = {method: Baking(bench, method) for method in WORDS}
+        self.pictures.lit_of = lambda mode, scene: self.bakings[mode].lit(scene) if mode in self.bakings else None
         self._make_actions()
         work = side_by_side(self._make_left(), self._make_centre(), self._make_right(), stretch=1)
         column = QVBoxLayout(self)
@@ -109,9 +113,8 @@ class ViewTab(QWidget):
         row.setSpacing(2 * STEP)
         row.addWidget(self.mode)
         row.addWidget(tool(self.frame_action))
-        row.addStretch(1)
-        self.caption = text("", "secondary")
-        row.addWidget(self.caption)
+        self.caption = Fitting()
+        row.addWidget(self.caption, 1)
         self.stop = QAction(icons.icon("cancel"), "Stop refining the reference", self)
         self.stop.triggered.connect(lambda _checked=False: self._stop_or_go())
         self.stop_button = tool(self.stop)
@@ -131,6 +134,9 @@ class ViewTab(QWidget):
         self.compare = ComparePanel()
         for rows in (self.reflectance, self.lookup, self.compare):
             panel.add(rows)
+        self.bake_panels = {method: BakePanel(baking) for method, baking in self.bakings.items()}
+        for bake_panel in self.bake_panels.values():
+            panel.column.insertWidget(0, bake_panel)
         self.hint = text("", "secondary", wrap=True)
         panel.column.addSpacing(2 * STEP)
         panel.column.addWidget(self.hint)
@@ -144,6 +150,8 @@ class ViewTab(QWidget):
         viewport.environment_turned.connect(self._environment_turned)
         viewport.drawn.connect(self.drawn)
         viewport.camera_moved.connect(self._error_is_stale)
+        for baking in self.bakings.values():
+            baking.lit_changed.connect(self._relit)
         self.pictures.progressed.connect(self._show_caption)
         self.pictures.error_found.connect(self.compare.show_error)
         self.pictures.error_found.connect(self.error_found)
@@ -199,7 +207,21 @@ class ViewTab(QWidget):
         alone = "" if project.has_map else "No material yet: the model shows the reflectance alone."
         note = self.reflectance.drawable.note if material.measured is not None else ""
         self.hint.setText("\n".join(filter(None, (alone, note and f"Measured reflectance: {note}"))))
+        self._want_baked(project, scene)
         self.pictures.show(project, scene, self.lights.handles(project))
+
+    def _want_baked(self, project: Project, scene: Scene) -> None:
+        """Have the light of those modes on screen that are baked."""
+        look = project.look
+        shown = {mode_of(value, project).value for value in (look.mode, *([look.against] if look.comparing else []))}
+        for method, baking in self.bakings.items():
+            self.bake_panels[method].setVisible(method in shown)
+            if method in shown:
+                baking.want(scene)
+
+    def _relit(self) -> None:
+        self.pictures.relit()
+        self._show(self.bench.document.project)
 
     def _show_modes(self, project: Project) -> None:
         self.mode.choose(mode_of(project.look.mode, project).value)
@@ -210,7 +232,9 @@ class ViewTab(QWidget):
         """How far the reference is, or what is drawn."""
         mesh = self.bench.document.project.mesh or self.default_mesh
         triangles = f"{len(mesh.faces):,} triangles".replace(",", " ") if mesh is not None else ""
-        self.caption.setText(self.pictures.progress or triangles)
+        words = self.pictures.progress or triangles
+        short = words.removeprefix("reference ")
+        self.caption.say(words, short, short.split(",")[0], short.rpartition(", ")[2])
         reference = self.pictures.reference
         self.stop_button.setVisible(self.pictures.progressive is not None)
         self.stop.setIcon(icons.icon("reset" if reference.stopped else "cancel"))

@@ -23,7 +23,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite, radians
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -70,6 +70,8 @@ class Scene:
     repeats : how often the material repeats over one unit of texture coordinates.
     lamps : lights beside the one or the environment, in the world; the rotation and the factor are not theirs.
     ground : what the model stands on; None for nothing.
+    lit : what this light makes of a bake of the model (`engine.transport.lit`), which is drawn in place of sums over
+        lights by whoever can draw it.
     """
 
     mesh: Mesh
@@ -87,6 +89,7 @@ class Scene:
     directions: int = 64
     lamps: tuple[Lamp, ...] = ()
     ground: Ground | None = None
+    lit: Any = None
 
     def __post_init__(self) -> None:
         if self.source not in SOURCES or self.lookup not in LOOKUPS or self.above not in ABOVES:
