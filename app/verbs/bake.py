@@ -24,7 +24,7 @@ MAPS = ("orthographic", "polar", "parabolic")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in model: sphere, plane, torus-knot, cloth")
+    parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob")
     parser.add_argument("--brdf", required=True, metavar="TEXT", help=BRDF_HELP)
     parser.add_argument("-o", "--output", required=True, metavar="TRANSPORT", help="file to write, say bunny.transport")
     parser.add_argument(

@@ -46,7 +46,7 @@ def rays_occluded() -> Measure:
 
 def ray_misses(_folder: Path) -> Steps[list[Accuracy]]:
     """How many rays of a million leave a closed model unnoticed, half of them aimed at its vertices and edges."""
-    found = []
+    found: list[Accuracy] = []
     for name in CLOSED:
         yield Step(len(found) / len(CLOSED), f"casting rays inside {name}")
         misses = 1e6 * miss_rate(shape(name), MISSING_RAYS)
