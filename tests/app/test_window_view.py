@@ -84,7 +84,8 @@ def coded(radiance: float) -> float:
 def test_modes_have_keys_of_their_own_and_a_lit_segment(view: MainWindow, qtbot: Any) -> None:
     assert len({mode.key for mode in MODES}) == len(MODES)
     count = view.bench.document.undo_stack.count()
-    for mode in (MODES[1], MODES[2], MODES[0], MODES[1]):
+    by_value = {mode.value: mode for mode in MODES}
+    for mode in (by_value[value] for value in ("direct", "reference", "shading-map", "direct")):
         press(view, mode.key)
         assert look(view).mode == mode.value
         assert view.view.mode.value == mode.value
