@@ -134,6 +134,8 @@ class Refining:
         bands = self._bands(level, picture.framebuffer, (width, height))
         next(bands)
         rows = self.cost.rows(self._evaluations(level), height * level.samples)
+        if self.scene.lit is not None:  # every piece evaluates all vertices anew, which is most of its cost
+            rows = max(rows, height * level.samples // 4)
         return _Coming(level, picture, bands, rows, rows)
 
     def _bands(self, level: Quality, framebuffer: Any, size: tuple[int, int]) -> Generator[None, int, None]:
