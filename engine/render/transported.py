@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from engine.camera import Camera
 from engine.directions import dot, normalize
-from engine.ray_caster import RayCaster
+from engine.ray_caster import caster_of
 from engine.steps import Step, Steps
 from engine.transport import sh_transfer, wavelet
 from engine.transport.sh_transfer import ShTransport
@@ -50,7 +50,7 @@ def transported(
     if samples < 1 or min(size) < 1:
         raise ValueError(f"a picture of {width} × {height} pixels with {samples} samples is not possible")
     mesh = transport.mesh
-    caster = RayCaster(mesh.positions, mesh.faces)
+    caster = caster_of(mesh)
     picture = np.zeros((height, width, 4), np.float32)
     kept = cut = 0.0
     band = max(1, BAND // (width * samples * samples))

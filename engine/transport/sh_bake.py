@@ -28,7 +28,7 @@ from engine.errors import InputError
 from engine.ground import Ground, with_ground
 from engine.mesh import Mesh
 from engine.one_thread import one_thread
-from engine.ray_caster import RayCaster
+from engine.ray_caster import RayCaster, caster_of
 from engine.steps import Step, Steps, part
 from engine.transport import sh_kernel, visibility_kernel
 from engine.transport.sh import evaluate
@@ -165,7 +165,7 @@ def prepare(mesh: Mesh, brdf: Brdf, settings: BakeSettings, ground: Ground | Non
     first = len(mesh.positions)
     surface = mesh if ground is None else with_ground(mesh, ground)[0]
     albedo = ground.albedo if ground else 0.0
-    caster = RayCaster(surface.positions, surface.faces)
+    caster = caster_of(surface)
     values = table.values.astype(np.float32)
     table = BrdfTable(table.order, values.astype(np.float64), table.error_rel, is_diffuse(brdf), table.health)
     empty = Work(surface, first, table, albedo, settings, caster, None)  # type: ignore[arg-type]

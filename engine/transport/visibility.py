@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from engine.cube_map import cube_directions, direction_on_face, face_coordinates
 from engine.directions import normalize
 from engine.mesh import Mesh
-from engine.ray_caster import CHUNK, RayCaster, in_chunks, offset_origins
+from engine.ray_caster import CHUNK, RayCaster, caster_of, in_chunks, offset_origins
 from engine.transport import visibility_kernel as kernel
 
 #: Directions for a coarse look; a share is known to about ± 0.03.
@@ -64,7 +64,7 @@ def receivers(mesh: Mesh, caster: RayCaster | None = None) -> Receivers:
 
     `caster` may hold a simplified mesh, or the mesh and a ground. Some 0.2 s for 50,000 vertices.
     """
-    caster = RayCaster(mesh.positions, mesh.faces) if caster is None else caster
+    caster = caster_of(mesh) if caster is None else caster
     normal = normalize(mesh.normals)
     free = sees_hemisphere(mesh.positions, normal, caster)
     away = np.where(free[:, None], normal, outward(mesh))

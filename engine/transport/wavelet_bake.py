@@ -26,7 +26,7 @@ from engine.factor.separable import Weighting, separate
 from engine.factor.separable_factors import SeparableFactors
 from engine.ground import Ground, with_ground
 from engine.mesh import Mesh
-from engine.ray_caster import RayCaster
+from engine.ray_caster import caster_of
 from engine.steps import Step, Steps, part
 from engine.transport.haar import FACES, check_edge
 from engine.transport.occluder import Occluder, simplified
@@ -181,7 +181,7 @@ def prepare(mesh: Mesh, factors: SeparableFactors, settings: BakeSettings, groun
     if settings.occluder_cells:
         occluder = simplified(surface, settings.occluder_cells)
     else:
-        occluder = Occluder(RayCaster(surface.positions, surface.faces))
+        occluder = Occluder(caster_of(surface))
     return Work(surface, first, factors, ground.albedo if ground else 0.0, settings, occluder, plan)
 
 
