@@ -345,11 +345,11 @@ def test_the_material_reflects_with_a_measurement_and_the_view_offers_it(
     view = window.view
     assert view.brdf is material.measured
     assert "felt" in view.reflectance.choice.currentText()
-    assert not view.brdf_form.isVisibleTo(view)
+    assert not view.reflectance.form.isVisibleTo(view)
     view.reflectance.choice.setCurrentIndex(view.reflectance.choice.findData("ward"))
     view.reflectance.choice.activated.emit(view.reflectance.choice.currentIndex())
     assert window.bench.document.project.material.measured is None
-    assert view.brdf_form.isVisibleTo(view)
+    assert view.reflectance.form.isVisibleTo(view)
     place = [view.reflectance.choice.itemText(at) for at in range(view.reflectance.choice.count())].index(
         tab.entry.name
     )

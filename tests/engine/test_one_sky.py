@@ -116,7 +116,7 @@ def test_pictures_of_the_reference_are_the_sums_over_the_turned_sky() -> None:
     row, column = np.mgrid[: size[1] * 4, : size[0] * 4].reshape(2, -1)
     dense = Shader(what, (size[0] * 4, size[1] * 4))(row, column, all_lights(fine))
     expected = dense.reshape(size[1], 4, size[0], 4, 4).mean(axis=(1, 3))
-    found = drain(reference(what, size, samples=256))
+    found = drain(reference(what, size, samples=1024))
     assert found.variance is not None
     inside = (found.picture[..., 3] == 1.0) & (expected[..., 3] == 1.0)
     assert inside.sum() > 30
