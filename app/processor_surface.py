@@ -78,9 +78,10 @@ class ProcessorSurface(QWidget):
         self._refresh()
 
     def show_over(self, side: int, pixels: Pixels | None) -> None:
-        """Show (H, W, 4) in place of the picture of scene number `side`."""
-        self._over[side] = pixels
-        self._refresh()
+        """Show (H, W, 4) in place of the picture of scene number `side`; None shows that picture again."""
+        if pixels is not self._over[side]:
+            self._over[side] = pixels
+            self._refresh()
 
     def strips(self, side: int) -> Iterator[Pixels]:
         """The picture of scene number `side`, in one piece."""

@@ -152,6 +152,8 @@ class GlSurface(QOpenGLWidget):
     def show_over(self, side: int, pixels: Pixels | None) -> None:
         """Lay (H, W, 4) over the picture of scene number `side`, whatever its size; None takes it away."""
         over = self._over[side]
+        if pixels is over.pixels:
+            return
         if over.pixels is None:
             over.since_s = time.monotonic()
         over.pixels, over.is_new = pixels, True

@@ -150,9 +150,11 @@ class ViewPictures(QObject):
         self._compare()
 
     def _lay_over(self) -> None:
+        """Lay the reference over the picture that stands for it, and over no other."""
         found, side = self.reference.found, self.progressive
-        if side is not None and found is not None and found.samples >= SHOWN_FROM:
-            self.viewport.show_over(side, found.picture)
+        picture = found.picture if found is not None and found.samples >= SHOWN_FROM else None
+        for at in range(2):
+            self.viewport.show_over(at, picture if at == side else None)
 
     def _collect(self) -> None:
         """Read back the picture that OpenGL has finished, once."""

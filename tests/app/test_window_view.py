@@ -142,6 +142,23 @@ def test_the_reference_refines_at_rest_and_gives_way_at_once(view: MainWindow, q
     wait(qtbot, lambda: pictures.reference.running)
 
 
+def test_the_reference_lies_over_no_mode_but_its_own(view: MainWindow, qtbot: Any) -> None:
+    """The same scene stands for the reference and is the other mode: what covered it goes when the modes change."""
+    surface = view.view.viewport.surface
+    change(view, mode="shading-map")
+    wait(qtbot, lambda: surface.is_finished)
+    whole = pixels_of(shown(view))
+    press(view, "R")
+    wait(qtbot, lambda: surface._over[0].pixels is not None)
+    change(view, mode="shading-map", against="reference", comparing="wipe")
+    wait(qtbot, lambda: surface._over[1].pixels is not None and surface.is_finished)
+    qtbot.wait(400)
+    picture = pixels_of(shown(view))
+    left = picture.shape[1] // 4
+    assert np.array_equal(picture[:, :left], whole[:, :left])
+    assert not np.array_equal(picture[:, -left:], whole[:, -left:]), "the reference is another picture"
+
+
 def coded_colour(colour: np.ndarray) -> np.ndarray:
     return 255.0 * np.asarray(srgb_encode(np.clip(colour, 0.0, 1.0)))
 
