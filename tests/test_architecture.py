@@ -77,6 +77,7 @@ LAYERS = (
     {"transport"},
     {"render", "gl"},
     {"accuracy"},
+    {"effects"},
     {"files"},
     {"contact_sheet", "material_pictures", "demo_sheet", "demo", "bench"},
 )

@@ -1,0 +1,1 @@
+"""Which effects a scene calls for, what each way to draw it costs, and the plan that follows."""
