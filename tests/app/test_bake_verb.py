@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.verbs import bake
+from app.verbs import bake, bake_wavelet
 from engine.factor.maps import KINDS
 from engine.factor.separable import WEIGHTINGS
 from engine.steps import Step
@@ -38,7 +38,7 @@ def mesh(tmp_path: Path) -> Path:
 
 
 def test_the_choices_are_those_of_the_engine() -> None:
-    assert set(bake.MAPS) == set(KINDS)
+    assert set(bake_wavelet.MAPS) == set(KINDS)
     parser = argparse.ArgumentParser()
     bake.add_arguments(parser)
     (weighting,) = (action for action in parser._actions if action.dest == "weighting")

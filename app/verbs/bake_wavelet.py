@@ -1,0 +1,145 @@
+"""`lightarc bake --mode wavelet`: sharp shadows of a reflectance that is a sum of terms, in wavelets."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from app.verbs.baked import carry_out, subject_of
+from engine.steps import Step, drain, part
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
+    from engine.transport.wavelet_bake import Work
+
+#: Edge of the cube maps unless something else is said.
+EDGE = 64
+
+MAPS = ("orthographic", "polar", "parabolic")
+
+
+def add_arguments(parser: Any) -> None:
+    parser.add_argument("--terms", type=int, default=4, metavar="K", help="terms of the reflectance (4)")
+    parser.add_argument(
+        "--coefficients", type=int, default=96, metavar="N", help="wavelet coefficients kept for each term (96)"
+    )
+    parser.add_argument(
+        "--map",
+        default="orthographic",
+        choices=MAPS,
+        help="of the reflectance's textures; polar suits single terms of anisotropic ones",
+    )
+    parser.add_argument(
+        "--weighting",
+        default="auto",
+        choices=("auto", "plain", "cosine"),
+        help="norm in which terms are found; auto: the one with the lower cosine-weighted error",
+    )
+    parser.add_argument(
+        "--occluder-cells",
+        type=int,
+        default=0,
+        metavar="N",
+        help="let shadows fall from a model simplified in a grid of N cells a side (0: the model itself)",
+    )
+    parser.add_argument(
+        "--error-env",
+        metavar="FILE",
+        help="measure the error under this environment at 400 vertices, seen from 20 directions (half a minute)",
+    )
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from app.cli import usage
+    from engine.transport.wavelet import MOST_TERMS
+    from engine.transport.wavelet_bake import BakeSettings, bake, estimate_s, factors_for, prepare
+
+    edge = EDGE if arguments.cube is None else arguments.cube
+    if not 1 <= arguments.terms <= MOST_TERMS:
+        usage(_refuse, f"--terms {arguments.terms} is outside 1 … {MOST_TERMS}")
+    settings = usage(lambda: BakeSettings(edge, arguments.coefficients, arguments.fine, arguments.occluder_cells))
+    subject = subject_of(arguments)
+    show(Step(0.0, "factoring the reflectance"))
+    options = {"kind": arguments.map, "weighting": arguments.weighting}
+    factors = usage(drain, part(factors_for(subject.brdf, arguments.terms, **options), 0.0, 0.02), show)
+    work: Work = usage(prepare, subject.mesh, factors, settings, subject.ground)
+    error = _error(arguments.error_env, work, subject.brdf, show) if arguments.error_env else {}
+    error |= _occluder(work) if settings.occluder_cells else {}
+    knobs = {
+        "terms": work.factors.terms,
+        "cube": settings.edge,
+        "coefficients": settings.coefficients,
+        "fine": settings.fine,
+        "occluder_cells": settings.occluder_cells,
+        "map": work.factors.chart.kind,
+        "weighting": arguments.weighting,
+    }
+    baked, record = carry_out(
+        arguments,
+        show,
+        work,
+        lambda: bake(arguments.output, work),
+        estimated_s=estimate_s(work),
+        knobs=knobs,
+        start=0.02,
+    )
+    if baked is None:
+        return record
+    return {
+        **record,
+        "vectors": baked.transport.rows,
+        "coefficients_kept_mean": float(baked.transport.vectors.counts.mean()),
+        **error,
+        "warnings": list(subject.mesh.health.warnings),
+    }
+
+
+def lines(result: dict[str, Any]) -> list[str]:
+    """What there is to say beyond what all modes say."""
+    found = []
+    if "error_rmse_rel" in result:
+        found.append(
+            f"error under {result['error_env']}: {100.0 * result['error_rmse_rel']:.1f} % of the radiance "
+            f"(RMS, {result['error_pairs']:,} pairs of vertex and view)"
+        )
+    if "occluder_faces" in result:
+        found.append(
+            f"shadows from {result['occluder_faces']:,} triangles: the open share of the sky is off by "
+            f"{100.0 * result['occluder_open_rms']:.2g} % RMS, rays take {result['occluder_time_rel']:.2f} of the time"
+        )
+    return found
+
+
+def _refuse(problem: str) -> None:
+    raise ValueError(problem)
+
+
+def _error(name: str, work: Work, brdf: Brdf, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.cube_map import cube_of
+    from engine.environment_file import open_environment
+    from engine.transport.wavelet_error import wavelet_error
+
+    environment = open_environment(name)
+    found = drain(wavelet_error(work, brdf, cube_of(environment, work.settings.edge).radiance), show)
+    return {
+        "error_env": environment.name,
+        "error_rmse_rel": found.rmse_rel,
+        "error_negative_rel": found.negative_rel,
+        "error_pairs": found.pairs,
+    }
+
+
+def _occluder(work: Work) -> dict[str, Any]:
+    """What the simplified occluder costs and saves, at some vertices."""
+    import numpy as np
+
+    from engine.transport.occluder import occluder_error
+
+    vertices = np.unique(np.linspace(0, work.ground_vertex - 1, 200).astype(int))
+    found = occluder_error(work.surface, work.occluder, work.settings.edge, vertices)
+    return {
+        "occluder_faces": found.faces,
+        "occluder_open_rms": found.open_rms,
+        "occluder_time_rel": found.time_rel,
+    }

@@ -1,0 +1,127 @@
+"""What all modes of `lightarc bake` have in common: what is baked, saying how much it will take, and the record."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from engine.steps import Step, Steps, drain, part
+
+if TYPE_CHECKING:
+    from engine.brdf.brdf import Brdf
+    from engine.ground import Ground
+    from engine.mesh import Mesh
+
+
+class Work(Protocol):
+    """A bake that is ready to begin, of whatever mode."""
+
+    @property
+    def surface(self) -> Mesh: ...
+    @property
+    def vertices(self) -> int: ...
+    @property
+    def size_bytes(self) -> int: ...
+
+
+class Outcome(Protocol):
+    """A bake that is done, of whatever mode; `visibility_s` is part of `bake_s`."""
+
+    @property
+    def bake_s(self) -> float: ...
+    @property
+    def visibility_s(self) -> float: ...
+    @property
+    def chunks(self) -> int: ...
+    @property
+    def resumed_chunks(self) -> int: ...
+    @property
+    def free_vertices(self) -> int: ...
+
+
+Done = TypeVar("Done", bound=Outcome)
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What is baked."""
+
+    mesh: Mesh
+    brdf: Brdf
+    ground: Ground | None
+
+
+def subject_of(arguments: argparse.Namespace) -> Subject:
+    """What the arguments name; the usual errors where they name nothing."""
+    from app.cli import usage
+    from engine.factor.factor_file import open_reflectance
+    from engine.ground import Ground
+    from engine.shapes import open_mesh
+
+    ground = None
+    if arguments.ground is not None:
+        ground = usage(lambda: Ground(albedo=arguments.ground, cells=arguments.ground_cells))
+    return Subject(brdf=usage(open_reflectance, arguments.brdf), mesh=open_mesh(arguments.mesh), ground=ground)
+
+
+def carry_out(
+    arguments: argparse.Namespace,
+    show: Callable[[Step], None],
+    work: Work,
+    bake: Callable[[], Steps[Done]],
+    *,
+    estimated_s: float,
+    knobs: dict[str, Any],
+    start: float,
+) -> tuple[Done | None, dict[str, Any]]:
+    """Say what `bake` will take, run it, and return its outcome and the record that all modes share.
+
+    The outcome is None where it was cancelled, and the record then all that there is to say. `start` is how much of
+    the progress was shown before.
+    """
+    from app.cli import CANCELLED, DONE
+
+    expected = f"{work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB, about {words_of_time(estimated_s)}"
+    print(expected, file=sys.stderr, flush=True)
+    knobs = {"mode": arguments.mode, "brdf": arguments.brdf, "ground_albedo": arguments.ground, **knobs}
+    record = {
+        "output": None,
+        "vertices": work.vertices,
+        "estimated_s": estimated_s,
+        "size_bytes": work.size_bytes,
+        "knobs": knobs,
+    }
+    started = time.perf_counter()
+    try:
+        done = drain(part(bake(), start, 1.0), show)
+    except KeyboardInterrupt:
+        spent_s = time.perf_counter() - started
+        return None, {**record, "bake_s": spent_s, "cancelled": True, "exit_code": CANCELLED}
+    return done, {
+        **record,
+        "output": arguments.output,
+        "faces": len(work.surface.faces),
+        "bake_s": done.bake_s,
+        "visibility_s": done.visibility_s,
+        "skipped": _skipped(done, work),
+        "chunks": done.chunks,
+        "chunks_resumed": done.resumed_chunks,
+        "warnings": [],
+        "cancelled": False,
+        "exit_code": DONE,
+    }
+
+
+def words_of_time(seconds: float) -> str:
+    return f"{seconds:.1f} s" if seconds < 120.0 else f"{seconds / 60.0:.1f} min"
+
+
+def _skipped(done: Outcome, work: Work) -> list[str]:
+    """What needed no rays, and why."""
+    if not done.free_vertices:
+        return []
+    return [f"No rays for {done.free_vertices:,} of {work.vertices:,} vertices, which see their whole hemisphere."]
