@@ -76,7 +76,7 @@ LAYERS = (
     {"scene"},
     {"transport"},
     {"render", "gl"},
-    {"accuracy"},
+    {"accuracy", "plot"},
     {"effects"},
     {"files"},
     {"contact_sheet", "material_pictures", "demo_sheet", "demo", "bench"},
