@@ -90,7 +90,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--mode",
-        choices=("shading-map", "direct", "reference", "wavelet", "sh"),
+        choices=("shading-map", "direct", "reference", *render_transport.MODES),
         help="'direct' leaves the material out; 'reference' traces paths of light, with shadows and the whole --env; "
         "'wavelet' and 'sh' draw what lightarc bake made, which is given in place of the MESH",
     )

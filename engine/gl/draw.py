@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.gl.context import renderer_name
+from engine.camera import Camera
+from engine.gl.context import limits, renderer_name
 from engine.gl.direct import DirectRenderer
+from engine.gl.transported import TransportRenderer
 from engine.scene import Scene
+from engine.transport.lit import Lit
+
+#: A picture (height, width, 4), the seconds of one frame, the device's name, and messages.
+OffScreen = tuple[NDArray[np.float32], float, str, list[str]]
 
 
-def draw_off_screen(
-    context: Any, scene: Scene, size: tuple[int, int], samples: int = 2
-) -> tuple[NDArray[np.float32], float, str, list[str]]:
-    """The picture of `DirectRenderer.radiance`, the seconds of one frame, the device's name, and messages.
+def draw_off_screen(context: Any, scene: Scene, size: tuple[int, int], samples: int = 2) -> OffScreen:
+    """The picture of `DirectRenderer.radiance`.
 
     The frame is drawn and tone-mapped into a framebuffer of its size as a window does, once to compile and upload and
     once for the time.
@@ -24,22 +29,35 @@ def draw_off_screen(
     renderer = DirectRenderer(context)
     try:
         picture = renderer.radiance(scene, size, samples=samples)
-        return picture, frame_time(renderer, scene, size, samples), renderer_name(context), renderer.messages
+        frame_s = _frame_s(context, size, lambda target, shown: renderer.draw(scene, target, shown, samples=samples))
+        return picture, frame_s, renderer_name(context), renderer.messages
     finally:
         renderer.release()
 
 
-def frame_time(renderer: DirectRenderer, scene: Scene, size: tuple[int, int], samples: int = 2) -> float:
-    """Seconds for one frame of `scene` when everything is compiled and uploaded, tone mapping included."""
-    context = renderer.context
-    most = renderer.limits.texture_size
+def lit_off_screen(context: Any, lit: Lit, camera: Camera, size: tuple[int, int], samples: int = 2) -> OffScreen:
+    """The picture of `TransportRenderer.radiance`, timed in the same way."""
+    renderer = TransportRenderer(context)
+    try:
+        picture = renderer.radiance(lit, camera, size, samples=samples)
+        frame_s = _frame_s(
+            context, size, lambda target, shown: renderer.draw(lit, camera, target, shown, samples=samples)
+        )
+        return picture, frame_s, renderer_name(context), renderer.messages
+    finally:
+        renderer.release()
+
+
+def _frame_s(context: Any, size: tuple[int, int], draw: Callable[[Any, tuple[int, int]], None]) -> float:
+    """Seconds for one frame when everything is compiled and uploaded, tone mapping included."""
+    most = limits(context).texture_size
     shown = (min(size[0], most), min(size[1], most))
     framebuffer = context.simple_framebuffer(shown, 4)
     try:
-        renderer.draw(scene, framebuffer, shown, samples=samples)
+        draw(framebuffer, shown)
         context.finish()
         start = time.perf_counter()
-        renderer.draw(scene, framebuffer, shown, samples=samples)
+        draw(framebuffer, shown)
         context.finish()
         return time.perf_counter() - start
     finally:

@@ -118,7 +118,7 @@ def test_what_cannot_be_baked_is_refused(
     assert not list(tmp_path.glob("*.transport"))
 
 
-@pytest.mark.parametrize("words", [("--brdf", "phong"), ("--ground",), ("--renderer", "gl"), ("--measure-error",)])
+@pytest.mark.parametrize("words", [("--brdf", "phong"), ("--ground",), ("--window", "hanning"), ("--measure-error",)])
 def test_what_was_baked_is_not_changed_by_drawing(
     words: tuple[str, ...], lightarc: Command, mesh: Path, tmp_path: Path
 ) -> None:
@@ -131,5 +131,32 @@ def test_what_was_baked_is_not_changed_by_drawing(
     output.write_bytes(damaged)
     broken = lightarc("render", output, "-o", tmp_path / "a.png", *SMALL)
     assert (broken.code, "damaged" in broken.err) == (3, True), broken.err
-    no_transport = lightarc("render", mesh, "--mode", "wavelet", "-o", tmp_path / "a.png", *SMALL)
-    assert (no_transport.code, "no transport file" in no_transport.err) == (3, True)
+
+
+def test_a_model_in_place_of_a_bake_is_refused_with_the_way_to_bake_it(
+    lightarc: Command, mesh: Path, tmp_path: Path
+) -> None:
+    for model in (mesh, "sphere"):
+        refused = lightarc("render", model, "--mode", "wavelet", "-o", tmp_path / "a.png", *SMALL)
+        assert refused.code == 3
+        assert f"lightarc bake {model} --brdf TEXT --mode wavelet" in refused.err
+        assert len(refused.err.strip().splitlines()) == 1
+
+
+def test_options_of_another_mode_are_refused(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    for words, needed in {("--mode", "sh", "--terms", "2"): "wavelet", ("--order", "7"): "sh"}.items():
+        refused = lightarc("bake", mesh, "--brdf", "lambert", "-o", tmp_path / "a.transport", *words)
+        assert (refused.code, f"needs --mode {needed}" in refused.err) == (2, True)
+
+
+def test_the_device_draws_what_the_processor_draws(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output, means = tmp_path / "a.transport", []
+    result(lightarc("bake", mesh, "--brdf", "ggx:alpha=0.5,kd=0.5", "-o", output, *QUICK))
+    for renderer in ("cpu", "gl"):
+        drawn = result(
+            lightarc("render", output, "--env", "sky", "-o", tmp_path / "a.exr", "--renderer", renderer, *SMALL)
+        )
+        assert drawn["gl_renderer"].startswith("none") == (renderer == "cpu")
+        assert drawn["negative_rel"] >= 0.0
+        means.append(drawn["mean_radiance"])
+    assert means[1] == pytest.approx(means[0], rel=0.02)

@@ -1,0 +1,67 @@
+"""The light of a picture of baked transport, as the command line names it, and what it makes of what was baked."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from engine.camera import Vector
+    from engine.environment import EnvironmentMap
+    from engine.lamps import Lamp
+    from engine.transport.lit import Lit
+
+
+@dataclass(frozen=True, eq=False)
+class Light:
+    """All that shines: an environment turned about +Y by `rotation` rad, times `factor`, and lamps beside it."""
+
+    environment: EnvironmentMap | None
+    rotation: float
+    factor: float
+    lamps: tuple[Lamp, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Illuminated:
+    """What a mode makes of the light.
+
+    Attributes
+    ----------
+    lit : what is drawn.
+    figures : the mode's own part of the record, `light_s` and `relight_s` (seconds) among them.
+    negative_rel : how much of the vertices' radiance towards a point was below 0, over what was not.
+    remedy : what helps against that, as the end of a sentence.
+    """
+
+    lit: Lit
+    figures: dict[str, Any]
+    negative_rel: Callable[[Vector], float]
+    remedy: str
+
+
+def light_of(arguments: argparse.Namespace) -> Light:
+    """The light of --env, --light-deg, --lamp and --intensity; wrong usage where it cannot be."""
+    from app.cli import usage
+    from app.verbs.render import LIGHT_DEG
+    from engine.directions import world_direction
+    from engine.environment_file import open_environment
+    from engine.lamps import Lamp
+
+    lamps = tuple(arguments.lamp)
+    usage(_check, arguments)
+    environment = open_environment(arguments.env) if arguments.env else None
+    if environment is None and (arguments.light_deg is not None or not lamps):
+        x, y, z = world_direction(*map(math.radians, arguments.light_deg or LIGHT_DEG))
+        lamps = (usage(Lamp, (x, y, z), (arguments.intensity,) * 3), *lamps)
+    return Light(environment, math.radians(arguments.env_rotation_deg), arguments.intensity, lamps)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    if not (math.isfinite(arguments.intensity) and arguments.intensity >= 0.0):
+        raise ValueError(f"--intensity {arguments.intensity} is not a number from 0")
+    if not math.isfinite(arguments.env_rotation_deg):
+        raise ValueError(f"--env-rotation-deg {arguments.env_rotation_deg} is not finite")
