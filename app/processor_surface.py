@@ -115,11 +115,11 @@ class ProcessorSurface(QWidget):
 def _computed(scene: Scene, size: tuple[int, int]) -> Steps[tuple[Pixels, float]]:
     yield Step(0.0, "rendering on the processor")
     from engine.render.direct import radiance
-    from engine.render.transported import transported
+    from engine.render.transported import picture_of
 
     started = time.perf_counter()
     if scene.lit is not None:
-        found = yield from transported(scene.lit.transport, scene.lit.rows, scene.camera, size, 1)
+        found = yield from picture_of(scene.lit, scene.camera, size, 1)
         return found.picture, time.perf_counter() - started
     picture = yield from radiance(scene, size, samples=1)
     return picture, time.perf_counter() - started

@@ -98,7 +98,7 @@ def _draw(lit: Lit, camera: Camera, arguments: argparse.Namespace, show: Callabl
     from engine.errors import MissingCapability
     from engine.gl.context import create_context
     from engine.gl.draw import lit_off_screen
-    from engine.render.transported import transported
+    from engine.render.transported import picture_of
 
     size, warnings = (arguments.width, arguments.height), []
     if arguments.renderer != "cpu":
@@ -114,7 +114,7 @@ def _draw(lit: Lit, camera: Camera, arguments: argparse.Namespace, show: Callabl
             context.release()
             return picture, {"frame_s": frame_s, "gl_renderer": name, "warnings": messages}
     start = time.perf_counter()
-    drawing = transported(lit.transport, lit.rows, camera, size, arguments.samples)
+    drawing = picture_of(lit, camera, size, arguments.samples)
     found = drain(part(drawing, 0.3, 1.0), show)
     return found.picture, {
         "frame_s": time.perf_counter() - start,

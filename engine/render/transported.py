@@ -5,11 +5,13 @@ maps, looked up in the frame of that corner, and the K-tuple there (`engine.tran
 the reflectance and of the light there (`engine.transport.sh_transfer`); the pixel is their mean by barycentric weights.
 At a vertex that is the vertex's own radiance, and where frames of neighbours differ, as at the one singularity of
 frames without texture coordinates, nothing has to be said about what lies between. About 2 µs for each sub-pixel and
-term.
+term. Of Gaussian transport the lobes are mixed across the triangle and looked up once for each sub-pixel
+(`engine.transport.gaussian`); its matt part is the mean of the corners like the others.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,9 +19,12 @@ from numpy.typing import NDArray
 
 from engine.camera import Camera
 from engine.directions import dot, normalize
+from engine.mesh import Mesh
 from engine.ray_caster import caster_of
 from engine.steps import Step, Steps
-from engine.transport import sh_transfer, wavelet
+from engine.transport import gaussian, sh_transfer, wavelet
+from engine.transport.gaussian_lighting import lobe_radiance
+from engine.transport.lit import Lit, LitGaussians
 from engine.transport.sh_transfer import ShTransport
 from engine.transport.wavelet import GRAZING, WaveletTransport
 
@@ -46,10 +51,39 @@ def transported(
 
     For harmonics, `rows` are those of `sh_transfer.transferred`.
     """
+    return _picture(
+        transport.mesh,
+        camera,
+        size,
+        samples,
+        lambda corners, weights: _mean_of_corners(transport, rows, camera, corners, weights),
+    )
+
+
+def picture_of(lit: Lit, camera: Camera, size: tuple[int, int], samples: int = 2) -> Steps[Transported]:
+    """The same of whatever transport under its light."""
+    if not isinstance(lit, LitGaussians):
+        return transported(lit.transport, lit.rows, camera, size, samples)
+    seen = gaussian.lobes_seen_from(lit.transport, camera.eye)
+    matt = lit.matt * gaussian.matt_gain(lit.transport, camera.eye)[:, None]
+
+    def shade(corners: NDArray[np.int64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        lobes = gaussian.mixed(seen, corners, weights)
+        value = lobe_radiance(lit.light, lobes.weight, lobes.mean, lobes.sigma)
+        value += np.einsum("nk,nkc->nc", weights, matt[corners])
+        return value
+
+    return _picture(lit.mesh, camera, size, samples, shade)
+
+
+#: Radiance (n, 3), which may be negative, at places in triangles: their corners (n, 3) and barycentric weights (n, 3).
+Shade = Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]]
+
+
+def _picture(mesh: Mesh, camera: Camera, size: tuple[int, int], samples: int, shade: Shade) -> Steps[Transported]:
     width, height = size
     if samples < 1 or min(size) < 1:
         raise ValueError(f"a picture of {width} × {height} pixels with {samples} samples is not possible")
-    mesh = transport.mesh
     caster = caster_of(mesh)
     picture = np.zeros((height, width, 4), np.float32)
     kept = cut = 0.0
@@ -60,7 +94,9 @@ def transported(
         rays = camera.rays(column + 0.5, row + 0.5, width * samples, height * samples)
         hits = caster.intersect(np.broadcast_to(camera.eye, rays.shape), rays)
         seen = np.flatnonzero(hits.face >= 0)
-        value = _radiance(transport, rows, camera, hits.face[seen], hits.barycentric[seen], rays[seen])
+        corners = mesh.faces[hits.face[seen]].astype(np.int64)
+        value = shade(corners, hits.barycentric[seen])
+        value[~_is_front(mesh, corners, rays[seen])] = 0.0
         kept, cut = kept + float(np.maximum(value, 0.0).sum()), cut + float(np.maximum(-value, 0.0).sum())
         pixels = np.zeros((len(rays), 4))
         pixels[seen, :3], pixels[seen, 3] = np.maximum(value, 0.0), 1.0
@@ -69,20 +105,22 @@ def transported(
     return Transported(picture, cut / kept if kept > 0.0 else 0.0)
 
 
-def _radiance(
+def _is_front(mesh: Mesh, corners: NDArray[np.int64], rays: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(n,) whether rays meet the front of triangles."""
+    a, b, c = (mesh.positions[corners[:, corner]] for corner in range(3))
+    return np.asarray(dot(np.cross(b - a, c - a), rays) < 0.0)
+
+
+def _mean_of_corners(
     transport: WaveletTransport | ShTransport,
     rows: NDArray[np.floating],
     camera: Camera,
-    faces: NDArray[np.int32],
+    corners: NDArray[np.int64],
     weights: NDArray[np.float64],
-    rays: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Sums (n, 3) that may be negative; 0 where a face is seen from behind."""
+    """Sums (n, 3) that may be negative."""
     mesh = transport.mesh
-    corners = mesh.faces[faces].astype(np.int64)
-    a, b, c = (mesh.positions[corners[:, corner]] for corner in range(3))
-    front = dot(np.cross(b - a, c - a), rays) < 0.0
-    value = np.zeros((len(faces), 3))
+    value = np.zeros((len(corners), 3))
     for corner in range(3):
         vertices = corners[:, corner]
         wo = normalize(np.asarray(camera.eye) - mesh.positions[vertices])
@@ -90,7 +128,7 @@ def _radiance(
         # a vertex of a face that is seen may be turned away itself
         local[:, 2] = np.maximum(local[:, 2], GRAZING)
         value += weights[:, corner, None] * _signed(transport, rows, normalize(local), vertices)
-    return np.where(front[:, None], value, 0.0)
+    return value
 
 
 def _signed(

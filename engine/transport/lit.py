@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.mesh import Mesh
-from engine.transport.sh_table import BrdfTable
+from engine.transport.gaussian import GaussianTransport
+from engine.transport.gaussian_lighting import GaussianLight
 from engine.transport.sh_transfer import ShTransport
+from engine.transport.sh_varied import Table
 from engine.transport.wavelet import WaveletTransport
 
 
@@ -49,7 +51,7 @@ class LitHarmonics:
         return self.transport.mesh
 
     @property
-    def table(self) -> BrdfTable:
+    def table(self) -> Table:
         return self.transport.table
 
     @property
@@ -67,8 +69,32 @@ class LitHarmonics:
         return np.concatenate([self.rows[:first] * transport.albedo, self.rows[first:] * transport.ground_albedo])
 
 
+@dataclass(frozen=True, eq=False)
+class LitGaussians:
+    """Lobes and the light that they are integrated with; `matt` (V, 3) is the radiance of the matt part and the ground.
+
+    `matt` is what `gaussian.matt_radiance` finds, before `gaussian.matt_gain`.
+    """
+
+    transport: GaussianTransport
+    light: GaussianLight
+    matt: NDArray[np.floating[Any]]
+
+    def __post_init__(self) -> None:
+        _check("matt", self.matt, (len(self.transport.mesh.positions), 3))
+
+    @property
+    def mesh(self) -> Mesh:
+        return self.transport.mesh
+
+    @property
+    def flat_vertex(self) -> int:
+        """The first vertex that is as bright towards every side: the ground's."""
+        return self.transport.ground_vertex
+
+
 #: Whatever transport, under its light.
-Lit = LitWavelets | LitHarmonics
+Lit = LitWavelets | LitHarmonics | LitGaussians
 
 
 def _check(name: str, values: NDArray[Any], shape: tuple[int, ...]) -> None:

@@ -1,0 +1,201 @@
+"""Gaussian light transport (Green, Kautz, Matusik and Durand 2006): lobes of vertices for 92 views, and a matt part.
+
+    T(wi) ≈ sum over lobes of w exp((wi·mu − 1) / sigma²)          Eq. 4; per sr of light from wi
+
+Between views and between vertices the PARAMETERS are mixed (section 5), so that a highlight moves and is not faded
+from one place into another: weights and means by barycentric shares, means made unit vectors again, and widths by
+their logarithms, so that they rise evenly from the narrow to the wide. Where means cancel, the lobe points where that
+of the nearest view does. Views below the horizon of a vertex have no light to give; weights are mixed over the views
+above it alone, so that a model neither darkens towards its outline nor shines from behind it.
+
+The light is `engine.transport.gaussian_lighting`'s; the twin that draws is `engine.gl.gaussian`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine.directions import Vectors, dot, normalize
+from engine.mesh import Mesh
+from engine.transport import gaussian_kernel
+from engine.transport.gaussian_lighting import GaussianLight, lobe_radiance
+from engine.transport.matt_part import MattPart
+from engine.transport.sh_transfer import ShTransport, transferred
+from engine.transport.spherical_gaussian import Lobes
+from engine.transport.view_directions import VIEWS, nearest_views, view_directions
+
+#: The lowest that a view of a vertex is taken for, as its cosine, where a face beside it is seen.
+GRAZING = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianTransport:
+    """What is known of every vertex before there is light.
+
+    Attributes
+    ----------
+    mesh : model, and after it the ground where there is one; `ground_vertex` is the first vertex of the ground.
+    ground_albedo : of the ground.
+    components : lobes of the vertices of the model: of direct light and, where it was baked, of light that comes by
+        way of the model itself. Their radiances are added.
+    diffuse : vectors of the matt part, and of the ground; None where neither is.
+    brdf : name of the reflectance.
+    grazing : whether the matt part gives way to the highlight towards grazing views (`matt_part.MattPart.grazing`).
+    """
+
+    mesh: Mesh
+    ground_vertex: int
+    ground_albedo: float
+    components: tuple[Lobes, ...]
+    diffuse: ShTransport | None
+    brdf: str = ""
+    grazing: bool = False
+
+    def __post_init__(self) -> None:
+        for lobes in self.components:
+            if lobes.weight.shape[:2] != (self.ground_vertex, VIEWS):
+                raise ValueError(
+                    f"lobes of {lobes.weight.shape[0]} vertices and {lobes.weight.shape[1]} views do not belong to "
+                    f"{self.ground_vertex} and {VIEWS}"
+                )
+        if self.diffuse is not None and not (self.diffuse.diffuse and self.diffuse.mesh is self.mesh):
+            raise ValueError("the matt part is transport in vectors of the same mesh")
+
+    @property
+    def lobes(self) -> int:
+        """Of one vertex and view, all components together."""
+        return sum(lobes.sigma.shape[2] for lobes in self.components)
+
+    @cached_property
+    def normals(self) -> Vectors:
+        """(V, 3) unit normals."""
+        return normalize(self.mesh.normals)
+
+
+@dataclass(frozen=True, eq=False)
+class SeenLobes:
+    """Lobes towards one direction each: `weight` (n, K, 3), unit `mean` (n, K, 3) in the world, `sigma` (n, K) rad."""
+
+    weight: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+
+
+def lobes_towards(
+    transport: GaussianTransport, directions: ArrayLike, vertices: NDArray[np.int64] | None = None
+) -> SeenLobes:
+    """Lobes of `vertices` (n,) of the model, all of them by default, towards `directions` (n, 3) in the world.
+
+    Weights are 0 for directions below the horizon of a vertex. About 0.1 µs for each lobe.
+    """
+    of = np.arange(transport.ground_vertex) if vertices is None else vertices
+    wo = np.broadcast_to(np.asarray(directions, np.float64), (len(of), 3))
+    index, share = nearest_views(wo)
+    normals = transport.normals[of]
+    above = dot(normals[:, None], view_directions()[index]) > 0.0
+    counts = np.where(above, share, 0.0)
+    total = counts.sum(axis=1, keepdims=True)
+    counts = np.where((total > 0.0) & (dot(normals, wo) > 0.0)[:, None], counts, 0.0) / np.where(total > 0, total, 1.0)
+    seen = _empty(len(of), transport.lobes)
+    first = 0
+    for lobes in transport.components:
+        gaussian_kernel.towards(
+            lobes.weight,
+            lobes.mean,
+            lobes.sigma,
+            of,
+            index,
+            share,
+            counts,
+            first,
+            seen.weight,
+            seen.mean,
+            seen.sigma,
+        )
+        first += lobes.sigma.shape[2]
+    return seen
+
+
+def lobes_seen_from(transport: GaussianTransport, eye: ArrayLike) -> SeenLobes:
+    """Lobes (V, K) of all vertices towards the point `eye` (3,), as pictures show them: those of the ground are black.
+
+    A vertex of a face that is seen may be turned away itself; its view is then taken for a grazing one.
+    """
+    model = lobes_towards(transport, _lifted(transport, eye))
+    rest = len(transport.mesh.positions) - transport.ground_vertex
+    if not rest:
+        return model
+    black = _empty(rest, transport.lobes)
+    black.mean[..., 1] = black.sigma[...] = 1.0
+    return SeenLobes(
+        np.concatenate([model.weight, black.weight]),
+        np.concatenate([model.mean, black.mean]),
+        np.concatenate([model.sigma, black.sigma]),
+    )
+
+
+def matt_radiance(transport: GaussianTransport, coefficients: NDArray[np.floating]) -> NDArray[np.float64]:
+    """(V, 3) of the matt part and of the ground under light whose harmonics are `coefficients` (order², 3)."""
+    matt, first = transport.diffuse, transport.ground_vertex
+    if matt is None:
+        return np.zeros((len(transport.mesh.positions), 3))
+    value = transferred(matt, coefficients).astype(np.float64)
+    value[:first] *= matt.albedo
+    value[first:] *= transport.ground_albedo
+    return value
+
+
+def matt_gain(transport: GaussianTransport, eye: ArrayLike) -> NDArray[np.float64]:
+    """(V,) what the matt radiance of each vertex is multiplied with towards the point `eye` (3,)."""
+    gain = np.ones(len(transport.mesh.positions))
+    if transport.grazing:
+        model = transport.normals[: transport.ground_vertex]
+        matt = MattPart((1.0, 1.0, 1.0), grazing=True)
+        gain[: transport.ground_vertex] = matt.gain(dot(model, _lifted(transport, eye)))
+    return gain
+
+
+def _lifted(transport: GaussianTransport, eye: ArrayLike) -> Vectors:
+    """Unit directions from the vertices of the model to `eye`, lifted above their horizons."""
+    first = transport.ground_vertex
+    wo = normalize(np.asarray(eye, np.float64) - transport.mesh.positions[:first])
+    normals = transport.normals[:first]
+    low = np.maximum(GRAZING - dot(normals, wo), 0.0)
+    return normalize(wo + low[:, None] * normals)
+
+
+def mixed(seen: SeenLobes, corners: NDArray[np.int64], share: NDArray[np.float64]) -> SeenLobes:
+    """Lobes (n, K) within triangles, from those of their `corners` (n, 3) by barycentric `share` (n, 3).
+
+    Where means cancel, the lobe points where that of the nearest corner does.
+    """
+    weight = np.einsum("nk,nklc->nlc", share, seen.weight[corners])
+    mean = np.einsum("nk,nklc->nlc", share, seen.mean[corners])
+    sigma = np.exp(np.einsum("nk,nkl->nl", share, np.log(seen.sigma)[corners]))
+    square = dot(mean, mean)
+    nearest = corners[np.arange(len(corners)), share.argmax(axis=1)]
+    cancelled = (square <= gaussian_kernel.NOWHERE)[..., None]
+    mean = np.where(cancelled, seen.mean[nearest], mean / np.sqrt(np.where(square > 0.0, square, 1.0))[..., None])
+    return SeenLobes(weight, mean, sigma)
+
+
+def radiance_towards(
+    transport: GaussianTransport, light: GaussianLight, diffuse: NDArray[np.floating] | None, eye: ArrayLike
+) -> NDArray[np.float64]:
+    """(V, 3) radiance of all vertices towards the point `eye` (3,), not clamped.
+
+    `diffuse` (V, 3) is the matt radiance under the same light (`matt_radiance`), or None.
+    """
+    seen = lobes_seen_from(transport, eye)
+    value = lobe_radiance(light, seen.weight, seen.mean, seen.sigma)
+    if diffuse is not None:
+        value += diffuse * matt_gain(transport, eye)[:, None]
+    return value
+
+
+def _empty(vertices: int, lobes: int) -> SeenLobes:
+    return SeenLobes(np.zeros((vertices, lobes, 3)), np.zeros((vertices, lobes, 3)), np.zeros((vertices, lobes)))

@@ -1,0 +1,353 @@
+"""Gaussian transport: between views and vertices, and under maps, turned maps, lamps and discs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from engine.camera import frame
+from engine.cube_map import CubeMap, cube_directions, cube_of, cube_solid_angles
+from engine.directions import dot, normalize
+from engine.environment import EnvironmentMap, texel_directions
+from engine.ground import Ground
+from engine.lamps import Lamp, lights_of
+from engine.mesh import Mesh
+from engine.prefilter import PrefilteredCube, gaussian_integral, prefiltered
+from engine.render.transported import picture_of
+from engine.shapes import plane
+from engine.steps import drain
+from engine.transport.gaussian import (
+    SeenLobes,
+    lobes_seen_from,
+    lobes_towards,
+    matt_gain,
+    matt_radiance,
+    mixed,
+    radiance_towards,
+)
+from engine.transport.gaussian_lighting import (
+    LEAST_EDGE,
+    MOST_EDGE,
+    RATIO,
+    GaussianLight,
+    filtered_for,
+    levels_between,
+    levels_for,
+    lobe_radiance,
+    sigma_range,
+)
+from engine.transport.lit import LitGaussians
+from engine.transport.spherical_gaussian import Lobes, gaussian
+from engine.transport.view_directions import VIEWS, nearest_views, view_directions
+from tests.engine.gl.lit_scenes import ball
+from tests.engine.transport.synthetic_lobes import mirror_lobes, random_lobes, transport_of
+
+FLAT = 2.0**-23
+
+
+def one_vertex(normal: tuple[float, float, float] = (0.0, 0.0, 1.0)) -> Mesh:
+    """A triangle whose vertices have this normal."""
+    positions = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    normals = np.tile(np.float32(normal), (3, 1))
+    return Mesh(positions, normals, np.zeros((3, 2), np.float32), np.array([[0, 1, 2]], np.int32), "triangle")
+
+
+def smooth_sky(rows: int = 128) -> EnvironmentMap:
+    """Bright on one side, with colours that tell the axes apart."""
+    x, y, z = np.moveaxis(texel_directions(rows, 2 * rows), -1, 0)
+    radiance = np.stack([1.0 + 0.8 * x, np.exp(2.0 * y), np.exp(6.0 * (0.6 * x + 0.8 * z - 1.0))], axis=-1)
+    return EnvironmentMap(radiance.astype(np.float32), "smooth")
+
+
+def cube_under_one() -> PrefilteredCube:
+    return prefiltered(CubeMap(np.ones((6, 32, 32, 3), np.float32)))
+
+
+def test_G12_at_a_view_the_lobes_are_its_own() -> None:
+    transport = transport_of(one_vertex(), random_lobes(3, 2), random_lobes(3, 1, 5))
+    views = np.flatnonzero(view_directions()[:, 2] > 0.0)
+    for view in views:
+        seen = lobes_towards(transport, view_directions()[view])
+        first, second = transport.components
+        for name in ("weight", "mean", "sigma"):
+            expected = np.concatenate([getattr(lobes, name)[:, view] for lobes in (first, second)], axis=1)
+            np.testing.assert_allclose(getattr(seen, name), expected, rtol=4 * FLAT, atol=4 * FLAT)
+
+
+def test_G12_at_a_corner_of_a_triangle_the_lobes_are_its_own() -> None:
+    seen = lobes_towards(transport_of(one_vertex(), random_lobes(3, 2)), (0.3, 0.2, 0.9))
+    at = mixed(seen, np.array([[0, 1, 2]] * 3), np.eye(3))
+    for name in ("weight", "mean", "sigma"):
+        np.testing.assert_allclose(getattr(at, name), getattr(seen, name), rtol=4e-16, atol=4e-16)
+
+
+def test_between_views_parameters_are_mixed() -> None:
+    transport = transport_of(one_vertex(), random_lobes(3, 1))
+    wo = normalize([0.2, 0.31, 0.8])
+    index, share = nearest_views(wo)
+    assert (view_directions()[index] @ [0.0, 0.0, 1.0] > 0.0).all()
+    lobes = transport.components[0]
+    seen = lobes_towards(transport, wo)
+    np.testing.assert_allclose(seen.weight[1, 0], share @ lobes.weight[1, index, 0], rtol=1e-6)
+    np.testing.assert_allclose(seen.mean[1, 0], normalize(share @ lobes.mean[1, index, 0].astype(float)), rtol=1e-6)
+    np.testing.assert_allclose(seen.sigma[1, 0], np.prod(lobes.sigma[1, index, 0] ** share), rtol=1e-6)
+
+
+def opposite(share: float) -> tuple[SeenLobes, np.ndarray]:
+    """A lobe between two corners whose means are opposite, and the means of the corners."""
+    means = np.array([[[0.0, 0.6, 0.8]], [[0.0, -0.6, -0.8]], [[1.0, 0.0, 0.0]]])
+    corners = SeenLobes(np.ones((3, 1, 3)), means, np.array([[0.1], [0.4], [0.2]]))
+    return mixed(corners, np.array([[0, 1, 2]]), np.array([[share, 1.0 - share, 0.0]])), means
+
+
+def test_G11_opposite_means_in_a_triangle_fall_back_to_the_nearest() -> None:
+    at_half, means = opposite(0.5)
+    np.testing.assert_array_equal(at_half.mean[0], means[0])
+    for share, nearest in ((0.5 + 1e-4, 0), (0.5 - 1e-4, 1), (0.9, 0), (0.1, 1)):
+        np.testing.assert_allclose(opposite(share)[0].mean[0], means[nearest], atol=1e-9)
+    assert all(np.isfinite(part).all() for part in (at_half.mean, at_half.weight, at_half.sigma))
+
+
+def test_G11_opposite_means_between_views_do_so_too() -> None:
+    lobes = mirror_lobes(np.tile([0.0, 0.0, 1.0], (3, 1)))
+    wo = normalize([0.2, 0.31, 0.8])
+    index, _ = nearest_views(wo)
+    halfway = normalize(view_directions()[index[0]] + view_directions()[index[1]])
+    index, share = nearest_views(halfway)
+    assert sorted(share)[1:] == pytest.approx([0.5, 0.5])
+    first, second = index[share > 0.1]
+    lobes.mean[:, first], lobes.mean[:, second] = (0.0, 0.6, 0.8), (0.0, -0.6, -0.8)
+    seen = lobes_towards(transport_of(one_vertex(), lobes), halfway)
+    assert np.isfinite(seen.mean).all()
+    np.testing.assert_allclose(np.abs(seen.mean[0, 0] @ [0.0, 0.6, 0.8]), 1.0, atol=1e-6)
+    np.testing.assert_allclose(dot(seen.mean, seen.mean), 1.0, atol=1e-6)
+
+
+def test_G13_nothing_shines_from_below_the_horizon() -> None:
+    transport = transport_of(one_vertex(), mirror_lobes(np.tile([0.0, 0.0, 1.0], (3, 1))))
+    wo = normalize(np.random.default_rng(0).normal(size=(3000, 3)))
+    below = wo[wo[:, 2] <= 0.0]
+    seen = lobes_towards(transport, below, np.zeros(len(below), np.int64))
+    assert seen.weight.max() == 0.0
+
+
+def test_G13_views_below_the_horizon_do_not_darken_those_above() -> None:
+    """A model whose lobes weigh the same towards every view above the horizon does so right down to it."""
+    normal = normalize([0.3, -0.2, 0.9])
+    transport = transport_of(one_vertex(tuple(normal)), mirror_lobes(np.tile(normal, (3, 1))))
+    wo = normalize(np.random.default_rng(0).normal(size=(3000, 3)))
+    above = wo[wo @ normal > 1e-3]
+    seen = lobes_towards(transport, above, np.zeros(len(above), np.int64))
+    np.testing.assert_allclose(seen.weight[:, 0], np.broadcast_to([1.0, 0.7, 0.4], (len(above), 3)), rtol=1e-6)
+
+
+def test_G17_widths_rise_evenly_in_their_logarithms() -> None:
+    shares = np.linspace(0.0, 1.0, 101)
+    widths = np.array([opposite(share)[0].sigma[0, 0] for share in shares])
+    np.testing.assert_allclose(np.log(widths), shares * np.log(0.1) + (1.0 - shares) * np.log(0.4), atol=1e-12)
+    assert (np.diff(widths) < 0.0).all()
+
+
+def test_an_even_sky_shows_the_energy_of_the_lobes() -> None:
+    transport = transport_of(one_vertex(), random_lobes(3, 2), random_lobes(3, 1, 5))
+    even = prefiltered(CubeMap(np.full((6, 64, 64, 3), 2.0, np.float32)))
+    view = int(np.argmax(view_directions()[:, 2]))
+    seen = lobes_towards(transport, view_directions()[view])
+    found = lobe_radiance(GaussianLight(even, 0.5), seen.weight, seen.mean, seen.sigma)
+    expected = sum(lobes.energy()[:, view] for lobes in transport.components)
+    np.testing.assert_allclose(found, expected, rtol=1e-5)
+
+
+def test_radiance_is_the_sum_of_the_map_times_the_lobes() -> None:
+    """Against a plain sum over texels, without any filter."""
+    environment = smooth_sky()
+    transport = transport_of(one_vertex(), random_lobes(3, 2, narrow=0.15))
+    view = int(np.argmax(view_directions()[:, 2]))
+    seen = lobes_towards(transport, view_directions()[view])
+    light = GaussianLight(filtered_for(environment, levels_for(transport.components)), 1.5)
+    found = lobe_radiance(light, seen.weight, seen.mean, seen.sigma)
+    cube = cube_of(environment, 128)
+    towards = cube_directions(128).reshape(-1, 3)
+    area = np.tile(cube_solid_angles(128).ravel(), 6)
+    highest = (
+        1.5
+        * lobe_radiance(GaussianLight(cube_under_one()), seen.weight, seen.mean, seen.sigma)
+        * cube.radiance.max(axis=(0, 1, 2))
+    )
+    for vertex in range(3):
+        sum_over_lobes = sum(
+            gaussian(towards, seen.mean[vertex, k], seen.sigma[vertex, k])[:, None] * seen.weight[vertex, k]
+            for k in range(2)
+        )
+        expected = 1.5 * (sum_over_lobes * cube.radiance.reshape(-1, 3) * area[:, None]).sum(axis=0)
+        assert (np.abs(found[vertex] - expected) <= 0.02 * highest[vertex]).all()
+
+
+@pytest.mark.parametrize("angle_deg", [30.0, 90.0, -137.0])
+def test_EN11_turning_the_light_is_turning_the_map(angle_deg: float) -> None:
+    environment = smooth_sky()
+    width = environment.radiance.shape[1]
+    columns = round(angle_deg / 360.0 * width)
+    angle = 2.0 * math.pi * columns / width
+    moved = EnvironmentMap(np.roll(environment.radiance, -columns, axis=1))
+    rng = np.random.default_rng(1)
+    weight, mean = rng.random((400, 1, 3)), normalize(rng.normal(size=(400, 1, 3)))
+    sigma = np.exp(rng.uniform(np.log(0.05), 0.0, (400, 1)))
+    levels = levels_between(0.05, 1.0)
+    one = lobe_radiance(GaussianLight(filtered_for(environment, levels), rotation=angle), weight, mean, sigma)
+    other = lobe_radiance(GaussianLight(filtered_for(moved, levels)), weight, mean, sigma)
+    highest = (gaussian_integral(sigma)[..., None] * weight).sum(axis=1) * environment.radiance.max(axis=(0, 1))
+    assert np.abs(one - other).max() <= 0.02 * highest.max()
+    assert np.sqrt(np.mean((one - other) ** 2) / np.mean(other**2)) < 0.01
+
+
+def test_EN11_a_light_that_is_not_turned_is_the_same_to_the_bit() -> None:
+    filtered = filtered_for(smooth_sky(32), levels_between(0.2, 0.6))
+    rng = np.random.default_rng(1)
+    weight, mean, sigma = rng.random((50, 1, 3)), normalize(rng.normal(size=(50, 1, 3))), np.full((50, 1), 0.3)
+    still = lobe_radiance(GaussianLight(filtered, rotation=0.0), weight, mean, sigma)
+    assert np.array_equal(
+        still, np.einsum("nkc,nkc->nc", weight, filtered.lookup(mean, sigma) * gaussian_integral(sigma)[..., None])
+    )
+
+
+def test_EN12_between_levels_for_lobes_radiance_is_continuous_and_right() -> None:
+    """A lone bright texel: the height of each lobe towards it, within 2 % of the highest."""
+    levels = levels_between(0.1, 0.8)
+    radiance = np.zeros((6, levels.edge, levels.edge, 3), np.float32)
+    radiance[4, levels.edge // 2, levels.edge // 3] = 1.0
+    filtered = prefiltered(CubeMap(radiance), levels.sigma)
+    towards = cube_directions(levels.edge)[4, levels.edge // 2, levels.edge // 3]
+    area = cube_solid_angles(levels.edge)[levels.edge // 2, levels.edge // 3]
+    sigma = np.linspace(0.1, 0.8, 400)[:, None]
+    mean = np.broadcast_to(normalize(towards + np.array([0.1, 0.05, 0.0])), (400, 1, 3))
+    found = lobe_radiance(GaussianLight(filtered), np.ones((400, 1, 3)), mean, sigma)[:, 0]
+    expected = area * gaussian(towards, mean, sigma)[:, 0]
+    assert np.abs(found - expected).max() <= 0.02 * area
+    assert np.abs(np.diff(found)).max() < 0.05 * area
+
+
+def test_a_directional_lamp_shows_the_height_of_the_lobe() -> None:
+    lamp = Lamp((0.2, 0.3, 0.9), (2.0, 1.0, 0.5))
+    rng = np.random.default_rng(0)
+    weight, mean = rng.random((200, 2, 3)), normalize(rng.normal(size=(200, 2, 3)))
+    sigma = rng.uniform(0.1, 1.0, (200, 2))
+    found = lobe_radiance(GaussianLight(lamps=(lamp,)), weight, mean, sigma)
+    height = gaussian(np.array(lamp.direction), mean, sigma)
+    np.testing.assert_allclose(found, np.einsum("nk,nkc->nc", height, weight) * lamp.irradiance, rtol=1e-9)
+
+
+@pytest.mark.parametrize("radius_deg", [0.5, 5.0, 20.0, 60.0])
+@pytest.mark.parametrize("sigma", [0.02, 0.1, 0.4, 1.0])
+def test_a_disc_shows_the_integral_of_the_lobe_over_it(radius_deg: float, sigma: float) -> None:
+    """Against many directions in its place, for means from its middle to far outside."""
+    lamp = Lamp((0.0, 0.0, 1.0), (1.0, 1.0, 1.0), math.radians(radius_deg))
+    angle = np.linspace(0.0, math.radians(radius_deg) + 3.0 * sigma, 40)[:, None]
+    mean = np.stack([np.sin(angle), np.zeros_like(angle), np.cos(angle)], axis=-1)
+    widths = np.full((40, 1), sigma)
+    found = lobe_radiance(GaussianLight(lamps=(lamp,)), np.ones((40, 1, 3)), mean, widths)[:, 0]
+    lights = lights_of(lamp, 400_000)
+    expected = np.array([np.sum(gaussian(lights.direction, one[0], sigma) * lights.irradiance[:, 0]) for one in mean])
+    assert found[0] == pytest.approx(expected[0], rel=5e-3)
+    assert np.abs(found - expected).max() <= (0.01 if radius_deg < 45.0 else 0.07) * expected.max()
+
+
+def test_a_disc_that_shrinks_becomes_its_direction() -> None:
+    rng = np.random.default_rng(0)
+    lobes = rng.random((50, 1, 3)), normalize(rng.normal(size=(50, 1, 3))), rng.uniform(0.1, 1.0, (50, 1))
+    small = lobe_radiance(GaussianLight(lamps=(Lamp((0, 0, 1), (1, 1, 1), 1e-4),)), *lobes)
+    none = lobe_radiance(GaussianLight(lamps=(Lamp((0, 0, 1), (1, 1, 1)),)), *lobes)
+    np.testing.assert_allclose(small, none, rtol=0.01, atol=5e-5)
+
+
+def test_levels_are_those_that_lobes_need() -> None:
+    matt, mirror = levels_between(0.3, 0.6), levels_between(0.0016, 0.01)
+    assert matt.edge == LEAST_EDGE
+    assert mirror.edge == MOST_EDGE
+    for levels, wide in ((matt, 0.6), (mirror, 0.01), (levels_between(0.1, 0.1), 0.1), (levels_between(0.2, 9.0), 2.0)):
+        ratio = np.array(levels.sigma[1:]) / levels.sigma[:-1]
+        np.testing.assert_allclose(ratio, RATIO, rtol=1e-12)
+        assert levels.sigma[-1] >= 0.999 * wide
+        assert levels.sigma[-1] < 3.0
+
+
+def test_the_range_of_widths_is_that_of_lobes_that_carry_light() -> None:
+    lobes = mirror_lobes(np.tile([0.0, 0.0, 1.0], (200, 1)), 0.2)
+    lobes.sigma[:, view_directions()[:, 2] <= 0.0] = 0.0016  # black ones
+    lobes.sigma[0, np.argmax(view_directions()[:, 2])] = 0.4
+    assert sigma_range([lobes]) == pytest.approx((0.2, 0.2))
+    assert sigma_range([]) == (0.5, 0.5)
+    assert sigma_range([Lobes(0.0 * lobes.weight, lobes.mean, lobes.sigma)]) == (0.5, 0.5)
+
+
+def test_the_matt_part_gives_way_towards_grazing_where_the_reflectance_does() -> None:
+    mesh = ball(3)
+    eye = np.array([0.0, 0.0, 4.0])
+    lobes = mirror_lobes(normalize(mesh.normals), 0.2, 0.0)
+    coefficients = np.zeros((25, 3))
+    coefficients[0] = 2.0
+    for grazing in (False, True):
+        transport = transport_of(mesh, lobes, ground=Ground(albedo=0.5), grazing=grazing)
+        matt = matt_radiance(transport, coefficients)
+        gain = matt_gain(transport, eye)
+        found = radiance_towards(transport, GaussianLight(), matt, eye)
+        np.testing.assert_allclose(found, matt * gain[:, None], rtol=1e-12)
+        cosine = dot(transport.normals, normalize(eye - transport.mesh.positions))[: transport.ground_vertex]
+        seen = cosine > 0.05
+        expected = 1.0 - (1.0 - 0.5 * cosine[seen]) ** 5 if grazing else 1.0
+        np.testing.assert_allclose(gain[: transport.ground_vertex][seen], expected, rtol=1e-12)
+        assert (gain[transport.ground_vertex :] == 1.0).all()
+
+
+def test_highlights_are_finer_than_the_triangles() -> None:
+    """Figure 2 of the paper: on a coarse ball a sun stays a round spot, because lobes and not colours are mixed."""
+    pictures = []
+    for halvings in (2, 5):
+        mesh = ball(halvings)
+        transport = transport_of(mesh, mirror_lobes(normalize(mesh.normals), 0.08))
+        light = GaussianLight(lamps=(Lamp((0.3, 0.4, 0.9), (1.0, 1.0, 1.0)),))
+        lit = LitGaussians(transport, light, np.zeros((len(mesh.positions), 3)))
+        pictures.append(drain(picture_of(lit, frame(ball(5).positions), (96, 96), 1)).picture[..., 0])
+    coarse, fine = pictures
+    assert coarse.max() == pytest.approx(fine.max(), rel=0.1)
+    assert coarse.sum() == pytest.approx(fine.sum(), rel=0.15)
+
+
+def test_pictures_are_finite_and_black_from_behind() -> None:
+    mesh = plane()
+    transport = transport_of(mesh, random_lobes(len(mesh.positions), 3))
+    light = GaussianLight(filtered_for(smooth_sky(16), levels_for(transport.components)))
+    lit = LitGaussians(transport, light, np.zeros((len(mesh.positions), 3)))
+    for eye, lit_up in (((0.0, 0.0, 2.0), True), ((0.0, 0.0, -2.0), False)):
+        camera = frame(mesh.positions)
+        camera = type(camera)(eye, (0.0, 0.0, 0.0))
+        picture = drain(picture_of(lit, camera, (40, 30), 2)).picture
+        assert np.isfinite(picture).all()
+        assert (picture[..., 3].max(), picture[..., :3].max() > 0.0) == (1.0, lit_up)
+
+
+def test_lobes_seen_of_the_ground_are_black() -> None:
+    mesh = plane()
+    transport = transport_of(mesh, random_lobes(len(mesh.positions), 2), ground=Ground())
+    seen = lobes_seen_from(transport, (0.3, 0.2, 3.0))
+    assert len(seen.sigma) == len(transport.mesh.positions)
+    assert seen.weight[transport.ground_vertex :].max() == 0.0
+    assert np.isfinite(seen.mean).all()
+    assert seen.sigma.min() > 0.0
+
+
+def test_parts_that_do_not_belong_together_are_refused() -> None:
+    mesh = plane()
+    with pytest.raises(ValueError, match="do not belong"):
+        transport_of(mesh, random_lobes(len(mesh.positions) - 1, 1))
+    with pytest.raises(ValueError, match="not possible"):
+        GaussianLight(factor=math.nan)
+    transport = transport_of(mesh, random_lobes(len(mesh.positions), 1))
+    with pytest.raises(ValueError, match="matt has the shape"):
+        LitGaussians(transport, GaussianLight(), np.zeros((1, 3)))
+
+
+def test_all_views_are_stored() -> None:
+    assert mirror_lobes(np.eye(3)).sigma.shape == (3, VIEWS, 1)
