@@ -78,6 +78,7 @@ LAYERS = (
     {"render", "gl"},
     {"accuracy", "plot"},
     {"effects"},
+    {"tradeoff"},
     {"files"},
     {"contact_sheet", "material_pictures", "demo_sheet", "demo", "bench"},
 )

@@ -1,0 +1,84 @@
+"""One setting, measured on one scene: how far its picture is from the reference, and what it takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from engine.effects.setting import Number, Setting, setting_of
+
+#: What a setting can cost, the name of the figure in JSON, and what it is called beside an axis.
+COSTS: Mapping[str, tuple[str, str]] = {
+    "frame": ("frame_s", "Time of a frame"),
+    "relight": ("relight_s", "Time to relight"),
+    "bake": ("bake_s", "Time to bake"),
+    "memory": ("memory_bytes", "Memory"),
+}
+
+#: Figures of a point that have to be numbers from 0.
+_FIGURES = (
+    "error_rmse_rel",
+    "error_flip",
+    "error_uncertainty",
+    "frame_s",
+    "relight_s",
+    "bake_s",
+    "memory_bytes",
+    "size_bytes",
+)
+
+
+@dataclass(frozen=True)
+class Point:
+    """What a setting gives and takes; ValueError for figures that are not finite numbers from 0.
+
+    Attributes
+    ----------
+    error_rmse_rel : relative RMSE of linear radiance against the reference, without the noise of the reference.
+    error_flip : mean ꟻLIP against it, in [0, 1].
+    error_uncertainty : `error_rmse_rel` is right within ± this in 95 % of all cases.
+    frame_s : a frame from another camera; relight_s : what comes before it under a turned light; bake_s : what comes
+        before any of it, from the model and the reflectance on.
+    memory_bytes : held while frames are drawn, beside the model; size_bytes : of the file that keeps the bake.
+    """
+
+    setting: Setting
+    error_rmse_rel: float
+    error_flip: float
+    error_uncertainty: float
+    frame_s: float
+    relight_s: float
+    bake_s: float
+    memory_bytes: int
+    size_bytes: int
+
+    def __post_init__(self) -> None:
+        for name in _FIGURES:
+            value = getattr(self, name)
+            if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0):
+                raise ValueError(f"{name} = {value!r} is not a number from 0")
+
+    @property
+    def mode(self) -> str:
+        return self.setting.mode
+
+    @property
+    def knobs(self) -> Mapping[str, Number]:
+        return self.setting.knobs
+
+    def cost(self, axis: str) -> float:
+        """Seconds or bytes on one of the axes of `COSTS`."""
+        return float(getattr(self, COSTS[axis][0]))
+
+    def as_json(self) -> dict[str, Any]:
+        return {**self.setting.as_json(), **{name: getattr(self, name) for name in _FIGURES}}
+
+
+def point_of(record: Any) -> Point:
+    """The point that `as_json` wrote; ValueError for anything else."""
+    try:
+        return Point(setting_of(record), *(record[name] for name in _FIGURES))
+    except (KeyError, TypeError) as problem:
+        raise ValueError(f"not a measured point ({problem})") from None

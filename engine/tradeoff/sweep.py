@@ -1,0 +1,348 @@
+"""Measures many settings on one scene against one reference, the quick ones first, within a number of seconds.
+
+First a rough reference, then pictures without a bake, then bakes, coarse ones first; what is left of the time refines
+the reference, and all errors are told anew. Every step from the first picture on carries the `Tradeoff` so far.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.effects.setting import KNOBS, Setting, ladder
+from engine.render.path import check_scene
+from engine.render.reference import BYTES_PER_PIXEL, reference
+from engine.scene import Scene, Source
+from engine.shading.power_law import PowerLawMap
+from engine.steps import Step, Steps, part
+from engine.tradeoff.baked import Bake, LeftOut, bake_group, groups, lit
+from engine.tradeoff.break_even import break_even_frames, effort
+from engine.tradeoff.drawing import Drawer, drawing, shortest
+from engine.tradeoff.front import front, rises
+from engine.tradeoff.point import Point
+from engine.tradeoff.truth import QUIET, Refining, Truth
+
+#: Shares of the time that the first reference and the last refinement of it may take.
+FIRST, LAST = 0.15, 0.2
+
+#: Share of the time by which modes without a bake are measured, where there are others.
+AT_ONCE = 0.45
+
+#: The reference may take so many seconds beforehand at most, and so many at the end.
+FIRST_S, LAST_S = 20.0, 60.0
+
+#: Radians by which the light is turned to see what relighting takes.
+TURN = 0.1
+
+#: Runs of the relighting that is timed.
+RELIGHTS = 3
+
+#: The reference that is measured as a setting draws other random numbers than the one that it is measured against.
+OTHER_SEED = 7919
+
+
+@dataclass(frozen=True, eq=False)
+class Tradeoff:
+    """What was measured.
+
+    Attributes
+    ----------
+    points : in the order in which they were measured.
+    left_out : settings that were not, with the reason.
+    noise : of the reference, as relative RMSE; samples : of each of its pixels.
+    device : what drew the pictures. size : (width, height). time_s : that it all took.
+    """
+
+    points: tuple[Point, ...]
+    left_out: tuple[LeftOut, ...]
+    noise: float
+    samples: int
+    device: str
+    size: tuple[int, int]
+    time_s: float
+
+    def break_even(self, point: Point) -> int | None:
+        """Frames after which the bake of `point` has paid off; see `engine.tradeoff.break_even`."""
+        return break_even_frames(point, effort(self.points))
+
+    @property
+    def break_even_frames(self) -> tuple[int, Point] | None:
+        """The fewest frames after which a bake on the front of error against frame time has paid off, and which."""
+        found = [(frames, point) for point in front(self.points) if (frames := self.break_even(point)) is not None]
+        return min(found, key=lambda each: each[0], default=None)
+
+    def not_monotone(self, mode: str, knob: str) -> list[tuple[Point, Point]]:
+        """Neighbours along the ladder of one knob, all else equal, whose error rises where it should fall."""
+        return [pair for points in ladders_of(self.points, mode, knob) for pair in rises(points)]
+
+
+def ladders_of(points: Sequence[Point], mode: str, knob: str) -> list[list[Point]]:
+    """Points of a mode that differ in one knob only, each ladder in the order of `KNOBS`, of at least two steps."""
+    steps = KNOBS[mode][knob].ladder
+    found: dict[tuple[object, ...], list[Point]] = {}
+    for point in points:
+        if point.mode == mode:
+            others = tuple(value for name, value in point.knobs.items() if name != knob)
+            found.setdefault(others, []).append(point)
+    coarse_first = steps[0] <= steps[-1]
+    ordered = (sorted(some, key=lambda point: point.knobs[knob], reverse=not coarse_first) for some in found.values())
+    return [some for some in ordered if len(some) > 1]
+
+
+def modes_of(scene: Scene) -> tuple[str, ...]:
+    """The modes that draw all of a scene: with a material, those that look it up."""
+    if scene.material is not None and scene.shading is not None:
+        return ("shading-map", "direct", "reference")
+    return ("sh", "wavelet", "direct", "reference")
+
+
+def settings_of(
+    scene: Scene, modes: Sequence[str], bases: Sequence[Setting] = (), *, bounces: bool = False
+) -> list[Setting]:
+    """The ladders of all knobs of some modes about `bases` (about the defaults where a mode has none), each once.
+
+    Knobs that change nothing of this scene stay where they are: directions without an environment, light from the model
+    itself without `bounces` in the reference, a power law that the material does not have.
+    """
+    found: dict[Setting, None] = {}
+    for mode in modes:
+        base = next((base for base in bases if base.mode == mode), Setting(mode))
+        if bounces and "interreflection" in KNOBS[mode]:
+            base = base.replaced(interreflection=1)
+        found |= dict.fromkeys([base])
+        for knob in KNOBS[mode]:
+            if _matters(scene, knob, bounces):
+                found |= dict.fromkeys(ladder(mode, knob, base))
+    return list(found)
+
+
+def _matters(scene: Scene, knob: str, bounces: bool) -> bool:
+    if knob == "directions":
+        return scene.environment is not None
+    if knob == "power_law":
+        material = scene.material
+        return material is not None and None not in (material.shading_map, material.power_law)
+    return bounces if knob == "interreflection" else True
+
+
+def sweep(
+    scene: Scene,
+    settings: Sequence[Setting],
+    size: tuple[int, int] = (320, 240),
+    *,
+    seconds: float = 120.0,
+    max_depth: int = 1,
+    seed: int = 0,
+) -> Steps[Tradeoff]:
+    """Measure `settings` on `scene` in pictures of `size` (width, height), in about so many `seconds`.
+
+    `max_depth` is the number of points of the surface that light of the reference may touch. ValueError where the scene
+    has no reference, or shows nothing.
+    """
+    check_scene(scene)
+    with closing(Refining(scene, size, max_depth, seed)) as refining, drawing(size) as drawer:
+        run = _Run(scene, size, refining, drawer, seconds, max_depth, seed)
+        yield from run.measure(settings)
+        return run.result()
+
+
+@dataclass(frozen=True, eq=False)
+class _Measured:
+    """A point with the picture that its error is told of anew."""
+
+    point: Point
+    picture: NDArray[np.float32]
+
+
+class _Run:
+    """One sweep under way."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        size: tuple[int, int],
+        refining: Refining,
+        drawer: Drawer,
+        seconds: float,
+        max_depth: int,
+        seed: int,
+    ) -> None:
+        self.scene, self.size, self.refining, self.drawer = scene, size, refining, drawer
+        self.seconds, self.max_depth, self.seed = seconds, max_depth, seed
+        self.started = time.monotonic()
+        self.found: list[_Measured] = []
+        self.left_out: list[LeftOut] = []
+        self.truth: Truth | None = None
+        self._has_bakes = False
+
+    def left_s(self, share: float = 1.0) -> float:
+        """Seconds until `share` of the time has passed."""
+        return share * self.seconds - (time.monotonic() - self.started)
+
+    def result(self) -> Tradeoff:
+        truth = self.truth
+        return Tradeoff(
+            tuple(each.point for each in self.found),
+            tuple(self.left_out),
+            truth.noise if truth else 0.0,
+            truth.reference.samples if truth else 0,
+            self.drawer.device,
+            self.size,
+            time.monotonic() - self.started,
+        )
+
+    def measure(self, settings: Sequence[Setting]) -> Steps[None]:
+        """Everything, quick settings first."""
+        plain = dataclasses.replace(self.scene, material=None, lit=None, directions=4)
+        covered = yield from part(self.drawer.draw(plain), 0.0, 0.01)
+        self.refining.covered = covered.picture[..., 3] >= 0.999
+        first_s = min(FIRST * self.seconds, FIRST_S)
+        self.truth = yield from part(self.refining.refine(first_s, 10.0 * QUIET), 0.01, FIRST)
+        at_once = sorted((setting for setting in settings if setting.mode in _AT_ONCE), key=_effort)
+        shared = groups(settings)
+        self._has_bakes = bool(shared)
+        jobs = len(at_once) + 4 * len(shared)
+        done, share = FIRST, (1.0 - FIRST - LAST) / max(jobs, 1)
+        for setting in at_once:
+            yield from part(self._unbaked(setting), done, done + share)
+            done += share
+        for group in shared:
+            yield from part(self._group(group), done, done + 4 * share)
+            done += 4 * share
+        if self.found:
+            yield from part(self._again(), 1.0 - LAST, 1.0)
+
+    def _step(self, note: str) -> Step:
+        return Step(1.0, note, self.result())
+
+    def _too_late(self, settings: Sequence[Setting], takes_s: float = 0.0, share: float = 1.0 - LAST) -> bool:
+        """Whether less than `takes_s` is left of a share of the time; then these are left out."""
+        if self.left_s(share) > takes_s:
+            return False
+        self.left_out += [LeftOut(setting, "the time was over") for setting in settings]
+        return True
+
+    def _unbaked(self, setting: Setting) -> Steps[None]:
+        if self._too_late([setting], self._expected_s(setting), AT_ONCE if self._has_bakes else 1.0 - LAST):
+            return
+        if setting.mode == "reference":
+            yield from self._reference(setting)
+            return
+        scene = scene_of(setting, self.scene)
+        turned = dataclasses.replace(scene, environment_rotation=scene.environment_rotation + TURN)
+        relight_s = shortest(lambda: dataclasses.replace(turned).lights, RELIGHTS)
+        drawn = yield from self.drawer.draw(scene)
+        held = scene.lights.direction.nbytes + scene.lights.irradiance.nbytes + _material_bytes(scene)
+        yield from self._add(setting, drawn.picture, drawn.frame_s, relight_s, 0.0, held, 0)
+
+    def _expected_s(self, setting: Setting) -> float:
+        """Seconds that measuring a mode without a bake takes, from what less of it took."""
+        before = [each.point for each in self.found if each.point.mode == setting.mode]
+        frames = 1.0 if setting.mode == "reference" else 2.5
+        return frames * before[-1].frame_s * _effort(setting) / _effort(before[-1].setting) if before else 0.0
+
+    def _reference(self, setting: Setting) -> Steps[None]:
+        """A picture of a few samples, by other random numbers than those of the truth."""
+        started = time.perf_counter()
+        options = {"samples": setting["samples"], "max_depth": self.max_depth, "seed": self.seed + OTHER_SEED}
+        with closing(reference(self.scene, self.size, **options)) as steps:
+            while True:
+                try:
+                    step = next(steps)
+                except StopIteration as finished:
+                    picture = finished.value.picture
+                    break
+                yield Step(step.done, step.note)
+        frame_s = time.perf_counter() - started
+        yield from self._add(setting, picture, frame_s, 0.0, 0.0, self._pixel_bytes, 0)
+
+    @property
+    def _pixel_bytes(self) -> int:
+        return self.size[0] * self.size[1] * BYTES_PER_PIXEL
+
+    def _group(self, group: Sequence[Setting]) -> Steps[None]:
+        if self._too_late(group):
+            return
+        bakes, left_out = yield from part(bake_group(self.scene, group, self.left_s(1.0 - LAST)), 0.0, 0.8)
+        self.left_out += left_out
+        for number, bake in enumerate(bakes):
+            yield from part(self._baked(bake), 0.8 + 0.2 * number / len(bakes), 0.8 + 0.2 * (number + 1) / len(bakes))
+
+    def _baked(self, bake: Bake) -> Steps[None]:
+        bare = dataclasses.replace(self.scene, material=None)
+        turned = dataclasses.replace(bare, environment_rotation=bare.environment_rotation + TURN)
+        yield Step(0.0, "relighting")
+        relight_s = shortest(lambda: lit(bake, turned), RELIGHTS)
+        scene = dataclasses.replace(bare, lit=lit(bake, bare))
+        drawn = yield from self.drawer.draw(scene)
+        held = bake.memory_bytes + scene.lit.rows.nbytes
+        yield from self._add(bake.setting, drawn.picture, drawn.frame_s, relight_s, bake.bake_s, held, bake.size_bytes)
+
+    def _add(
+        self,
+        setting: Setting,
+        picture: NDArray[np.float32],
+        frame_s: float,
+        relight_s: float,
+        bake_s: float,
+        memory_bytes: int,
+        size_bytes: int,
+    ) -> Steps[None]:
+        assert self.truth is not None
+        flip = yield from self.truth.flip(picture)
+        error = self.truth.error(picture)
+        costs = (frame_s, relight_s, bake_s, int(memory_bytes), int(size_bytes))
+        point = Point(setting, error.rmse_rel, flip, error.uncertainty, *costs)
+        self.found.append(_Measured(point, picture))
+        yield self._step(f"{setting}: {100.0 * error.rmse_rel:.2g} %")
+
+    def _again(self) -> Steps[None]:
+        """Refine the reference until it is quiet beside the least error, and tell all errors by it."""
+        assert self.truth is not None
+        baked = [each.point.error_rmse_rel for each in self.found if each.point.mode != "reference"]
+        noise = max(QUIET, 0.5 * min(baked, default=0.0))
+        if self.truth.noise > noise:
+            seconds = min(max(self.left_s(), 0.0), LAST_S)
+            self.truth = yield from part(self.refining.refine(seconds, noise), 0.0, 0.8)
+            for number, each in enumerate(self.found):
+                yield from part(self._told_again(number, each), 0.8, 0.8 + 0.2 * (number + 1) / len(self.found))
+        yield self._step("measured")
+
+    def _told_again(self, number: int, each: _Measured) -> Steps[None]:
+        assert self.truth is not None
+        error = self.truth.error(each.picture)
+        flip = yield from self.truth.flip(each.picture)
+        point = dataclasses.replace(
+            each.point, error_rmse_rel=error.rmse_rel, error_uncertainty=error.uncertainty, error_flip=flip
+        )
+        self.found[number] = _Measured(point, each.picture)
+
+
+#: Modes that draw without a bake.
+_AT_ONCE = ("direct", "shading-map", "reference")
+
+
+def _effort(setting: Setting) -> int:
+    """What the time of a frame without a bake grows with."""
+    return setting["samples"] if setting.mode == "reference" else setting["directions"]
+
+
+def scene_of(setting: Setting, scene: Scene) -> Scene:
+    """What a mode without a bake draws of `scene`."""
+    if setting.mode == "direct":
+        return dataclasses.replace(scene, material=None, directions=setting["directions"], lit=None)
+    source: Source = "power-law" if setting["power_law"] else "slices"
+    return dataclasses.replace(scene, source=source, directions=setting["directions"], lit=None)
+
+
+def _material_bytes(scene: Scene) -> int:
+    shading = scene.shading
+    if shading is None:
+        return 0
+    return shading.size_bytes if isinstance(shading, PowerLawMap) else int(shading.slices.nbytes)
