@@ -1,7 +1,8 @@
 """Transported spherical harmonics on the graphics device: the table of a reflectance as a texture.
 
-The twin of `BrdfTable.radiance`, for each vertex in every frame; between vertices radiance is interpolated. At order 5
-that is 55 fetches for a vertex with an isotropic table, and 125 with an anisotropic one.
+The twin of `BrdfTable.radiance` and `VariedTable.radiance`, for each vertex in every frame; between vertices radiance
+is interpolated. At order 5 that is 55 fetches for a vertex with an isotropic table, and 125 with an anisotropic one;
+where one parameter varies 85 and 225, where two do 145 and 425.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from engine.factor.maps import KINDS
 from engine.gl.factor_textures import layers
 from engine.gl.program import set_uniforms
 from engine.transport.lit import LitHarmonics
+from engine.transport.sh_varied import VariedTable, tables_of
 
 #: Texture unit, above those of a material and the lights.
 UNIT = 5
@@ -25,19 +27,22 @@ class HarmonicTextures:
     SOURCE = "sh.glsl"
 
     def __init__(self, context: Any, lit: LitHarmonics) -> None:
-        table = lit.table
-        self.definitions = {"ORDER": str(table.order), "BRUSHED": "1"}
-        self._values = {"flat_row": lit.flat_vertex * table.order**2}
-        if table.isotropic:
+        tables = tables_of(lit.table)
+        first, count = tables[0], lit.table.order**2
+        self.definitions = {"ORDER": str(lit.table.order), "BRUSHED": "1"}
+        self._values: dict[str, Any] = {"flat_row": lit.flat_vertex * count}
+        if first.isotropic:
             self._name = "table_rows"
-            texels = np.ascontiguousarray(table.values, np.float32)
-            self._texture = context.texture(texels.shape[1::-1], 3, texels, dtype="f4")
-            self._texture.filter = (context.NEAREST, context.NEAREST)
+            self._texture = layers(context, np.stack([table.values for table in tables]))
         else:
             self._name = "table_map"
-            self._texture = layers(context, np.moveaxis(table.values, 2, 0))
+            self._texture = layers(context, np.concatenate([np.moveaxis(table.values, 2, 0) for table in tables]))
             self.definitions["PARABOLIC"] = "1"
-            self._values |= {"brdf_map": KINDS.index("parabolic"), "brdf_size": table.values.shape[0]}
+            self._values |= {"brdf_map": KINDS.index("parabolic"), "brdf_size": first.values.shape[0]}
+        if isinstance(lit.table, VariedTable):
+            flat = len(lit.mesh.positions) - lit.flat_vertex
+            self.definitions["VARIED"] = str(1 + (lit.table.steps[1] > 1))
+            self._values |= {"steps": lit.table.steps, "place_row": self._values["flat_row"] + flat}
 
     @staticmethod
     def key(lit: LitHarmonics) -> object:
@@ -46,7 +51,11 @@ class HarmonicTextures:
 
     @staticmethod
     def rows(lit: LitHarmonics) -> Any:
-        return np.concatenate([lit.rows[: lit.flat_vertex * lit.table.order**2], lit.flat])
+        """(R, 3) light of each vertex, radiance of the flat ones, and where the others are among the tables."""
+        parts = [lit.rows[: lit.flat_vertex * lit.table.order**2], lit.flat]
+        if isinstance(lit.table, VariedTable):
+            parts.append(np.pad(lit.table.places[: lit.flat_vertex], ((0, 0), (0, 1))))
+        return np.concatenate(parts)
 
     def bind(self, program: Any) -> None:
         self._texture.use(UNIT)

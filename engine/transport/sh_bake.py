@@ -1,10 +1,7 @@
 """Baking transport in spherical harmonics: visibility by rays, then matrices or vectors, chunk by chunk into a file.
 
 Visibility is counted over the texels of a cube map as for wavelets (`visibility_shares`). With interreflection, light
-from other parts of the model comes on top. For what is reflected on the way every surface counts as matt, with the
-albedo that it has under even light: exact for Lambertian models, and said in the file and by the program for others;
-the last reflection, the one that is seen, is always the reflectance's own. Each bounce sends rays from every vertex in
-directions as dense as the cosine, and reads what arrives at the three corners of the triangle that is met.
+from other parts of the model comes on top (`engine.transport.sh_bounces`).
 
 Bound by the rays: some 3,000 for each vertex at an edge of 32, more where shadows end, and `BakeSettings.gather` for
 each bounce. A matrix of order 5 takes 2.5 kB, so 50,000 vertices take 125 MB.
@@ -14,34 +11,32 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
-from engine.directions import Vectors
 from engine.errors import InputError
 from engine.ground import Ground, with_ground
 from engine.mesh import Mesh
 from engine.one_thread import one_thread
 from engine.ray_caster import RayCaster, caster_of
 from engine.steps import Step, Steps, part
-from engine.transport import sh_kernel, visibility_kernel
-from engine.transport.sh import evaluate
+from engine.transport.sh_bounces import Surroundings, gathered, reflections
 from engine.transport.sh_table import BrdfTable, tabulate
 from engine.transport.sh_transfer import (
     ShTransport,
     diffuse_vectors,
-    even_in_z,
     is_diffuse,
     matrices,
     tangent_frames,
     visibility_harmonics,
 )
+from engine.transport.sh_varied import Table, VariedTable, tables_of, tabulate_varied
 from engine.transport.transport_file import (
     REMEDY,
     TransportFile,
@@ -51,6 +46,7 @@ from engine.transport.transport_file import (
     plan_transport,
     writing,
 )
+from engine.transport.variation import Variation, variation_to_text, vertex_values
 from engine.transport.visibility import Receivers, receivers, visibility_shares
 
 KIND = "sh"
@@ -63,9 +59,6 @@ PROBES = 96
 
 #: Numbers of visibility and of matrices of a chunk of the file, roughly.
 CHUNK_VALUES = 1 << 21
-
-#: Rays of a bounce that are followed at once, times the harmonics of each.
-CHUNK_RAYS = 1 << 22
 
 
 @dataclass(frozen=True)
@@ -107,7 +100,7 @@ class Work:
 
     surface: Mesh
     ground_vertex: int
-    table: BrdfTable
+    table: Table
     ground_albedo: float
     settings: BakeSettings
     caster: RayCaster
@@ -128,11 +121,14 @@ class Work:
     @cached_property
     def albedo(self) -> NDArray[np.float32]:
         """(V, C) what each vertex reflects of even light; C is 1 where nothing is coloured."""
-        model = np.clip(self.table.mean[0] * np.sqrt(4.0 * np.pi), 0.0, 1.0)
-        model = model[:1] if np.ptp(model) < 1e-9 else model
-        albedo = np.full((self.vertices, len(model)), self.ground_albedo, np.float32)
+        model = np.atleast_2d(np.clip(self.table.even_albedo, 0.0, 1.0))
+        model = model[:, :1] if np.ptp(model, axis=1).max() < 1e-9 else model
+        albedo = np.full((self.vertices, model.shape[1]), self.ground_albedo, np.float32)
         albedo[: self.ground_vertex] = model
         return albedo
+
+    def surroundings(self, of: Receivers) -> Surroundings:
+        return Surroundings(self.surface, of, self.settings.order, self.settings.gather)
 
     @property
     def channels(self) -> int:
@@ -158,17 +154,30 @@ def default_edge(order: int) -> int:
     return 32 if order <= 8 else 64
 
 
-def prepare(mesh: Mesh, brdf: Brdf, settings: BakeSettings, ground: Ground | None = None) -> Steps[Work]:
-    """Tabulate the reflectance and lay out the bake of `mesh`, on a ground where there is one; nothing is written."""
-    table = yield from tabulate(brdf, settings.order)
+def prepare(
+    mesh: Mesh,
+    brdf: Brdf,
+    settings: BakeSettings,
+    ground: Ground | None = None,
+    variations: Sequence[Variation] = (),
+) -> Steps[Work]:
+    """Tabulate the reflectance and lay out the bake of `mesh`, on a ground where there is one; nothing is written.
+
+    `variations`, two at most, move parameters of the reflectance from vertex to vertex of the model. ValueError where
+    it does not have them, InputError for a picture that cannot be read.
+    """
+    table: Table
+    if variations:
+        numbers = np.stack([vertex_values(mesh, variation.source) for variation in variations], axis=1)
+        table = yield from tabulate_varied(brdf, settings.order, variations, numbers)
+    else:
+        table = yield from tabulate(brdf, settings.order)
     name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
     first = len(mesh.positions)
     surface = mesh if ground is None else with_ground(mesh, ground)[0]
     albedo = ground.albedo if ground else 0.0
-    caster = caster_of(surface)
-    values = table.values.astype(np.float32)
-    table = BrdfTable(table.order, values.astype(np.float64), table.error_rel, is_diffuse(brdf), table.health)
-    empty = Work(surface, first, table, albedo, settings, caster, None)  # type: ignore[arg-type]
+    table, stated, arrays = _stored(table, is_diffuse(brdf))
+    empty = Work(surface, first, table, albedo, settings, caster_of(surface), None)  # type: ignore[arg-type]
     plan = plan_transport(
         KIND,
         surface,
@@ -177,15 +186,30 @@ def prepare(mesh: Mesh, brdf: Brdf, settings: BakeSettings, ground: Ground | Non
             "ground_vertex": first,
             "ground_albedo": albedo,
             "brdf": name[:1000],
-            "diffuse": table.diffuse,
-            "table_error_rel": table.error_rel,
+            "variations": [variation_to_text(variation)[:1000] for variation in variations],
+            **stated,
             "matt_bounces": bool(settings.bounces),
         },
-        {"table": values},
+        arrays,
         {"rows": ("<f4", (empty.channels, settings.order**2))},
         row_bounds(empty),
     )
-    return Work(surface, first, table, albedo, settings, caster, plan)
+    return replace(empty, plan=plan)
+
+
+def _stored(table: Table, diffuse: bool) -> tuple[Table, dict[str, Any], dict[str, NDArray[Any]]]:
+    """`table` in the precision of the file, and what the file says and holds of it."""
+    tables = tables_of(table)
+    values = [some.values.astype(np.float32) for some in tables]
+    rounded = tuple(
+        BrdfTable(some.order, value.astype(np.float64), some.error_rel, diffuse, some.health)
+        for some, value in zip(tables, values, strict=True)
+    )
+    stated: dict[str, Any] = {"diffuse": diffuse, "table_error_rel": table.error_rel}
+    if not isinstance(table, VariedTable):
+        return rounded[0], stated, {"table": values[0]}
+    stated |= {"interpolation_rel": table.interpolation_rel, "nodes": [some.tolist() for some in table.nodes]}
+    return replace(table, tables=rounded), stated, {"table": np.stack(values), "numbers": table.numbers}
 
 
 def vertex_bounds(vertices: int, first: int, settings: BakeSettings) -> NDArray[np.int64]:
@@ -251,7 +275,7 @@ class Baker:
 
     def __init__(self, work: Work, of: Receivers, sent: NDArray[np.float32] | None = None) -> None:
         self._work, self._of, self._sent = work, of, sent
-        self._frames = tangent_frames(work.surface)
+        self._frames, self._around = tangent_frames(work.surface), work.surroundings(of)
 
     def visible(self, vertices: NDArray[np.int64]) -> NDArray[np.uint8]:
         """(B, 6 N²) how many parts of each texel are seen."""
@@ -268,97 +292,19 @@ class Baker:
                 own = diffuse_vectors(counts, full, edge, order, self._of.normal[vertices], free)
             rows = np.repeat(own[:, None], work.channels, axis=1)
             if self._sent is not None:
-                rows += gathered(work, self._of, vertices, self._sent)
+                rows += gathered(self._around, vertices, self._sent)
             return rows
         with one_thread():
             seen = visibility_harmonics(counts, full, edge, 2 * order - 1)
         whole = np.repeat(matrices(seen, self._frames[vertices], free)[:, :, None], work.channels, axis=2)
         if self._sent is not None:
-            whole += gathered(work, self._of, vertices, self._sent, self._frames[vertices])
+            whole += gathered(self._around, vertices, self._sent, self._frames[vertices])
         return whole.reshape(-1, work.channels, order**2)
 
 
 def reflected(work: Work, of: Receivers) -> Steps[NDArray[np.float32]]:
-    """(V, C, order²) radiance that each vertex sends to every side, after up to `bounces` − 1 reflections before.
-
-    What it reflects itself of the distant light, then what it reflects of that, and so on.
-    """
-    bounds, rounds = work.bounds, work.settings.bounces
-    shape = (work.vertices, work.channels, work.settings.order**2)
-    latest, total = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-    for bounce in range(rounds):
-        arriving = np.empty(shape, np.float32)
-        for start, stop in pairwise(bounds):
-            some = np.arange(start, stop)
-            arriving[some] = _open(work, of, some) if bounce == 0 else gathered(work, of, some, latest)
-            yield Step((bounce + stop / work.vertices) / rounds, f"following bounce {bounce + 1} of {rounds}")
-        latest = arriving * work.albedo[..., None]
-        total += latest
-    return total
-
-
-def _rays(work: Work, of: Receivers, vertices: NDArray[np.int64]) -> tuple[Vectors, NDArray[np.float32]]:
-    """Origins and directions (B D, 3), as dense as the cosine and turned for each vertex."""
-    rays: tuple[Vectors, NDArray[np.float32]] = visibility_kernel.hemisphere_rays(
-        vertices, of.origin, of.normal, _pattern(work.settings.gather)
-    )
-    return rays
-
-
-def _pattern(count: int) -> Vectors:
-    """(count, 3) directions about +z in a spiral, as dense as the cosine."""
-    index = np.arange(count)
-    radius, azimuth = np.sqrt((index + 0.5) / count), index * np.pi * (3.0 - np.sqrt(5.0))
-    return np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), np.sqrt(1.0 - radius**2)], axis=-1)
-
-
-def _blocks(work: Work, vertices: NDArray[np.int64]) -> Iterator[slice]:
-    step = max(1, CHUNK_RAYS // (work.settings.gather * work.settings.order**2))
-    yield from (slice(start, start + step) for start in range(0, len(vertices), step))
-
-
-def _open(work: Work, of: Receivers, vertices: NDArray[np.int64]) -> NDArray[np.float32]:
-    """(B, 1, order²) transfer to irradiance / π of the distant light, by the rays of a bounce."""
-    result = np.empty((len(vertices), 1, work.settings.order**2), np.float32)
-    for block in _blocks(work, vertices):
-        origin, direction = _rays(work, of, vertices[block])
-        seen = (~of.caster.occluded(origin, direction)).reshape(-1, work.settings.gather)
-        basis = evaluate(work.settings.order, direction).reshape(*seen.shape, -1)
-        result[block, 0] = np.einsum("bd,bdi->bi", seen / work.settings.gather, basis)
-    return result
-
-
-def gathered(
-    work: Work,
-    of: Receivers,
-    vertices: NDArray[np.int64],
-    sent: NDArray[np.float32],
-    frames: Vectors | None = None,
-) -> NDArray[np.float32]:
-    """What `vertices` get from other parts of the surface, which send `sent` (V, C, order²) to every side.
-
-    Irradiance / π (B, C, order²); with `frames` (B, 3, 3) instead the rows of matrices (B, order², C, order²), of
-    light as a mirror at the tangent plane would show it. Surfaces are black from behind.
-    """
-    order, count = work.settings.order, work.settings.gather
-    shape = (len(vertices), *sent.shape[1:]) if frames is None else (len(vertices), order**2, *sent.shape[1:])
-    result = np.zeros(shape, np.float32)
-    doubled = np.where(even_in_z(order), 2.0, 0.0)
-    for block in _blocks(work, vertices):
-        origin, direction = _rays(work, of, vertices[block])
-        hits = of.caster.intersect(origin, direction)
-        corners = work.surface.faces[hits.face]
-        a, b, c = (work.surface.positions[corners[:, corner]] for corner in range(3))
-        front = np.einsum("ni,ni->n", np.cross(b - a, c - a), direction) < 0.0
-        met = (hits.face >= 0) & front
-        if frames is None:
-            weight = np.full((len(direction), 1), 1.0 / count)
-        else:
-            own = np.einsum("bij,bdi->bdj", frames[block], direction.reshape(-1, count, 3)).reshape(-1, 3)
-            weight = evaluate(order, own) * doubled * (np.pi / count / np.maximum(own[:, 2:], 1e-3))
-        out = result[block].reshape(-1, weight.shape[1], *sent.shape[1:])
-        sh_kernel.gather(count, met, corners, hits.barycentric, weight, sent, out)
-    return result
+    """What each vertex sends to the others, as `reflections`; for `Baker`."""
+    return reflections(work.surroundings(of), work.settings.bounces, work.albedo, work.bounds)
 
 
 def estimate_s(work: Work) -> float:
@@ -368,11 +314,11 @@ def estimate_s(work: Work) -> float:
     baker = Baker(work, of, sent if work.settings.bounces else None)
     vertices = np.unique(np.linspace(0, max(work.ground_vertex - 1, 0), PROBES).astype(np.int64))
     baker.rows(vertices[:1], baker.visible(vertices[:1]))
-    gathered(work, of, vertices[:1], sent)
+    gathered(work.surroundings(of), vertices[:1], sent)
     started = time.perf_counter()
     baker.rows(vertices, baker.visible(vertices))
     for _ in range(work.settings.bounces):
-        gathered(work, of, vertices, sent)
+        gathered(work.surroundings(of), vertices, sent)
     return (time.perf_counter() - started) / len(vertices) * work.vertices
 
 
@@ -387,17 +333,26 @@ def transport_of(file: TransportFile) -> ShTransport:
         raise InputError(file.path, f"holds transport of the mode {file.kind}", f"Bake with --mode {KIND}")
     settings = file.settings
     try:
-        order = int(settings["order"])
-        values = file.arrays["table"].astype(np.float64)
-        if values.shape[-2:] != (order**2, 3) or values.ndim not in (3, 4) or not np.isfinite(values).all():
-            raise ValueError("its table of the reflectance is none")
-        table = BrdfTable(order, values, float(settings["table_error_rel"]), bool(settings["diffuse"]))
         first, albedo = int(settings["ground_vertex"]), float(settings["ground_albedo"])
         if not 0 <= first <= len(file.mesh.positions) or not 0.0 <= albedo <= 1.0:
             raise ValueError("its ground is none")
-        rows = file.arrays["rows"]
+        rows, table = file.arrays["rows"], _table_of(file)
         if rows.dtype != np.float32:
             raise ValueError("its rows are of another type")
         return ShTransport(file.mesh, first, table.diffuse, albedo, table, bool(settings["bounces"]), rows)
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(file.path, f"holds transport that cannot be ({str(error)[:200]})", REMEDY) from None
+
+
+def _table_of(file: TransportFile) -> Table:
+    """The reflectance in a file; ValueError, KeyError or TypeError where it is none."""
+    settings, values = file.settings, file.arrays["table"].astype(np.float64)
+    order, error, diffuse = int(settings["order"]), float(settings["table_error_rel"]), bool(settings["diffuse"])
+    varied = bool(settings.get("variations"))
+    if values.shape[-2:] != (order**2, 3) or values.ndim - varied not in (3, 4) or not np.isfinite(values).all():
+        raise ValueError("its table of the reflectance is none")
+    if not varied:
+        return BrdfTable(order, values, error, diffuse)
+    nodes = tuple(np.array(some, np.float64) for some in settings["nodes"])
+    tables = tuple(BrdfTable(order, some, error, diffuse) for some in values)
+    return VariedTable(tables, nodes, file.arrays["numbers"].astype(np.float64), float(settings["interpolation_rel"]))

@@ -11,6 +11,7 @@ about what pixels show. What the texels themselves leave out is not part of it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,8 @@ from engine.transport.sh import Window, windowed
 from engine.transport.sh_bake import Baker, Work
 from engine.transport.sh_lighting import project
 from engine.transport.sh_transfer import tangent_frames
+from engine.transport.sh_varied import VariedTable
+from engine.transport.variation import Variation, varied_brdfs
 from engine.transport.visibility import receivers
 
 
@@ -41,12 +44,15 @@ def sh_error(
     brdf: Brdf,
     cube: CubeMap,
     *,
+    variations: Sequence[Variation] = (),
     vertices: int = 400,
     views: int = 20,
     window: Window = "none",
     seed: int = 1,
 ) -> Steps[ShError]:
     """The error of the bake `work` of the reflectance `brdf` under a cube map, on vertices of the model.
+
+    Where the reflectance varies, each vertex is compared with its own.
 
     ValueError where the edge of the map is not that over which visibility is counted.
     """
@@ -63,6 +69,7 @@ def sh_error(
     count = 1 if work.table.diffuse else work.settings.order**2
     step = max(1, 2**24 // work.settings.order**4)
     frames = tangent_frames(work.surface)
+    albedo = np.broadcast_to(work.table.even_albedo, (work.ground_vertex, 3))
     directions = cube_directions(cube.edge).reshape(-1, 3)
     incident = cube.radiance.reshape(-1, 3) * np.tile(cube_solid_angles(cube.edge).reshape(-1), 6)[:, None]
     difference = total = kept = cut = 0.0
@@ -76,12 +83,13 @@ def sh_error(
             local = towards @ frame
             seen = local[local[:, 2] > 0.0]
             visible = counts[start + number] / work.settings.fine**2
-            exact = _exact(brdf, directions @ frame, visible, incident, seen)
+            exact = _exact(_brdf_at(work, brdf, variations, int(vertex)), directions @ frame, visible, incident, seen)
             own = lit[number * count : (number + 1) * count]
             if work.table.diffuse:
-                signed = np.broadcast_to(own * work.table.mean[0] * math.sqrt(4.0 * math.pi), exact.shape)
+                signed = np.broadcast_to(own * albedo[vertex], exact.shape)
             else:
-                signed = work.table.radiance(np.broadcast_to(own, (len(seen), *own.shape)), seen)
+                same = np.full(len(seen), vertex)
+                signed = work.table.radiance(np.broadcast_to(own, (len(seen), *own.shape)), seen, same)
             value = np.maximum(signed, 0.0)
             kept, cut = kept + float(value.sum()), cut + float((value - signed).sum())
             difference += float(seen[:, 2] @ ((value - exact) ** 2).sum(axis=1))
@@ -89,6 +97,13 @@ def sh_error(
             pairs += len(seen)
         yield Step((start + len(some)) / len(chosen), "comparing with the sum over all texels")
     return ShError(math.sqrt(difference / total) if total > 0.0 else 0.0, cut / kept if kept > 0.0 else 0.0, pairs)
+
+
+def _brdf_at(work: Work, brdf: Brdf, variations: Sequence[Variation], vertex: int) -> Brdf:
+    """The reflectance of a vertex of the model."""
+    if not isinstance(work.table, VariedTable):
+        return brdf
+    return varied_brdfs(brdf, variations, [[number] for number in work.table.numbers[vertex]])[0]
 
 
 def _exact(

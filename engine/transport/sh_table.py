@@ -87,8 +87,11 @@ class BrdfTable:
     def isotropic(self) -> bool:
         return self.values.ndim == 3
 
-    def at(self, wo: ArrayLike) -> Floats:
-        """Coefficients (N, order², 3) towards unit directions wo (N, 3) in the surface frame; 0 below the horizon."""
+    def at(self, wo: ArrayLike, vertices: ArrayLike = ()) -> Floats:
+        """Coefficients (N, order², 3) towards unit directions wo (N, 3) in the surface frame; 0 below the horizon.
+
+        `vertices` (N,) matter where the reflectance varies (`engine.transport.sh_varied`); this one is alike for all.
+        """
         directions = np.ascontiguousarray(wo, np.float64).reshape(-1, 3)
         out = np.empty((len(directions), self.order**2, 3))
         if self.isotropic:
@@ -101,7 +104,7 @@ class BrdfTable:
             out[~up] = 0.0
         return out
 
-    def radiance(self, light: NDArray[Any], wo: ArrayLike) -> Floats:
+    def radiance(self, light: NDArray[Any], wo: ArrayLike, vertices: ArrayLike = ()) -> Floats:
         """(N, 3) towards wo (N, 3) under `light` (N, order², 3), both in the frame of the point; not clamped."""
         if light.shape[1] != self.order**2:
             raise ValueError(f"light of {light.shape[1]} coefficients does not fit a table of {self.order**2}")
@@ -122,6 +125,11 @@ class BrdfTable:
         chart = DirectionMap("parabolic", self.values.shape[0])
         share = chart.directions[:, 2] * chart.solid_angles
         return np.asarray(np.einsum("n,nic->ic", share / share.sum(), self.values[chart.mask]))
+
+    @property
+    def even_albedo(self) -> Floats:
+        """(3,) the share of even light that is reflected, in the mean over all sides; of Lambert's its albedo."""
+        return np.asarray(self.mean[0] * math.sqrt(4.0 * math.pi))
 
     def of_order(self, order: int) -> BrdfTable:
         """The same with fewer coefficients; ValueError where it has fewer than asked for."""

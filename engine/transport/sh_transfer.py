@@ -33,7 +33,7 @@ from engine.tangents import frames_along
 from engine.transport import sh_kernel
 from engine.transport.sh import bands, checked_order, cosine_zonal, evaluate, order_of, turned_zonal
 from engine.transport.sh_rotation import rotated_from_frames, rotated_into_frames
-from engine.transport.sh_table import BrdfTable
+from engine.transport.sh_varied import Table, VariedTable
 
 Floats = NDArray[np.floating[Any]]
 
@@ -47,7 +47,7 @@ class ShTransport:
     mesh : model, and after it the ground where there is one; `ground_vertex` is the first vertex of the ground.
     diffuse : whether the vertices of the model have a vector like those of the ground, and not a matrix.
     ground_albedo : of the ground.
-    table : of the model's reflectance.
+    table : of the model's reflectance, which may vary over its vertices.
     interreflection : whether `rows` hold light from other parts of the model, which fixes the reflectance.
     rows : (R, C, order²) float32: order² for each vertex of the model, the rows of its matrix, or 1 where it is
         diffuse; then 1 for each vertex of the ground. C is 3 where bounced light is coloured, else 1.
@@ -57,7 +57,7 @@ class ShTransport:
     ground_vertex: int
     diffuse: bool
     ground_albedo: float
-    table: BrdfTable
+    table: Table
     interreflection: bool
     rows: NDArray[np.float32]
 
@@ -69,6 +69,8 @@ class ShTransport:
             raise ValueError(f"rows of {self.rows.shape[2]} coefficients do not fit a table of {self.table.order**2}")
         if self.diffuse and not self.table.diffuse:
             raise ValueError("vectors serve Lambertian reflectances only")
+        if isinstance(self.table, VariedTable) and len(self.table.numbers) != self.ground_vertex:
+            raise ValueError(f"{len(self.table.numbers)} vertices vary, but the model has {self.ground_vertex}")
 
     @property
     def order(self) -> int:
@@ -81,8 +83,8 @@ class ShTransport:
 
     @property
     def albedo(self) -> NDArray[np.float64]:
-        """(3,) of the model where it is diffuse: Lambert's table holds albedo / π times the cosine's coefficients."""
-        return np.asarray(self.table.values[0, 0] * np.pi / cosine_zonal(1)[0])
+        """(3,) of the model where it is diffuse, or (V, 3) where it varies."""
+        return self.table.even_albedo
 
 
 def tangent_frames(mesh: Mesh) -> Vectors:
@@ -226,10 +228,10 @@ def signed_radiance(
     value = np.zeros((len(vertices), 3))
     model = np.flatnonzero(seen & (vertices < first))
     if transport.diffuse:
-        value[model] = rows[vertices[model]] * transport.albedo
+        value[model] = rows[vertices[model]] * np.broadcast_to(transport.albedo, (first, 3))[vertices[model]]
     elif model.size:
         light = rows[: first * count].reshape(first, count, 3)[vertices[model]]
-        value[model] = transport.table.radiance(light, local[model])
+        value[model] = transport.table.radiance(light, local[model], vertices[model])
     ground = np.flatnonzero(seen & (vertices >= first))
     value[ground] = rows[first * count + vertices[ground] - first] * transport.ground_albedo
     return value
@@ -251,10 +253,10 @@ def view_vectors(transport: ShTransport, local: Vectors) -> NDArray[np.float32]:
     vectors = np.zeros((len(local), 3, transport.order**2), np.float32)
     vectors[first:] = transport.rows[first * count :] * np.float32(transport.ground_albedo)
     if transport.diffuse:
-        vectors[:first] = transport.rows[:first] * transport.albedo.astype(np.float32)[:, None]
+        vectors[:first] = transport.rows[:first] * transport.albedo.astype(np.float32)[..., None]
     else:
         own = transport.rows[: first * count].reshape(first, count, *transport.rows.shape[1:])
-        sh_kernel.viewed(own, transport.table.at(local[:first]), vectors[:first])
+        sh_kernel.viewed(own, transport.table.at(local[:first], np.arange(first)), vectors[:first])
     vectors[local[:, 2] <= 0.0] = 0.0
     return vectors
 
@@ -292,7 +294,7 @@ class Shading:
         return signed_radiance(self._transport, self._rows, local_views(self._transport, eye), everything)
 
 
-def with_table(transport: ShTransport, table: BrdfTable) -> ShTransport:
+def with_table(transport: ShTransport, table: Table) -> ShTransport:
     """The same transport of another reflectance; ValueError, with the reason, where it has to be baked again."""
     if transport.interreflection:
         raise ValueError("the light that parts of the model send each other was baked for one reflectance")

@@ -19,6 +19,7 @@ from engine.transport.lit import LitHarmonics, LitWavelets
 from engine.transport.sh_rotation import rotated_into_frames
 from engine.transport.sh_table import BrdfTable, lambert_table, tabulate
 from engine.transport.sh_transfer import ShTransport
+from engine.transport.sh_varied import Table, VariedTable
 from tests.engine.gl.lit_scenes import SIZE, ball, factors, hits, lit_wavelets, local_views
 
 
@@ -33,13 +34,13 @@ def sky(order: int) -> np.ndarray:
     return light
 
 
-def unshadowed(mesh: Mesh, table: BrdfTable, flat: int = 0) -> LitHarmonics:
+def unshadowed(mesh: Mesh, table: Table, flat: int = 0) -> LitHarmonics:
     kept = len(mesh.positions) - flat
     light = rotated_into_frames(sky(table.order), frames_of(mesh))[:kept]
     return lit_by(mesh, table, light, np.random.default_rng(2).random((flat, 3)))
 
 
-def lit_by(mesh: Mesh, table: BrdfTable, light: np.ndarray, flat: np.ndarray) -> LitHarmonics:
+def lit_by(mesh: Mesh, table: Table, light: np.ndarray, flat: np.ndarray) -> LitHarmonics:
     """`light` (n, order², 3) at the first vertices and the radiance `flat` of the others."""
     rows = np.concatenate([light.reshape(-1, 3), flat])
     matrices = np.broadcast_to(np.float32(0.0), (len(rows), 1, table.order**2))
@@ -57,12 +58,24 @@ def random_table(order: int, side: int | None) -> BrdfTable:
     return BrdfTable(order, 1.0 + 0.2 * values)
 
 
+def varied_table(order: int, side: int | None, steps: tuple[int, ...], vertices: int) -> VariedTable:
+    """Random tables, each with a brightness of its own, and vertices all over their grid, its corners included."""
+    rng = np.random.default_rng(8)
+    table = random_table(order, side)
+    count = int(np.prod(steps))
+    tables = tuple(BrdfTable(order, table.values * size) for size in rng.uniform(0.5, 2.0, count))
+    numbers = rng.random((vertices, len(steps)))
+    numbers[:2] = [[0.0] * len(steps), [1.0] * len(steps)]
+    nodes = tuple(np.linspace(0.0, 1.0, some) ** 2 if some > 1 else np.zeros(1) for some in steps)
+    return VariedTable(tables, nodes, numbers * [some > 1 for some in steps])
+
+
 def expected(lit: LitHarmonics, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Pixels and their radiance: the mean of what the corners show, 0 at the least."""
     pixels, corners, weights = hits(lit.mesh, camera)
     views = local_views(lit.mesh, frames_of(lit.mesh), camera)[: lit.flat_vertex]
     light = lit.rows[: lit.flat_vertex * lit.table.order**2].reshape(lit.flat_vertex, lit.table.order**2, 3)
-    at_vertices = np.concatenate([lit.table.radiance(light, views), lit.flat])
+    at_vertices = np.concatenate([lit.table.radiance(light, views, np.arange(lit.flat_vertex)), lit.flat])
     return pixels, np.maximum(np.einsum("nk,nkc->nc", weights, at_vertices[corners]), 0.0)
 
 
@@ -85,6 +98,15 @@ def assert_drawn(gl: Any, lit: LitHarmonics, camera: Camera) -> None:
 def test_vertices_show_the_sum_over_the_table(gl: Any, order: int, side: int | None) -> None:
     lit = unshadowed(ball(3), random_table(order, side))
     assert_drawn(gl, lit, Camera((1.2, 0.8, 2.0), (0.0, 0.0, 0.0)))
+
+
+@pytest.mark.parametrize("steps", [(1,), (4,), (3, 2), (2, 1), (1, 5)])
+@pytest.mark.parametrize("side", [None, 32])
+def test_vertices_mix_the_tables_about_their_place(gl: Any, steps: tuple[int, ...], side: int | None) -> None:
+    mesh = ball(3)
+    for flat in (0, 100):
+        table = varied_table(4, side, steps, len(mesh.positions) - flat)
+        assert_drawn(gl, unshadowed(mesh, table, flat), Camera((1.2, 0.8, 2.0), (0.0, 0.0, 0.0)))
 
 
 @pytest.mark.parametrize("brdf", ["ggx:alpha=0.3", "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=10"])
