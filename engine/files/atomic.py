@@ -107,7 +107,8 @@ def resumable_file(path: AnyPath, size_bytes: int, beginning: bytes) -> Iterator
 
     It appears at `path` when the block ends without an exception. Until then, and if the block fails or the process is
     killed, it stays beside `path` under a hidden name, and a later call with the same `beginning` and size goes on with
-    it. OutputError where it cannot be written, or another process is writing it.
+    it. After `Resumable.discard` it is removed instead. OutputError where it cannot be written, or another process is
+    writing it.
     """
     target = _target(path)
     existing = _replaceable(target, path)
@@ -116,11 +117,14 @@ def resumable_file(path: AnyPath, size_bytes: int, beginning: bytes) -> Iterator
     try:
         with Resumable(partial, size_bytes, beginning) as output:
             yield output
-            _synchronise(partial)
-            if existing is not None:
-                _perform("chmod", partial, lambda: partial.chmod(stat.S_IMODE(existing.st_mode)))
-            _perform("rename", partial, lambda: partial.replace(target))
-            _synchronise(target.parent)
+            if not output.discarded:
+                _synchronise(partial)
+                if existing is not None:
+                    _perform("chmod", partial, lambda: partial.chmod(stat.S_IMODE(existing.st_mode)))
+                _perform("rename", partial, lambda: partial.replace(target))
+                _synchronise(target.parent)
+        if output.discarded:
+            _discard(partial)
     finally:
         _in_use.pop(partial, None)
 
@@ -246,6 +250,7 @@ class Resumable:
 
     def __init__(self, path: Path, size_bytes: int, beginning: bytes) -> None:
         self._path = path
+        self.discarded = False
         flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0)
         self._descriptor = _perform("create", path, lambda: os.open(path, flags, 0o666))
         try:
@@ -280,6 +285,10 @@ class Resumable:
                 parts.append(part)
                 count -= len(part)
         return b"".join(parts)
+
+    def discard(self) -> None:
+        """Let the file vanish when the block ends: what it held has become something else."""
+        self.discarded = True
 
     def __enter__(self) -> Resumable:
         return self

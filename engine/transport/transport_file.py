@@ -31,7 +31,7 @@ from numpy.typing import DTypeLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 from engine.errors import InputError
-from engine.files.atomic import Resumable, resumable_file
+from engine.files.atomic import Resumable, atomic_file, resumable_file
 from engine.files.manifest import read_json
 from engine.health import Health
 from engine.mesh import Mesh
@@ -214,6 +214,15 @@ class TransportWriter:
         self._table[chunk] = _DONE | checksum
         self._output.write_at(self._plan.header.table_offset + 8 * chunk, self._table[chunk : chunk + 1].data)
 
+    def get(self, chunk: int) -> dict[str, NDArray[Any]]:
+        """The rows of one chunk that is not missing, as they were put."""
+        start, stop = int(self._bounds[chunk]), int(self._bounds[chunk + 1])
+        rows = {}
+        for array in self._streamed():
+            data = self._output.read_at(array.offset + start * array.row_bytes, (stop - start) * array.row_bytes)
+            rows[array.name] = np.frombuffer(data, array.dtype).reshape(stop - start, *array.shape[1:])
+        return rows
+
     def finish(self) -> None:
         """Seal the table once every chunk is there."""
         if not (self._table & np.uint64(_DONE)).all():
@@ -247,6 +256,22 @@ def writing(path: str | os.PathLike[str], plan: TransportPlan) -> Iterator[Trans
         writer = TransportWriter(output, plan)
         yield writer
         writer.finish()
+
+
+def write_transport(path: str | os.PathLike[str], plan: TransportPlan) -> None:
+    """Write a file all of whose arrays are known; OutputError where it cannot be written."""
+    if plan.chunks:
+        raise ValueError("a file with chunks is written by `writing`")
+    with atomic_file(path, plan.size_bytes) as stream:
+        stream.write(plan.beginning)
+        stream.seek(plan.header.table_offset)
+        stream.write(zlib.crc32(b"").to_bytes(4, "little"))
+        for array in plan.header.arrays:
+            stream.seek(array.offset)
+            if array.size_bytes:
+                stream.write(plan.whole[array.name].data)
+        end = plan.header.arrays[-1].offset + plan.header.arrays[-1].size_bytes
+        stream.write(bytes(plan.size_bytes - end))
 
 
 def open_transport(path: str | os.PathLike[str], mesh: Mesh | None = None) -> TransportFile:

@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from engine.transport.transport_file import (
     mesh_fingerprint,
     open_transport,
     plan_transport,
+    write_transport,
     writing,
 )
 
@@ -251,3 +253,33 @@ def test_what_is_no_file_of_ours_is_refused(tmp_path: Path) -> None:
         with pytest.raises(InputError):
             open_transport(tmp_path / name)
         assert not holds_transport(tmp_path / name)
+
+
+def test_rows_that_were_put_can_be_read_back(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="missing"):
+        write(tmp_path / "a", [3])
+    with suppress(KeyboardInterrupt), writing(tmp_path / "a", planned()) as writer:
+        assert 3 not in writer.missing
+        assert all(np.array_equal(writer.get(3)[name], values) for name, values in rows(3).items())
+        raise KeyboardInterrupt
+
+
+def test_arrays_that_are_all_known_are_written_at_once(tmp_path: Path) -> None:
+    known = {"lobes": np.arange(24.0, dtype=np.float32).reshape(2, 3, 4), "none": np.zeros((0, 3), np.float32)}
+    plan = plan_transport("gaussian", sphere(), {"lobes": 1}, known, {}, np.zeros(1, np.int64))
+    write_transport(tmp_path / "a", plan)
+    assert (tmp_path / "a").stat().st_size == plan.size_bytes
+    found = open_transport(tmp_path / "a", sphere())
+    assert found.kind == "gaussian"
+    assert all(np.array_equal(found.arrays[name], values) for name, values in known.items())
+    with pytest.raises(ValueError, match="chunks"):
+        write_transport(tmp_path / "b", planned())
+
+
+def test_a_working_file_that_became_another_one_vanishes(tmp_path: Path) -> None:
+    with atomic.resumable_file(tmp_path / "a", 100, b"begins") as output:
+        output.write_at(6, b"more")
+        atomic.write_bytes(tmp_path / "a", b"the result")
+        output.discard()
+    assert (tmp_path / "a").read_bytes() == b"the result"
+    assert [each.name for each in tmp_path.iterdir()] == ["a"]
