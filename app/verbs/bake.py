@@ -51,6 +51,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="N × N rays for each texel of the cube map at the edges of shadows (4)",
     )
+    parser.add_argument(
+        "--cluster",
+        metavar="ADDRESS",
+        help="bake on the workers of a Dask cluster that has this program: the address of its scheduler, say "
+        "tcp://192.168.0.10:8786; use only a cluster of your own",
+    )
     for name, module in MODES.items():
         module.add_arguments(parser.add_argument_group(f"--mode {name}"))
 
@@ -79,7 +85,11 @@ def report(result: dict[str, Any]) -> str:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    """ValueError where an option is given that belongs to another mode."""
+    """ValueError where an option is given that belongs to another mode, or an address is none."""
+    from engine.transport.chunks import check_cluster
+
+    if arguments.cluster is not None:
+        check_cluster(arguments.cluster)
     for name, module in MODES.items():
         options = argparse.ArgumentParser(add_help=False)
         module.add_arguments(options)

@@ -27,6 +27,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from app.cli import usage
     from engine.transport.sh_bake import BakeSettings, bake, default_edge, estimate_s, prepare
 
+    if arguments.cluster is not None:
+        usage(_refuse, "--cluster is for the mode wavelet")
     edge = arguments.cube or default_edge(arguments.order)
     bounces = BOUNCES if arguments.interreflection else 0
     settings = usage(lambda: BakeSettings(arguments.order, edge, arguments.fine, bounces))
@@ -67,6 +69,10 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 def lines(_result: dict[str, Any]) -> list[str]:
     """What there is to say beyond what all modes say."""
     return []
+
+
+def _refuse(problem: str) -> None:
+    raise ValueError(problem)
 
 
 def _skipped(work: Work) -> list[str]:

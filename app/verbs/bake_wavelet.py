@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         arguments,
         show,
         work,
-        lambda: bake(arguments.output, work),
+        lambda: bake(arguments.output, work, arguments.cluster),
         estimated_s=estimate_s(work),
         knobs=knobs,
         start=0.02,

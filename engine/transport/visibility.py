@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -232,6 +233,7 @@ def _visible(
         yield chunk, visible
 
 
+@lru_cache(maxsize=2)
 def _tiled(edge: int) -> NDArray[np.int64]:
     """The texels of a cube map square by square of 4 × 4, so that a packet of rays stays together: a quarter faster."""
     row, column = np.meshgrid(np.arange(edge), np.arange(edge), indexing="ij")
@@ -239,12 +241,14 @@ def _tiled(edge: int) -> NDArray[np.int64]:
     return (np.arange(6)[:, None] * edge * edge + face).ravel()
 
 
+@lru_cache(maxsize=2)
 def _parts(edge: int, fine: int) -> NDArray[np.float64]:
     """(6 edge², fine², 3) directions through the centres of the parts of each texel."""
     directions = cube_directions(edge * fine).reshape(6, edge, fine, edge, fine, 3)
     return np.ascontiguousarray(directions.swapaxes(2, 3).reshape(6 * edge * edge, fine * fine, 3))
 
 
+@lru_cache(maxsize=2)
 def _neighbours(edge: int) -> NDArray[np.int64]:
     """(6 edge², 4) the texels beside each, over the edges of the faces too."""
     face, row, column = np.meshgrid(np.arange(6), np.arange(edge), np.arange(edge), indexing="ij")

@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -26,8 +27,9 @@ from engine.factor.separable import Weighting, separate
 from engine.factor.separable_factors import SeparableFactors
 from engine.ground import Ground, with_ground
 from engine.mesh import Mesh
-from engine.ray_caster import caster_of
+from engine.ray_caster import RayCaster, caster_of
 from engine.steps import Step, Steps, part
+from engine.transport.chunks import Chunk, Make, Recipe, Remote, run
 from engine.transport.haar import FACES, check_edge
 from engine.transport.occluder import Occluder, simplified
 from engine.transport.transport_file import (
@@ -199,17 +201,18 @@ def row_bounds(vertices: int, first: int, terms: int, edge: int) -> NDArray[np.i
     return np.minimum(bounds, first) * terms + np.maximum(bounds - first, 0)
 
 
-def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
+def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -> Steps[Baked]:
     """Bake into the file `path`, going on where an equal bake was interrupted; its `Step.partial` is None.
 
-    OutputError where the file cannot be written. Closing the generator keeps what is done for the next run.
+    With the address of a `cluster`, its workers make the chunks (`engine.transport.chunks`). OutputError where the file
+    cannot be written. Closing the generator keeps what is done for the next run.
     """
     yield Step(0.0, f"preparing {work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB")
     started = time.perf_counter()
     of = work.occluder.receivers(work.surface)
     with writing(path, work.plan) as writer:
         missing = list(writer.missing)
-        visibility_s = yield from _fill(writer, work, of, missing)
+        visibility_s = yield from _fill(writer, work, of, missing, cluster)
         yield Step(1.0, "writing")
     bake_s = time.perf_counter() - started
     file = open_transport(path)
@@ -219,77 +222,94 @@ def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
     )
 
 
-def _fill(writer: TransportWriter, work: Work, of: Receivers, missing: list[int]) -> Steps[float]:
+def _fill(writer: TransportWriter, work: Work, of: Receivers, missing: list[int], cluster: str | None) -> Steps[float]:
     """Put all `missing` chunks; the seconds that visibility took."""
     bounds = vertex_bounds(work.vertices, work.ground_vertex, work.settings.edge)
-    chunks = [np.arange(bounds[chunk], bounds[chunk + 1]) for chunk in missing]
-    baker = _Baker(work)
-    done, total = 0, sum(map(len, chunks))
-    visibility_s, started = 0.0, time.perf_counter()
-    visible = _in_chunks(of, work.settings, chunks)
-    for chunk, vertices in zip(missing, chunks, strict=True):
-        before = time.perf_counter()
-        counts = next(visible)
-        visibility_s += time.perf_counter() - before
-        left = _left(started, done, total)
-        yield Step(done / total, f"baking vertex {done:,} of {total:,}{left}")
-        writer.put(chunk, baker(vertices, counts))
-        done += len(vertices)
-        yield Step(done / total, f"baking vertex {done:,} of {total:,}{left}")
+    total, done, visibility_s = int(np.diff(bounds)[missing].sum()), 0, 0.0
+    started = time.perf_counter()
+    recipe = recipe_of(work, of)
+    remote = Remote(cluster, maker, recipe) if cluster else None
+    yield Step(0.0, f"baking {total:,} vertices")
+    with closing(run(_Baker(recipe, of), missing, remote)) as chunks:
+        for chunk in chunks:
+            writer.put(chunk.number, chunk.rows)
+            visibility_s += chunk.visibility_s
+            done += int(bounds[chunk.number + 1] - bounds[chunk.number])
+            yield Step(done / total, f"baking vertex {done:,} of {total:,}{_left(started, done, total)}")
     return visibility_s
 
 
 def _left(started: float, done: int, total: int) -> str:
-    if not done:
-        return ""
     left = (time.perf_counter() - started) / done * (total - done)
     return f", {left:.0f} s left" if left < 120.0 else f", {left / 60.0:.0f} min left"
 
 
-def _in_chunks(of: Receivers, settings: BakeSettings, chunks: list[NDArray[np.int64]]) -> Iterator[NDArray[np.uint8]]:
-    """Counts of visible parts for each of `chunks`, whatever portions the rays are cast in."""
-    if not chunks:
-        return
-    sizes = iter(len(vertices) for vertices in chunks)
-    size = next(sizes)
-    held = np.empty((0, FACES * settings.edge**2), np.uint8)
-    for _, counts in visibility_shares(of, settings.edge, settings.fine, np.concatenate(chunks)):
-        held = np.concatenate([held, counts]) if len(held) else counts
-        while size and len(held) >= size:
-            yield held[:size]
-            held, size = held[size:], next(sizes, 0)
+def recipe_of(work: Work, of: Receivers) -> Recipe:
+    """What all chunks of `work` share, for `maker`; `of` are its vertices as receivers."""
+    chart, settings = work.factors.chart, work.settings
+    return {
+        "positions": of.caster.positions,
+        "faces": of.caster.faces,
+        "origin": of.origin,
+        "normal": of.normal,
+        "free": of.free,
+        "frames": vertex_frames(work.surface, work.factors.isotropic),
+        "bounds": vertex_bounds(work.vertices, work.ground_vertex, settings.edge),
+        "ground_vertex": work.ground_vertex,
+        "map": (chart.kind, chart.size),
+        "light_maps": light_maps(work.factors),
+        "edge": settings.edge,
+        "fine": settings.fine,
+        "coefficients": settings.coefficients,
+    }
+
+
+def maker(recipe: Recipe) -> Make:
+    """Chunks of a bake by their numbers, from `recipe_of` it."""
+    caster = RayCaster(recipe["positions"], recipe["faces"])
+    return _Baker(recipe, Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"]))
 
 
 class _Baker:
-    """Turns visibility into vectors, with everything that all vertices share."""
+    """Turns vertices into vectors, with everything that all vertices share."""
 
-    def __init__(self, work: Work) -> None:
-        self._work = work
-        self._texels = cube_texels(work.settings.edge)
-        self._frames = vertex_frames(work.surface, work.factors.isotropic)
-        self._maps = light_maps(work.factors)
+    def __init__(self, recipe: Recipe, of: Receivers) -> None:
+        self._recipe, self._of = recipe, of
+        self._texels = cube_texels(recipe["edge"])
+        self._chart = DirectionMap(*recipe["map"])
 
-    def __call__(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
-        of_model = vertices[0] < self._work.ground_vertex
-        chart = self._work.factors.chart if of_model else DIFFUSE
-        maps = self._maps if of_model else np.ones((1, 1, 1), np.float32)
-        settings = self._work.settings
+    def __call__(self, number: int) -> Chunk:
+        """The chunk of that number."""
+        bounds = self._recipe["bounds"]
+        vertices = np.arange(bounds[number], bounds[number + 1])
+        started = time.perf_counter()
+        shares = visibility_shares(self._of, self._recipe["edge"], self._recipe["fine"], vertices)
+        counts = [some for _, some in shares]
+        visibility_s = time.perf_counter() - started
+        rows = self.vectors(vertices, counts[0] if len(counts) == 1 else np.concatenate(counts))
+        return Chunk(number, rows, visibility_s)
+
+    def vectors(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
+        """The rows of `vertices`, all of the model or all of the ground, from how many parts of texels they see."""
+        recipe = self._recipe
+        of_model = vertices[0] < recipe["ground_vertex"]
         return transport_vectors(
-            self._frames[vertices],
+            recipe["frames"][vertices],
             np.ascontiguousarray(counts),
-            settings.fine**2,
+            recipe["fine"] ** 2,
             self._texels,
-            chart,
-            maps,
-            settings.coefficients,
+            self._chart if of_model else DIFFUSE,
+            recipe["light_maps"] if of_model else np.ones((1, 1, 1), np.float32),
+            recipe["coefficients"],
         )
 
 
 def bake_in_memory(work: Work, vertices: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Mapping[str, Any]]]:
     """Vectors of chosen vertices of the model, chunk by chunk, without a file."""
-    baker, of = _Baker(work), work.occluder.receivers(work.surface)
+    of = work.occluder.receivers(work.surface)
+    baker = _Baker(recipe_of(work, of), of)
     for chunk, counts in visibility_shares(of, work.settings.edge, work.settings.fine, vertices):
-        yield chunk, baker(chunk, counts)
+        yield chunk, baker.vectors(chunk, counts)
 
 
 def estimate_s(work: Work) -> float:

@@ -107,12 +107,21 @@ def test_what_is_cancelled_goes_on(mesh: Path, tmp_path: Path, lightarc: Command
         (("--ground", "1.5"), 2, "albedo 1.5"),
         (("--ground", "nan"), 2, "albedo nan"),
         (("--brdf", "nonsense"), 2, "nonsense"),
+        (("--cluster", "nonsense"), 2, "no address of a Dask scheduler"),
+        (("--cluster", "tcp://127.0.0.1:9"), 3, "no scheduler of a cluster answers"),
         (("-o", "/nowhere/at/all.transport"), 3, "folder does not exist"),
     ],
 )
 def test_what_cannot_be_baked_is_refused(
-    words: tuple[str, str], code: int, message: str, lightarc: Command, mesh: Path, tmp_path: Path
+    words: tuple[str, str],
+    code: int,
+    message: str,
+    lightarc: Command,
+    mesh: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr("engine.transport.chunks.PATIENCE_S", 0.3)
     refused = lightarc("bake", mesh, "--brdf", "lambert", "-o", tmp_path / "a.transport", *QUICK, *words)
     assert (refused.code, message in refused.err) == (code, True), refused.err
     assert not list(tmp_path.glob("*.transport"))
