@@ -131,30 +131,32 @@ def windowed(coefficients: ArrayLike, kind: Window) -> Array:
     return values * window(order_of(len(values)), kind).reshape(-1, *[1] * (values.ndim - 1))
 
 
-def disc_zonal(order: int, radius: float) -> Array:
-    """(order,) coefficients y_l0 of an even disc about +z that brings irradiance 1; `radius` in radians, to pi/2.
+def disc_zonal(order: int, radius: ArrayLike) -> Array:
+    """(..., order) coefficients y_l0 of even discs about +z that bring irradiance 1; `radius` (...) to pi/2 rad.
 
     The integral of P_l over the cap is (1 - c^2) P_l'(c) / (l (l + 1)) with c = cos(radius), and the radiance is
     1 / (pi (1 - c^2)): the factor that vanishes cancels, and radius 0 is the directional light.
     """
-    if not 0.0 <= radius <= math.pi / 2:
-        raise ValueError(f"a disc of radius {math.degrees(radius):g}° is not between 0 and 90°")
-    c = math.cos(radius)
+    angle = np.asarray(radius, np.float64)
+    wrong = angle[~((angle >= 0.0) & (angle <= np.pi / 2))]
+    if wrong.size:
+        raise ValueError(f"a disc of radius {math.degrees(wrong[0]):g}° is not between 0 and 90°")
     degree = np.arange(checked_order(order))
-    share = np.empty(order)
-    share[0] = 1.0 / math.cos(radius / 2.0) ** 2
-    share[1:] = 2.0 * _legendre_slopes(order, c)[1:] / (degree[1:] * (degree[1:] + 1.0))
+    share = np.empty((*angle.shape, order))
+    share[..., 0] = 1.0 / np.cos(angle / 2.0) ** 2
+    share[..., 1:] = 2.0 * _legendre_slopes(order, np.cos(angle))[..., 1:] / (degree[1:] * (degree[1:] + 1.0))
     return np.sqrt((2.0 * degree + 1.0) / (4.0 * np.pi)) * share
 
 
-def _legendre_slopes(order: int, c: float) -> Array:
-    """(order,) P_l'(c), by P_{l+1}' = P_{l-1}' + (2 l + 1) P_l."""
-    value, slope = np.zeros(order + 1), np.zeros(order + 1)
-    value[:2], slope[1] = (1.0, c), 1.0
+def _legendre_slopes(order: int, c: Array) -> Array:
+    """(..., order) P_l'(c), by P_{l+1}' = P_{l-1}' + (2 l + 1) P_l."""
+    value, slope = np.zeros((*c.shape, order + 1)), np.zeros((*c.shape, order + 1))
+    value[..., 0], value[..., 1], slope[..., 1] = 1.0, c, 1.0
     for degree in range(1, order):
-        value[degree + 1] = ((2 * degree + 1) * c * value[degree] - degree * value[degree - 1]) / (degree + 1)
-        slope[degree + 1] = slope[degree - 1] + (2 * degree + 1) * value[degree]
-    return slope[:order]
+        higher = (2 * degree + 1) * c * value[..., degree] - degree * value[..., degree - 1]
+        value[..., degree + 1] = higher / (degree + 1)
+        slope[..., degree + 1] = slope[..., degree - 1] + (2 * degree + 1) * value[..., degree]
+    return slope[..., :order]
 
 
 def cosine_zonal(order: int) -> Array:
@@ -171,18 +173,14 @@ def cosine_zonal(order: int) -> Array:
 
 
 def turned_zonal(zonal: ArrayLike, directions: ArrayLike) -> Array:
-    """(..., order^2) coefficients of the function of `zonal` (order,) about `directions` (..., 3) instead of +z."""
-    return evaluate(len(np.asarray(zonal)), directions) * _per_coefficient(zonal)
+    """(..., order^2) coefficients of the functions of `zonal` about `directions` (..., 3) instead of +z.
 
-
-def convolved(coefficients: ArrayLike, zonal: ArrayLike) -> Array:
-    """The integral of a function times `zonal` (order,) about each direction, as `coefficients` (order^2, ...)."""
-    values = np.asarray(coefficients, np.float64)
-    if order_of(len(values)) != len(np.asarray(zonal)):
-        raise ValueError(f"a zonal function of order {len(np.asarray(zonal))} does not fit {len(values)} coefficients")
-    return values * _per_coefficient(zonal).reshape(-1, *[1] * (values.ndim - 1))
+    `zonal` is (order,) of one function for all directions, or (..., order) of one each.
+    """
+    return evaluate(np.asarray(zonal).shape[-1], directions) * _per_coefficient(zonal)
 
 
 def _per_coefficient(zonal: ArrayLike) -> Array:
-    band = bands(len(np.asarray(zonal)))
-    return np.sqrt(4.0 * np.pi / (2.0 * band + 1.0)) * np.asarray(zonal, np.float64)[band]
+    values = np.asarray(zonal, np.float64)
+    band = bands(values.shape[-1])
+    return np.asarray(np.sqrt(4.0 * np.pi / (2.0 * band + 1.0)) * values[..., band])

@@ -286,6 +286,19 @@ def transfer(rows: Array, light: Array, out: Array) -> None:
 
 
 @parallel
+def transfer_each(rows: Array, light: Array, count: int, out: Array) -> None:
+    """The same with `light` (V, n, 3) of one's own for every `count` rows."""
+    size = light.shape[1]
+    for r in prange(rows.shape[0]):
+        for c in range(3):
+            row = rows[r, c if rows.shape[1] == 3 else 0]
+            total = np.float32(0.0)
+            for j in range(size):
+                total += row[j] * light[r // count, j, c]
+            out[r, c] = total
+
+
+@parallel
 def total(values: Array) -> float:
     """The sum of `values` (N,) float32, N a multiple of 1000: what reading them costs, for measurements."""
     sums = np.zeros(values.shape[0] // 1000, np.float32)

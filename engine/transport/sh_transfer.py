@@ -199,15 +199,23 @@ def diffuse_vectors(
 
 
 def transferred(transport: ShTransport, light: ArrayLike) -> NDArray[np.float32]:
-    """(R, 3) what the rows make of `light` (order², 3): coefficients in the vertices' frames, or irradiance / π.
+    """(R, 3) what the rows make of `light`: coefficients in the vertices' frames, or irradiance / π.
 
-    Raises ValueError for light of another order (H12). Bound by reading the rows once.
+    `light` is (order², 3) for all vertices, or (V, order², 3) for each where lamps are near. Raises ValueError for
+    light of another order (H12). Bound by reading the rows once.
     """
     coefficients = np.ascontiguousarray(light, np.float32)
-    if coefficients.shape != (transport.order**2, 3):
+    own, shape = coefficients.ndim == 3, (transport.order**2, 3)
+    if coefficients.shape != ((len(transport.mesh.positions), *shape) if own else shape):
         raise ValueError(f"light of the shape {coefficients.shape} does not fit transport of order {transport.order}")
     result = np.empty((len(transport.rows), 3), np.float32)
-    sh_kernel.transfer(transport.rows, coefficients, result)
+    if not own:
+        sh_kernel.transfer(transport.rows, coefficients, result)
+        return result
+    first, count = transport.ground_vertex, 1 if transport.diffuse else transport.order**2
+    model, ground = slice(0, first * count), slice(first * count, None)
+    sh_kernel.transfer_each(transport.rows[model], coefficients[:first], count, result[model])
+    sh_kernel.transfer_each(transport.rows[ground], coefficients[first:], 1, result[ground])
     return result
 
 

@@ -13,7 +13,7 @@ from engine.environment_file import read_environment
 from engine.lamps import Lamp, lights_of
 from engine.sky import built_in
 from engine.sun import split_sun
-from engine.transport.sh import convolved, cosine_zonal, evaluate
+from engine.transport.sh import cosine_zonal, evaluate, turned_zonal
 from engine.transport.sh_lighting import lamp_coefficients, project, scene_coefficients, turned_about_y
 from tests.engine.scenes import scene
 from tests.engine.transport.test_sh import random_directions
@@ -34,7 +34,7 @@ def test_H10_EN9_constant_light_has_one_coefficient(size):
     coefficients = project(EnvironmentMap(np.ones((*size, 3), np.float32)), 15)
     np.testing.assert_allclose(coefficients[0], math.sqrt(4 * math.pi), rtol=1e-14)
     np.testing.assert_allclose(coefficients[1:], 0.0, atol=1e-13)
-    radiance = evaluate(15, random_directions(20)) @ convolved(coefficients, cosine_zonal(15)) / math.pi
+    radiance = turned_zonal(cosine_zonal(15), random_directions(20)) @ coefficients / math.pi
     np.testing.assert_allclose(radiance, 1.0, atol=1e-6)
 
 
@@ -113,7 +113,7 @@ def test_lamps_are_the_sum_of_their_directions(radius):
 
 def test_a_lamp_facing_a_surface_gives_its_irradiance():
     lamp = Lamp((0.0, 0.6, 0.8), (3.0, 2.0, 1.0), 0.2)
-    irradiance = evaluate(40, lamp.direction) @ convolved(lamp_coefficients(lamp, 40), cosine_zonal(40))
+    irradiance = turned_zonal(cosine_zonal(40), lamp.direction) @ lamp_coefficients(lamp, 40)
     np.testing.assert_allclose(irradiance, lamp.irradiance, rtol=1e-3)
 
 
