@@ -37,11 +37,19 @@ from engine.transport.wavelet_codes import THRESHOLD, encode_light
 
 @dataclass(frozen=True)
 class WaveletError:
-    """`rmse_rel` of the radiance, of so many `pairs`; `negative_rel`, what was clamped over what is left."""
+    """`rmse_rel` of the radiance, of so many `pairs`; `negative_rel`, what was clamped over what is left.
+
+    `mean_rel` is how much brighter the mean is. It is no noise: what is cut off a vector spreads transport over whole
+    squares of texels, for neighbours in the same way, so a small light that many vertices see at a slant brightens or
+    darkens them all. On Spot under Grace Cathedral with 96 coefficients, the side that the camera sees is 2.5 %
+    brighter, and with the map turned by a quarter at a time 0.9 %, −1.1 % and −0.4 %; with 32, 200 and 1000 coefficients
+    8.5, 1.3 and 0.3 %. Larger and softer lights are within 0.3 %.
+    """
 
     rmse_rel: float
     negative_rel: float
     pairs: int
+    mean_rel: float
 
 
 def wavelet_error(
@@ -70,7 +78,7 @@ def wavelet_error(
     transport = _transport(work, chosen, visible)
     rows = relit(transport, light)
     found = [radiance_towards(transport, rows, np.broadcast_to(wo, (len(chosen), 3))) for wo in towards]
-    difference = total = 0.0
+    difference = total = brighter = mean = 0.0
     pairs = 0
     for number, frame in enumerate(transport.frames):
         local, cosine = towards @ frame, towards @ frame[:, 2]
@@ -79,10 +87,14 @@ def wavelet_error(
         values = np.stack([found[view].value[number] for view in seen]) if seen.size else exact
         difference += float(cosine[seen] @ ((values - exact) ** 2).sum(axis=1))
         total += float(cosine[seen] @ (exact**2).sum(axis=1))
+        brighter += float(cosine[seen] @ (values - exact).sum(axis=1))
+        mean += float(cosine[seen] @ exact.sum(axis=1))
         pairs += len(seen)
         yield Step((number + 1) / len(chosen), "comparing with the sum over all texels")
     negative = float(np.mean([each.negative_rel for each in found]))
-    return WaveletError(math.sqrt(difference / total) if total > 0.0 else 0.0, negative, pairs)
+    if total <= 0.0:
+        return WaveletError(0.0, negative, pairs, 0.0)
+    return WaveletError(math.sqrt(difference / total), negative, pairs, brighter / mean)
 
 
 def _exact(
