@@ -35,6 +35,7 @@ VERBS = (
     ("brdf", "app.verbs.brdf"),
     ("factor", "app.verbs.factor"),
     ("bake", "app.verbs.bake"),
+    ("figures", "app.verbs.figures"),
     ("bundle", "app.verbs.bundle"),
     ("bench", "app.verbs.bench"),
 )

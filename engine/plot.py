@@ -42,7 +42,7 @@ from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
 from scipy.optimize import isotonic_regression  # noqa: E402
 
-#: Colours after Okabe and Ito, some darker or lighter, and the markers that go with them, in the order in which plots use them.
+#: Colours after Okabe and Ito, some darker or lighter, and their markers, in the order in which plots use them.
 COLOURS = ("#0072b2", "#e69f00", "#1f2a44", "#d55e00", "#00664b", "#d488b1", "#8f8f8f")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 

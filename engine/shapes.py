@@ -22,7 +22,7 @@ Points = NDArray[np.float64]
 RESOURCES = Path(__file__).resolve().parents[1] / "resources"
 
 
-def _from_grid(name: str, positions: Points, normals: Points, uv: Points) -> Mesh:
+def grid_mesh(name: str, positions: Points, normals: Points, uv: Points) -> Mesh:
     """A mesh from grids (rows, columns, …) whose u rises along the columns and v along the rows."""
     rows, columns = positions.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
@@ -51,7 +51,7 @@ def plane() -> Mesh:
     """The square [−1, 1]² in the plane z = 0, facing +Z."""
     u, v = _grid(2, 2)
     positions = np.stack([2 * u - 1, 2 * v - 1, np.zeros_like(u)], -1)
-    return _from_grid("plane", positions, np.broadcast_to((0.0, 0.0, 1.0), positions.shape), np.stack([u, v], -1))
+    return grid_mesh("plane", positions, np.broadcast_to((0.0, 0.0, 1.0), positions.shape), np.stack([u, v], -1))
 
 
 def sphere() -> Mesh:
@@ -60,7 +60,7 @@ def sphere() -> Mesh:
     theta, phi = np.pi * (1 - v), 2 * np.pi * u
     positions = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], -1)
     positions[:, -1], positions[0], positions[-1] = positions[:, 0], (0.0, -1.0, 0.0), (0.0, 1.0, 0.0)
-    return _without_slivers(_from_grid("sphere", positions, positions, np.stack([2 * u, v], -1)))
+    return _without_slivers(grid_mesh("sphere", positions, positions, np.stack([2 * u, v], -1)))
 
 
 def _without_slivers(mesh: Mesh) -> Mesh:
@@ -89,7 +89,7 @@ def torus_knot() -> Mesh:
     repeats = round(length / (2 * np.pi * 0.28))
     positions = centre + 0.28 * normals
     positions[:, -1], positions[-1] = positions[:, 0], positions[0]
-    return _from_grid("torus-knot", positions, normals, np.stack([repeats * u, v], -1))
+    return grid_mesh("torus-knot", positions, normals, np.stack([repeats * u, v], -1))
 
 
 def cloth() -> Mesh:
@@ -100,7 +100,7 @@ def cloth() -> Mesh:
     size = [4 * (points - 1) + 1 for points in coarse.shape[:2]]
     positions = zoom(coarse, (size[0] / coarse.shape[0], size[1] / coarse.shape[1], 1.0), order=3, mode="nearest")
     u, v = _grid(*size)
-    return _from_grid("cloth", positions, _grid_normals(positions), np.stack([u, v], -1))
+    return grid_mesh("cloth", positions, _grid_normals(positions), np.stack([u, v], -1))
 
 
 def blob() -> Mesh:
@@ -109,7 +109,7 @@ def blob() -> Mesh:
     u, v = _grid(*positions.shape[:2])
     around = np.linalg.norm(np.diff(positions, axis=1), axis=-1).sum(axis=1).mean()
     upwards = np.linalg.norm(np.diff(positions, axis=0), axis=-1).sum(axis=0).mean()
-    return _without_slivers(_from_grid("blob", positions, normals, np.stack([u, v * upwards / around], -1)))
+    return _without_slivers(grid_mesh("blob", positions, normals, np.stack([u, v * upwards / around], -1)))
 
 
 #: The built-in models by the name that the command line and the window use.

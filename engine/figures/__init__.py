@@ -1,0 +1,1 @@
+"""The papers' figures as pictures, each panel with its error against the reference."""

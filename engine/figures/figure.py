@@ -1,0 +1,230 @@
+"""What a figure is: rows of panels with their errors, plots beside them, and how finely all of it is made.
+
+Errors are relative RMSE of linear radiance against the reference, over the pixels that both cover completely, with the
+noise of the reference taken off and what is left of it stated (`engine.accuracy.compare.error_against`). The papers
+show pictures; the figures under them are ours.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.accuracy.compare import ErrorEstimate, error_against
+from engine.bust import bust
+from engine.camera import Camera, frame
+from engine.contact_sheet import Panel, Row, draw_sheet, panel_width
+from engine.environment import EnvironmentMap
+from engine.mesh import Mesh
+from engine.plot import Curve
+from engine.render.display import Display, displayed
+from engine.render.reference import ReferencePicture, reference
+from engine.scene import Scene
+from engine.shapes import grid_mesh
+from engine.steps import Steps
+
+#: Coverage from which a pixel is taken to be covered completely.
+COVERED = 0.999
+
+#: Pictures (height, width, 4) of linear radiance times coverage, and coverage.
+Picture = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """What figures are made of.
+
+    Attributes
+    ----------
+    mesh, environment : the user's; None for what suits each figure.
+    quick : few vertices, pixels and samples, to see that it works.
+    """
+
+    mesh: Mesh | None = None
+    environment: EnvironmentMap | None = None
+    quick: bool = False
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) of a picture."""
+        return (40, 40) if self.quick else (360, 360)
+
+    @property
+    def samples(self) -> int:
+        """Of each pixel of the reference."""
+        return 16 if self.quick else 64
+
+    @property
+    def edge(self) -> int:
+        """Of the cube maps that visibility is found for."""
+        return 16 if self.quick else 64
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is doubtful about the user's files."""
+        mesh = () if self.mesh is None else self.mesh.health.warnings
+        light = () if self.environment is None else self.environment.health.warnings
+        return (*mesh, *light)
+
+    @cached_property
+    def model(self) -> Mesh:
+        """The user's mesh, or the bust with as few vertices as a bake of some minutes allows."""
+        return self.mesh if self.mesh is not None else coarse_bust(*((17, 25) if self.quick else (73, 109)))
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """One picture of a figure.
+
+    Attributes
+    ----------
+    panel : what it shows, in a few words. knobs : how it was made.
+    error : against the next picture of its row that has none, which is a reference.
+    exposure_ev : stops by which it is shown brighter.
+    variance : of a reference by Monte Carlo, (height, width, 3).
+    """
+
+    panel: str
+    picture: Picture
+    knobs: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    error: ErrorEstimate | None = None
+    exposure_ev: float = 0.0
+    variance: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ShownRow:
+    """Pictures side by side under a heading."""
+
+    heading: str
+    pictures: tuple[Shown, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """A figure of a paper.
+
+    Attributes
+    ----------
+    name : of the verb, as kautz-6.
+    title, subtitle : what it shows, and on what.
+    rows : its pictures.
+    plots : by the name of their files, figures of `engine.plot`.
+    table : rows of equal keys, units in the keys, for a CSV beside the pictures; what the plots show.
+    extra : rows of `engine.contact_sheet` that are not pictures of a scene, above the others.
+    """
+
+    name: str
+    title: str
+    subtitle: str
+    rows: tuple[ShownRow, ...] = ()
+    plots: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    table: tuple[Mapping[str, Any], ...] = ()
+    extra: tuple[Row, ...] = ()
+
+
+def coarse_bust(rows: int, columns: int) -> Mesh:
+    """The built-in bust with so many vertices."""
+    positions, normals = bust(rows, columns)
+    v, u = np.meshgrid(np.linspace(0.0, 1.0, rows), np.linspace(0.0, 1.0, columns), indexing="ij")
+    return grid_mesh("blob", positions, normals, np.stack([u, v], -1))
+
+
+def camera_of(mesh: Mesh, size: tuple[int, int]) -> Camera:
+    return frame(mesh.positions, size[0] / size[1])
+
+
+def truth_of(scene: Scene, settings: Settings) -> Steps[ReferencePicture]:
+    """The reference of `scene`: direct light with shadows."""
+    return (yield from reference(scene, settings.size, samples=settings.samples))
+
+
+def error_of(picture: Picture, truth: ReferencePicture) -> ErrorEstimate:
+    """Of a picture against the reference, over what both cover completely; 0 where that is nothing."""
+    mask = (picture[..., 3] >= COVERED) & (truth.picture[..., 3] >= COVERED)
+    if not mask.any():
+        return ErrorEstimate(0.0, 0.0)
+    return error_against(picture, truth.picture, 0.0 if truth.variance is None else truth.variance, mask)
+
+
+def compared(
+    panels: Sequence[tuple[str, Mapping[str, Any], Picture]], truth: ReferencePicture, last: str
+) -> tuple[Shown, ...]:
+    """The `panels` (words, knobs, picture) with their errors, and the reference after them under the words `last`."""
+    stops = exposure_of(truth.picture)
+    shown = [Shown(words, picture, knobs, error_of(picture, truth), stops) for words, knobs, picture in panels]
+    return (*shown, Shown(last, truth.picture, exposure_ev=stops, variance=truth.variance))
+
+
+def error_curve(name: str, x: Sequence[float], pictures: Sequence[Shown]) -> Curve:
+    """The errors of `pictures` over `x` in %, with their uncertainty; references among them are passed over."""
+    errors = [shown.error for shown in pictures if shown.error is not None]
+    values, spread = [100.0 * e.rmse_rel for e in errors], [100.0 * e.uncertainty for e in errors]
+    return Curve(name, x, values, spread)
+
+
+def exposure_of(picture: Picture) -> float:
+    """Stops that make the brightest parts of the model just not clip on the display."""
+    covered = picture[picture[..., 3] >= COVERED][:, :3]
+    top = float(np.percentile(covered, 99.0)) if covered.size else 0.0
+    return float(np.clip(np.log2(0.8 / top), -40.0, 40.0)) if top > 0.0 else 0.0
+
+
+def sheet_of(figure: Figure) -> NDArray[np.uint8]:
+    """(H, W, 3) the contact sheet of a figure."""
+    rows = [Row(row.heading, tuple(_panel(row, shown) for shown in row.pictures), _aspect(row)) for row in figure.rows]
+    return draw_sheet(figure.title, figure.subtitle, [*figure.extra, *rows])
+
+
+def _panel(row: ShownRow, shown: Shown) -> Panel:
+    pixels = displayed(shown.picture, Display(shown.exposure_ev))
+    words = shown.panel if shown.error is None else f"{shown.panel} · {error_text(shown.error)}"
+    narrow = panel_width(len(row.pictures)) < 11 * len(words)
+    return Panel(pixels, words.replace(" ± ", "±").replace(" %", "%") if narrow else words)
+
+
+def _aspect(row: ShownRow) -> float:
+    height, width = row.pictures[0].picture.shape[:2]
+    return width / height
+
+
+def error_text(error: ErrorEstimate) -> str:
+    """`12.3 ± 0.4 %`, with as many digits as the uncertainty allows; an exact error stands alone."""
+    if error.uncertainty == 0.0:
+        return f"{100.0 * error.rmse_rel:.1f} %"
+    digits = 1 if error.uncertainty >= 5e-4 or error.rmse_rel >= 0.1 else 2
+    return f"{100.0 * error.rmse_rel:.{digits}f} ± {max(100.0 * error.uncertainty, 10.0**-digits):.{digits}f} %"
+
+
+def file_name(row: int, column: int, shown: Shown) -> str:
+    """Of a picture's radiance, from its place and its words."""
+    words = re.sub(r"[^a-z0-9]+", "-", shown.panel.lower()).strip("-")
+    return f"{row + 1}-{column + 1}-{words[:40]}.exr"
+
+
+def records(figure: Figure) -> list[dict[str, Any]]:
+    """What the pictures of a figure are, how far from which reference, and their files."""
+    found = []
+    for number, row in enumerate(figure.rows):
+        for column, shown in enumerate(row.pictures):
+            later = enumerate(row.pictures[column:], column)
+            truth = next((file_name(number, place, each) for place, each in later if each.error is None), None)
+            found.append(
+                {
+                    "name": figure.name,
+                    "panel": f"{row.heading}, {shown.panel}",
+                    "knobs": dict(shown.knobs),
+                    "error_rmse_rel": shown.error.rmse_rel if shown.error else None,
+                    "error_uncertainty": shown.error.uncertainty if shown.error else None,
+                    "radiance": file_name(number, column, shown),
+                    "reference": truth if shown.error else None,
+                }
+            )
+    return found
