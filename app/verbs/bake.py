@@ -52,6 +52,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="N × N rays for each texel of the cube map at the edges of shadows (4)",
     )
     parser.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="PARAMETER=FROM:TO:SOURCE",
+        help="let a parameter of an analytic reflectance go from one value to another over the model, by x, y or z "
+        "across its bounding box or by the luminance of a picture at its texture coordinates: alpha=0.1:0.5:y; "
+        "for sh, twice at most",
+    )
+    parser.add_argument(
+        "--error-env",
+        metavar="FILE",
+        help="measure the error under this environment at 400 vertices, seen from 20 directions (half a minute)",
+    )
+    parser.add_argument(
         "--cluster",
         metavar="ADDRESS",
         help="bake on the workers of a Dask cluster that has this program: the address of its scheduler, say "
@@ -86,6 +100,8 @@ def report(result: dict[str, Any]) -> str:
 
 def _check(arguments: argparse.Namespace) -> None:
     """ValueError where an option is given that belongs to another mode, or an address is none."""
+    if arguments.vary and arguments.mode == "wavelet":
+        raise ValueError("--vary is not for --mode wavelet, which is baked for one reflectance")
     from engine.transport.chunks import check_cluster
 
     if arguments.cluster is not None:

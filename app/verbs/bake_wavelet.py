@@ -6,11 +6,10 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from app.verbs.baked import carry_out, subject_of
+from app.verbs.baked import carry_out, error_lines, error_under, subject_of
 from engine.steps import Step, drain, part
 
 if TYPE_CHECKING:
-    from engine.brdf.brdf import Brdf
     from engine.transport.wavelet_bake import Work
 
 #: Edge of the cube maps unless something else is said.
@@ -43,17 +42,13 @@ def add_arguments(parser: Any) -> None:
         metavar="N",
         help="let shadows fall from a model simplified in a grid of N cells a side (0: the model itself)",
     )
-    parser.add_argument(
-        "--error-env",
-        metavar="FILE",
-        help="measure the error under this environment at 400 vertices, seen from 20 directions (half a minute)",
-    )
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.cli import usage
     from engine.transport.wavelet import MOST_TERMS
     from engine.transport.wavelet_bake import BakeSettings, bake, estimate_s, factors_for, prepare
+    from engine.transport.wavelet_error import wavelet_error
 
     edge = EDGE if arguments.cube is None else arguments.cube
     if not 1 <= arguments.terms <= MOST_TERMS:
@@ -64,7 +59,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     options = {"kind": arguments.map, "weighting": arguments.weighting}
     factors = usage(drain, part(factors_for(subject.brdf, arguments.terms, **options), 0.0, 0.02), show)
     work: Work = usage(prepare, subject.mesh, factors, settings, subject.ground)
-    error = _error(arguments.error_env, work, subject.brdf, show) if arguments.error_env else {}
+    error = error_under(arguments.error_env, edge, lambda cube: wavelet_error(work, subject.brdf, cube.radiance), show)
     error |= _occluder(work) if settings.occluder_cells else {}
     knobs = {
         "terms": work.factors.terms,
@@ -97,12 +92,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def lines(result: dict[str, Any]) -> list[str]:
     """What there is to say beyond what all modes say."""
-    found = []
-    if "error_rmse_rel" in result:
-        found.append(
-            f"error under {result['error_env']}: {100.0 * result['error_rmse_rel']:.1f} % of the radiance "
-            f"(RMS, {result['error_pairs']:,} pairs of vertex and view)"
-        )
+    found = error_lines(result)
     if "occluder_faces" in result:
         found.append(
             f"shadows from {result['occluder_faces']:,} triangles: the open share of the sky is off by "
@@ -113,21 +103,6 @@ def lines(result: dict[str, Any]) -> list[str]:
 
 def _refuse(problem: str) -> None:
     raise ValueError(problem)
-
-
-def _error(name: str, work: Work, brdf: Brdf, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.cube_map import cube_of
-    from engine.environment_file import open_environment
-    from engine.transport.wavelet_error import wavelet_error
-
-    environment = open_environment(name)
-    found = drain(wavelet_error(work, brdf, cube_of(environment, work.settings.edge).radiance), show)
-    return {
-        "error_env": environment.name,
-        "error_rmse_rel": found.rmse_rel,
-        "error_negative_rel": found.negative_rel,
-        "error_pairs": found.pairs,
-    }
 
 
 def _occluder(work: Work) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from engine.steps import Step, Steps, drain, part
 
 if TYPE_CHECKING:
     from engine.brdf.brdf import Brdf
+    from engine.cube_map import CubeMap
     from engine.ground import Ground
     from engine.mesh import Mesh
 
@@ -114,6 +115,46 @@ def carry_out(
         "cancelled": False,
         "exit_code": DONE,
     }
+
+
+class Error(Protocol):
+    """How far a bake is from the sum over all texels: of the radiance, what was clamped, from so many pairs."""
+
+    @property
+    def rmse_rel(self) -> float: ...
+    @property
+    def negative_rel(self) -> float: ...
+    @property
+    def pairs(self) -> int: ...
+
+
+def error_under(
+    name: str | None, edge: int, measure: Callable[[CubeMap], Steps[Error]], show: Callable[[Step], None]
+) -> dict[str, Any]:
+    """The record of the error under the environment `name`, as a cube map of `edge`; nothing where none is named."""
+    from engine.cube_map import cube_of
+    from engine.environment_file import open_environment
+
+    if name is None:
+        return {}
+    environment = open_environment(name)
+    found = drain(measure(cube_of(environment, edge)), show)
+    return {
+        "error_env": environment.name,
+        "error_rmse_rel": found.rmse_rel,
+        "error_negative_rel": found.negative_rel,
+        "error_pairs": found.pairs,
+    }
+
+
+def error_lines(result: dict[str, Any]) -> list[str]:
+    """What there is to say of the error, where it was measured."""
+    if "error_rmse_rel" not in result:
+        return []
+    return [
+        f"error under {result['error_env']}: {100.0 * result['error_rmse_rel']:.1f} % of the radiance "
+        f"(RMS, {result['error_pairs']:,} pairs of vertex and view)"
+    ]
 
 
 def words_of_time(seconds: float) -> str:
