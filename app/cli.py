@@ -36,6 +36,7 @@ VERBS = (
     ("factor", "app.verbs.factor"),
     ("bake", "app.verbs.bake"),
     ("figures", "app.verbs.figures"),
+    ("tradeoff", "app.verbs.tradeoff"),
     ("bundle", "app.verbs.bundle"),
     ("bench", "app.verbs.bench"),
 )

@@ -162,8 +162,8 @@ def _dropped(members: list[_Member], rays_s: float, done: float, deadline: float
 def _bounds(vertices: int, first: int, edge: int) -> NDArray[np.int64]:
     """Where chunks begin, and the end; none mixes model and ground."""
     step = max(1, CHUNK // (6 * edge * edge))
-    bounds = [np.arange(0, first, step), np.arange(first, vertices, step), [0, first, vertices]]
-    return np.unique(np.concatenate(bounds)).astype(np.int64)
+    ends = np.array([0, first, vertices], np.int64)
+    return np.unique(np.concatenate([np.arange(0, first, step), np.arange(first, vertices, step), ends]))
 
 
 def _prepared(scene: Scene, group: Sequence[Setting]) -> Steps[tuple[list[_Member], list[LeftOut]]]:

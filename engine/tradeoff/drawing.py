@@ -22,7 +22,7 @@ from engine.gl.direct import DirectRenderer
 from engine.gl.factor_textures import factor_source
 from engine.gl.transported import TransportRenderer
 from engine.render.direct import radiance
-from engine.render.transported import transported
+from engine.render.transported import picture_of
 from engine.scene import Scene
 from engine.steps import Step, Steps
 
@@ -85,8 +85,7 @@ class Drawer:
         if scene.lit is None:
             picture = yield from radiance(scene, self.size, samples=SAMPLES)
         else:
-            lit = scene.lit
-            picture = (yield from transported(lit.transport, lit.rows, scene.camera, self.size, SAMPLES)).picture
+            picture = (yield from picture_of(scene.lit, scene.camera, self.size, SAMPLES)).picture
         return Drawn(picture, time.perf_counter() - started)
 
     def release(self) -> None:

@@ -32,7 +32,7 @@ from engine.tradeoff.truth import QUIET, Refining, Truth
 FIRST, LAST = 0.15, 0.2
 
 #: Share of the time by which modes without a bake are measured, where there are others.
-AT_ONCE = 0.45
+AT_ONCE = 0.3
 
 #: The reference may take so many seconds beforehand at most, and so many at the end.
 FIRST_S, LAST_S = 20.0, 60.0
@@ -79,7 +79,11 @@ class Tradeoff:
 
     def not_monotone(self, mode: str, knob: str) -> list[tuple[Point, Point]]:
         """Neighbours along the ladder of one knob, all else equal, whose error rises where it should fall."""
-        return [pair for points in ladders_of(self.points, mode, knob) for pair in rises(points)]
+        return [pair for points in self.ladders(mode, knob) for pair in rises(points)]
+
+    def ladders(self, mode: str, knob: str) -> list[list[Point]]:
+        """Points that differ in one knob only, coarse first: as many ladders as the others have values."""
+        return ladders_of(self.points, mode, knob)
 
 
 def ladders_of(points: Sequence[Point], mode: str, knob: str) -> list[list[Point]]:
@@ -148,8 +152,17 @@ def sweep(
     check_scene(scene)
     with closing(Refining(scene, size, max_depth, seed)) as refining, drawing(size) as drawer:
         run = _Run(scene, size, refining, drawer, seconds, max_depth, seed)
-        yield from run.measure(settings)
+        yield from _without_pictures(run.measure(settings))
         return run.result()
+
+
+def _without_pictures(steps: Steps[None]) -> Steps[None]:
+    """The same steps, never going back, with no `partial` but a `Tradeoff`."""
+    done = 0.0
+    with closing(steps):
+        for step in steps:
+            done = max(done, step.done)
+            yield Step(done, step.note, step.partial if isinstance(step.partial, Tradeoff) else None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,7 +232,7 @@ class _Run:
             yield from part(self._again(), 1.0 - LAST, 1.0)
 
     def _step(self, note: str) -> Step:
-        return Step(1.0, note, self.result())
+        return Step(0.0, note, self.result())
 
     def _too_late(self, settings: Sequence[Setting], takes_s: float = 0.0, share: float = 1.0 - LAST) -> bool:
         """Whether less than `takes_s` is left of a share of the time; then these are left out."""

@@ -1,0 +1,144 @@
+"""What a sweep found as files: JSON, CSV, and a plot for each cost as PNG and SVG."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from engine.effects.setting import KNOBS, Setting
+from engine.files.atomic import make_folder, write_bytes, write_json
+from engine.plot import Dot, save, scatter_front
+from engine.steps import Step, Steps
+from engine.tradeoff.front import front
+from engine.tradeoff.point import COSTS, Point
+from engine.tradeoff.sweep import Tradeoff
+
+#: What is written under the axis of a cost, and how many of its units are a second or a byte.
+AXES = {
+    "frame": ("Time of a frame / ms", 1e3),
+    "relight": ("Time to relight / ms", 1e3),
+    "bake": ("Time to bake / s", 1.0),
+    "memory": ("Memory / MB", 1e-6),
+}
+
+#: Modes as people read them, in the order in which plots colour them.
+NAMES = {
+    "sh": "Harmonics",
+    "wavelet": "Wavelets",
+    "gaussian": "Gaussians",
+    "shading-map": "Shading map",
+    "direct": "Direct",
+    "reference": "Reference",
+}
+
+#: Letters of knobs, for labels on plots; those without one are named in full.
+_LETTERS = {"samples": "spp", "directions": "dir", "order": "order", "lobes": "lobes", "cube": "cube"}
+
+
+def record_of(found: Tradeoff, **scene: Any) -> dict[str, Any]:
+    """A sweep as JSON; `scene` are further entries that say of what it is. Units are in the keys."""
+    on_front = {id(point) for point in front(found.points)}
+    paid_off = found.break_even_frames
+    return {
+        **scene,
+        "width_px": found.size[0],
+        "height_px": found.size[1],
+        "gl_renderer": found.device,
+        "points": [
+            {**point.as_json(), "on_front": id(point) in on_front, "break_even_frames": found.break_even(point)}
+            for point in found.points
+        ],
+        "break_even_frames": paid_off[0] if paid_off else None,
+        "break_even_setting": paid_off[1].setting.as_json() if paid_off else None,
+        "ladders": ladders(found),
+        "left_out": [{**each.setting.as_json(), "reason": each.reason} for each in found.left_out],
+        "reference_samples": found.samples,
+        "reference_noise_rel": found.noise,
+        "time_s": found.time_s,
+    }
+
+
+def ladders(found: Tradeoff) -> list[dict[str, Any]]:
+    """For each knob that was turned, whether the error fell along it (1 % slack), and where it did not."""
+    told = []
+    for mode, knobs in KNOBS.items():
+        for knob in knobs:
+            steps = found.ladders(mode, knob)
+            if not steps:
+                continue
+            rising = found.not_monotone(mode, knob)
+            at = [[low.knobs[knob], high.knobs[knob]] for low, high in rising]
+            told.append({"mode": mode, "knob": knob, "monotone": not rising, "rises": at})
+    return told
+
+
+def table_of(found: Tradeoff) -> str:
+    """A sweep as CSV, a line for each point, with the columns of the JSON and one for each knob."""
+    knobs = list(dict.fromkeys(name for point in found.points for name in point.knobs))
+    rows = record_of(found)["points"]
+    figures = [name for name in (rows[0] if rows else {}) if name not in ("mode", "knobs")]
+    stream = io.StringIO()
+    lines = csv.writer(stream, lineterminator="\n")
+    lines.writerow(["mode", *knobs, *figures])
+    for row in rows:
+        values = [row["knobs"].get(name, "") for name in knobs]
+        lines.writerow([row["mode"], *values, *("" if row[name] is None else row[name] for name in figures)])
+    return stream.getvalue()
+
+
+def plot_of(found: Tradeoff, axis: str, title: str = "", current: Setting | None = None) -> Figure | None:
+    """Error against a cost, both logarithmic, the front joined; None where no point has that cost."""
+    words, factor = AXES[axis]
+    shown = [point for point in found.points if point.cost(axis) > 0.0]
+    if not shown:
+        return None
+    best = {id(point) for point in front(shown, axis)}
+    order = sorted(shown, key=lambda point: list(NAMES).index(point.mode))
+    dots = [
+        Dot(
+            factor * point.cost(axis),
+            100.0 * point.error_rmse_rel,
+            NAMES[point.mode],
+            label_of(point, found.points),
+            100.0 * point.error_uncertainty,
+            id(point) in best,
+            point.setting == current,
+        )
+        for point in order
+    ]
+    note = f"Bars: 95 %. Errors against {found.samples} paths for each pixel; frames drawn by {found.device}."
+    free = len(found.points) - len(shown)
+    note += f" {free} settings take none." if free else ""
+    return scatter_front(dots, words, "Error, relative RMSE / %", title=title, note=note)
+
+
+def label_of(point: Point, points: Sequence[Point]) -> str:
+    """The knobs of a point in which settings of its mode differ: 'terms 4, cube 32'."""
+    alike = [other for other in points if other.mode == point.mode]
+    told = [name for name in point.knobs if len({other.knobs[name] for other in alike}) > 1] or [*point.knobs][:1]
+    return ", ".join(f"{_LETTERS.get(name, name)} {point.knobs[name]}" for name in told)
+
+
+def write(found: Tradeoff, folder: Path, title: str = "", **scene: Any) -> Steps[dict[str, Any]]:
+    """Write `tradeoff.json`, `tradeoff.csv`, and plots, `tradeoff.png` that of frames; the JSON's record.
+
+    OutputError where that is not possible.
+    """
+    make_folder(folder)
+    record = record_of(found, **scene)
+    names: list[str] = []
+    for number, axis in enumerate(COSTS):
+        yield Step(number / len(COSTS), "drawing plots")
+        figure = plot_of(found, axis, title)
+        if figure is not None:
+            stem = "tradeoff" if axis == "frame" else f"tradeoff-{axis}"
+            names += [path.name for path in save(figure, folder / f"{stem}.png")]
+    write_bytes(folder / "tradeoff.csv", table_of(found).encode())
+    record["files"] = ["tradeoff.json", "tradeoff.csv", *names]
+    write_json(folder / "tradeoff.json", record)
+    return record
