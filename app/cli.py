@@ -35,6 +35,7 @@ VERBS = (
     ("brdf", "app.verbs.brdf"),
     ("factor", "app.verbs.factor"),
     ("bake", "app.verbs.bake"),
+    ("plan", "app.verbs.plan"),
     ("figures", "app.verbs.figures"),
     ("tradeoff", "app.verbs.tradeoff"),
     ("bundle", "app.verbs.bundle"),

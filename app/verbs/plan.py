@@ -1,0 +1,159 @@
+"""`lightarc plan`: which effects a scene calls for, and the mode and knobs that show them within a budget."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import textwrap
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from app.verbs.brdf import BRDF_HELP
+from engine.steps import Step, drain, part
+
+if TYPE_CHECKING:
+    from engine.effects.plan import EffectsPlan
+
+HELP = "Say which effects a scene calls for, what leaving them out costs and saves, and how best to draw it."
+EXAMPLE = "lightarc plan torus-knot --brdf ggx:alpha=0.3 --env studio --error 0.02"
+
+#: Pixels of a picture that frames are predicted for.
+WIDTH, HEIGHT = 960, 540
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob")
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--brdf", metavar="TEXT", help=BRDF_HELP)
+    what.add_argument("--material", metavar="BUNDLE", help="a material, with its own reflectance")
+    parser.add_argument("--env", required=True, metavar="FILE", help="an environment, as for lightarc render")
+    add_budget(parser)
+    parser.add_argument("--env-rotation-deg", type=float, default=0.0, metavar="A", help="turn it about +Y (0)")
+    parser.add_argument(
+        "--ground", nargs="?", type=float, const=0.5, metavar="ALBEDO", help="let the model stand on a matt ground"
+    )
+    parser.add_argument("--width", type=int, default=WIDTH, metavar="PX", help=f"of the pictures ({WIDTH})")
+    parser.add_argument("--height", type=int, default=HEIGHT, metavar="PX", help=f"of the pictures ({HEIGHT})")
+    parser.add_argument("--calibrate", action="store_true", help="measure this machine anew (some 10 s)")
+
+
+def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
+    """The budget and what is forced, which `lightarc bake --mode auto` shares."""
+    budget = parser.add_mutually_exclusive_group()
+    budget.add_argument("--error", type=float, metavar="E", help="relative error that is allowed (0.01)")
+    budget.add_argument("--time-ms", type=float, metavar="MS", help="time of a frame that is allowed")
+    parser.add_argument(
+        "--force", action="append", default=[], metavar="EFFECT", help="work an effect out even if it adds nothing"
+    )
+    parser.add_argument(
+        "--skip", action="append", default=[], metavar="EFFECT", help="leave an effect out whatever it adds"
+    )
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from app.cli import usage
+    from engine.environment_file import open_environment
+    from engine.factor.factor_file import open_reflectance
+    from engine.files.bundle import open_bundle
+    from engine.ground import Ground
+    from engine.shapes import open_mesh
+
+    usage(_check, arguments)
+    ground = usage(lambda: Ground(albedo=arguments.ground)) if arguments.ground is not None else None
+    material = open_bundle(arguments.material) if arguments.material else None
+    brdf = usage(open_reflectance, arguments.brdf) if material is None else material.reflectance
+    mesh, environment = open_mesh(arguments.mesh), open_environment(arguments.env)
+    options = {
+        "ground": ground,
+        "rotation": math.radians(arguments.env_rotation_deg),
+        "material": material,
+        "pixels": arguments.width * arguments.height,
+    }
+    found = plan_for(arguments, mesh, brdf, environment, show, anew=arguments.calibrate, **options)
+    return {
+        "mesh": arguments.mesh,
+        "vertices": len(mesh.positions),
+        "error": arguments.error if arguments.time_ms is None else None,
+        "time_ms": arguments.time_ms,
+        **record(found),
+        "warnings": list(mesh.health.warnings),
+    }
+
+
+def plan_for(
+    arguments: argparse.Namespace,
+    mesh: Any,
+    brdf: Any,
+    environment: Any,
+    show: Callable[[Step], None],
+    *,
+    anew: bool = False,
+    **options: Any,
+) -> EffectsPlan:
+    """The plan for the budget and the wishes of `arguments`; wrong usage where they cannot be."""
+    from app.cli import usage
+    from app.cost import cost_model
+    from engine.effects.plan import check_effects, plan
+
+    usage(check_effects, arguments.force, arguments.skip)
+    model = drain(part(cost_model(anew=anew), 0.0, 0.8), show)
+    show(Step(0.9, "looking at the scene"))
+    budget = {"error": arguments.error, "time_ms": arguments.time_ms}
+    chosen: EffectsPlan = usage(
+        lambda: plan(
+            mesh, brdf, environment, cost=model, force=arguments.force, skip=arguments.skip, **budget, **options
+        )
+    )
+    return chosen
+
+
+def record(found: EffectsPlan) -> dict[str, Any]:
+    """The plan as JSON tells it."""
+    from dataclasses import asdict
+
+    return {
+        "effects": [asdict(effect) for effect in found.effects],
+        "mode": found.mode,
+        "knobs": found.knobs,
+        "predicted_error_rel": found.predicted_error_rel,
+        "predicted_frame_s": found.cost.frame_s,
+        "predicted_relight_s": found.cost.relight_s,
+        "predicted_bake_s": found.cost.bake_s,
+        "predicted_memory_bytes": found.cost.memory_bytes,
+        "predicted_size_bytes": found.cost.size_bytes,
+        "satisfied": found.satisfied,
+        "free_vertices_share": found.free_share,
+    }
+
+
+def report(result: dict[str, Any]) -> str:
+    from engine.effects.setting import Setting
+
+    lines = [f"{'effect':24} {'decision':10} {'without it':>10} {'saves':>10} {'':>10}"]
+    for effect in result["effects"]:
+        saves = f"{effect['saves_s']:.1f} s" if effect["saves_s"] >= 0.05 else "–"
+        size = f"{effect['saves_bytes'] / 1e6:.1f} MB" if effect["saves_bytes"] >= 50_000 else "–"
+        error = f"{100.0 * effect['estimated_error_rel']:.2g} %"
+        lines.append(f"{effect['effect']:24} {effect['decision']:10} {error:>10} {saves:>10} {size:>10}")
+        lines += textwrap.wrap(effect["reason"], 100, initial_indent="    ", subsequent_indent="    ")
+    setting = Setting(result["mode"], result["knobs"])
+    lines += [
+        "",
+        f"Draw with {setting}: an error of {100.0 * result['predicted_error_rel']:.2g} %, "
+        f"{1e3 * result['predicted_frame_s']:.1f} ms a frame, {1e3 * result['predicted_relight_s']:.1f} ms a new "
+        f"light, {result['predicted_bake_s']:.1f} s to bake, {result['predicted_size_bytes'] / 1e6:.1f} MB",
+    ]
+    if not result["satisfied"]:
+        lines.append("No mode meets the budget; this is the nearest to it.")
+    return "\n".join([*lines, *result["warnings"]])
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    for name in ("error", "time_ms"):
+        value = getattr(arguments, name)
+        if value is not None and not 0.0 < value < math.inf:
+            raise ValueError(f"--{name.replace('_', '-')} {value} is not above 0")
+    if not math.isfinite(arguments.env_rotation_deg):
+        raise ValueError(f"--env-rotation-deg {arguments.env_rotation_deg} is not finite")
+    if not (1 <= arguments.width <= 1 << 15 and 1 <= arguments.height <= 1 << 15):
+        raise ValueError(f"pictures of {arguments.width} × {arguments.height} pixels are not possible")

@@ -1,0 +1,263 @@
+"""What each effect is worth on a scene: the relative error of a picture that leaves it out, in numbers and in words.
+
+The error is the root mean square over pairs of point and view of the difference that the effect makes, over that of the
+radiance (see `engine.effects.radiance`): self-shadowing relative to direct light, interreflection relative to all of
+it. Some hundred points know it to a tenth or a fifth, and an effect that is left out by mistake is worse than one that
+is kept: so the larger of two weightings is told, with and without the pairs that the surface itself hides, and one
+standard error on top, between a tenth and a half. Where every vertex sees its whole hemisphere, and where a reflectance
+or a light does not have the effect at all, the estimate is exactly 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.colour import luminance
+from engine.effects.bounce import bounced
+from engine.effects.radiance import FEWER, Radiances, radiances
+from engine.effects.sample import Sample
+from engine.effects.simplified import albedos
+from engine.light_tree import chosen_lights
+from engine.material import Material, auto_sigma
+from engine.transport.sh_transfer import is_diffuse
+
+Array = NDArray[np.float64]
+
+#: The effects in the order in which they are told.
+EFFECTS = (
+    "self-shadowing",
+    "interreflection",
+    "glossy",
+    "anisotropy",
+    "all-frequency-light",
+    "sun-split",
+    "mesostructure",
+    "spatially-varying-gloss",
+    "fresnel",
+    "retro-reflection",
+)
+
+#: The order of harmonics that is enough where light is of low frequency.
+LOW_ORDER = 5
+
+#: Standard errors that are added to an estimate, and the least and the most that they raise it by.
+MARGIN, LEAST, MOST = 1.0, 1.1, 1.5
+
+#: An error of less than this is rounding.
+ROUNDING = 1e-9
+
+#: Texels of a material, and lights, by which its mesostructure is judged.
+TEXELS, LIGHTS = 64, 16
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """`error_rel` of leaving the effect out, and what was found, as a sentence with its number."""
+
+    effect: str
+    error_rel: float
+    text: str
+
+
+def relative_error(
+    values: Array, wanted: Array, seen: NDArray[np.bool_], *, difference: Array | None = None, margin: bool = True
+) -> float:
+    """The root mean square of `values` − `wanted` (N, K, 3) over that of `wanted`, with its margin.
+
+    `difference` (N, K) may hold the squares of the differences instead, where their noise has been taken off.
+    """
+    apart = ((values - wanted) ** 2).sum(axis=-1) if difference is None else difference
+    whole = (wanted**2).sum(axis=-1)
+    return max(_with_margin((apart * w).sum(axis=1), (whole * w).sum(axis=1), margin) for w in (1.0 + 0.0 * seen, seen))
+
+
+def _with_margin(apart: Array, whole: Array, margin: bool) -> float:
+    """The root of Σ apart / Σ whole over points, raised by the standard error of that ratio."""
+    total, count = float(whole.sum()), len(whole)
+    if total <= 0.0:
+        return 0.0
+    ratio = max(float(apart.sum()), 0.0) / total
+    if ratio < ROUNDING**2:
+        return 0.0
+    if not margin:
+        return math.sqrt(ratio)
+    spread = math.sqrt(count / max(count - 1, 1) * float(((apart - ratio * whole) ** 2).sum())) / total
+    raised = math.sqrt(ratio + MARGIN * spread) / math.sqrt(ratio)
+    return math.sqrt(ratio) * min(max(raised, LEAST), MOST)
+
+
+@dataclass(frozen=True, eq=False)
+class Scenery:
+    """A sample of a scene, the radiance of its pairs, and what other parts of it add, twice with different noise."""
+
+    sample: Sample
+    brdf: Any
+    radiances: Radiances
+    bounced: tuple[Array, Array]
+    material: Material | None = None
+
+    @property
+    def indirect(self) -> Array:
+        return 0.5 * (self.bounced[0] + self.bounced[1])
+
+
+def scenery(sample: Sample, brdf: Any, ground_albedo: float = 0.0, material: Material | None = None) -> Scenery:
+    return Scenery(sample, brdf, radiances(sample, brdf), bounced(sample, brdf, ground_albedo), material)
+
+
+def estimates(scene: Scenery) -> dict[str, Estimate]:
+    """The estimates of all effects, by name."""
+    functions: tuple[Callable[[Scenery], Estimate], ...] = (
+        self_shadowing,
+        interreflection,
+        glossy,
+        anisotropy,
+        all_frequency_light,
+        sun_split,
+        mesostructure,
+        spatially_varying_gloss,
+        fresnel,
+        retro_reflection,
+    )
+    found = [function(scene) for function in functions]
+    return {each.effect: each for each in found}
+
+
+def percent(value: float) -> str:
+    """A share as people read it."""
+    return f"{100.0 * value:.2g} %" if value < 0.1 else f"{100.0 * value:.0f} %"
+
+
+def self_shadowing(scene: Scenery) -> Estimate:
+    """Of direct light with V = 1 everywhere."""
+    sample = scene.sample
+    if sample.free_share == 1.0:
+        return Estimate("self-shadowing", 0.0, "Every vertex sees its whole hemisphere: nothing shades anything.")
+    error = relative_error(scene.radiances.unshadowed, scene.radiances.full, sample.seen)
+    text = (
+        f"{percent(1.0 - sample.free_share)} of the vertices see less than their hemisphere, on average "
+        f"{percent(sample.open_share)} of it; without shadows direct light is off by {percent(error)}."
+    )
+    return Estimate("self-shadowing", error, text)
+
+
+def interreflection(scene: Scenery) -> Estimate:
+    """Of all light without what has met the surface before."""
+    name = "interreflection"
+    if scene.sample.free_share == 1.0:
+        return Estimate(name, 0.0, "Every vertex sees its whole hemisphere: no part lights another.")
+    one, other = scene.bounced
+    squares = (one * other).sum(axis=-1)
+    error = relative_error(
+        scene.radiances.full, scene.radiances.full + scene.indirect, scene.sample.seen, difference=squares
+    )
+    albedo, closed = float(albedos(scene.brdf).mean.mean()), 1.0 - scene.sample.open_share
+    text = (
+        f"An albedo of {albedo:.2g} and {percent(closed)} of the view closed by other parts: "
+        f"their light is {percent(error)} of the picture."
+    )
+    return Estimate(name, error, text)
+
+
+def glossy(scene: Scenery) -> Estimate:
+    """Of the Lambertian reflectance of equal albedo."""
+    if is_diffuse(scene.brdf):
+        return Estimate("glossy", 0.0, "The reflectance is Lambert's: it looks the same from every side.")
+    error = relative_error(scene.radiances.matt, scene.radiances.full, scene.sample.seen)
+    return Estimate("glossy", error, f"A matt surface of equal albedo is off by {percent(error)}.")
+
+
+def anisotropy(scene: Scenery) -> Estimate:
+    """Of the mean over turns of both directions."""
+    found = scene.radiances.unbrushed
+    if found is None:
+        text = "The reflectance stays the same when both directions turn about the normal."
+        return Estimate("anisotropy", 0.0, text)
+    rows = slice(None, None, FEWER)
+    error = relative_error(found[rows], scene.radiances.full[rows], scene.sample.seen[rows])
+    return Estimate("anisotropy", error, f"The mean over all directions of brushing is off by {percent(error)}.")
+
+
+def all_frequency_light(scene: Scenery) -> Estimate:
+    """Of harmonics of `LOW_ORDER`."""
+    error = relative_error(scene.radiances.harmonics[LOW_ORDER], scene.radiances.full, scene.sample.seen)
+    text = f"{LOW_ORDER**2} harmonics of this light with this reflectance are off by {percent(error)}."
+    return Estimate("all-frequency-light", error, text)
+
+
+def sun_split(scene: Scenery) -> Estimate:
+    """Of quantised wavelets of the whole map."""
+    suns = scene.sample.light.suns
+    if scene.radiances.unsplit is None:
+        return Estimate("sun-split", 0.0, "The light has no tiny source that is many times as bright as all around it.")
+    error = relative_error(scene.radiances.unsplit, scene.radiances.full, scene.sample.seen)
+    what = "One tiny bright source brings" if suns == 1 else f"{suns} tiny bright sources bring"
+    share = _share_of_suns(scene.sample)
+    text = f"{what} {percent(share)} of the light; left in the map, the picture is off by {percent(error)}."
+    return Estimate("sun-split", error, text)
+
+
+def _share_of_suns(sample: Sample) -> float:
+    whole = float(luminance(sample.light.whole_cube.radiance.reshape(-1, 3)) @ sample.texels.area)
+    rest = float(luminance(sample.light.cube.radiance.reshape(-1, 3)) @ sample.texels.area)
+    return max(0.0, 1.0 - rest / whole) if whole > 0.0 else 0.0
+
+
+def mesostructure(scene: Scenery) -> Estimate:
+    """Of the material's mean over its texels."""
+    material = scene.material
+    shading = None if material is None else material.shading_map or material.power_law
+    if material is None or shading is None:
+        return Estimate("mesostructure", 0.0, "No photographs of a material: every point of the surface is alike.")
+    sigma = material.sigma
+    if sigma is None:
+        sigma = auto_sigma(scene.brdf, [math.radians(each) for each in material.elevation_deg], shading.r_max)
+    rng = np.random.default_rng(0)
+    height, width = _extent(shading)
+    row, column = rng.integers(height, size=TEXELS), rng.integers(width, size=TEXELS)
+    lights = chosen_lights(scene.sample.light.whole, LIGHTS)
+    apart, whole = np.zeros(scene.sample.seen.shape), np.zeros(scene.sample.seen.shape)
+    for number, (frame, views) in enumerate(zip(scene.sample.frames, scene.sample.views, strict=True)):
+        wi = lights.direction @ frame
+        r = sigma * luminance(scene.brdf.f(wi[None], views[:, None])) * np.maximum(wi[:, 2], 0.0)
+        looked = shading.lookup(row[:, None, None], column[:, None, None], np.broadcast_to(r, (TEXELS, *r.shape)))
+        value = np.einsum("tkjc,jc->tkc", looked.astype(np.float64), lights.irradiance)
+        apart[number] = ((value - value.mean(axis=0)) ** 2).sum(axis=-1).mean(axis=0)
+        whole[number] = (value**2).sum(axis=-1).mean(axis=0)
+    error = _with_margin(apart.sum(axis=1), whole.sum(axis=1), True)
+    return Estimate("mesostructure", error, f"The texels of the material differ from their mean by {percent(error)}.")
+
+
+def _extent(shading: Any) -> tuple[int, int]:
+    image = shading.slices[0] if hasattr(shading, "slices") else shading.scale
+    return int(image.shape[0]), int(image.shape[1])
+
+
+def spatially_varying_gloss(scene: Scenery) -> Estimate:
+    """Of one reflectance everywhere, which is all that a scene has here."""
+    return Estimate("spatially-varying-gloss", 0.0, "One reflectance serves the whole surface.")
+
+
+def fresnel(scene: Scenery) -> Estimate:
+    """Of an albedo that stays what it is at the normal."""
+    error = relative_error(scene.radiances.risen, scene.radiances.full, scene.sample.seen)
+    if error == 0.0:
+        return Estimate("fresnel", 0.0, "The reflectance does not rise towards grazing views.")
+    text = f"Its rise towards grazing views changes the picture by {percent(error)}; it costs nothing."
+    return Estimate("fresnel", error, text)
+
+
+def retro_reflection(scene: Scenery) -> Estimate:
+    """Of what is sent back to the light's side cut to what is sent across it."""
+    found = scene.radiances.unretro
+    if found is None:
+        return Estimate("retro-reflection", 0.0, "Nothing is sent back towards the light more than across it.")
+    error = relative_error(found, scene.radiances.full, scene.sample.seen)
+    text = f"What is sent back towards the light changes the picture by {percent(error)}; it costs nothing."
+    return Estimate("retro-reflection", error, text)

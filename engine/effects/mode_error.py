@@ -1,0 +1,166 @@
+"""How far each setting would be from the truth, told from a sample of a scene before anything is baked.
+
+Harmonics of an order are the truncated sums of `engine.effects.radiance`; directional lights are summed as they are
+drawn; wavelets run through the factors, the transform and the codes of a bake, at some of the points. Between the
+settings that are tried an error is a power law of the knob, and along a ladder it never rises. What a method cannot
+show (shadows of directional lights, light between parts of the model in wavelets) is not in these figures: the plan
+adds the estimate of that effect.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.effects.estimates import Scenery, relative_error
+from engine.effects.radiance import LIGHTS, ORDERS
+from engine.effects.sample import EDGE
+from engine.effects.setting import Setting
+from engine.factor.separable_factors import SeparableFactors
+from engine.mesh import Mesh
+from engine.one_thread import one_thread
+from engine.steps import drain
+from engine.transport.wavelet import (
+    WaveletTransport,
+    cube_texels,
+    light_maps,
+    relit,
+    signed_radiance,
+    transport_vectors,
+    vectors_of,
+)
+from engine.transport.wavelet_bake import factors_for
+from engine.transport.wavelet_codes import encode_light
+
+Array = NDArray[np.float64]
+
+#: Terms and coefficients that are tried, and points at which: one in so many.
+TERMS, KEPT, FEWER = (1, 2, 4, 8), (24, 96, 384), 2
+
+#: An error that nothing lies below: float32, packed codes, and tables.
+FLOOR = 1e-4
+
+
+@dataclass(frozen=True)
+class ModeErrors:
+    """Errors of settings on one scene; `wavelet` by terms and coefficients, `coarse` of an edge of half of `EDGE`."""
+
+    harmonics: dict[int, float]
+    lights: dict[int, float]
+    wavelet: dict[tuple[int, int], float]
+    coarse: float
+
+    def of(self, setting: Setting) -> float:
+        """The error of `setting`; ValueError for a mode of which nothing is known."""
+        if setting.mode == "sh":
+            return max(FLOOR, _between(self.harmonics, setting["order"]))
+        if setting.mode in ("direct", "shading-map"):
+            return max(FLOOR, _between(self.lights, setting["directions"]))
+        if setting.mode == "wavelet":
+            rows = {
+                terms: _between({k: e for (t, k), e in self.wavelet.items() if t == terms}, setting["coefficients"])
+                for terms in TERMS
+            }
+            texels = self.coarse * (0.5 * EDGE) / setting["cube"]
+            return max(FLOOR, math.hypot(_between(rows, setting["terms"]), texels))
+        raise ValueError(f"nothing is known of the error of {setting.mode}")
+
+    def knows(self, mode: str) -> bool:
+        return mode in ("sh", "direct", "shading-map") or (mode == "wavelet" and bool(self.wavelet))
+
+
+def mode_errors(scene: Scenery, *, wavelets: bool = True) -> ModeErrors:
+    """The errors of all modes on `scene`; some 0.1 s once the reflectance is factored, which is remembered."""
+    found, seen = scene.radiances, scene.sample.seen
+    harmonics = {order: relative_error(found.harmonics[order], found.full, seen) for order in ORDERS}
+    lights = {number: relative_error(found.lights[number], found.unshadowed, seen) for number in LIGHTS}
+    coarse = relative_error(found.coarse, found.full, seen)
+    return ModeErrors(_falling(harmonics), _falling(lights), _wavelets(scene) if wavelets else {}, coarse)
+
+
+def _falling(errors: dict[int, float]) -> dict[int, float]:
+    """The same where none is above one before it: noise of the sample apart, a larger knob is never worse."""
+    least = np.minimum.accumulate(list(errors.values()))
+    return {knob: float(error) for knob, error in zip(errors, least, strict=True)}
+
+
+def _between(errors: dict[int, float], knob: float) -> float:
+    """A power law between two of `errors`; beyond the last as between the last two, before the first as there."""
+    knobs = sorted(errors)
+    if len(knobs) == 1:
+        return errors[knobs[0]]
+    high = min(max(int(np.searchsorted(knobs, knob)), 1), len(knobs) - 1)
+    low = knobs[high - 1]
+    one, other = max(errors[low], FLOOR), max(errors[knobs[high]], FLOOR)
+    return one * (knob / low) ** (math.log(other / one) / math.log(knobs[high] / low))
+
+
+@lru_cache(maxsize=4)
+def _factors(brdf: Any, terms: int) -> SeparableFactors | None:
+    """The factors that a bake would take; None for factors over half and difference vectors, which it refuses."""
+    try:
+        return drain(factors_for(brdf, terms))
+    except ValueError:
+        return None
+
+
+def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
+    sample = scene.sample
+    rows = np.arange(0, len(sample.vertices), FEWER)
+    light = encode_light(sample.light.cube.radiance)
+    visible = np.ascontiguousarray(sample.visible[rows], np.uint8)
+    wanted, found = scene.radiances.full[rows], {}
+    vertices = np.repeat(np.arange(len(rows)), sample.views.shape[1])
+    for terms in TERMS:
+        factors = _factors(scene.brdf, terms)
+        if factors is None:
+            return {}
+        for kept in KEPT:
+            with one_thread():
+                transport = _transport(scene, rows, visible, factors, kept)
+                tuples = relit(transport, light) + _of_lamps(scene, rows, factors)
+                signed = signed_radiance(transport, tuples, sample.views[rows].reshape(-1, 3), vertices)
+            value = np.maximum(signed, 0.0).reshape(wanted.shape)
+            found[terms, kept] = relative_error(value, wanted, sample.seen[rows])
+    for terms in TERMS:
+        for kept, error in _falling({kept: found[terms, kept] for kept in KEPT}).items():
+            found[terms, kept] = error
+    for kept in KEPT:
+        for terms, error in _falling({terms: found[terms, kept] for terms in TERMS}).items():
+            found[terms, kept] = error
+    return found
+
+
+def _transport(
+    scene: Scenery, rows: NDArray[np.int64], visible: NDArray[np.uint8], factors: SeparableFactors, kept: int
+) -> WaveletTransport:
+    """The wavelets of the chosen points alone, as if they were the mesh."""
+    sample = scene.sample
+    arrays = transport_vectors(
+        sample.frames[rows], visible, 1, cube_texels(EDGE), factors.chart, light_maps(factors), kept
+    )
+    surface, chosen = sample.surface, sample.vertices[rows]
+    some = Mesh(
+        surface.positions[chosen], surface.normals[chosen], surface.uv[chosen], np.zeros((1, 3), np.int32), "sample"
+    )
+    transport = WaveletTransport(some, len(rows), factors, 0.0, EDGE, vectors_of(arrays))
+    object.__setattr__(transport, "frames", sample.frames[rows])  # cached: those of the whole mesh, with its tangents
+    return transport
+
+
+def _of_lamps(scene: Scenery, rows: NDArray[np.int64], factors: SeparableFactors) -> Array:
+    """(R, 3) what lamps add to the tuples."""
+    sample = scene.sample
+    total = np.zeros((len(rows), factors.terms, 3))
+    for number, direction in enumerate(sample.lamp_direction):
+        local = np.einsum("nij,i->nj", sample.frames[rows], direction)
+        lit = np.flatnonzero((local[:, 2] > 0.0) & sample.lamp_lit[rows, number])
+        incident = local[lit, 2:] * sample.lamp_irradiance[number]
+        for k in range(factors.terms):
+            total[lit, k] += factors.chart.look_up(factors.second[k], local[lit]) * incident
+    return total.reshape(-1, 3)
