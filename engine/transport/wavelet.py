@@ -6,8 +6,9 @@ objects using separable BRDF approximation"), on the processor.
     B(v, wo)   = Σ_k view_k(wo) L_k(v)                   when the view changes
 
 Directions of the light are in the world, those of the maps in the vertex's own tangent frame. A ground under the model
-is Lambertian and has one term, of light map 1 and view map albedo/π, whatever the model has. Sums below 0, which
-truncation leaves, are clamped in the radiance only, and how much that was is reported.
+is Lambertian and has one term, of light map 1 and view map albedo/π, whatever the model has. Terms may be those of
+several reflectances that are mixed over the model (`engine.transport.blend`). Sums below 0, which truncation leaves,
+are clamped in the radiance only, and how much that was is reported.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from engine.factor.maps import DirectionMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
 from engine.tangents import frames_along
+from engine.transport.blend import Mixture
 from engine.transport.haar import FACES, candidates, check_edge
 from engine.transport.visibility import Receivers, receivers
 from engine.transport.wavelet_codes import WaveletLight
@@ -82,6 +84,7 @@ class WaveletTransport:
     ground_albedo : of the ground.
     edge : of the faces of the cube maps of light.
     vectors : K rows for each vertex of the model, vertex by vertex, then one for each of the ground.
+    mixture : how the terms are mixed at the vertices of the model; None where they are of one reflectance.
     """
 
     mesh: Mesh
@@ -90,10 +93,13 @@ class WaveletTransport:
     ground_albedo: float
     edge: int
     vectors: Vectors16
+    mixture: Mixture | None = None
 
     def __post_init__(self) -> None:
         check_factors(self.factors)
         check_edge(self.edge)
+        if self.mixture is not None:
+            check_mixture(self.mixture, self.factors, self.ground_vertex)
         rows = self.ground_vertex * self.factors.terms + len(self.mesh.positions) - self.ground_vertex
         if not 0 <= self.ground_vertex <= len(self.mesh.positions) or len(self.vectors.words) != rows:
             raise ValueError(f"{len(self.vectors.words)} vectors do not belong to these vertices, which need {rows}")
@@ -119,6 +125,15 @@ def check_factors(factors: SeparableFactors) -> None:
         raise ValueError("wavelets need factors over light and viewer (in-out), not over half and difference vectors")
     if factors.terms > MOST_TERMS:
         raise ValueError(f"{factors.terms} terms are more than the {MOST_TERMS} that can be baked")
+
+
+def check_mixture(mixture: Mixture, factors: SeparableFactors, vertices: int) -> None:
+    """ValueError for a mixture of other terms, or of another number of vertices."""
+    if sum(mixture.terms) != factors.terms or len(mixture.weights) != vertices:
+        raise ValueError(
+            f"a mixture of {mixture.terms} terms at {len(mixture.weights)} vertices does not fit "
+            f"{factors.terms} terms at {vertices}"
+        )
 
 
 def vertex_frames(mesh: Mesh, isotropic: bool) -> Vectors:
@@ -187,7 +202,7 @@ def transport_vectors(
 
 
 def relit(transport: WaveletTransport, light: WaveletLight) -> NDArray[np.float64]:
-    """The light-modulated K-tuples as rows (R, 3) in the order of `transport.vectors`."""
+    """The light-modulated K-tuples as rows (R, 3) in the order of `transport.vectors`, before they are mixed."""
     if light.edge != transport.edge:
         raise ValueError(f"light of an edge of {light.edge} does not fit transport of {transport.edge}")
     result = np.empty((transport.rows, 3))

@@ -29,6 +29,7 @@ from engine.ground import Ground, with_ground
 from engine.mesh import Mesh
 from engine.ray_caster import RayCaster, caster_of
 from engine.steps import Step, Steps, part
+from engine.transport.blend import Mixture
 from engine.transport.chunks import Chunk, Make, Recipe, Remote, run
 from engine.transport.haar import FACES, check_edge
 from engine.transport.occluder import Occluder, simplified
@@ -47,6 +48,7 @@ from engine.transport.wavelet import (
     MOST_COEFFICIENTS,
     WaveletTransport,
     check_factors,
+    check_mixture,
     cube_texels,
     light_maps,
     transport_vectors,
@@ -105,6 +107,7 @@ class Work:
     settings: BakeSettings
     occluder: Occluder
     plan: TransportPlan
+    mixture: Mixture | None = None
 
     @property
     def vertices(self) -> int:
@@ -151,9 +154,20 @@ def factors_for(
     return SeparableFactors(chart, "in-out", factors.first, factors.second, *words)
 
 
-def prepare(mesh: Mesh, factors: SeparableFactors, settings: BakeSettings, ground: Ground | None = None) -> Work:
-    """Lay out the bake of `mesh`, on a ground where there is one; nothing is written yet."""
+def prepare(
+    mesh: Mesh,
+    factors: SeparableFactors,
+    settings: BakeSettings,
+    ground: Ground | None = None,
+    mixture: Mixture | None = None,
+) -> Work:
+    """Lay out the bake of `mesh`, on a ground where there is one; nothing is written yet.
+
+    With `mixture`, `factors` are of several reflectances (`engine.transport.blend.together`).
+    """
     check_factors(factors)
+    if mixture is not None:
+        check_mixture(mixture, factors, len(mesh.positions))
     surface, first = (
         (mesh, len(mesh.positions)) if ground is None else (with_ground(mesh, ground)[0], len(mesh.positions))
     )
@@ -170,8 +184,9 @@ def prepare(mesh: Mesh, factors: SeparableFactors, settings: BakeSettings, groun
             "map_size": factors.chart.size,
             "isotropic": factors.isotropic,
             "reciprocal": factors.reciprocal,
+            **({} if mixture is None else {"bases": list(mixture.terms)}),
         },
-        {"view_maps": factors.first, "light_maps": factors.second},
+        {"view_maps": factors.first, "light_maps": factors.second, **_mixture_arrays(mixture)},
         {
             "indices": ("<u2", (settings.coefficients,)),
             "words": ("<u4", (settings.coefficients,)),
@@ -184,7 +199,14 @@ def prepare(mesh: Mesh, factors: SeparableFactors, settings: BakeSettings, groun
         occluder = simplified(surface, settings.occluder_cells)
     else:
         occluder = Occluder(caster_of(surface))
-    return Work(surface, first, factors, ground.albedo if ground else 0.0, settings, occluder, plan)
+    return Work(surface, first, factors, ground.albedo if ground else 0.0, settings, occluder, plan, mixture)
+
+
+def _mixture_arrays(mixture: Mixture | None) -> dict[str, NDArray[np.float32]]:
+    if mixture is None:
+        return {}
+    albedo = {} if mixture.albedo is None else {"albedo": mixture.albedo}
+    return {"weights": mixture.weights, **albedo}
 
 
 def vertex_bounds(vertices: int, first: int, edge: int) -> NDArray[np.int64]:
@@ -344,8 +366,18 @@ def transport_of(file: TransportFile) -> WaveletTransport:
             float(settings["ground_albedo"]),
             int(settings["edge"]),
             vectors_of(file.arrays),
+            _mixture_of(file),
         )
         transport.vectors.check(transport.edge)
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(file.path, f"holds transport that cannot be ({str(error)[:200]})", REMEDY) from None
     return transport
+
+
+def _mixture_of(file: TransportFile) -> Mixture | None:
+    if "weights" not in file.arrays:
+        return None
+    weights, albedo = file.arrays["weights"], file.arrays.get("albedo")
+    if weights.dtype != np.float32 or (albedo is not None and albedo.dtype != np.float32):
+        raise ValueError("weights or colours are of another type")
+    return Mixture(tuple(int(terms) for terms in file.settings["bases"]), weights, albedo)

@@ -85,11 +85,11 @@ def _scaled(lamp: Lamp, factor: float) -> Lamp:
 
 
 def tuples(transport: WaveletTransport, lighting: Lighting) -> NDArray[np.float64]:
-    """The light-modulated K-tuples (R, 3) under all the light."""
+    """The light-modulated K-tuples (R, 3) under all the light, mixed where the transport has a mixture."""
     rows = relit(transport, lighting.light)
     if len(lighting.directional.direction):
         rows += lamp_tuples(transport, lighting.directional)
-    return rows
+    return rows if transport.mixture is None else transport.mixture.applied(rows)
 
 
 def lamp_tuples(transport: WaveletTransport, lights: DistantLights) -> NDArray[np.float64]:
