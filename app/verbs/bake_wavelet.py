@@ -42,10 +42,24 @@ def add_arguments(parser: Any) -> None:
         metavar="N",
         help="let shadows fall from a model simplified in a grid of N cells a side (0: the model itself)",
     )
+    parser.add_argument(
+        "--blend",
+        action="append",
+        default=[],
+        metavar="BRDF:SOURCE",
+        help="mix in another reflectance with its own terms; its weight over the model is x, y or z across its "
+        "bounding box or the luminance of a picture at its texture coordinates: ggx:alpha=0.1:y; --brdf has what is "
+        "left; can be given several times",
+    )
+    parser.add_argument(
+        "--albedo", metavar="IMAGE", help="multiply what the model sends out by a picture at its texture coordinates"
+    )
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.cli import usage
+    from engine.factor.factor_file import open_reflectance
+    from engine.transport.blend import blend_from_text, mixture, together
     from engine.transport.wavelet import MOST_TERMS
     from engine.transport.wavelet_bake import BakeSettings, bake, estimate_s, factors_for, prepare
     from engine.transport.wavelet_error import wavelet_error
@@ -54,12 +68,18 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if not 1 <= arguments.terms <= MOST_TERMS:
         usage(_refuse, f"--terms {arguments.terms} is outside 1 … {MOST_TERMS}")
     settings = usage(lambda: BakeSettings(edge, arguments.coefficients, arguments.fine, arguments.occluder_cells))
+    blends = [usage(blend_from_text, text) for text in arguments.blend]
     subject = subject_of(arguments)
+    brdfs = [subject.brdf, *(usage(open_reflectance, text) for text, _ in blends)]
     show(Step(0.0, "factoring the reflectance"))
     options = {"kind": arguments.map, "weighting": arguments.weighting}
-    factors = usage(drain, part(factors_for(subject.brdf, arguments.terms, **options), 0.0, 0.02), show)
-    work: Work = usage(prepare, subject.mesh, factors, settings, subject.ground)
-    error = error_under(arguments.error_env, edge, lambda cube: wavelet_error(work, subject.brdf, cube.radiance), show)
+    bases = [usage(drain, part(factors_for(brdf, arguments.terms, **options), 0.0, 0.02), show) for brdf in brdfs]
+    mixed = None
+    if blends or arguments.albedo:
+        counts, sources = [each.terms for each in bases], [source for _, source in blends]
+        mixed = usage(mixture, subject.mesh, counts, sources, arguments.albedo)
+    work: Work = usage(prepare, subject.mesh, usage(together, bases), settings, subject.ground, mixed)
+    error = error_under(arguments.error_env, edge, lambda cube: wavelet_error(work, brdfs, cube.radiance), show)
     error |= _occluder(work) if settings.occluder_cells else {}
     knobs = {
         "terms": work.factors.terms,
@@ -69,6 +89,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "occluder_cells": settings.occluder_cells,
         "map": work.factors.chart.kind,
         "weighting": arguments.weighting,
+        "blend": arguments.blend,
+        "albedo": arguments.albedo,
     }
     baked, record = carry_out(
         arguments,

@@ -169,3 +169,30 @@ def test_the_device_draws_what_the_processor_draws(lightarc: Command, mesh: Path
         assert drawn["negative_rel"] >= 0.0
         means.append(drawn["mean_radiance"])
     assert means[1] == pytest.approx(means[0], rel=0.02)
+
+
+def test_reflectances_are_mixed_over_a_model(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output, picture = tmp_path / "a.transport", tmp_path / "half.png"
+    cv2.imwrite(str(picture), np.full((2, 2, 3), 188, np.uint8))  # half, as sRGB codes it
+    means = {}
+    for name, words in {
+        "white": (),
+        "mixed": ("--blend", "phong:exponent=5:y"),
+        "half": ("--albedo", picture),
+    }.items():
+        made = lightarc("bake", mesh, "--brdf", "lambert:albedo=1", *words, "-o", output, *QUICK)
+        assert result(made)["knobs"]["blend"] == ([] if name != "mixed" else ["phong:exponent=5:y"])
+        drawn = result(lightarc("render", output, "--env", "sky", "-o", tmp_path / "a.exr", *SMALL))
+        means[name] = drawn["mean_radiance"]
+        assert drawn["terms"] == (3 if name == "mixed" else 1)
+    assert means["half"] == pytest.approx(0.5 * means["white"], rel=0.01)
+    assert means["mixed"] != pytest.approx(means["white"], rel=0.01)
+    for words, reason in {
+        ("--blend", "phong"): "BRDF:SOURCE",
+        ("--blend", "nonsense:y"): "nonsense",
+        ("--blend", "phong:nothing.png"): "nothing.png",
+        ("--albedo", "nothing.png"): "nothing.png",
+        ("--mode", "sh", "--albedo", str(picture)): "--albedo needs --mode wavelet",
+    }.items():
+        refused = lightarc("bake", mesh, "--brdf", "lambert", "-o", output, "--cube", "16", *words)
+        assert (refused.code in (2, 3), reason in refused.err) == (True, True), refused.err
