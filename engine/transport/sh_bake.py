@@ -31,6 +31,7 @@ from engine.transport.sh_table import BrdfTable, tabulate
 from engine.transport.sh_transfer import (
     ShTransport,
     diffuse_vectors,
+    free_vectors,
     is_diffuse,
     matrices,
     tangent_frames,
@@ -47,7 +48,7 @@ from engine.transport.transport_file import (
     writing,
 )
 from engine.transport.variation import Variation, variation_to_text, vertex_values
-from engine.transport.visibility import Receivers, receivers, visibility_shares
+from engine.transport.visibility import Receivers, receivers, unshaded, visibility_shares
 
 KIND = "sh"
 
@@ -72,6 +73,7 @@ class BakeSettings:
     fine : into fine² parts a texel is cut where visibility changes.
     bounces : between parts of the model, 0 for shadows alone.
     gather : rays from each vertex for a bounce.
+    shadows : whether the model shades itself; without, no ray is cast and every vertex sees its whole hemisphere.
     """
 
     order: int = 5
@@ -79,6 +81,7 @@ class BakeSettings:
     fine: int = 4
     bounces: int = 0
     gather: int = 512
+    shadows: bool = True
 
     def __post_init__(self) -> None:
         if not LEAST_ORDER <= self.order <= MOST_ORDER:
@@ -89,6 +92,8 @@ class BakeSettings:
             raise ValueError(f"a texel is cut into 1 to 15 parts along its side, not {self.fine}")
         if not (0 <= self.bounces <= 16 and 16 <= self.gather <= 1 << 16):
             raise ValueError(f"{self.bounces} bounces (0 … 16) of {self.gather} rays (16 … 65536) are not possible")
+        if self.bounces and not self.shadows:
+            raise ValueError("light between parts of a model that does not shade itself is not possible")
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +182,7 @@ def prepare(
     surface = mesh if ground is None else with_ground(mesh, ground)[0]
     albedo = ground.albedo if ground else 0.0
     table, stated, arrays = _stored(table, is_diffuse(brdf))
-    empty = Work(surface, first, table, albedo, settings, caster_of(surface), None)  # type: ignore[arg-type]
+    empty = Work(surface, first, table, albedo, settings, _caster(surface, settings), None)  # type: ignore[arg-type]
     plan = plan_transport(
         KIND,
         surface,
@@ -227,15 +232,25 @@ def row_bounds(work: Work) -> NDArray[np.int64]:
     return np.minimum(bounds, first) * rows + np.maximum(bounds - first, 0)
 
 
-def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
+def _caster(surface: Mesh, settings: BakeSettings) -> RayCaster:
+    """What shades the surface: itself, or nothing."""
+    return caster_of(surface) if settings.shadows else RayCaster(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+
+
+def receivers_of(work: Work) -> Receivers:
+    """The vertices of a bake as places where light arrives."""
+    return receivers(work.surface, work.caster) if work.settings.shadows else unshaded(work.surface, work.caster)
+
+
+def bake(path: str | os.PathLike[str], work: Work, of: Receivers | None = None) -> Steps[Baked]:
     """Bake into the file `path`, going on where an equal bake was interrupted; its `Step.partial` is None.
 
-    OutputError where the file cannot be written. Closing the generator keeps the chunks that are done for the next
-    run; bounces are followed anew.
+    `of` are the vertices as places where light arrives, where the caller knows them. OutputError where the file cannot
+    be written. Closing the generator keeps the chunks that are done for the next run; bounces are followed anew.
     """
     yield Step(0.0, f"preparing {work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB")
     started = time.perf_counter()
-    of = receivers(work.surface, work.caster)
+    of = receivers_of(work) if of is None else of
     with writing(path, work.plan) as writer:
         missing = list(writer.missing)
         share = 0.4 if work.settings.bounces and missing else 0.0
@@ -260,7 +275,7 @@ def _fill(
     total, baker = sum(map(len, chunks)), Baker(work, of, sent)
     for chunk, vertices in zip(missing, chunks, strict=True):
         before = time.perf_counter()
-        counts = baker.visible(vertices)
+        counts = None if of.free[vertices].all() else baker.visible(vertices)
         visibility_s += time.perf_counter() - before
         writer.put(chunk, {"rows": baker.rows(vertices, counts)})
         done += len(vertices)
@@ -283,19 +298,23 @@ class Baker:
         shares = visibility_shares(self._of, settings.edge, settings.fine, vertices)
         return np.concatenate([counts for _, counts in shares])
 
-    def rows(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8]) -> NDArray[np.float32]:
-        """(rows, C, order²) of `vertices`, all of the model or all of the ground."""
+    def rows(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8] | None) -> NDArray[np.float32]:
+        """(rows, C, order²) of `vertices`, all of the model or all of the ground; `counts` None where all are free."""
         work, settings, free = self._work, self._work.settings, self._of.free[vertices]
         full, edge, order = settings.fine**2, settings.edge, settings.order
         if work.table.diffuse or vertices[0] >= work.ground_vertex:
             with one_thread():
-                own = diffuse_vectors(counts, full, edge, order, self._of.normal[vertices], free)
+                own = (
+                    free_vectors(order, self._of.normal[vertices])
+                    if counts is None
+                    else diffuse_vectors(counts, full, edge, order, self._of.normal[vertices], free)
+                )
             rows = np.repeat(own[:, None], work.channels, axis=1)
             if self._sent is not None:
                 rows += gathered(self._around, vertices, self._sent)
             return rows
         with one_thread():
-            seen = visibility_harmonics(counts, full, edge, 2 * order - 1)
+            seen = _seen(counts, len(vertices), full, edge, 2 * order - 1)
         whole = np.repeat(matrices(seen, self._frames[vertices], free)[:, :, None], work.channels, axis=2)
         if self._sent is not None:
             whole += gathered(self._around, vertices, self._sent, self._frames[vertices])
@@ -307,16 +326,24 @@ def reflected(work: Work, of: Receivers) -> Steps[NDArray[np.float32]]:
     return reflections(work.surroundings(of), work.settings.bounces, work.albedo, work.bounds)
 
 
+def _seen(counts: NDArray[np.uint8] | None, vertices: int, full: int, edge: int, order: int) -> NDArray[np.float32]:
+    """Harmonics of visibility; any where all vertices are free, because theirs are known."""
+    if counts is None:
+        return np.zeros((vertices, order**2), np.float32)
+    return visibility_harmonics(counts, full, edge, order)
+
+
 def estimate_s(work: Work) -> float:
     """Seconds that the bake will take, from some vertices that lie apart; costs about a hundredth of it."""
-    of = receivers(work.surface, work.caster)
+    of = receivers_of(work)
     sent = np.zeros((work.vertices, work.channels, work.settings.order**2), np.float32)
     baker = Baker(work, of, sent if work.settings.bounces else None)
     vertices = np.unique(np.linspace(0, max(work.ground_vertex - 1, 0), PROBES).astype(np.int64))
-    baker.rows(vertices[:1], baker.visible(vertices[:1]))
+    free = bool(of.free.all())
+    baker.rows(vertices[:1], None if free else baker.visible(vertices[:1]))
     gathered(work.surroundings(of), vertices[:1], sent)
     started = time.perf_counter()
-    baker.rows(vertices, baker.visible(vertices))
+    baker.rows(vertices, None if free else baker.visible(vertices))
     for _ in range(work.settings.bounces):
         gathered(work.surroundings(of), vertices, sent)
     return (time.perf_counter() - started) / len(vertices) * work.vertices

@@ -194,8 +194,13 @@ def diffuse_vectors(
     shares = counts.astype(np.float32) * np.float32(1.0 / (full * np.pi))
     shares *= np.maximum(normals.astype(np.float32) @ directions.T, 0.0)
     vectors = np.asarray(shares @ texel_basis(edge, order), np.float32)
-    vectors[free] = turned_zonal(cosine_zonal(order) / np.pi, normals[free])
+    vectors[free] = free_vectors(order, normals[free])
     return vectors
+
+
+def free_vectors(order: int, normals: Vectors) -> NDArray[np.float32]:
+    """(B, n) the same of vertices that see their whole hemisphere: the cosine's harmonics about each normal."""
+    return turned_zonal(cosine_zonal(order) / np.pi, normals).astype(np.float32)
 
 
 def transferred(transport: ShTransport, light: ArrayLike) -> NDArray[np.float32]:

@@ -14,7 +14,7 @@ Bound by the rays: some 0.1 µs each on a core for cube maps, whose neighbours a
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -70,6 +70,26 @@ def receivers(mesh: Mesh, caster: RayCaster | None = None) -> Receivers:
     free = sees_hemisphere(mesh.positions, normal, caster)
     away = np.where(free[:, None], normal, outward(mesh))
     return Receivers(caster, offset_origins(mesh.positions, away, caster), normal, free)
+
+
+def unshaded(mesh: Mesh, caster: RayCaster) -> Receivers:
+    """The vertices of `mesh` where nothing shades them: all are free, and `caster` is never asked."""
+    normal = normalize(mesh.normals)
+    return Receivers(caster, mesh.positions, normal, np.ones(len(normal), np.bool_))
+
+
+def every_ray(of: Receivers, edge: int, fine: int) -> Receivers:
+    """The same with rays cast from all vertices: those stay free that their rays find to be.
+
+    What free vertices see is known without a ray. This looks nevertheless, and trusts the rays alone: over the texels
+    of a cube map of `edge`, cut into `fine`² parts where that changes.
+    """
+    asked = np.flatnonzero(of.free)
+    free = of.free.copy()
+    known = visibility_shares(of, edge, fine, asked)
+    for (chunk, without), (_, cast) in zip(known, visibility_shares(of, edge, fine, asked, skip=False), strict=True):
+        free[chunk] = (without == cast).all(axis=1)
+    return replace(of, free=free)
 
 
 def _points(positions: NDArray[np.float64]) -> NDArray[np.int64]:
