@@ -71,6 +71,8 @@ MEASURES = {
     "gl-wavelet-frame": "engine.bench.transported:gl_wavelet_frame",
     "gl-sh-frame": "engine.bench.transported:gl_sh_frame",
     "gl-sh-frame-brushed": "engine.bench.transported:gl_sh_frame_brushed",
+    "transport-paid-off": "engine.bench.paid_off:transport_paid_off",
+    "transport-paid-off-sh": "engine.bench.paid_off:transport_paid_off_sh",
     "gl-lobe": "engine.bench.lobe:gl_lobe",
     "sh-rotate": "engine.bench.sh:sh_rotate",
     "sh-project": "engine.bench.sh:sh_project",
@@ -90,7 +92,11 @@ MEASURES = {
     "import-bracketed-24mp": "app.bench_program:import_bracketed",
     "align-24mp": "engine.bench.capture:align_large",
 }
-LARGE = (*(name for name in MEASURES if name.endswith(("-large", "-24mp"))), "alignment-arc", "transport-errors")
+LARGE = (
+    *(name for name in MEASURES if name.endswith(("-large", "-24mp")) or name.startswith("transport-paid-off")),
+    "alignment-arc",
+    "transport-errors",
+)
 
 #: Name of a group of errors and the function that finds them in a working folder.
 ACCURACIES = {

@@ -29,12 +29,12 @@ from engine.transport.wavelet import WaveletTransport, signed_radiance
 from engine.transport.wavelet_bake import MAP_SIZE, factors_for
 from engine.transport.wavelet_lighting import Lighting, lighting_of, tuples
 
-#: The paper's four, as near as published parameters come: it names its plastic without any.
+#: The paper's four: model, what it is, and text. The paper has no numbers for its plastic.
 BRDFS = (
-    ("Ashikhmin–Shirley, anisotropic", "ashikhmin-shirley:kd=0.3,ks=0.3,nu=10,nv=60"),
-    ("Brown plastic", "ggx:kd=0.45/0.28/0.16,alpha=0.25,f0=0.04"),
-    ("Lafortune, clay", "lafortune:preset=clay"),
-    ("Lafortune, skin", "lafortune:preset=skin"),
+    ("Ashikhmin–Shirley", "brushed", "ashikhmin-shirley:kd=0.3,ks=0.3,nu=10,nv=60"),
+    ("GGX", "brown plastic", "ggx:kd=0.45/0.28/0.16,alpha=0.25,f0=0.04"),
+    ("Lafortune", "clay", "lafortune:preset=clay"),
+    ("Lafortune", "skin", "lafortune:preset=skin"),
 )
 
 #: Terms that are shown, that the model is drawn with, and of the curves; texels a side of their maps.
@@ -49,31 +49,26 @@ def wang_4(settings: Settings) -> Steps[Figure]:
     environment = settings.environment or open_environment("studio")
     mesh = settings.model
     camera, chosen = camera_of(mesh, settings.size), BRDFS[:1] if settings.quick else BRDFS
-    models = [(name, text, brdf_from_text(text)) for name, text in chosen]
-    maps, plots, table = [], {}, []
-    for number, (name, text, brdf) in enumerate(models):
-        steps = _curves(brdf, settings)
-        ladder, shown = yield from part(steps, 0.3 * number / len(models), 0.3 * (number + 1) / len(models))
+    models = [(f"{model}, {name}", name, text, brdf_from_text(text)) for model, name, text in chosen]
+    maps, plots, table, kept = [], {}, [], []
+    for number, (title, name, text, brdf) in enumerate(models):
+        start, stop = 0.3 * number / len(models), 0.3 * (number + 1) / len(models)
+        ladder, shown = yield from part(_curves(brdf, settings), start, stop)
+        kept.append(Kept((yield from part(factors_for(brdf, DRAWN), stop, stop))))
         table += [{"brdf": text, **line} for line in ladder]
-        slug = text.replace(":preset=", "-").partition(":")[0]
-        plots[f"rms-{slug}"] = _plot(name, ladder)
-        maps.append(
-            Row(f"{name}: light maps of the first {SHOWN} terms", tuple(_texture(shown, k) for k in range(SHOWN)))
-        )
-    kept = []
-    for _, _, brdf in models:
-        kept.append(Kept((yield from factors_for(brdf, DRAWN))))
+        plots[f"rms-{name.replace(' ', '-')}"] = _plot(title, ladder)
+        textures = tuple(_texture(shown, term) for term in range(SHOWN))
+        maps.append(Row(f"{title}: light maps of the first {SHOWN} terms", textures))
     edge = min(settings.edge, 32)
     first = len(mesh.positions)
     baked = yield from part(baked_together(mesh, first, 0.0, edge, kept), 0.3, 0.6)
     lighting, view = lighting_of(environment, edge), view_of(mesh, camera, settings.size)
     drawn: list[Shown] = []
-    for number, ((name, text, brdf), transport) in enumerate(zip(models, baked, strict=True)):
+    for number, ((_, name, text, brdf), transport) in enumerate(zip(models, baked, strict=True)):
         share = 0.6 + 0.4 * number / len(models), 0.6 + 0.4 * (number + 1) / len(models)
         truth = yield from part(truth_of(Scene(mesh, camera, brdf, environment=environment), settings), *share)
         knobs = {"brdf": text, "terms": DRAWN, "coefficients": kept[number].coefficients, "cube": edge}
-        short = name.partition(",")[0] if number == 0 else name.rpartition(", ")[2].lower()
-        drawn += compared([(short, knobs, _picture(transport, lighting, view))], truth, f"{short}, reference")
+        drawn += compared([(name, knobs, _picture(transport, lighting, view))], truth, "reference")
     return Figure(
         "wang-4",
         "Reflectances as sums of products",
