@@ -251,23 +251,23 @@ class _Choices:
         """What may be chosen where `skipped` is left out."""
         bounces = int("interreflection" not in skipped)
         for order in KNOBS["sh"]["order"].ladder:
-            yield from self._allowed(Setting("sh", {"order": order, "interreflection": bounces}))
+            yield from self._allowed(skipped, Setting("sh", {"order": order, "interreflection": bounces}))
         for terms in (1,) if self._diffuse(skipped) else KNOBS["wavelet"]["terms"].ladder:
             for kept in KNOBS["wavelet"]["coefficients"].ladder:
                 for cube in KNOBS["wavelet"]["cube"].ladder:
                     knobs = {"terms": terms, "coefficients": min(kept, 6 * int(cube) ** 2), "cube": cube}
-                    yield from self._allowed(Setting("wavelet", knobs))
+                    yield from self._allowed(skipped, Setting("wavelet", knobs))
         mode = "direct" if "mesostructure" in skipped else "shading-map"
         for directions in (4, 16, 64, 256):
-            yield from self._allowed(Setting(mode, {"directions": directions}))
+            yield from self._allowed(skipped, Setting(mode, {"directions": directions}))
 
-    def _allowed(self, setting: Setting) -> Iterator[Setting]:
+    def _allowed(self, skipped: frozenset[str], setting: Setting) -> Iterator[Setting]:
         low = setting.mode == "sh" and setting["order"] <= LOW_ORDER
         if self._modes is not None and setting.mode not in self._modes:
             return
         if ("all-frequency-light" in self._force and low) or ("all-frequency-light" in self._skip and not low):
             return
-        if setting.mode == "wavelet" and not self._mode_errors(frozenset()).knows("wavelet"):
+        if setting.mode == "wavelet" and ("self-shadowing" in skipped or not self._knows_wavelets):
             return
         baked = setting.mode in ("sh", "wavelet")
         if not baked and {"self-shadowing", "interreflection"} & self._force:
@@ -275,6 +275,10 @@ class _Choices:
         if setting.mode != "sh" and "interreflection" in self._force:
             return
         yield setting
+
+    @property
+    def _knows_wavelets(self) -> bool:
+        return self._mode_errors(frozenset()).knows("wavelet")
 
     def _diffuse(self, skipped: frozenset[str]) -> bool:
         return is_diffuse(self._scene.brdf) or "glossy" in skipped

@@ -1,0 +1,73 @@
+"""`lightarc bake --mode auto`: what the plan of a scene calls for (`lightarc plan`), and nothing else."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any
+
+from app.verbs.baked import carry_out, subject_of
+from app.verbs.plan import add_budget, plan_for, record
+from engine.steps import Step, drain, part
+
+
+def add_arguments(parser: Any) -> None:
+    parser.add_argument("--env", metavar="FILE", help="the light that it is for, as for lightarc render")
+    add_budget(parser)
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from app.cli import usage
+    from engine.effects.bake import BAKED, prepare
+    from engine.environment_file import open_environment
+
+    usage(_check, arguments)
+    environment = open_environment(arguments.env)
+    subject = subject_of(arguments)
+    mesh, brdf, ground = subject.mesh, subject.brdf, subject.ground
+    found = plan_for(arguments, mesh, brdf, environment, lambda step: show(step), modes=BAKED, ground=ground)
+    ready = usage(drain, part(prepare(found, mesh, brdf, ground, fine=arguments.fine), 0.0, 0.05), show)
+    planned = record(found)
+    baked, result = carry_out(
+        arguments,
+        show,
+        ready.work,
+        lambda: ready.start(arguments.output),
+        estimated_s=ready.estimated_s,
+        knobs={**found.knobs, "chosen": found.mode, "fine": arguments.fine},
+        start=0.05,
+    )
+    result = {**result, **planned}
+    if baked is None:
+        return result
+    left_out = [f"No {effect.effect}: {effect.reason}" for effect in found.effects if not effect.on]
+    return {**result, "skipped": [*left_out, *result["skipped"]], "warnings": list(mesh.health.warnings)}
+
+
+def lines(result: dict[str, Any]) -> list[str]:
+    """What there is to say beyond what all modes say."""
+    from engine.effects.setting import Setting
+
+    shown = [effect["effect"] for effect in result["effects"] if effect["decision"] in ("needed", "forced on")]
+    setting = Setting(
+        result["mode"], {name: result["knobs"][name] for name in result["knobs"] if name in _names(result)}
+    )
+    found = [
+        f"{setting}: with {', '.join(shown) or 'no effect'}, "
+        f"an error of about {100.0 * result['predicted_error_rel']:.2g} %"
+    ]
+    return found if result["satisfied"] else [*found, "No mode meets the budget; this is the nearest to it."]
+
+
+def _names(result: dict[str, Any]) -> set[str]:
+    from engine.effects.setting import KNOBS
+
+    return set(KNOBS[result["mode"]])
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    if arguments.env is None:
+        raise ValueError("--mode auto needs --env, the light that the plan is for")
+    for option in ("vary", "error_env", "cluster", "cube"):
+        if getattr(arguments, option):
+            raise ValueError(f"--{option.replace('_', '-')} is not for --mode auto")
