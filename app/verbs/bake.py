@@ -9,7 +9,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from app.verbs import bake_sh, bake_wavelet
+from app.verbs import bake_auto, bake_sh, bake_wavelet
 from app.verbs.baked import words_of_time
 from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step
@@ -18,7 +18,7 @@ HELP = "Precompute light transport for a model and a reflectance, for 'lightarc 
 EXAMPLE = "lightarc bake sphere --brdf ggx:alpha=0.3 --mode wavelet --ground -o sphere.transport"
 
 #: For each mode the module with its options (`add_arguments`), its bake (`run`) and its lines of the report (`lines`).
-MODES: dict[str, Any] = {"wavelet": bake_wavelet, "sh": bake_sh}
+MODES: dict[str, Any] = {"wavelet": bake_wavelet, "sh": bake_sh, "auto": bake_auto}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +26,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--brdf", required=True, metavar="TEXT", help=BRDF_HELP)
     parser.add_argument("-o", "--output", required=True, metavar="TRANSPORT", help="file to write, say bunny.transport")
     parser.add_argument(
-        "--mode", default="wavelet", choices=tuple(MODES), help="wavelet: sharp shadows; sh: soft light (wavelet)"
+        "--mode",
+        default="wavelet",
+        choices=tuple(MODES),
+        help="wavelet: sharp shadows; sh: soft light; auto: what 'lightarc plan' finds (wavelet)",
     )
     parser.add_argument(
         "--ground",
