@@ -15,8 +15,8 @@ With beta = gamma = delta = 0 every view is a least-squares fit by itself. With 
 from peak and moments is drawn together by the other terms. With one lobe (10) is empty, and neighbouring vertices give
 a start and nothing else.
 
-A plain least-squares fit of one lobe loses a tenth to a quarter of the energy; `Fit.preserving` has it all, and a larger
-distance. Which of them is nearer in radiance depends on the light, so whoever knows the light chooses.
+A plain least-squares fit of one lobe loses a tenth to a quarter of the energy; `Fit.preserving` has it all, and a
+larger distance. Which of them is nearer in radiance depends on the light, so whoever knows the light chooses.
 
 Bound by exponentials: about 0.3 ms of a core for a vertex, view and lobe with 350 samples (`lightarc bench --only
 gaussian-fit-speed`). Memory: the samples of one block, and 28 bytes for each vertex, view and lobe.
@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -145,10 +145,10 @@ class Fit:
     def empty(vertices: int, lobes: int) -> Fit:
         """Room for so many vertices."""
         shape = (vertices, VIEWS)
-        parts = np.zeros((*shape, lobes, 3), np.float32), np.zeros((*shape, lobes, 3), np.float32)
-        own = Lobes(*parts, np.ones((*shape, lobes), np.float32))
-        single = (np.zeros(shape, np.float32) for _ in range(3))
-        return Fit(own, np.zeros((*shape, 3), np.float32), *single, np.zeros(vertices, np.float32))
+        three, one = (*shape, lobes, 3), (*shape, lobes)
+        own = Lobes(np.zeros(three, np.float32), np.zeros(three, np.float32), np.ones(one, np.float32))
+        norm, error, other = (np.zeros(shape, np.float32) for _ in range(3))
+        return Fit(own, np.zeros((*shape, 3), np.float32), norm, error, other, np.zeros(vertices, np.float32))
 
     def arrays(self) -> tuple[NDArray[np.float32], ...]:
         """All arrays, vertex by vertex along the first axis."""
@@ -158,8 +158,10 @@ class Fit:
 
     def of(self, vertices: Indices) -> Fit:
         """A copy of some vertices."""
-        weight, mean, sigma, *rest = (array[vertices] for array in self.arrays())
-        return Fit(Lobes(weight, mean, sigma), *rest)
+        some = Fit.empty(len(vertices), self.lobes.count)
+        for own, array in zip(some.arrays(), self.arrays(), strict=True):
+            own[:] = array[vertices]
+        return some
 
     def put(self, vertices: Indices, other: Fit) -> None:
         """Overwrite some vertices with those of `other`."""
@@ -228,7 +230,7 @@ def fit(
         note = f"fitting vertex {done:,} of {len(whole.norm):,}"
         yield Step(0.95 * done / len(whole.norm), note, Block(index, vertices, found))
     figures = yield from _relaxed(whole, order, parts, samples_of, settings)
-    return Fit(whole.lobes, *whole.arrays()[3:], _health(whole, figures))
+    return replace(whole, health=_health(whole, figures))
 
 
 def _before(order: Flood, vertex: int) -> Indices:

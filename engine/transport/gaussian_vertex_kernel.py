@@ -16,18 +16,16 @@ from typing import Any
 import numpy as np
 
 from engine.kernels import scalar
+from engine.transport.gaussian_fill_kernel import fill_dark, fill_views
 from engine.transport.gaussian_fit_kernel import (
     add_pulls,
-    cholesky,
     copy_lobes,
     data_gradient,
     integral,
     moments,
-    pulls_value,
     refine,
-    solve,
-    tangents,
 )
+from engine.transport.gaussian_start_kernel import start_view
 from engine.transport.spherical_gaussian import NARROWEST, WIDEST_LOBE
 
 #: Views darker than this share of the brightest, by root mean square, count less than others.
@@ -42,157 +40,8 @@ SETTLED = 1e-5
 #: Most neighbouring vertices that are looked at.
 NEAR = 8
 
-#: Width of lobes where nothing is reflected anywhere, in rad.
-UNKNOWN = 0.5
-
 #: All ways to number two and three lobes.
 ORDERS = tuple(np.array(list(permutations(range(lobes))), np.int64) for lobes in (1, 2, 3))
-
-
-@scalar
-def guesses(
-    direction: Any, value: Any, area: Any, mean: Any, sigma: Any, weight: Any, new_mean: Any, new_sigma: Any
-) -> bool:
-    """Where one more lobe might be: `new_mean` (2, 3) and `new_sigma` (2,) from the peak and from the moments.
-
-    Both of what the lobes (L, …) leave over, summed over colours where it is positive; False where there is nothing.
-    """
-    highest, energy = 0.0, 0.0
-    moment = np.zeros(3)
-    for s in range(len(area)):
-        left = value[s, 0] + value[s, 1] + value[s, 2]
-        for lobe in range(len(sigma)):
-            q = 0.0
-            for axis in range(3):
-                q += ((direction[s, axis] - mean[lobe, axis]) / sigma[lobe]) ** 2
-            left -= (weight[lobe, 0] + weight[lobe, 1] + weight[lobe, 2]) * math.exp(-0.5 * q)
-        if left <= 0.0:
-            continue
-        energy += area[s] * left
-        for axis in range(3):
-            moment[axis] += area[s] * left * direction[s, axis]
-        if left > highest:
-            highest = left
-            for axis in range(3):
-                new_mean[0, axis] = direction[s, axis]
-    length = math.sqrt(moment[0] ** 2 + moment[1] ** 2 + moment[2] ** 2)
-    if not (highest > 0.0 and length > 1e-9 * energy):
-        return False
-    for axis in range(3):
-        new_mean[1, axis] = moment[axis] / length
-    new_sigma[0] = min(max(math.sqrt(energy / (2.0 * math.pi * highest)), NARROWEST), WIDEST_LOBE)
-    new_sigma[1] = min(max(math.sqrt(max(1.0 - length / energy, 0.0)), NARROWEST), WIDEST_LOBE)
-    return True
-
-
-@scalar
-def longest_axis(direction: Any, value: Any, area: Any, mean: Any, sigma: float, axis: Any) -> float:
-    """Fill `axis` (3,) with the tangent along which the data under a lobe spreads most; its deviation in rad."""
-    axes = np.empty((2, 3))
-    tangents(mean, axes)
-    total, first, second, mixed = 0.0, 0.0, 0.0, 0.0
-    for s in range(len(area)):
-        q, x, y = 0.0, 0.0, 0.0
-        for k in range(3):
-            q += ((direction[s, k] - mean[k]) / sigma) ** 2
-            x += direction[s, k] * axes[0, k]
-            y += direction[s, k] * axes[1, k]
-        if q > 18.0:
-            continue
-        share = area[s] * (value[s, 0] + value[s, 1] + value[s, 2])
-        total += share
-        first += share * x * x
-        second += share * y * y
-        mixed += share * x * y
-    angle = 0.5 * math.atan2(2.0 * mixed, first - second)
-    for k in range(3):
-        axis[k] = math.cos(angle) * axes[0, k] + math.sin(angle) * axes[1, k]
-    spread = 0.5 * (first + second) + math.sqrt(0.25 * (first - second) ** 2 + mixed * mixed)
-    return math.sqrt(spread / total) if total > 0.0 else sigma
-
-
-@scalar
-def start_view(
-    direction: Any,
-    value: Any,
-    area: Any,
-    square: float,
-    scale: float,
-    given_mean: Any,
-    given_sigma: Any,
-    mean: Any,
-    sigma: Any,
-    weight: Any,
-    steps: Any,
-) -> float:
-    """Fit one view (L, …) by itself, from the data and from the lobes given (K, L, …); returns its energy.
-
-    `steps` are those of each start, and of the best one after that.
-    """
-    lobes = len(sigma)
-    pull, arrangements = np.zeros((lobes + 1, 4)), np.zeros((0, 0, 3))
-    trial_mean, trial_sigma, trial_weight = np.empty((lobes, 3)), np.empty(lobes), np.empty((lobes, 3))
-    old_mean, old_sigma, old_weight = np.empty((lobes, 3)), np.empty(lobes), np.empty((lobes, 3))
-    new_mean, new_sigma, axis = np.empty((2, 3)), np.empty(2), np.empty(3)
-    lowest = np.inf
-    for count in range(1, lobes + 1):
-        old = count - 1
-        copy_lobes(mean[:old], sigma[:old], weight[:old], old_mean, old_sigma, old_weight)
-        lowest = np.inf
-        found = guesses(direction, value, area, old_mean[:old], old_sigma[:old], old_weight[:old], new_mean, new_sigma)
-        given = len(given_sigma) if count == lobes else 0
-        for way in range(2 + 2 * old + given):
-            if way < 2 and not found:
-                continue
-            copy_lobes(old_mean[:old], old_sigma[:old], old_weight[:old], trial_mean, trial_sigma, trial_weight)
-            if way < 2:
-                copy_lobes(
-                    new_mean[way : way + 1], new_sigma[way : way + 1], new_mean[way : way + 1], trial_mean[old:],
-                    trial_sigma[old:], trial_weight[old:],
-                )  # fmt: skip
-            elif way < 2 + 2 * old:
-                _divided(direction, value, area, (way - 2) // 2, way % 2, axis, trial_mean, trial_sigma, old)
-            else:
-                near = way - 2 - 2 * old
-                copy_lobes(given_mean[near], given_sigma[near], given_mean[near], trial_mean, trial_sigma, trial_weight)
-            energy = refine(
-                direction, value, area, square, scale, pull[: count + 1], arrangements, trial_mean[:count],
-                trial_sigma[:count], trial_weight[:count], steps[0],
-            )[1]  # fmt: skip
-            if energy < lowest:
-                lowest = energy
-                copy_lobes(trial_mean[:count], trial_sigma[:count], trial_weight[:count], mean, sigma, weight)
-        lowest = refine(
-            direction, value, area, square, scale, pull[: count + 1], arrangements, mean[:count], sigma[:count],
-            weight[:count], steps[1],
-        )[1]  # fmt: skip
-    return lowest
-
-
-@scalar
-def _divided(
-    direction: Any, value: Any, area: Any, lobe: int, nested: int, axis: Any, mean: Any, sigma: Any, new: int
-) -> None:
-    """Make two of a `lobe`, the second at `new`: halves side by side, or a narrow one inside a wide one."""
-    if nested:
-        for k in range(3):
-            mean[new, k] = mean[lobe, k]
-        sigma[new] = max(0.5 * sigma[lobe], NARROWEST)
-        sigma[lobe] = min(1.5 * sigma[lobe], WIDEST_LOBE)
-        return
-    spread = longest_axis(direction, value, area, mean[lobe], sigma[lobe], axis)
-    away = min(0.7 * spread, 1.0)
-    before, behind = 0.0, 0.0
-    for k in range(3):
-        middle = mean[lobe, k]
-        mean[new, k], mean[lobe, k] = middle + away * axis[k], middle - away * axis[k]
-        before += mean[new, k] ** 2
-        behind += mean[lobe, k] ** 2
-    for k in range(3):
-        mean[new, k] /= math.sqrt(before)
-        mean[lobe, k] /= math.sqrt(behind)
-    sigma[lobe] = max(0.8 * sigma[lobe], NARROWEST)
-    sigma[new] = sigma[lobe]
 
 
 @scalar
@@ -346,110 +195,6 @@ def arrange(near_mean: Any, view: int, arrangements: Any) -> None:
 
 
 @scalar
-def fill_views(lit: Any, mean: Any, sigma: Any, neighbours: Any) -> None:
-    """Give views that are not lit means and widths (92, L, …) that are harmonic: each the average of its neighbours.
-
-    Means are brought to the sphere, and then each to the direction of its neighbours' average until nothing moves.
-    Some view must be lit.
-    """
-    views, lobes = sigma.shape
-    number, count = np.full(views, -1, np.int64), 0
-    for view in range(views):
-        if not lit[view]:
-            number[view] = count
-            count += 1
-    matrix, right = np.zeros((count, count)), np.zeros((4 * lobes, count))
-    for view in range(views):
-        if lit[view]:
-            continue
-        row = number[view]
-        for k in range(neighbours.shape[1]):
-            other = neighbours[view, k]
-            if other < 0:
-                continue
-            matrix[row, row] += 1.0
-            if not lit[other]:
-                matrix[row, number[other]] -= 1.0
-                continue
-            for lobe in range(lobes):
-                for axis in range(3):
-                    right[4 * lobe + axis, row] += mean[other, lobe, axis]
-                right[4 * lobe + 3, row] += sigma[other, lobe]
-    cholesky(matrix, count)
-    for part in range(4 * lobes):
-        solve(matrix, count, right[part])
-    for view in range(views):
-        if lit[view]:
-            continue
-        row = number[view]
-        for lobe in range(lobes):
-            sigma[view, lobe] = right[4 * lobe + 3, row]
-            length = math.sqrt(
-                right[4 * lobe, row] ** 2 + right[4 * lobe + 1, row] ** 2 + right[4 * lobe + 2, row] ** 2
-            )
-            for axis in range(3):
-                mean[view, lobe, axis] = (
-                    right[4 * lobe + axis, row] / length if length > 1e-9 else (1.0 if axis == 2 else 0.0)
-                )
-    _settle_means(lit, mean, neighbours)
-
-
-@scalar
-def _settle_means(lit: Any, mean: Any, neighbours: Any) -> None:
-    views, lobes = len(lit), mean.shape[1]
-    average = np.empty(3)
-    for _ in range(2000):
-        farthest = 0.0
-        for view in range(views):
-            if lit[view]:
-                continue
-            for lobe in range(lobes):
-                for axis in range(3):
-                    average[axis] = 0.0
-                for k in range(neighbours.shape[1]):
-                    other = neighbours[view, k]
-                    if other >= 0:
-                        for axis in range(3):
-                            average[axis] += mean[other, lobe, axis]
-                length = math.sqrt(average[0] ** 2 + average[1] ** 2 + average[2] ** 2)
-                if length < 1e-9:
-                    continue
-                for axis in range(3):
-                    place = average[axis] / length
-                    farthest = max(farthest, abs(place - mean[view, lobe, axis]))
-                    mean[view, lobe, axis] = place
-        if farthest < 1e-9:
-            break
-
-
-@scalar
-def fill_dark(near_mean: Any, near_sigma: Any, directions: Any, mean: Any, sigma: Any) -> None:
-    """Means and widths of a vertex that reflects nothing: those of its neighbours on average, else its views."""
-    views, lobes = sigma.shape
-    for view in range(views):
-        for lobe in range(lobes):
-            sigma[view, lobe] = UNKNOWN
-            for axis in range(3):
-                mean[view, lobe, axis] = directions[view, axis]
-            if len(near_sigma) == 0:
-                continue
-            length, total = 0.0, 0.0
-            for axis in range(3):
-                part = 0.0
-                for near in range(len(near_sigma)):
-                    part += near_mean[near, view, lobe, axis]
-                mean[view, lobe, axis] = part
-                length += part * part
-            for near in range(len(near_sigma)):
-                total += near_sigma[near, view, lobe]
-            sigma[view, lobe] = total / len(near_sigma)
-            for axis in range(3):
-                mean[view, lobe, axis] = (
-                    mean[view, lobe, axis] / math.sqrt(length) if length > 1e-12 else directions[view, axis]
-                )
-
-
-@scalar
 def sums(value: Any, area: Any, energy: Any) -> float:
     """Fill `energy` (3,) with the integral of the data; returns that of its square."""
     square = 0.0
@@ -499,8 +244,8 @@ def fit_vertex(
     """All views of one vertex: fills weight (92, L, 3), mean, sigma, energy (92, 3), norm (92,), error (92, 2).
 
     `start` (93,) bounds the samples of each view, `near_…` (K, 92, L, …) are neighbouring vertices that are done,
-    `strengths` are alpha, beta, gamma, delta, `steps` are `STEPS`. What is filled is 0 before. Returns the largest slope that is left of the energy, each view's by
-    its own parameters with widths within their bounds.
+    `strengths` are alpha, beta, gamma, delta, `steps` are `STEPS`. What is filled is 0 before. Returns the largest
+    slope that is left of the energy, each view's by its own parameters with widths within their bounds.
     """
     views, lobes = sigma.shape
     square, scale, lit = np.zeros(views), np.zeros(views), np.zeros(views, np.bool_)
