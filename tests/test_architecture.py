@@ -104,7 +104,7 @@ EXCEPTIONS = {
     "engine/files/untrusted.py os.open": READING,
     "engine/files/shared.py os.open": "memory that a decoder shares with its parent",
     "engine/capture/stack.py os.open": READING,
-    "engine/transport/transport_file.py os.open": READING,
+    "engine/transport/transport_check.py os.open": READING,
     "engine/files/scratch.py tempfile.TemporaryFile": "an unnamed file that vanishes with the process",
     "engine/files/unpack.py tempfile.TemporaryFile": "an unnamed file that vanishes with the process",
     "engine/capture/packed.py tempfile.TemporaryDirectory": "unpacked photographs, removed with their sources",

@@ -14,81 +14,40 @@ before the bake begins. Opening checks every byte once, about 1 s for a gigabyte
 from __future__ import annotations
 
 import hashlib
-import json
-import math
 import os
-import stat
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 from engine.errors import InputError
 from engine.files.atomic import Resumable, atomic_file, resumable_file
-from engine.files.manifest import read_json
 from engine.health import Health
 from engine.mesh import Mesh
-
-MAGIC = b"LATRANS1"
-FORMAT: Literal["lightarc-transport"] = "lightarc-transport"
+from engine.transport.transport_check import REMEDY as REMEDY
+from engine.transport.transport_check import check_content, mapped, read_header
+from engine.transport.transport_header import (
+    BOUNDS,
+    DONE,
+    MAGIC,
+    MESH_ARRAYS,
+    MESH_KINDS,
+    Array,
+    Header,
+    header_text,
+    laid_out,
+)
 
 #: Ending of the files' names.
 SUFFIX = ".transport"
 
-REMEDY = "Bake the mesh again"
-
-_DONE = 1 << 32
-_PAGE = 4096
-_HEADER_LIMIT_BYTES = 1 << 20
-_BOUNDS = "chunk_bounds"
-_MESH = ("positions", "normals", "uv", "faces")
-
-#: How the arrays of a mesh lie in the file.
-_MESH_KINDS = {"positions": "<f8", "normals": "<f4", "uv": "<f4", "faces": "<i4"}
-
-_Count = Annotated[int, Field(ge=0, le=1 << 48)]
-_Checksum = Annotated[int, Field(ge=0, lt=1 << 32)]
-
-
-class _Strict(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
-
-
-class _Array(_Strict):
-    name: Annotated[str, Field(pattern=r"^[a-z_0-9]{1,40}$")]
-    dtype: Literal["<f4", "<f8", "<u2", "<u4", "<i2", "<i4", "<i8", "|u1", "|b1"]
-    shape: Annotated[list[_Count], Field(min_length=1, max_length=6)]
-    offset: _Count
-    crc32: _Checksum | None
-
-    @property
-    def row_bytes(self) -> int:
-        return math.prod(self.shape[1:]) * np.dtype(self.dtype).itemsize
-
-    @property
-    def size_bytes(self) -> int:
-        return self.shape[0] * self.row_bytes
-
-
-class _Header(_Strict):
-    format: Literal["lightarc-transport"] = FORMAT
-    version: Literal[1] = 1
-    kind: Annotated[str, Field(pattern=r"^[a-z-]{1,20}$")]
-    mesh_name: Annotated[str, Field(max_length=1000)]
-    mesh_sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-    texture_coordinates_made: bool
-    settings: dict[str, JsonValue]
-    chunks: Annotated[int, Field(ge=0, le=1 << 26)]
-    table_offset: _Count
-    size_bytes: _Count
-    arrays: Annotated[list[_Array], Field(max_length=64)]
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +61,7 @@ class TransportPlan:
     whole : the arrays that are known.
     """
 
-    header: _Header
+    header: Header
     beginning: bytes
     whole: Mapping[str, NDArray[Any]]
 
@@ -159,17 +118,17 @@ def plan_transport(
     streamed : for each streamed array its type and the shape of one row.
     bounds : (chunks + 1,) rising from 0: chunk c has the rows bounds[c] … bounds[c + 1] − 1.
     """
-    known = {**_mesh_arrays(mesh), **whole, _BOUNDS: np.asarray(bounds, "<i8")}
+    known = {**_mesh_arrays(mesh), **whole, BOUNDS: np.asarray(bounds, "<i8")}
     known = {name: _little_endian(array) for name, array in known.items()}
     rows, chunks = int(bounds[-1]), len(bounds) - 1
     described = [
-        _Array(name=name, dtype=array.dtype.str, shape=list(array.shape), offset=0, crc32=zlib.crc32(array.data))  # type: ignore[arg-type]
+        Array(name=name, dtype=array.dtype.str, shape=list(array.shape), offset=0, crc32=zlib.crc32(array.data))  # type: ignore[arg-type]
         for name, array in known.items()
     ] + [
-        _Array(name=name, dtype=np.dtype(dtype).str, shape=[rows, *shape], offset=0, crc32=None)  # type: ignore[arg-type]
+        Array(name=name, dtype=np.dtype(dtype).str, shape=[rows, *shape], offset=0, crc32=None)  # type: ignore[arg-type]
         for name, (dtype, shape) in streamed.items()
     ]
-    header = _Header(
+    header = Header(
         kind=kind,
         mesh_name=mesh.name[:1000],
         mesh_sha256=mesh_fingerprint(mesh),
@@ -180,8 +139,8 @@ def plan_transport(
         size_bytes=0,
         arrays=described,
     )
-    header = _laid_out(header)
-    text = _text(header)
+    header = laid_out(header)
+    text = header_text(header)
     beginning = MAGIC + len(text).to_bytes(4, "little") + zlib.crc32(text).to_bytes(4, "little") + text
     return TransportPlan(header, beginning, MappingProxyType(known))
 
@@ -192,7 +151,7 @@ class TransportWriter:
     def __init__(self, output: Resumable, plan: TransportPlan) -> None:
         self._output, self._plan = output, plan
         self._arrays = {array.name: array for array in plan.header.arrays}
-        self._bounds = plan.whole[_BOUNDS]
+        self._bounds = plan.whole[BOUNDS]
         if output.resumed:
             self._table = np.frombuffer(output.read_at(plan.header.table_offset, 8 * plan.chunks), "<u8").copy()
         else:
@@ -211,7 +170,7 @@ class TransportWriter:
                 raise ValueError(f"rows of {array.name} have the shape {part.shape} or type {part.dtype} of others")
             self._output.write_at(array.offset + start * array.row_bytes, part.data)
             checksum = zlib.crc32(part.data, checksum)
-        self._table[chunk] = _DONE | checksum
+        self._table[chunk] = DONE | checksum
         self._output.write_at(self._plan.header.table_offset + 8 * chunk, self._table[chunk : chunk + 1].data)
 
     def get(self, chunk: int) -> dict[str, NDArray[Any]]:
@@ -225,24 +184,24 @@ class TransportWriter:
 
     def finish(self) -> None:
         """Seal the table once every chunk is there."""
-        if not (self._table & np.uint64(_DONE)).all():
+        if not (self._table & np.uint64(DONE)).all():
             raise ValueError("chunks are missing")
         end = self._plan.header.table_offset + 8 * self._plan.chunks
         self._output.write_at(end, zlib.crc32(self._table.data).to_bytes(4, "little"))
 
-    def _streamed(self) -> list[_Array]:
+    def _streamed(self) -> list[Array]:
         return [array for array in self._plan.header.arrays if array.crc32 is None]
 
     def _holds(self, chunk: int) -> bool:
         """Whether the rows of `chunk` are there, and are those that were written."""
         entry = int(self._table[chunk])
-        if entry < _DONE:
+        if entry < DONE:
             return False
         checksum, start, stop = 0, int(self._bounds[chunk]), int(self._bounds[chunk + 1])
         for array in self._streamed():
             where = array.offset + start * array.row_bytes
             checksum = zlib.crc32(self._output.read_at(where, (stop - start) * array.row_bytes), checksum)
-        return entry == _DONE | checksum
+        return entry == DONE | checksum
 
 
 @contextmanager
@@ -280,22 +239,35 @@ def open_transport(path: str | os.PathLike[str], mesh: Mesh | None = None) -> Tr
     InputError where it is none, incomplete, damaged, of a newer version or of another mesh.
     """
     place = Path(path)
-    content = _mapped(place)
-    header = _read_header(place, content)
+    content = mapped(place)
+    header = read_header(place, content)
     if mesh is not None and mesh_fingerprint(mesh) != header.mesh_sha256:
         raise InputError(place, f"was baked for another mesh ({header.mesh_name})", "Bake this mesh")
     if len(content) != header.size_bytes:
         raise InputError(place, f"has {len(content):,} bytes instead of {header.size_bytes:,}", REMEDY)
     arrays = {array.name: _array(content, array) for array in header.arrays}
-    _check_content(place, content, header, arrays)
+    check_content(place, content, header, arrays)
     try:
         found = _mesh_of(header, arrays)
     except (KeyError, ValueError, IndexError) as error:
         raise InputError(place, f"holds a mesh that cannot be ({str(error)[:120]})", REMEDY) from None
-    rest = {name: array for name, array in arrays.items() if name not in (*_MESH, _BOUNDS)}
+    rest = {name: array for name, array in arrays.items() if name not in (*MESH_ARRAYS, BOUNDS)}
     return TransportFile(
         header.kind, found, MappingProxyType(header.settings), MappingProxyType(rest), len(content), place
     )
+
+
+def read_as(file: TransportFile, kind: str, read: Callable[[TransportFile], Found]) -> Found:
+    """What `read` makes of a file of this `kind`; InputError where it is of another, or holds what cannot be.
+
+    `read` raises KeyError, TypeError or ValueError for the latter.
+    """
+    if file.kind != kind:
+        raise InputError(file.path, f"holds transport of the mode {file.kind}", f"Bake with --mode {kind}")
+    try:
+        return read(file)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(file.path, f"holds transport that cannot be ({str(error)[:200]})", REMEDY) from None
 
 
 def holds_transport(path: str | os.PathLike[str]) -> bool:
@@ -309,121 +281,25 @@ def holds_transport(path: str | os.PathLike[str]) -> bool:
         return False
 
 
-def _laid_out(header: _Header) -> _Header:
-    """Give every array its place; the offsets change the length of the header, so its room is fixed first."""
-    room = len(_text(header)) + 32 * (len(header.arrays) + 2)
-    table = _aligned(len(MAGIC) + 8 + room)
-    offset = _aligned(table + 8 * header.chunks + 4)
-    arrays = []
-    for array in header.arrays:
-        arrays.append(array.model_copy(update={"offset": offset}))
-        offset = _aligned(offset + array.size_bytes)
-    return header.model_copy(update={"arrays": arrays, "table_offset": table, "size_bytes": offset})
-
-
-def _aligned(offset: int) -> int:
-    return (offset + _PAGE - 1) // _PAGE * _PAGE
-
-
-def _text(header: _Header) -> bytes:
-    return json.dumps(header.model_dump(), ensure_ascii=True, allow_nan=False, sort_keys=True).encode()
-
-
 def _little_endian(array: NDArray[Any]) -> NDArray[Any]:
     return np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
 
 
 def _mesh_arrays(mesh: Mesh) -> dict[str, NDArray[Any]]:
-    return {name: np.ascontiguousarray(getattr(mesh, name), _MESH_KINDS[name]) for name in _MESH}
+    return {name: np.ascontiguousarray(getattr(mesh, name), MESH_KINDS[name]) for name in MESH_ARRAYS}
 
 
-def _mesh_of(header: _Header, arrays: Mapping[str, NDArray[Any]]) -> Mesh:
-    if any(arrays[name].dtype.str != kind or arrays[name].ndim != 2 for name, kind in _MESH_KINDS.items()):
+def _mesh_of(header: Header, arrays: Mapping[str, NDArray[Any]]) -> Mesh:
+    if any(arrays[name].dtype.str != kind or arrays[name].ndim != 2 for name, kind in MESH_KINDS.items()):
         raise ValueError("its arrays are of other types")
-    if arrays["positions"].shape[1] != 3 or not all(np.isfinite(arrays[name]).all() for name in _MESH[:3]):
+    if arrays["positions"].shape[1] != 3 or not all(np.isfinite(arrays[name]).all() for name in MESH_ARRAYS[:3]):
         raise ValueError("its numbers are not finite")
     made = float(header.texture_coordinates_made)
     health = Health(MappingProxyType({"texture_coordinates_made": made}))
-    positions, normals, uv, faces = (arrays[name] for name in _MESH)
+    positions, normals, uv, faces = (arrays[name] for name in MESH_ARRAYS)
     return Mesh(positions, normals, uv, faces, header.mesh_name, health)
 
 
-def _mapped(path: Path) -> NDArray[np.uint8]:
-    try:
-        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-        with open(os.open(path, flags), "rb") as file:  # noqa: PTH123 - opened by descriptor
-            status = os.fstat(file.fileno())
-            if not stat.S_ISREG(status.st_mode):
-                raise InputError(path, "is no regular file", "Give a transport file that lightarc bake made")
-            if status.st_size < len(MAGIC) + 8:
-                raise InputError(path, "is no transport file", "Give one that lightarc bake made")
-            return np.memmap(file, dtype=np.uint8, mode="r")
-    except (OSError, ValueError) as error:
-        words = os.strerror(error.errno or 0) if isinstance(error, OSError) else str(error)
-        raise InputError(path, f"cannot be read ({words})", "Check the name") from None
-
-
-def _read_header(path: Path, content: NDArray[np.uint8]) -> _Header:
-    start = len(MAGIC) + 8
-    if content[: len(MAGIC)].tobytes() != MAGIC:
-        raise InputError(path, "is no transport file", "Give one that lightarc bake made")
-    length, checksum = (int.from_bytes(content[at : at + 4].tobytes(), "little") for at in (len(MAGIC), start - 4))
-    text = content[start : start + min(length, _HEADER_LIMIT_BYTES)].tobytes()
-    if len(text) != length or zlib.crc32(text) != checksum:
-        raise InputError(path, "is damaged: the checksum of its header does not fit", REMEDY)
-    value = read_json(text, path, "its header", REMEDY)
-    if isinstance(value, dict) and isinstance(value.get("version"), int) and value["version"] > 1:
-        raise InputError(path, f"was written by a newer Lightarc (version {value['version']})", "Update Lightarc")
-    try:
-        header = _Header.model_validate(value)
-    except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False)[0]
-        place = ".".join(map(str, first["loc"]))[:80]
-        raise InputError(path, f"has a header with a faulty {place} ({first['msg'][:100]})", REMEDY) from None
-    _check_places(path, header)
-    return header
-
-
-def _check_places(path: Path, header: _Header) -> None:
-    """That table and arrays follow each other and end with the file, before anything is taken from there."""
-    end = header.table_offset + 8 * header.chunks + 4
-    names = {array.name for array in header.arrays}
-    for array in header.arrays:
-        if array.offset % _PAGE or array.offset < end:
-            raise InputError(path, f"has a header that puts {array.name} where something else is", REMEDY)
-        end = array.offset + array.size_bytes
-    if end > header.size_bytes or len(names) != len(header.arrays) or not {*_MESH, _BOUNDS} <= names:
-        raise InputError(path, "has a header whose arrays do not fit its size", REMEDY)
-
-
-def _array(content: NDArray[np.uint8], array: _Array) -> NDArray[Any]:
+def _array(content: NDArray[np.uint8], array: Array) -> NDArray[Any]:
     part = content[array.offset : array.offset + array.size_bytes]
     return part.view(array.dtype).reshape(array.shape)
-
-
-def _check_content(path: Path, content: NDArray[np.uint8], header: _Header, arrays: Mapping[str, NDArray[Any]]) -> None:
-    for array in header.arrays:
-        if array.crc32 is not None and zlib.crc32(content[array.offset :][: array.size_bytes].data) != array.crc32:
-            raise InputError(path, f"is damaged: the checksum of {array.name} does not fit", REMEDY)
-    table = content[header.table_offset :][: 8 * header.chunks]
-    sealed = content[header.table_offset + 8 * header.chunks :][:4].tobytes()
-    if zlib.crc32(table.tobytes()) != int.from_bytes(sealed, "little"):
-        raise InputError(path, "is damaged or was never finished: the table of its chunks does not fit", REMEDY)
-    entries, bounds = table.view("<u8"), arrays[_BOUNDS]
-    streamed = [array for array in header.arrays if array.crc32 is None]
-    if (
-        bounds.dtype.str != "<i8"
-        or bounds.shape != (header.chunks + 1,)
-        or bounds[0] != 0
-        or (np.diff(bounds) < 0).any()
-    ):
-        raise InputError(path, "has bounds of chunks that cannot be", REMEDY)
-    if any(array.shape[0] != bounds[-1] for array in streamed):
-        raise InputError(path, "has arrays with another number of rows than chunks", REMEDY)
-    for chunk, (start, stop) in enumerate(zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)):
-        checksum = 0
-        for array in streamed:
-            rows = content[array.offset + start * array.row_bytes : array.offset + stop * array.row_bytes]
-            checksum = zlib.crc32(rows.data, checksum)
-        if int(entries[chunk]) != _DONE | checksum:
-            raise InputError(path, f"is damaged: the checksum of chunk {chunk + 1} does not fit", REMEDY)

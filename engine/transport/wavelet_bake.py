@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
-from engine.errors import InputError
 from engine.factor.errors import reference
 from engine.factor.maps import DirectionMap, MapKind
 from engine.factor.normalised import normalised
@@ -31,15 +30,16 @@ from engine.ray_caster import RayCaster, caster_of
 from engine.steps import Step, Steps, part
 from engine.transport.blend import Mixture
 from engine.transport.chunks import Chunk, Make, Recipe, Remote, run
+from engine.transport.estimate import estimated_s
 from engine.transport.haar import FACES, check_edge
 from engine.transport.occluder import Occluder, simplified
 from engine.transport.transport_file import (
-    REMEDY,
     TransportFile,
     TransportPlan,
     TransportWriter,
     open_transport,
     plan_transport,
+    read_as,
     writing,
 )
 from engine.transport.visibility import Receivers, visibility_shares
@@ -63,9 +63,6 @@ MAP_SIZE = 48
 
 #: Visibility counts of a chunk of the file, roughly.
 CHUNK_TEXELS = 1 << 21
-
-#: Vertices whose bake tells how long all will take.
-PROBES = 48
 
 
 @dataclass(frozen=True)
@@ -303,16 +300,19 @@ class _Baker:
     def __call__(self, number: int) -> Chunk:
         """The chunk of that number."""
         bounds = self._recipe["bounds"]
-        vertices = np.arange(bounds[number], bounds[number + 1])
+        rows, visibility_s = self.made(np.arange(bounds[number], bounds[number + 1]))
+        return Chunk(number, rows, visibility_s)
+
+    def made(self, vertices: NDArray[np.int64]) -> tuple[dict[str, NDArray[Any]], float]:
+        """The rows of `vertices`, all of the model or all of the ground, and the seconds for their visibility."""
         started = time.perf_counter()
         shares = visibility_shares(self._of, self._recipe["edge"], self._recipe["fine"], vertices)
         counts = [some for _, some in shares]
         visibility_s = time.perf_counter() - started
-        rows = self.vectors(vertices, counts[0] if len(counts) == 1 else np.concatenate(counts))
-        return Chunk(number, rows, visibility_s)
+        return self.vectors(vertices, counts[0] if len(counts) == 1 else np.concatenate(counts)), visibility_s
 
     def vectors(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
-        """The rows of `vertices`, all of the model or all of the ground, from how many parts of texels they see."""
+        """The same from how many parts of each texel they see."""
         recipe = self._recipe
         of_model = vertices[0] < recipe["ground_vertex"]
         return transport_vectors(
@@ -335,14 +335,12 @@ def bake_in_memory(work: Work, vertices: NDArray[np.int64]) -> Iterator[tuple[ND
 
 
 def estimate_s(work: Work) -> float:
-    """Seconds that the bake will take, from some vertices that lie apart; costs about a hundredth of it."""
-    vertices = np.unique(np.linspace(0, max(work.ground_vertex - 1, 0), PROBES).astype(np.int64))
-    for _ in bake_in_memory(work, vertices[:1]):
-        pass
+    """Seconds that the bake will take; costs about a hundredth of it."""
     started = time.perf_counter()
-    for _ in bake_in_memory(work, vertices):
-        pass
-    return (time.perf_counter() - started) / len(vertices) * work.vertices
+    of = work.occluder.receivers(work.surface)
+    baker = _Baker(recipe_of(work, of), of)
+    shared_s = time.perf_counter() - started
+    return shared_s + estimated_s(baker.made, work.vertices, work.ground_vertex)
 
 
 def open_wavelets(path: str | os.PathLike[str], mesh: Mesh | None = None) -> WaveletTransport:
@@ -352,25 +350,24 @@ def open_wavelets(path: str | os.PathLike[str], mesh: Mesh | None = None) -> Wav
 
 def transport_of(file: TransportFile) -> WaveletTransport:
     """The wavelet transport in an open file; InputError where it holds another kind, or what cannot be."""
-    if file.kind != KIND:
-        raise InputError(file.path, f"holds transport of the mode {file.kind}", f"Bake with --mode {KIND}")
+    return read_as(file, KIND, _transport_of)
+
+
+def _transport_of(file: TransportFile) -> WaveletTransport:
     settings = file.settings
-    try:
-        chart = DirectionMap(settings["map"], settings["map_size"])
-        words = (bool(settings["isotropic"]), bool(settings["reciprocal"]), str(settings["brdf"]))
-        factors = SeparableFactors(chart, "in-out", file.arrays["view_maps"], file.arrays["light_maps"], *words)
-        transport = WaveletTransport(
-            file.mesh,
-            int(settings["ground_vertex"]),
-            factors,
-            float(settings["ground_albedo"]),
-            int(settings["edge"]),
-            vectors_of(file.arrays),
-            _mixture_of(file),
-        )
-        transport.vectors.check(transport.edge)
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(file.path, f"holds transport that cannot be ({str(error)[:200]})", REMEDY) from None
+    chart = DirectionMap(settings["map"], settings["map_size"])
+    words = (bool(settings["isotropic"]), bool(settings["reciprocal"]), str(settings["brdf"]))
+    factors = SeparableFactors(chart, "in-out", file.arrays["view_maps"], file.arrays["light_maps"], *words)
+    transport = WaveletTransport(
+        file.mesh,
+        int(settings["ground_vertex"]),
+        factors,
+        float(settings["ground_albedo"]),
+        int(settings["edge"]),
+        vectors_of(file.arrays),
+        _mixture_of(file),
+    )
+    transport.vectors.check(transport.edge)
     return transport
 
 

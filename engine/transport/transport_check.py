@@ -1,0 +1,96 @@
+"""Reading a transport file that may be anything: mapped, its header understood, every byte of it checked once."""
+
+from __future__ import annotations
+
+import os
+import stat
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from engine.errors import InputError
+from engine.files.manifest import read_json
+from engine.transport.transport_header import BOUNDS, DONE, HEADER_LIMIT_BYTES, MAGIC, MESH_ARRAYS, PAGE, Header
+
+REMEDY = "Bake the mesh again"
+
+
+def mapped(path: Path) -> NDArray[np.uint8]:
+    try:
+        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+        with open(os.open(path, flags), "rb") as file:  # noqa: PTH123 - opened by descriptor
+            status = os.fstat(file.fileno())
+            if not stat.S_ISREG(status.st_mode):
+                raise InputError(path, "is no regular file", "Give a transport file that lightarc bake made")
+            if status.st_size < len(MAGIC) + 8:
+                raise InputError(path, "is no transport file", "Give one that lightarc bake made")
+            return np.memmap(file, dtype=np.uint8, mode="r")
+    except (OSError, ValueError) as error:
+        words = os.strerror(error.errno or 0) if isinstance(error, OSError) else str(error)
+        raise InputError(path, f"cannot be read ({words})", "Check the name") from None
+
+
+def read_header(path: Path, content: NDArray[np.uint8]) -> Header:
+    start = len(MAGIC) + 8
+    if content[: len(MAGIC)].tobytes() != MAGIC:
+        raise InputError(path, "is no transport file", "Give one that lightarc bake made")
+    length, checksum = (int.from_bytes(content[at : at + 4].tobytes(), "little") for at in (len(MAGIC), start - 4))
+    text = content[start : start + min(length, HEADER_LIMIT_BYTES)].tobytes()
+    if len(text) != length or zlib.crc32(text) != checksum:
+        raise InputError(path, "is damaged: the checksum of its header does not fit", REMEDY)
+    value = read_json(text, path, "its header", REMEDY)
+    if isinstance(value, dict) and isinstance(value.get("version"), int) and value["version"] > 1:
+        raise InputError(path, f"was written by a newer Lightarc (version {value['version']})", "Update Lightarc")
+    try:
+        header = Header.model_validate(value)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        place = ".".join(map(str, first["loc"]))[:80]
+        raise InputError(path, f"has a header with a faulty {place} ({first['msg'][:100]})", REMEDY) from None
+    _check_places(path, header)
+    return header
+
+
+def _check_places(path: Path, header: Header) -> None:
+    """That table and arrays follow each other and end with the file, before anything is taken from there."""
+    end = header.table_offset + 8 * header.chunks + 4
+    names = {array.name for array in header.arrays}
+    for array in header.arrays:
+        if array.offset % PAGE or array.offset < end:
+            raise InputError(path, f"has a header that puts {array.name} where something else is", REMEDY)
+        end = array.offset + array.size_bytes
+    if end > header.size_bytes or len(names) != len(header.arrays) or not {*MESH_ARRAYS, BOUNDS} <= names:
+        raise InputError(path, "has a header whose arrays do not fit its size", REMEDY)
+
+
+def check_content(path: Path, content: NDArray[np.uint8], header: Header, arrays: Mapping[str, NDArray[Any]]) -> None:
+    for array in header.arrays:
+        if array.crc32 is not None and zlib.crc32(content[array.offset :][: array.size_bytes].data) != array.crc32:
+            raise InputError(path, f"is damaged: the checksum of {array.name} does not fit", REMEDY)
+    table = content[header.table_offset :][: 8 * header.chunks]
+    sealed = content[header.table_offset + 8 * header.chunks :][:4].tobytes()
+    if zlib.crc32(table.tobytes()) != int.from_bytes(sealed, "little"):
+        raise InputError(path, "is damaged or was never finished: the table of its chunks does not fit", REMEDY)
+    entries, bounds = table.view("<u8"), arrays[BOUNDS]
+    streamed = [array for array in header.arrays if array.crc32 is None]
+    if (
+        bounds.dtype.str != "<i8"
+        or bounds.shape != (header.chunks + 1,)
+        or bounds[0] != 0
+        or (np.diff(bounds) < 0).any()
+    ):
+        raise InputError(path, "has bounds of chunks that cannot be", REMEDY)
+    if any(array.shape[0] != bounds[-1] for array in streamed):
+        raise InputError(path, "has arrays with another number of rows than chunks", REMEDY)
+    for chunk, (start, stop) in enumerate(zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True)):
+        checksum = 0
+        for array in streamed:
+            rows = content[array.offset + start * array.row_bytes : array.offset + stop * array.row_bytes]
+            checksum = zlib.crc32(rows.data, checksum)
+        if int(entries[chunk]) != DONE | checksum:
+            raise InputError(path, f"is damaged: the checksum of chunk {chunk + 1} does not fit", REMEDY)
