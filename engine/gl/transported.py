@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from engine.camera import Camera
 from engine.gl.context import Limits, limits
+from engine.gl.gaussian import GaussianTextures
 from engine.gl.mesh_buffers import MeshBuffers
 from engine.gl.program import load_program, set_uniforms
 from engine.gl.sh import HarmonicTextures
@@ -23,9 +24,9 @@ from engine.gl.vertex_rows import VertexRows
 from engine.gl.wavelet import WaveletTextures
 from engine.mesh import Mesh
 from engine.render.display import Display
-from engine.transport.lit import Lit, LitWavelets
+from engine.transport.lit import Lit, LitGaussians, LitWavelets
 
-Textures = WaveletTextures | HarmonicTextures
+Textures = WaveletTextures | HarmonicTextures | GaussianTextures
 
 
 class TransportRenderer:
@@ -86,6 +87,7 @@ class TransportRenderer:
         centre = lit.mesh.centre
         eye = tuple(np.subtract(camera.eye, centre).tolist())
         set_uniforms(program, {"eye": eye, "flat_vertex": lit.flat_vertex})
+        self.messages = textures.messages if isinstance(textures, GaussianTextures) else []
         textures.bind(program)
         self._rows.bind(program)
         matrix = tile_from_clip @ camera.clip_from_model(centre, lit.mesh.radius, aspect)
@@ -101,23 +103,34 @@ class TransportRenderer:
 
     def _upload(self, lit: Lit) -> Textures:
         """The textures of what was baked, and the light in the rows of its vertices."""
-        owner = WaveletTextures if isinstance(lit, LitWavelets) else HarmonicTextures
-        key = owner.key(lit)  # type: ignore[arg-type]
+        key = _owner(lit).key(lit)
         if self._textures is None or self._textures[0] != key:
             if self._textures is not None:
                 self._textures[1].release()
                 self._textures = None
-            self._textures = (key, owner(self.context, lit))  # type: ignore[arg-type]
+            self._textures = (key, self._textures_of(lit))
+            self._lit = None
+        textures = self._textures[1]
         if self._lit is not lit:
-            self._rows.write(owner.rows(lit))  # type: ignore[arg-type]
+            self._rows.write(_owner(lit).rows(lit))
+            if isinstance(lit, LitGaussians) and isinstance(textures, GaussianTextures):
+                textures.relight(lit)
             self._lit = lit
-        return self._textures[1]
+        return textures
+
+    def _textures_of(self, lit: Lit) -> Textures:
+        if isinstance(lit, LitGaussians):
+            return GaussianTextures(self.context, lit, self.limits)
+        if isinstance(lit, LitWavelets):
+            return WaveletTextures(self.context, lit)
+        return HarmonicTextures(self.context, lit)
 
     def _program(self, textures: Textures) -> Any:
+        stem = "gaussian" if isinstance(textures, GaussianTextures) else "transported"
         definitions = {"SOURCE": textures.SOURCE, **textures.definitions, **({"DEBUG": "1"} if self.debug else {})}
         key = tuple(definitions.items())
         if key not in self._programs:
-            self._programs[key] = load_program(self.context, "transported.vert", "transported.frag", definitions)
+            self._programs[key] = load_program(self.context, f"{stem}.vert", f"{stem}.frag", definitions)
         return self._programs[key]
 
     def release(self) -> None:
@@ -131,3 +144,10 @@ class TransportRenderer:
         self._tiles.release()
         self._mesh = self._textures = self._lit = None
         self._programs.clear()
+
+
+def _owner(lit: Lit) -> Any:
+    """The class of the textures of `lit`."""
+    if isinstance(lit, LitGaussians):
+        return GaussianTextures
+    return WaveletTextures if isinstance(lit, LitWavelets) else HarmonicTextures

@@ -69,7 +69,7 @@ def picture_of(lit: Lit, camera: Camera, size: tuple[int, int], samples: int = 2
 
     def shade(corners: NDArray[np.int64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
         lobes = gaussian.mixed(seen, corners, weights)
-        value = lobe_radiance(lit.light, lobes.weight, lobes.mean, lobes.sigma)
+        value = lobe_radiance(lit.light, lobes.energy, lobes.mean, lobes.sigma)
         value += np.einsum("nk,nkc->nc", weights, matt[corners])
         return value
 

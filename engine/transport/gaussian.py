@@ -3,10 +3,12 @@
     T(wi) ≈ sum over lobes of w exp((wi·mu − 1) / sigma²)          Eq. 4; per sr of light from wi
 
 Between views and between vertices the PARAMETERS are mixed (section 5), so that a highlight moves and is not faded
-from one place into another: weights and means by barycentric shares, means made unit vectors again, and widths by
-their logarithms, so that they rise evenly from the narrow to the wide. Where means cancel, the lobe points where that
-of the nearest view does. Views below the horizon of a vertex have no light to give; weights are mixed over the views
-above it alone, so that a model neither darkens towards its outline nor shines from behind it.
+from one place into another: means by barycentric shares, made unit vectors again, and widths by their logarithms, so
+that they rise evenly from the narrow to the wide. In place of w we mix energies, w times the integral of its Gaussian:
+between a narrow lobe and a wide one that reflect the same, the height of neither fits the width of the mixture. Where
+means cancel, the lobe points where that of the nearest view does. Views below the horizon of a vertex have no light to
+give; energies are mixed over the views above it alone, so that a model neither darkens towards its outline nor shines
+from behind it.
 
 The light is `engine.transport.gaussian_lighting`'s; the twin that draws is `engine.gl.gaussian`.
 """
@@ -23,6 +25,7 @@ from engine.directions import Vectors, dot, normalize
 from engine.mesh import Mesh
 from engine.transport import gaussian_kernel
 from engine.transport.gaussian_lighting import GaussianLight, lobe_radiance
+from engine.transport.gaussian_texels import packed
 from engine.transport.matt_part import MattPart
 from engine.transport.sh_transfer import ShTransport, transferred
 from engine.transport.spherical_gaussian import Lobes
@@ -71,6 +74,11 @@ class GaussianTransport:
         return sum(lobes.sigma.shape[2] for lobes in self.components)
 
     @cached_property
+    def texels(self) -> NDArray[np.uint32]:
+        """(V · 92 · lobes, 3) the lobes as shaders read them (`engine.transport.gaussian_texels`)."""
+        return packed(self.components)
+
+    @cached_property
     def normals(self) -> Vectors:
         """(V, 3) unit normals."""
         return normalize(self.mesh.normals)
@@ -78,9 +86,12 @@ class GaussianTransport:
 
 @dataclass(frozen=True, eq=False)
 class SeenLobes:
-    """Lobes towards one direction each: `weight` (n, K, 3), unit `mean` (n, K, 3) in the world, `sigma` (n, K) rad."""
+    """Lobes towards one direction each: `energy` (n, K, 3), unit `mean` (n, K, 3) in the world, `sigma` (n, K) rad.
 
-    weight: NDArray[np.float64]
+    Energy is the integral of a lobe over the sphere, its radiance under an even light of 1.
+    """
+
+    energy: NDArray[np.float64]
     mean: NDArray[np.float64]
     sigma: NDArray[np.float64]
 
@@ -90,7 +101,7 @@ def lobes_towards(
 ) -> SeenLobes:
     """Lobes of `vertices` (n,) of the model, all of them by default, towards `directions` (n, 3) in the world.
 
-    Weights are 0 for directions below the horizon of a vertex. About 0.1 µs for each lobe.
+    Energies are 0 for directions below the horizon of a vertex. About 0.1 µs for each lobe.
     """
     of = np.arange(transport.ground_vertex) if vertices is None else vertices
     wo = np.broadcast_to(np.asarray(directions, np.float64), (len(of), 3))
@@ -112,7 +123,7 @@ def lobes_towards(
             share,
             counts,
             first,
-            seen.weight,
+            seen.energy,
             seen.mean,
             seen.sigma,
         )
@@ -132,7 +143,7 @@ def lobes_seen_from(transport: GaussianTransport, eye: ArrayLike) -> SeenLobes:
     black = _empty(rest, transport.lobes)
     black.mean[..., 1] = black.sigma[...] = 1.0
     return SeenLobes(
-        np.concatenate([model.weight, black.weight]),
+        np.concatenate([model.energy, black.energy]),
         np.concatenate([model.mean, black.mean]),
         np.concatenate([model.sigma, black.sigma]),
     )
@@ -173,14 +184,14 @@ def mixed(seen: SeenLobes, corners: NDArray[np.int64], share: NDArray[np.float64
 
     Where means cancel, the lobe points where that of the nearest corner does.
     """
-    weight = np.einsum("nk,nklc->nlc", share, seen.weight[corners])
+    energy = np.einsum("nk,nklc->nlc", share, seen.energy[corners])
     mean = np.einsum("nk,nklc->nlc", share, seen.mean[corners])
     sigma = np.exp(np.einsum("nk,nkl->nl", share, np.log(seen.sigma)[corners]))
     square = dot(mean, mean)
     nearest = corners[np.arange(len(corners)), share.argmax(axis=1)]
     cancelled = (square <= gaussian_kernel.NOWHERE)[..., None]
     mean = np.where(cancelled, seen.mean[nearest], mean / np.sqrt(np.where(square > 0.0, square, 1.0))[..., None])
-    return SeenLobes(weight, mean, sigma)
+    return SeenLobes(energy, mean, sigma)
 
 
 def radiance_towards(
@@ -191,7 +202,7 @@ def radiance_towards(
     `diffuse` (V, 3) is the matt radiance under the same light (`matt_radiance`), or None.
     """
     seen = lobes_seen_from(transport, eye)
-    value = lobe_radiance(light, seen.weight, seen.mean, seen.sigma)
+    value = lobe_radiance(light, seen.energy, seen.mean, seen.sigma)
     if diffuse is not None:
         value += diffuse * matt_gain(transport, eye)[:, None]
     return value

@@ -16,8 +16,15 @@ from engine.kernels import parallel, prange, scalar
 NOWHERE = 1e-12
 
 #: Half width, in sigma, of the strip that a disc is summed over, and Gauss's points across it.
-REACH = 4.5
-NODES, SHARES = np.polynomial.legendre.leggauss(10)
+REACH = 6.0
+NODES, SHARES = np.polynomial.legendre.leggauss(14)
+
+
+@scalar
+def integral(sigma: float) -> float:
+    """∫ exp((w·mu − 1) / sigma²) dw, as `engine.prefilter.gaussian_integral`."""
+    square = sigma * sigma
+    return -2.0 * math.pi * square * math.expm1(-2.0 / square)
 
 
 @parallel
@@ -30,13 +37,13 @@ def towards(
     share: Any,
     counts: Any,
     first: int,
-    weight_out: Any,
+    energy_out: Any,
     mean_out: Any,
     sigma_out: Any,
 ) -> None:
     """The lobes of `vertices` (n,) between three views `index` (n, 3) with `share` (n, 3), from column `first` on.
 
-    `counts` (n, 3) holds the shares that weights are mixed with. Means are mixed as directions, widths by their
+    `counts` (n, 3) holds the shares that energies are mixed with. Means are mixed as directions, widths by their
     logarithms.
     """
     lobes = weight.shape[2]
@@ -50,15 +57,17 @@ def towards(
             red = green = blue = x = y = z = logarithm = 0.0
             for j in range(3):
                 view, part, counted = index[k, j], share[k, j], counts[k, j]
+                width = sigma[vertex, view, lobe]
                 if counted > 0.0:
-                    red += counted * weight[vertex, view, lobe, 0]
-                    green += counted * weight[vertex, view, lobe, 1]
-                    blue += counted * weight[vertex, view, lobe, 2]
+                    whole = counted * integral(width)
+                    red += whole * weight[vertex, view, lobe, 0]
+                    green += whole * weight[vertex, view, lobe, 1]
+                    blue += whole * weight[vertex, view, lobe, 2]
                 if part > 0.0:
                     x += part * mean[vertex, view, lobe, 0]
                     y += part * mean[vertex, view, lobe, 1]
                     z += part * mean[vertex, view, lobe, 2]
-                    logarithm += part * math.log(sigma[vertex, view, lobe])
+                    logarithm += part * math.log(width)
             square = x * x + y * y + z * z
             if not square > NOWHERE:
                 view = index[k, nearest]
@@ -66,7 +75,7 @@ def towards(
                 square = x * x + y * y + z * z
             scale = 1.0 / math.sqrt(square)
             at = first + lobe
-            weight_out[k, at, 0], weight_out[k, at, 1], weight_out[k, at, 2] = red, green, blue
+            energy_out[k, at, 0], energy_out[k, at, 1], energy_out[k, at, 2] = red, green, blue
             mean_out[k, at, 0], mean_out[k, at, 1], mean_out[k, at, 2] = x * scale, y * scale, z * scale
             sigma_out[k, at] = math.exp(logarithm)
 
@@ -91,7 +100,7 @@ def _disc(distance: float, radius: float, sigma: float) -> float:
 
 
 @parallel
-def add_lamp(mean: Any, sigma: Any, weight: Any, direction: Any, radius: float, light: Any, values: Any) -> None:
+def add_lamp(energy: Any, mean: Any, sigma: Any, direction: Any, radius: float, light: Any, values: Any) -> None:
     """Add to `values` (n, 3) what a lamp of chord radius `radius` brings through lobes (n, K).
 
     `light` (3,) is its radiance, or with radius 0 its irradiance.
@@ -105,5 +114,6 @@ def add_lamp(mean: Any, sigma: Any, weight: Any, direction: Any, radius: float, 
             share = (
                 _disc(math.sqrt(square), radius, width) if radius > 0.0 else math.exp(-0.5 * square / (width * width))
             )
+            share /= integral(width)
             for c in range(3):
-                values[k, c] += weight[k, lobe, c] * light[c] * share
+                values[k, c] += energy[k, lobe, c] * light[c] * share

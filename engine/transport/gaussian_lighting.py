@@ -1,7 +1,7 @@
 """Light for Gaussian transport: a prefiltered environment that may turn, and lamps in closed form.
 
-The radiance of a lobe under an environment is w · ∫ G · (the map under the normalised Gaussian), one look-up (Green et
-al. 2006, Eq. 11). When the light turns, means turn the other way and nothing is filtered anew.
+The radiance of a lobe under an environment is its energy, w ∫ G, times the map under the normalised Gaussian, one
+look-up (Green et al. 2006, Eq. 11). When the light turns, means turn the other way and nothing is filtered anew.
 
 A lamp from one direction sees the height of the lobe there. Of a disc the lobe is integrated: on the plane whose
 distances are those of chords, |w − mu|, a Gaussian on the sphere is a flat one and areas stay areas. A disc about the
@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,7 @@ from engine.cube_map import cube_of
 from engine.environment import EnvironmentMap
 from engine.lamps import Lamp
 from engine.prefilter import WIDEST, PrefilteredCube, gaussian_integral, prefiltered, texel_width
+from engine.transport.gaussian_atlas import Atlas, atlas_of
 from engine.transport.gaussian_kernel import add_lamp
 from engine.transport.spherical_gaussian import Lobes
 
@@ -67,6 +68,11 @@ class GaussianLight:
             raise ValueError(f"a factor of {self.factor} or a rotation of {self.rotation} rad is not possible")
         object.__setattr__(self, "lamps", tuple(self.lamps))
 
+    @cached_property
+    def atlas(self) -> Atlas:
+        """The environment as shaders look it up."""
+        return _atlas(self.environment)
+
     @property
     def map_from_world(self) -> NDArray[np.float64]:
         """(3, 3) matrix that takes directions in the world to those of the map as it lies on disk."""
@@ -74,16 +80,15 @@ class GaussianLight:
         return np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
 
 
-def lobe_radiance(light: GaussianLight, weight: ArrayLike, mean: ArrayLike, sigma: ArrayLike) -> NDArray[np.float64]:
-    """(n, 3) radiance of lobes `weight` (n, K, 3), unit `mean` (n, K, 3) and `sigma` (n, K) rad, summed over K."""
-    weight, mean, sigma = (np.ascontiguousarray(array, np.float64) for array in (weight, mean, sigma))
+def lobe_radiance(light: GaussianLight, energy: ArrayLike, mean: ArrayLike, sigma: ArrayLike) -> NDArray[np.float64]:
+    """(n, 3) radiance of lobes of `energy` (n, K, 3), unit `mean` (n, K, 3) and `sigma` (n, K) rad, summed over K."""
+    energy, mean, sigma = (np.ascontiguousarray(array, np.float64) for array in (energy, mean, sigma))
     value = np.zeros((len(sigma), 3))
     if light.environment is not None:
         towards = mean @ light.map_from_world.T if light.rotation else mean
-        around = light.environment.lookup(towards, sigma) * (light.factor * gaussian_integral(sigma))[..., None]
-        value += np.einsum("nkc,nkc->nc", weight, around)
+        value += light.factor * np.einsum("nkc,nkc->nc", energy, light.environment.lookup(towards, sigma))
     for lamp in light.lamps:
-        add_lamp(mean, sigma, weight, np.array(lamp.direction), chord(lamp), lamp_light(lamp), value)
+        add_lamp(energy, mean, sigma, np.array(lamp.direction), chord(lamp), lamp_light(lamp), value)
     return value
 
 
@@ -148,3 +153,8 @@ def filtered_for(environment: EnvironmentMap, levels: Levels) -> PrefilteredCube
 @lru_cache(maxsize=2)
 def _filtered(environment: EnvironmentMap, levels: Levels) -> PrefilteredCube:
     return prefiltered(cube_of(environment, levels.edge), levels.sigma)
+
+
+@lru_cache(maxsize=2)
+def _atlas(cube: PrefilteredCube | None) -> Atlas:
+    return atlas_of(cube)

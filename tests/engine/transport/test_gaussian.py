@@ -61,8 +61,17 @@ def smooth_sky(rows: int = 128) -> EnvironmentMap:
     return EnvironmentMap(radiance.astype(np.float32), "smooth")
 
 
+def unit(sigma: np.ndarray) -> np.ndarray:
+    """(n, K, 3) energies of lobes whose weight is 1."""
+    return np.repeat(gaussian_integral(sigma)[..., None], 3, axis=-1)
+
+
 def cube_under_one() -> PrefilteredCube:
     return prefiltered(CubeMap(np.ones((6, 32, 32, 3), np.float32)))
+
+
+def weights(seen: SeenLobes) -> np.ndarray:
+    return np.asarray(seen.energy / gaussian_integral(seen.sigma)[..., None])
 
 
 def test_G12_at_a_view_the_lobes_are_its_own() -> None:
@@ -71,15 +80,15 @@ def test_G12_at_a_view_the_lobes_are_its_own() -> None:
     for view in views:
         seen = lobes_towards(transport, view_directions()[view])
         first, second = transport.components
-        for name in ("weight", "mean", "sigma"):
+        for name, found in (("weight", weights(seen)), ("mean", seen.mean), ("sigma", seen.sigma)):
             expected = np.concatenate([getattr(lobes, name)[:, view] for lobes in (first, second)], axis=1)
-            np.testing.assert_allclose(getattr(seen, name), expected, rtol=4 * FLAT, atol=4 * FLAT)
+            np.testing.assert_allclose(found, expected, rtol=4 * FLAT, atol=4 * FLAT)
 
 
 def test_G12_at_a_corner_of_a_triangle_the_lobes_are_its_own() -> None:
     seen = lobes_towards(transport_of(one_vertex(), random_lobes(3, 2)), (0.3, 0.2, 0.9))
     at = mixed(seen, np.array([[0, 1, 2]] * 3), np.eye(3))
-    for name in ("weight", "mean", "sigma"):
+    for name in ("energy", "mean", "sigma"):
         np.testing.assert_allclose(getattr(at, name), getattr(seen, name), rtol=4e-16, atol=4e-16)
 
 
@@ -90,7 +99,8 @@ def test_between_views_parameters_are_mixed() -> None:
     assert (view_directions()[index] @ [0.0, 0.0, 1.0] > 0.0).all()
     lobes = transport.components[0]
     seen = lobes_towards(transport, wo)
-    np.testing.assert_allclose(seen.weight[1, 0], share @ lobes.weight[1, index, 0], rtol=1e-6)
+    energy = lobes.weight[1, index, 0] * gaussian_integral(lobes.sigma[1, index])
+    np.testing.assert_allclose(seen.energy[1, 0], share @ energy, rtol=1e-6)
     np.testing.assert_allclose(seen.mean[1, 0], normalize(share @ lobes.mean[1, index, 0].astype(float)), rtol=1e-6)
     np.testing.assert_allclose(seen.sigma[1, 0], np.prod(lobes.sigma[1, index, 0] ** share), rtol=1e-6)
 
@@ -107,7 +117,7 @@ def test_G11_opposite_means_in_a_triangle_fall_back_to_the_nearest() -> None:
     np.testing.assert_array_equal(at_half.mean[0], means[0])
     for share, nearest in ((0.5 + 1e-4, 0), (0.5 - 1e-4, 1), (0.9, 0), (0.1, 1)):
         np.testing.assert_allclose(opposite(share)[0].mean[0], means[nearest], atol=1e-9)
-    assert all(np.isfinite(part).all() for part in (at_half.mean, at_half.weight, at_half.sigma))
+    assert all(np.isfinite(part).all() for part in (at_half.mean, at_half.energy, at_half.sigma))
 
 
 def test_G11_opposite_means_between_views_do_so_too() -> None:
@@ -130,7 +140,7 @@ def test_G13_nothing_shines_from_below_the_horizon() -> None:
     wo = normalize(np.random.default_rng(0).normal(size=(3000, 3)))
     below = wo[wo[:, 2] <= 0.0]
     seen = lobes_towards(transport, below, np.zeros(len(below), np.int64))
-    assert seen.weight.max() == 0.0
+    assert seen.energy.max() == 0.0
 
 
 def test_G13_views_below_the_horizon_do_not_darken_those_above() -> None:
@@ -140,7 +150,7 @@ def test_G13_views_below_the_horizon_do_not_darken_those_above() -> None:
     wo = normalize(np.random.default_rng(0).normal(size=(3000, 3)))
     above = wo[wo @ normal > 1e-3]
     seen = lobes_towards(transport, above, np.zeros(len(above), np.int64))
-    np.testing.assert_allclose(seen.weight[:, 0], np.broadcast_to([1.0, 0.7, 0.4], (len(above), 3)), rtol=1e-6)
+    np.testing.assert_allclose(weights(seen)[:, 0], np.broadcast_to([1.0, 0.7, 0.4], (len(above), 3)), rtol=1e-6)
 
 
 def test_G17_widths_rise_evenly_in_their_logarithms() -> None:
@@ -155,7 +165,7 @@ def test_an_even_sky_shows_the_energy_of_the_lobes() -> None:
     even = prefiltered(CubeMap(np.full((6, 64, 64, 3), 2.0, np.float32)))
     view = int(np.argmax(view_directions()[:, 2]))
     seen = lobes_towards(transport, view_directions()[view])
-    found = lobe_radiance(GaussianLight(even, 0.5), seen.weight, seen.mean, seen.sigma)
+    found = lobe_radiance(GaussianLight(even, 0.5), seen.energy, seen.mean, seen.sigma)
     expected = sum(lobes.energy()[:, view] for lobes in transport.components)
     np.testing.assert_allclose(found, expected, rtol=1e-5)
 
@@ -167,18 +177,18 @@ def test_radiance_is_the_sum_of_the_map_times_the_lobes() -> None:
     view = int(np.argmax(view_directions()[:, 2]))
     seen = lobes_towards(transport, view_directions()[view])
     light = GaussianLight(filtered_for(environment, levels_for(transport.components)), 1.5)
-    found = lobe_radiance(light, seen.weight, seen.mean, seen.sigma)
+    found = lobe_radiance(light, seen.energy, seen.mean, seen.sigma)
     cube = cube_of(environment, 128)
     towards = cube_directions(128).reshape(-1, 3)
     area = np.tile(cube_solid_angles(128).ravel(), 6)
     highest = (
         1.5
-        * lobe_radiance(GaussianLight(cube_under_one()), seen.weight, seen.mean, seen.sigma)
+        * lobe_radiance(GaussianLight(cube_under_one()), seen.energy, seen.mean, seen.sigma)
         * cube.radiance.max(axis=(0, 1, 2))
     )
     for vertex in range(3):
         sum_over_lobes = sum(
-            gaussian(towards, seen.mean[vertex, k], seen.sigma[vertex, k])[:, None] * seen.weight[vertex, k]
+            gaussian(towards, seen.mean[vertex, k], seen.sigma[vertex, k])[:, None] * weights(seen)[vertex, k]
             for k in range(2)
         )
         expected = 1.5 * (sum_over_lobes * cube.radiance.reshape(-1, 3) * area[:, None]).sum(axis=0)
@@ -193,24 +203,22 @@ def test_EN11_turning_the_light_is_turning_the_map(angle_deg: float) -> None:
     angle = 2.0 * math.pi * columns / width
     moved = EnvironmentMap(np.roll(environment.radiance, -columns, axis=1))
     rng = np.random.default_rng(1)
-    weight, mean = rng.random((400, 1, 3)), normalize(rng.normal(size=(400, 1, 3)))
+    energy, mean = rng.random((400, 1, 3)), normalize(rng.normal(size=(400, 1, 3)))
     sigma = np.exp(rng.uniform(np.log(0.05), 0.0, (400, 1)))
     levels = levels_between(0.05, 1.0)
-    one = lobe_radiance(GaussianLight(filtered_for(environment, levels), rotation=angle), weight, mean, sigma)
-    other = lobe_radiance(GaussianLight(filtered_for(moved, levels)), weight, mean, sigma)
-    highest = (gaussian_integral(sigma)[..., None] * weight).sum(axis=1) * environment.radiance.max(axis=(0, 1))
-    assert np.abs(one - other).max() <= 0.02 * highest.max()
+    one = lobe_radiance(GaussianLight(filtered_for(environment, levels), rotation=angle), energy, mean, sigma)
+    other = lobe_radiance(GaussianLight(filtered_for(moved, levels)), energy, mean, sigma)
+    highest = environment.radiance.max()
+    assert np.abs(one - other).max() <= 0.02 * highest
     assert np.sqrt(np.mean((one - other) ** 2) / np.mean(other**2)) < 0.01
 
 
 def test_EN11_a_light_that_is_not_turned_is_the_same_to_the_bit() -> None:
     filtered = filtered_for(smooth_sky(32), levels_between(0.2, 0.6))
     rng = np.random.default_rng(1)
-    weight, mean, sigma = rng.random((50, 1, 3)), normalize(rng.normal(size=(50, 1, 3))), np.full((50, 1), 0.3)
-    still = lobe_radiance(GaussianLight(filtered, rotation=0.0), weight, mean, sigma)
-    assert np.array_equal(
-        still, np.einsum("nkc,nkc->nc", weight, filtered.lookup(mean, sigma) * gaussian_integral(sigma)[..., None])
-    )
+    energy, mean, sigma = rng.random((50, 1, 3)), normalize(rng.normal(size=(50, 1, 3))), np.full((50, 1), 0.3)
+    still = lobe_radiance(GaussianLight(filtered, rotation=0.0), energy, mean, sigma)
+    assert np.array_equal(still, np.einsum("nkc,nkc->nc", energy, filtered.lookup(mean, sigma)))
 
 
 def test_EN12_between_levels_for_lobes_radiance_is_continuous_and_right() -> None:
@@ -223,7 +231,7 @@ def test_EN12_between_levels_for_lobes_radiance_is_continuous_and_right() -> Non
     area = cube_solid_angles(levels.edge)[levels.edge // 2, levels.edge // 3]
     sigma = np.linspace(0.1, 0.8, 400)[:, None]
     mean = np.broadcast_to(normalize(towards + np.array([0.1, 0.05, 0.0])), (400, 1, 3))
-    found = lobe_radiance(GaussianLight(filtered), np.ones((400, 1, 3)), mean, sigma)[:, 0]
+    found = lobe_radiance(GaussianLight(filtered), unit(sigma), mean, sigma)[:, 0]
     expected = area * gaussian(towards, mean, sigma)[:, 0]
     assert np.abs(found - expected).max() <= 0.02 * area
     assert np.abs(np.diff(found)).max() < 0.05 * area
@@ -234,7 +242,8 @@ def test_a_directional_lamp_shows_the_height_of_the_lobe() -> None:
     rng = np.random.default_rng(0)
     weight, mean = rng.random((200, 2, 3)), normalize(rng.normal(size=(200, 2, 3)))
     sigma = rng.uniform(0.1, 1.0, (200, 2))
-    found = lobe_radiance(GaussianLight(lamps=(lamp,)), weight, mean, sigma)
+    energy = weight * gaussian_integral(sigma)[..., None]
+    found = lobe_radiance(GaussianLight(lamps=(lamp,)), energy, mean, sigma)
     height = gaussian(np.array(lamp.direction), mean, sigma)
     np.testing.assert_allclose(found, np.einsum("nk,nkc->nc", height, weight) * lamp.irradiance, rtol=1e-9)
 
@@ -247,7 +256,7 @@ def test_a_disc_shows_the_integral_of_the_lobe_over_it(radius_deg: float, sigma:
     angle = np.linspace(0.0, math.radians(radius_deg) + 3.0 * sigma, 40)[:, None]
     mean = np.stack([np.sin(angle), np.zeros_like(angle), np.cos(angle)], axis=-1)
     widths = np.full((40, 1), sigma)
-    found = lobe_radiance(GaussianLight(lamps=(lamp,)), np.ones((40, 1, 3)), mean, widths)[:, 0]
+    found = lobe_radiance(GaussianLight(lamps=(lamp,)), unit(widths), mean, widths)[:, 0]
     lights = lights_of(lamp, 400_000)
     expected = np.array([np.sum(gaussian(lights.direction, one[0], sigma) * lights.irradiance[:, 0]) for one in mean])
     assert found[0] == pytest.approx(expected[0], rel=5e-3)
@@ -333,7 +342,7 @@ def test_lobes_seen_of_the_ground_are_black() -> None:
     transport = transport_of(mesh, random_lobes(len(mesh.positions), 2), ground=Ground())
     seen = lobes_seen_from(transport, (0.3, 0.2, 3.0))
     assert len(seen.sigma) == len(transport.mesh.positions)
-    assert seen.weight[transport.ground_vertex :].max() == 0.0
+    assert seen.energy[transport.ground_vertex :].max() == 0.0
     assert np.isfinite(seen.mean).all()
     assert seen.sigma.min() > 0.0
 

@@ -1,0 +1,209 @@
+"""Gaussian transport on the graphics device: lobes and the filtered environment as textures.
+
+The twin of `engine.transport.gaussian`: the views around the eye are found, and lobes mixed, at each vertex; then they
+are mixed across triangles and looked up at each fragment. A lobe takes 12 bytes: its mean on an octahedron (7e-5 rad),
+the logarithm of its width in 65,536 steps and its energy as half floats (5e-4). When only the light turns, nothing is
+uploaded.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.gl.context import Limits
+from engine.gl.program import set_uniforms
+from engine.lamps import Lamp
+from engine.prefilter import PrefilteredCube
+from engine.scene import MOST_LAMPS
+from engine.transport.gaussian import GaussianTransport
+from engine.transport.gaussian_atlas import Atlas, atlas_of
+from engine.transport.gaussian_kernel import NODES, REACH, SHARES
+from engine.transport.gaussian_lighting import GaussianLight, chord, lamp_light
+from engine.transport.gaussian_texels import sigma_span
+from engine.transport.lit import LitGaussians
+from engine.transport.view_directions import VIEWS, view_tables
+
+#: Texture units, beside that of `engine.gl.vertex_rows`.
+LOBES_UNIT, VIEWS_UNIT, LIGHT_UNIT = 5, 6, 8
+
+#: Lobes of a vertex for which drivers promise to carry numbers to fragments.
+MOST_LOBES = 8
+
+#: Lobes beside each other in a line of their texture.
+WIDTH = 4096
+
+#: Levels that the shader has room for.
+MOST_LEVELS = 32
+
+
+class GaussianTextures:
+    """Owns the lobes of one transport, the views, and the environment of the last light."""
+
+    SOURCE = "gaussian_views.glsl"
+
+    def __init__(self, context: Any, lit: LitGaussians, texture_limits: Limits) -> None:
+        transport = lit.transport
+        if transport.lobes > MOST_LOBES:
+            raise ValueError(f"{transport.lobes} lobes for each vertex are more than the {MOST_LOBES} that are drawn")
+        self.context, self._limits = context, texture_limits
+        self.messages: list[str] = []
+        self._filtered: tuple[PrefilteredCube | None, Any] = (None, None)
+        self._views = _view_table(context)
+        self._lobes: Any = None
+        self._values: dict[str, Any] = {
+            "view_table": VIEWS_UNIT,
+            "view_centres": [tuple(row) for row in view_tables().centres.tolist()],
+            "grazing": transport.grazing,
+        }
+        self._light: dict[str, Any] = {}
+        self._definitions: dict[str, str] = {}
+        self._scale = 1.0
+        self._uneven: dict[str, str] = {}
+        self._lamps: tuple[Lamp, ...] = ()
+        if transport.lobes:
+            first, step = sigma_span()
+            self._lobes = _lobe_texture(context, transport, texture_limits)
+            self._values |= {
+                "lobe_texels": LOBES_UNIT,
+                "lobes_width": self._lobes.width,
+                "sigma_span": (first, step),
+                "gauss": list(zip(NODES.tolist(), SHARES.tolist(), strict=True)),
+            }
+            self._definitions = {
+                "LOBES": str(transport.lobes),
+                "VIEWS": str(VIEWS),
+                "MOST_LEVELS": str(MOST_LEVELS),
+                "MOST_LAMPS": str(MOST_LAMPS),
+                "NODES": str(len(NODES)),
+                "REACH": f"{REACH:.1f}",
+            }
+
+    @property
+    def definitions(self) -> dict[str, str]:
+        """What the shaders are compiled with for these lobes and the last light."""
+        lamps = {"LAMPS": "1"} if self._lamps else {}
+        discs = {"DISCS": "1"} if any(lamp.radius for lamp in self._lamps) else {}
+        light = self._uneven | lamps | discs
+        return {**self._definitions, **(light if self._lobes is not None else {})}
+
+    @staticmethod
+    def key(lit: LitGaussians) -> object:
+        """What the lobes are of."""
+        return lit.transport
+
+    @staticmethod
+    def rows(lit: LitGaussians) -> Any:
+        return lit.matt
+
+    def relight(self, lit: LitGaussians) -> None:
+        """Take the light of `lit`; an environment that is there already is not uploaded again."""
+        if self._lobes is None:
+            return
+        cube = lit.light.environment
+        if cube is not self._filtered[0] or self._filtered[1] is None:
+            if self._filtered[1] is not None:
+                self._filtered[1].release()
+            self._filtered = (None, None)
+            atlas = self._atlas(lit.light)
+            self._scale = atlas.scale
+            self._filtered = (cube, _atlas_texture(self.context, atlas))
+            self._light, self._uneven = _atlas_values(atlas), {} if atlas.is_even else {"UNEVEN": "1"}
+        self._light |= _light_values(lit.light, self._scale)
+        self._lamps = lit.light.lamps
+
+    def _atlas(self, light: GaussianLight) -> Atlas:
+        """The light's own, or a smaller one where the device needs that."""
+        atlas, most = light.atlas, self._limits.texture_size
+        if len(atlas.levels) > MOST_LEVELS:
+            raise ValueError(f"{len(atlas.levels)} levels of light are more than the {MOST_LEVELS} that are drawn")
+        if max(atlas.texels.shape[1:3]) > most:
+            atlas = atlas_of(light.environment, most)
+        words = f"The light is drawn with at most {atlas.reduced} texels along a face"
+        self.messages = [words] if atlas.reduced else []
+        return atlas
+
+    def bind(self, program: Any) -> None:
+        self._views.use(VIEWS_UNIT)
+        if self._lobes is not None:
+            self._lobes.use(LOBES_UNIT)
+            self._filtered[1].use(LIGHT_UNIT)
+        set_uniforms(program, {**self._values, **self._light})
+
+    def release(self) -> None:
+        for texture in (self._views, self._lobes, self._filtered[1]):
+            if texture is not None:
+                texture.release()
+        self._filtered = (None, None)
+
+
+def _atlas_values(atlas: Atlas) -> dict[str, Any]:
+    """Uniforms that find a level in its texture."""
+    logarithms = atlas.levels[:, 1]
+    height, width = atlas.texels.shape[1:3]
+    rows = [tuple(row) for row in atlas.levels.tolist()]
+    return {
+        "filtered": LIGHT_UNIT,
+        "levels": rows + [(0.0, 0.0, 0.0, 0.0)] * (MOST_LEVELS - len(rows)),
+        "last_level": len(rows) - 1,
+        "levels_per_log": (len(rows) - 1) / (logarithms[-1] - logarithms[0]),
+        "filtered_texel": (1.0 / width, 1.0 / height),
+        "filtered_mean": tuple((atlas.mean / atlas.scale).tolist()),
+    }
+
+
+def _atlas_texture(context: Any, atlas: Atlas) -> Any:
+    faces, height, width, _ = atlas.texels.shape
+    texture = context.texture_array((width, height, faces), 4, atlas.texels, dtype="f2")
+    texture.filter = (context.LINEAR, context.LINEAR)
+    texture.repeat_x = texture.repeat_y = False
+    return texture
+
+
+def _light_values(light: GaussianLight, scale: float) -> dict[str, Any]:
+    """Uniforms of what turns and shines beside the environment."""
+    lamps = [(*lamp.direction, chord(lamp)) for lamp in light.lamps]
+    colours = [tuple(lamp_light(lamp).tolist()) for lamp in light.lamps]
+    free = MOST_LAMPS - len(lamps)
+    if free < 0:
+        raise ValueError(f"{len(lamps)} lamps are more than the {MOST_LAMPS} of a scene")
+    return {
+        "factor": light.factor * scale,
+        "map_from_world": tuple(light.map_from_world.T.ravel().tolist()),
+        "lamp_count": len(lamps),
+        "lamps": lamps + [(0.0, 1.0, 0.0, 0.0)] * free,
+        "lamp_light": colours + [(0.0, 0.0, 0.0)] * free,
+    }
+
+
+def _lobe_texture(context: Any, transport: GaussianTransport, texture_limits: Limits) -> Any:
+    words = transport.texels
+    width = min(WIDTH, texture_limits.texture_size)
+    height = max(1, math.ceil(len(words) / width))
+    if height > texture_limits.texture_size:
+        raise ValueError(f"{len(words):,} lobes are more than the {width * texture_limits.texture_size:,} that fit")
+    texture = context.texture((width, height), 3, dtype="u4")
+    texture.filter = (context.NEAREST, context.NEAREST)
+    whole = len(words) // width
+    if whole:
+        texture.write(words[: whole * width], viewport=(0, 0, width, whole))
+    if whole < height:
+        texture.write(words[whole * width :], viewport=(0, whole, len(words) - whole * width, 1))
+    return texture
+
+
+def _view_table(context: Any) -> Any:
+    """What `gaussian_views.glsl` finds the views with."""
+    tables = view_tables()
+    triangle = tables.triangle.reshape(-1)
+    rows: NDArray[np.float32] = np.zeros((20 + len(triangle) + math.ceil(VIEWS / 3), 3, 4), np.float32)
+    rows[:20, :, :3] = tables.face_inverse
+    rows[20 : 20 + len(triangle), :, :3] = tables.inverse[triangle]
+    rows[20 : 20 + len(triangle), :, 3] = tables.corners[triangle]
+    rows[20 + len(triangle) :].reshape(-1, 4)[:VIEWS, :3] = tables.directions
+    texture = context.texture((3, len(rows)), 4, rows, dtype="f4")
+    texture.filter = (context.NEAREST, context.NEAREST)
+    return texture
