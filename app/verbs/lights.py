@@ -13,16 +13,21 @@ if TYPE_CHECKING:
     from engine.environment import EnvironmentMap
     from engine.lamps import Lamp
     from engine.transport.lit import Lit
+    from engine.transport.sh_near_light import NearLamp
 
 
 @dataclass(frozen=True, eq=False)
 class Light:
-    """All that shines: an environment turned about +Y by `rotation` rad, times `factor`, and lamps beside it."""
+    """All that shines: an environment turned about +Y by `rotation` rad, times `factor`, and lamps beside it.
+
+    `near_lamps` are for harmonics only.
+    """
 
     environment: EnvironmentMap | None
     rotation: float
     factor: float
     lamps: tuple[Lamp, ...]
+    near_lamps: tuple[NearLamp, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,29 +40,32 @@ class Illuminated:
     figures : the mode's own part of the record, `light_s` and `relight_s` (seconds) among them.
     negative_rel : how much of the vertices' radiance towards a point was below 0, over what was not.
     remedy : what helps against that, as the end of a sentence.
+    warnings : what else there is to say, as sentences.
     """
 
     lit: Lit
     figures: dict[str, Any]
     negative_rel: Callable[[Vector], float]
     remedy: str
+    warnings: tuple[str, ...] = ()
 
 
 def light_of(arguments: argparse.Namespace) -> Light:
-    """The light of --env, --light-deg, --lamp and --intensity; wrong usage where it cannot be."""
+    """The light of --env, --light-deg, --lamp, --near-lamp and --intensity; wrong usage where it cannot be."""
     from app.cli import usage
     from app.verbs.render import LIGHT_DEG
     from engine.directions import world_direction
     from engine.environment_file import open_environment
     from engine.lamps import Lamp
 
-    lamps = tuple(arguments.lamp)
+    lamps, near_lamps = tuple(arguments.lamp), tuple(arguments.near_lamp)
     usage(_check, arguments)
     environment = open_environment(arguments.env) if arguments.env else None
-    if environment is None and (arguments.light_deg is not None or not lamps):
+    if environment is None and (arguments.light_deg is not None or not (lamps or near_lamps)):
         x, y, z = world_direction(*map(math.radians, arguments.light_deg or LIGHT_DEG))
         lamps = (usage(Lamp, (x, y, z), (arguments.intensity,) * 3), *lamps)
-    return Light(environment, math.radians(arguments.env_rotation_deg), arguments.intensity, lamps)
+    turn = math.radians(arguments.env_rotation_deg)
+    return Light(environment, turn, arguments.intensity, lamps, near_lamps)
 
 
 def _check(arguments: argparse.Namespace) -> None:

@@ -45,6 +45,8 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     mode = arguments.mode or file.kind
     if mode not in MODES:
         usage(_refuse, f"{arguments.mesh} holds transport of the mode {mode}, which cannot be drawn")
+    if mode != "sh":
+        usage(render_sh.check_absent, arguments)
     found = MODES[mode].illuminate(file, arguments, light_of(arguments), show)
     lit: Lit = found.lit
     model = lit.mesh.positions[: lit.transport.ground_vertex]
@@ -64,7 +66,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         "negative_rel": negative_rel,
         "mean_radiance": float(luminance(picture[..., :3].astype("f8")).mean()),
         "covered_fraction": float(picture[..., 3].mean(dtype="f8")),
-        "warnings": drawn["warnings"] + _negative(negative_rel, found.remedy),
+        "warnings": [*found.warnings, *drawn["warnings"], *_negative(negative_rel, found.remedy)],
         "time_s": time.perf_counter() - started,
     }
 

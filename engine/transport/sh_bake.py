@@ -27,7 +27,7 @@ from engine.one_thread import one_thread
 from engine.ray_caster import RayCaster, caster_of
 from engine.steps import Step, Steps, part
 from engine.transport.sh_bounces import Surroundings, gathered, reflections
-from engine.transport.sh_table import BrdfTable, tabulate
+from engine.transport.sh_table import BrdfTable
 from engine.transport.sh_transfer import (
     ShTransport,
     diffuse_vectors,
@@ -37,7 +37,7 @@ from engine.transport.sh_transfer import (
     tangent_frames,
     visibility_harmonics,
 )
-from engine.transport.sh_varied import Table, VariedTable, tables_of, tabulate_varied
+from engine.transport.sh_varied import Table, VariedTable, table_of, tables_of
 from engine.transport.transport_file import (
     REMEDY,
     TransportFile,
@@ -47,7 +47,7 @@ from engine.transport.transport_file import (
     plan_transport,
     writing,
 )
-from engine.transport.variation import Variation, variation_to_text, vertex_values
+from engine.transport.variation import Variation, variation_to_text
 from engine.transport.visibility import Receivers, receivers, unshaded, visibility_shares
 
 KIND = "sh"
@@ -171,12 +171,7 @@ def prepare(
     `variations`, two at most, move parameters of the reflectance from vertex to vertex of the model. ValueError where
     it does not have them, InputError for a picture that cannot be read.
     """
-    table: Table
-    if variations:
-        numbers = np.stack([vertex_values(mesh, variation.source) for variation in variations], axis=1)
-        table = yield from tabulate_varied(brdf, settings.order, variations, numbers)
-    else:
-        table = yield from tabulate(brdf, settings.order)
+    table = yield from table_of(brdf, settings.order, variations, mesh)
     name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
     first = len(mesh.positions)
     surface = mesh if ground is None else with_ground(mesh, ground)[0]

@@ -159,6 +159,12 @@ def tabulate(brdf: Brdf, order: int) -> Steps[BrdfTable]:
     return _table(order, values, _difference(halves))
 
 
+def coefficients_towards(brdf: Brdf, order: int, views: Vectors) -> Steps[Floats]:
+    """(N, order², 3) of `brdf` towards `views` (N, 3) above the horizon, summed as for its table."""
+    samples = SAMPLES if brdf.isotropic else SAMPLES_OF_MAP
+    return np.asarray((yield from _project(brdf, order, views, samples)).mean(axis=0))
+
+
 def lambert_table(brdf: Lambert, order: int) -> BrdfTable:
     """The table of Lambert's reflectance, exact: zonal, and the same towards every side."""
     coefficients = np.zeros((order**2, 3))

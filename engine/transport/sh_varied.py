@@ -2,31 +2,33 @@
 
 There are tables at the nodes of a grid over one or two numbers in [0, 1], which move a parameter each
 (`engine.transport.variation`), and a vertex mixes those of the corners of its cell: linear in one number, bilinear in
-two. Only numbers that vertices have are covered. An interval gets a node in its middle where the table there differs
-from the mean of its ends by more than `TOLERANCE` of its size (root mean square over coefficients and views), beside
-three values of the other number. What is left is measured in the middles of cells: `interpolation_rel`.
+two. Only numbers that vertices have are covered. An interval gets a node in its middle where the reflectance there
+differs from the mean of its ends by more than `TOLERANCE` of its size (root mean square over coefficients and some
+views), beside three values of the other number. What is left is measured in the middles of cells: `interpolation_rel`.
 
-A table takes 0.5 s at order 5 where the reflectance is isotropic and 1.5 s where it is brushed; a smooth parameter
-needs 3 to 9.
+A table takes 0.5 s at order 5 where the reflectance is isotropic and 1.5 s where it is brushed, and looking for where
+tables are needed a tenth of that for each; a smooth parameter needs 2 to 9.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
+from itertools import pairwise, product
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.directions import Vectors
 from engine.health import Finding, Health, Verdict
+from engine.mesh import Mesh
 from engine.steps import Step, Steps, part
-from engine.transport.sh_table import MAP_SIZE, BrdfTable, tabulate
-from engine.transport.variation import Variation, checked_variations, varied_brdfs
+from engine.transport.sh_table import MAP_SIZE, BrdfTable, coefficients_towards, isotropic_views, tabulate
+from engine.transport.variation import Variation, checked_variations, varied_brdfs, vertex_values
 
 #: Numbers that may move a parameter each.
 MOST_VARIATIONS = 2
@@ -45,6 +47,11 @@ MOST_BYTES = 1 << 29
 
 #: Cells whose middles are compared.
 MOST_CELLS = 16
+
+#: Views towards which a reflectance is compared.
+VIEWS = 24
+
+Result = TypeVar("Result")
 
 Floats = NDArray[np.float64]
 
@@ -181,6 +188,17 @@ def tables_of(table: Table) -> tuple[BrdfTable, ...]:
     return table.tables if isinstance(table, VariedTable) else (table,)
 
 
+def table_of(
+    brdf: Brdf, order: int, variations: Sequence[Variation], mesh: Mesh, count: int | None = None
+) -> Steps[Table]:
+    """The table of `brdf`, or where there are `variations` the tables for the first `count` vertices of `mesh`."""
+    if not variations:
+        return (yield from tabulate(brdf, order))
+    checked_variations(brdf, variations)
+    numbers = np.stack([vertex_values(mesh, variation.source, count) for variation in variations], axis=1)
+    return (yield from tabulate_varied(brdf, order, variations, numbers))
+
+
 def tabulate_varied(brdf: Brdf, order: int, variations: Sequence[Variation], numbers: Floats) -> Steps[VariedTable]:
     """Tables of `brdf` for vertices whose parameters the `numbers` (V, K) in [0, 1] move; as many as are needed.
 
@@ -188,23 +206,25 @@ def tabulate_varied(brdf: Brdf, order: int, variations: Sequence[Variation], num
     """
     if not 1 <= len(variations) <= MOST_VARIATIONS:
         raise ValueError(f"{len(variations)} parameters are to vary; harmonics have tables over 1 or 2")
-    known = _Known(brdf, order, checked_variations(brdf, variations))
+    probes = _Probes(brdf, order, checked_variations(brdf, variations))
     nodes = [_ends(number) for number in numbers.T]
     for axis in range(len(nodes)):
-        nodes[axis] = yield from _refined(known, nodes, axis)
-    grid = list(product(*(some.tolist() for some in nodes)))
-    yield from known.want(grid, 0.6)
-    varied = VariedTable(tuple(known.tables[at] for at in grid), tuple(nodes), np.asarray(numbers, np.float64))
-    left = yield from _between(known, varied)
-    return replace(varied, interpolation_rel=left)
+        nodes[axis] = yield from _refined(probes, nodes, axis)
+    left = yield from _between(probes, nodes)
+    grid, tables = varied_brdfs(brdf, variations, nodes), []
+    for number, one in enumerate(grid):
+        named = _named(tabulate(one, order), f"table {number + 1} of {len(grid)}")
+        tables.append((yield from part(named, 0.3 + 0.7 * number / len(grid), 0.3 + 0.7 * (number + 1) / len(grid))))
+    return VariedTable(tuple(tables), tuple(nodes), np.asarray(numbers, np.float64), left)
 
 
-class _Known:
-    """The tables of a reflectance that have been made so far, by the numbers that they are for."""
+class _Probes:
+    """Coefficients of a reflectance towards a few views, by the numbers that they are for."""
 
     def __init__(self, brdf: Brdf, order: int, variations: Sequence[Variation]) -> None:
         self.brdf, self.order, self.variations = brdf, order, variations
-        self.tables: dict[tuple[float, ...], BrdfTable] = {}
+        self._views = isotropic_views(VIEWS) if brdf.isotropic else _views_around(VIEWS)
+        self._known: dict[tuple[float, ...], Floats] = {}
 
     @property
     def most_nodes(self) -> int:
@@ -217,24 +237,40 @@ class _Known:
         fitting = min(MOST_LAYERS // self.order**2, MOST_BYTES // size_bytes)
         return max(2, min(most, int(fitting ** (1.0 / count))))
 
-    def want(self, places: Sequence[tuple[float, ...]], done: float) -> Steps[None]:
-        """Tabulate at those of `places` that are missing; `done` of the whole work is told meanwhile."""
-        for place in places:
-            if place not in self.tables:
-                (brdf,) = varied_brdfs(self.brdf, self.variations, [[number] for number in place])
-                table = yield from part(_named(tabulate(brdf, self.order), len(self.tables) + 1), done, done)
-                self.tables[place] = table
+    def at(self, place: tuple[float, ...]) -> Steps[Floats]:
+        """(N, order², 3) for the numbers `place`."""
+        if place not in self._known:
+            (brdf,) = varied_brdfs(self.brdf, self.variations, [[number] for number in place])
+            finding = coefficients_towards(brdf, self.order, self._views)
+            words = f"looking where tables are needed, {len(self._known) + 1}"
+            self._known[place] = yield from part(_named(finding, words), 0.1, 0.1)
+        return self._known[place]
+
+    def error(self, between: Sequence[tuple[float, ...]], place: tuple[float, ...]) -> Steps[float]:
+        """How far the mean of those at `between` is from that at `place`, relative."""
+        mean = np.zeros(())
+        for one in between:
+            mean = mean + (yield from self.at(one)) / len(between)
+        return _distance(mean, (yield from self.at(place)))
 
 
-def _named(steps: Steps[BrdfTable], number: int) -> Steps[BrdfTable]:
-    """`steps` that say which table they make."""
+def _views_around(count: int) -> Vectors:
+    """(count, 3) directions above the horizon, spread in a spiral."""
+    index = np.arange(count)
+    z, azimuth = 1.0 - (index + 0.5) / count, index * np.pi * (3.0 - np.sqrt(5.0))
+    across = np.sqrt(1.0 - z * z)
+    return np.stack([across * np.cos(azimuth), across * np.sin(azimuth), z], axis=-1)
+
+
+def _named(steps: Steps[Result], words: str) -> Steps[Result]:
+    """`steps` that tell `words`."""
     while True:
         try:
             step = next(steps)
         except StopIteration as finished:
-            table: BrdfTable = finished.value
-            return table
-        yield Step(step.done, f"tabulating the reflectance, table {number}")
+            result: Result = finished.value
+            return result
+        yield Step(step.done, f"tabulating the reflectance, {words}")
 
 
 def _ends(number: Floats) -> Floats:
@@ -242,25 +278,23 @@ def _ends(number: Floats) -> Floats:
     return np.unique([number.min(), number.max()]) if number.size else np.zeros(1)
 
 
-def _refined(known: _Known, nodes: Sequence[Floats], axis: int) -> Steps[Floats]:
+def _refined(probes: _Probes, nodes: Sequence[Floats], axis: int) -> Steps[Floats]:
     """The nodes along `axis`: intervals are halved, the worst first, until all are fine or there are enough."""
     others = [np.unique([some[0], 0.5 * (some[0] + some[-1]), some[-1]]).tolist() for some in nodes]
     across = list(product(*(others[k] if k != axis else [0.0] for k in range(len(nodes)))))
 
     def error(low: float, high: float) -> Steps[float]:
-        lines = [
-            [(*place[:axis], number, *place[axis + 1 :]) for place in across]
-            for number in (low, 0.5 * (low + high), high)
-        ]
-        yield from known.want([place for line in lines for place in line], 0.1)
-        values = [[known.tables[place].values for place in line] for line in lines]
-        return max(_distance(0.5 * (a + c), b) for a, b, c in zip(*values, strict=True))
+        worst = 0.0
+        for place in across:
+            a, b, c = ((*place[:axis], number, *place[axis + 1 :]) for number in (low, 0.5 * (low + high), high))
+            worst = max(worst, (yield from probes.error([a, c], b)))
+        return worst
 
     found = nodes[axis].tolist()
     errors = {}
     if len(found) == 2:
         errors[found[0], found[1]] = yield from error(found[0], found[1])
-    while errors and max(errors.values()) > TOLERANCE and len(found) < known.most_nodes:
+    while errors and max(errors.values()) > TOLERANCE and len(found) < probes.most_nodes:
         low, high = max(errors, key=lambda interval: errors[interval])
         middle = 0.5 * (low + high)
         del errors[low, high]
@@ -270,17 +304,16 @@ def _refined(known: _Known, nodes: Sequence[Floats], axis: int) -> Steps[Floats]
     return np.array(found)
 
 
-def _between(known: _Known, varied: VariedTable) -> Steps[float]:
-    """How far mixed tables are from their own, relative, at most in the middles of up to `MOST_CELLS` cells."""
-    halves = [0.5 * (some[1:] + some[:-1]) if len(some) > 1 else some for some in varied.nodes]
-    places = list(product(*(half.tolist() for half in halves)))
-    places = [places[k] for k in np.unique(np.linspace(0, len(places) - 1, MOST_CELLS).astype(np.int64))]
-    yield from known.want(places, 0.9)
-    index, weight = replace(varied, numbers=np.array(places)).corners(np.arange(len(places)))
-    return max(
-        _distance(sum(w * varied.tables[t].values for t, w in zip(*corner, strict=True)), known.tables[place].values)
-        for *corner, place in zip(index, weight, places, strict=True)
-    )
+def _between(probes: _Probes, nodes: Sequence[Floats]) -> Steps[float]:
+    """How far the mean of the corners of a cell is from its middle, relative, at most in up to `MOST_CELLS` cells."""
+    sides = [list(pairwise(some)) if len(some) > 1 else [(some[0],)] for some in nodes]
+    cells = list(product(*sides))
+    worst = 0.0
+    for number in np.unique(np.linspace(0, len(cells) - 1, MOST_CELLS).astype(np.int64)):
+        cell = cells[number]
+        middle = tuple(float(np.mean(side)) for side in cell)
+        worst = max(worst, (yield from probes.error(list(product(*cell)), middle)))
+    return worst
 
 
 def _distance(values: Floats, exact: Floats) -> float:

@@ -75,18 +75,18 @@ def variation_to_text(variation: Variation) -> str:
     return f"{variation.parameter}={variation.start!r}:{variation.stop!r}:{variation.source}"
 
 
-def vertex_values(mesh: Mesh, source: str | os.PathLike[str]) -> Array:
-    """(V,) numbers in [0, 1] of the vertices of `mesh`.
+def vertex_values(mesh: Mesh, source: str | os.PathLike[str], count: int | None = None) -> Array:
+    """(V,) numbers in [0, 1] of the vertices of `mesh`, or of the first `count`, which are a model on a ground.
 
     `source` is 'x', 'y' or 'z', the coordinate across the bounding box, 0 at its low side and all over a model without
     extent; or the path of a picture, whose luminance is clipped to [0, 1]. InputError for what is no picture.
     """
     if source in AXES:
-        along = mesh.positions[:, AXES.index(str(source))]
+        along = mesh.positions[:count, AXES.index(str(source))]
         low, high = float(along.min()), float(along.max())
         size = high - low
         return np.asarray(np.clip((along - low) / size, 0.0, 1.0)) if size > 0.0 else np.zeros(len(along))
-    colours = _looked_up(read_image(source, transfer="linear").pixels, mesh.uv)
+    colours = _looked_up(read_image(source, transfer="linear").pixels, mesh.uv[:count])
     return np.asarray(np.clip(luminance(colours), 0.0, 1.0))
 
 
