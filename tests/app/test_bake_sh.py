@@ -105,7 +105,7 @@ def test_a_reflectance_varies_over_a_model_in_the_bake_and_again_in_the_picture(
         (*bake, "--vary", "alpha=0.1:0.2:nowhere.png"): "nowhere.png",
         (*bake, *(("--vary", "alpha=0.1:0.2:x") * 2)): "twice",
         (*bake, "--vary", "alpha=0.4:0.5:x", "--vary", "kd=0:1:x", "--vary", "f0=0:1:x"): "1 or 2",
-        (*bake[:-1], "--mode", "wavelet", "--vary", "alpha=0.1:0.2:x"): "--mode wavelet",
+        (*bake[:6], "--mode", "wavelet", "--vary", "alpha=0.1:0.2:x"): "--mode wavelet",
         ("render", output, "--vary", "kd=0:1", *lit): "PARAMETER=FROM:TO:SOURCE",
         ("render", mesh, "--vary", "kd=0:1:x", *lit): "--mode sh",
     }.items():
