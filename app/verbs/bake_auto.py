@@ -37,11 +37,13 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         knobs={**found.knobs, "chosen": found.mode, "fine": arguments.fine},
         start=0.05,
     )
-    result = {**result, **planned}
+    result = {**result, **planned, "knobs": result["knobs"]}
     if baked is None:
         return result
     left_out = [f"No {effect.effect}: {effect.reason}" for effect in found.effects if not effect.on]
-    return {**result, "skipped": [*left_out, *result["skipped"]], "warnings": list(mesh.health.warnings)}
+    if found.decision("self-shadowing") == "needed":
+        left_out += result["skipped"]
+    return {**result, "skipped": left_out, "warnings": list(mesh.health.warnings)}
 
 
 def lines(result: dict[str, Any]) -> list[str]:
