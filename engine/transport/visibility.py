@@ -249,8 +249,13 @@ def _visible(
             )
             visible[rows].reshape(-1)[place] = ~of.caster.occluded(origin, direction, coherent=True)
 
-        in_chunks(look, len(chunk), max(1, 2 * CHUNK // len(directions)))
+        in_chunks(look, len(chunk), portion(edge))
         yield chunk, visible
+
+
+def portion(edge: int) -> int:
+    """Vertices that a thread takes at a time for a cube map."""
+    return max(1, 2 * CHUNK // (6 * edge * edge))
 
 
 @lru_cache(maxsize=2)

@@ -42,7 +42,7 @@ from engine.transport.transport_file import (
     read_as,
     writing,
 )
-from engine.transport.visibility import Receivers, visibility_shares
+from engine.transport.visibility import Receivers, portion, visibility_shares
 from engine.transport.wavelet import (
     DIFFUSE,
     MOST_COEFFICIENTS,
@@ -340,7 +340,8 @@ def estimate_s(work: Work) -> float:
     of = work.occluder.receivers(work.surface)
     baker = _Baker(recipe_of(work, of), of)
     shared_s = time.perf_counter() - started
-    return shared_s + estimated_s(baker.made, work.vertices, work.ground_vertex)
+    size = portion(work.settings.edge)
+    return shared_s + estimated_s(baker.made, work.vertices, work.ground_vertex, size)
 
 
 def open_wavelets(path: str | os.PathLike[str], mesh: Mesh | None = None) -> WaveletTransport:

@@ -18,6 +18,7 @@ from engine.mesh import Mesh
 from engine.shapes import open_mesh, plane, sphere
 from engine.steps import drain
 from engine.transport import wavelet_bake
+from engine.transport.estimate import estimated_s
 from engine.transport.transport_file import open_transport, plan_transport, writing
 from engine.transport.wavelet import radiance_towards, relit
 from engine.transport.wavelet_bake import (
@@ -135,6 +136,22 @@ def test_X5_Z13_settings_that_cannot_be_are_refused(settings: tuple[int, int, in
 
 def test_the_time_is_estimated(small: Work) -> None:
     assert 0.0 < estimate_s(small) < 600.0
+
+
+@pytest.mark.parametrize(("vertices", "first"), [(1000, 1000), (1000, 300), (30, 29), (500, 0), (0, 0)])
+def test_model_and_ground_are_estimated_by_their_own(
+    vertices: int, first: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With a clock that a vertex of the model moves by 3 s, one of the ground by 1 s and each call by nothing."""
+    clock = [0.0]
+    monkeypatch.setattr("engine.transport.estimate.time.perf_counter", lambda: clock[0])
+
+    def make(some: np.ndarray) -> None:
+        assert len(np.unique(some)) == len(some)
+        assert len(set(some < first)) == 1
+        clock[0] += 3.0 * np.count_nonzero(some < first) + np.count_nonzero(some >= first)
+
+    assert estimated_s(make, vertices, first) == pytest.approx(3.0 * first + (vertices - first))
 
 
 def test_files_of_other_kinds_meshes_and_lies_are_refused(small: Work, tmp_path: Path) -> None:
