@@ -69,6 +69,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="measure the error under this environment at 400 vertices, seen from 20 directions (half a minute)",
     )
     parser.add_argument(
+        "--restart",
+        action="store_true",
+        help="use nothing of an earlier bake that was cancelled, and leave nothing where this one is",
+    )
+    parser.add_argument(
         "--cluster",
         metavar="ADDRESS",
         help="bake on the workers of a Dask cluster that has this program: the address of its scheduler, say "
@@ -88,7 +93,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def report(result: dict[str, Any]) -> str:
     if result["cancelled"]:
-        return "Cancelled; the same command goes on from here."
+        return _cancelled(result)
     size = f"{result['size_bytes'] / 1e6:.1f} MB"
     share = 100.0 * result["visibility_s"] / result["bake_s"] if result["bake_s"] > 0.0 else 0.0
     lines = [
@@ -99,6 +104,13 @@ def report(result: dict[str, Any]) -> str:
     if result["chunks_resumed"]:
         lines.append(f"{result['chunks_resumed']} of {result['chunks']} chunks were there from before")
     return "\n".join([*lines, *result["skipped"], *result["warnings"]])
+
+
+def _cancelled(result: dict[str, Any]) -> str:
+    if result["unfinished"] is None:
+        return "Cancelled; nothing was written."
+    left, size = result["unfinished"], f"{result['unfinished_bytes'] / 1e6:.1f} MB"
+    return f"Cancelled; the same command goes on from here, with {left} ({size}), which --restart discards."
 
 
 def _check(arguments: argparse.Namespace) -> None:

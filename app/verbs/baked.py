@@ -82,9 +82,10 @@ def carry_out(
     """Say what `bake` will take, run it, and return its outcome and the record that all modes share.
 
     The outcome is None where it was cancelled, and the record then all that there is to say. `start` is how much of
-    the progress was shown before.
+    the progress was shown before. With --restart nothing of an earlier bake is used, and nothing is left of this one.
     """
     from app.cli import CANCELLED, DONE
+    from engine.files.atomic import discard_unfinished, unfinished
 
     expected = f"{work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB, about {words_of_time(estimated_s)}"
     print(expected, file=sys.stderr, flush=True)
@@ -96,12 +97,18 @@ def carry_out(
         "size_bytes": work.size_bytes,
         "knobs": knobs,
     }
+    if arguments.restart:
+        discard_unfinished(arguments.output)
     started = time.perf_counter()
     try:
         done = drain(part(bake(), start, 1.0), show)
     except KeyboardInterrupt:
-        spent_s = time.perf_counter() - started
-        return None, {**record, "bake_s": spent_s, "cancelled": True, "exit_code": CANCELLED}
+        record |= {"bake_s": time.perf_counter() - started, "cancelled": True, "exit_code": CANCELLED}
+        if arguments.restart:
+            discard_unfinished(arguments.output)
+        left = unfinished(arguments.output)
+        size_bytes = left.stat().st_size if left else 0
+        return None, {**record, "unfinished": str(left) if left else None, "unfinished_bytes": size_bytes}
     return done, {
         **record,
         "output": arguments.output,

@@ -112,7 +112,7 @@ def resumable_file(path: AnyPath, size_bytes: int, beginning: bytes) -> Iterator
     """
     target = _target(path)
     existing = _replaceable(target, path)
-    partial = target.with_name(f".{target.name[: _LONGEST_NAME_BYTES // 4]}.unfinished")
+    partial = _unfinished_name(target)
     _in_use[partial] = target
     try:
         with Resumable(partial, size_bytes, beginning) as output:
@@ -127,6 +127,23 @@ def resumable_file(path: AnyPath, size_bytes: int, beginning: bytes) -> Iterator
             _discard(partial)
     finally:
         _in_use.pop(partial, None)
+
+
+def _unfinished_name(target: Path) -> Path:
+    return target.with_name(f".{target.name[: _LONGEST_NAME_BYTES // 4]}.unfinished")
+
+
+def unfinished(path: AnyPath) -> Path | None:
+    """What a `resumable_file` for `path` left when it ended early; None where there is nothing."""
+    partial = _unfinished_name(_spelled(path))
+    return partial if partial.is_file() and not partial.is_symlink() else None
+
+
+def discard_unfinished(path: AnyPath) -> None:
+    """Remove what a `resumable_file` for `path` left when it ended early; OutputError where that cannot be."""
+    partial = unfinished(path)
+    if partial is not None:
+        _perform("unlink", partial, partial.unlink)
 
 
 def _replaceable(target: Path, path: AnyPath) -> os.stat_result | None:
