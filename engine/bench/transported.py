@@ -7,15 +7,22 @@ import numpy as np
 from engine.bench.measure import Measure, best_of
 from engine.brdf.brdf import brdf_from_text
 from engine.camera import frame
+from engine.directions import normalize
+from engine.environment import EnvironmentMap
 from engine.gl.context import create_context
 from engine.gl.direct import DirectRenderer
 from engine.gl.transported import TransportRenderer
+from engine.mesh import Mesh
 from engine.scene import Scene
 from engine.shapes import shape
 from engine.steps import drain
-from engine.transport.lit import Lit, LitHarmonics, LitWavelets
+from engine.transport.gaussian import GaussianTransport
+from engine.transport.gaussian_lighting import GaussianLight, filtered_for, levels_for
+from engine.transport.lit import Lit, LitGaussians, LitHarmonics, LitWavelets
 from engine.transport.sh_table import tabulate
 from engine.transport.sh_transfer import ShTransport
+from engine.transport.spherical_gaussian import Lobes
+from engine.transport.view_directions import view_directions
 from engine.transport.wavelet import Vectors16, WaveletTransport
 from engine.transport.wavelet_bake import factors_for
 
@@ -64,6 +71,25 @@ def _sh_frame(name: str, brdf: str) -> Measure:
     matrices = np.broadcast_to(np.float32(0.0), (len(rows), 1, ORDER**2))
     transport = ShTransport(mesh, len(mesh.positions), False, 0.0, table, False, matrices)
     return _frame(name, LitHarmonics(transport, rows))
+
+
+def gl_gaussian_frame() -> Measure:
+    """A frame of one lobe and a matt part, under an environment and a light that stays."""
+    mesh = shape("torus-knot")
+    transport = GaussianTransport(mesh, len(mesh.positions), 0.0, (mirror_lobes(mesh),), None)
+    environment = EnvironmentMap(np.random.default_rng(0).random((128, 256, 3)).astype(np.float32))
+    light = GaussianLight(filtered_for(environment, levels_for(transport.components)))
+    return _frame("gl-gaussian-frame", LitGaussians(transport, light, np.ones((len(mesh.positions), 3))))
+
+
+def mirror_lobes(mesh: Mesh, sigma: float = 0.1) -> Lobes:
+    """One lobe of each vertex about every mirrored view, from 1 to 2 `sigma` wide; black below the horizon."""
+    normals, views = normalize(mesh.normals), view_directions()
+    cosine = normals @ views.T
+    mean = 2.0 * cosine[..., None] * normals[:, None] - views
+    weight = np.repeat(np.where(cosine > 0.0, 1.0, 0.0)[..., None], 3, axis=-1)
+    width = sigma * (2.0 - np.abs(cosine))
+    return Lobes(*(np.asarray(array[:, :, None], np.float32) for array in (weight, mean, width)))
 
 
 def _frame(name: str, lit: Lit) -> Measure:

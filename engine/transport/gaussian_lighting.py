@@ -36,6 +36,9 @@ LEAST_EDGE, MOST_EDGE = 32, 512
 #: Narrowest sigma in units of a texel's share 1 / N of an edge: from here on levels are right to 2 % of a lone texel.
 NARROW = 4.0
 
+#: Below this many texels wide, over N, levels are twice as far apart.
+COARSE = 2.1
+
 #: One width over the next: look-ups between two of them are right to 1.5 % of the height of the lobe.
 RATIO = 2.0**0.375
 
@@ -110,19 +113,28 @@ class Levels:
     sigma: tuple[float, ...]
 
 
-def levels_for(components: Sequence[Lobes]) -> Levels:
-    """What an environment has to be filtered to for these lobes."""
-    return levels_between(*sigma_range(components))
+def levels_for(components: Sequence[Lobes], environment: EnvironmentMap | None = None) -> Levels:
+    """What an environment has to be filtered to for these lobes; a map is cut no finer than its own texels are."""
+    most = (
+        MOST_EDGE if environment is None else 1 << max(0, math.ceil(environment.radiance.shape[1] / 4) - 1).bit_length()
+    )
+    return levels_between(*sigma_range(components), min(max(most, LEAST_EDGE), MOST_EDGE))
 
 
-def levels_between(narrow: float, wide: float) -> Levels:
-    """Levels for lobes of `narrow` … `wide` rad, `RATIO` apart, and the least map that shows the narrowest."""
+def levels_between(narrow: float, wide: float, most: int = MOST_EDGE) -> Levels:
+    """Levels for lobes of `narrow` … `wide` rad, and the least map, of `most` texels along an edge, that shows them.
+
+    They are `RATIO` apart; those that are hardly wider than a texel, which are the dearest and off by what texels are
+    anyway, twice as far.
+    """
     edge = LEAST_EDGE
-    while edge < MOST_EDGE and narrow * edge < NARROW:
+    while edge < most and narrow * edge < NARROW:
         edge *= 2
-    first = min(max(narrow, 0.5 * texel_width(edge)), WIDEST / RATIO)
-    steps = max(1, math.ceil(math.log(min(max(wide, first), WIDEST) / first) / math.log(RATIO) - 1e-9))
-    return Levels(edge, tuple(first * RATIO**step for step in range(steps + 1)))
+    sigma = [min(max(narrow, 0.5 * texel_width(edge)), WIDEST / RATIO)]
+    last = min(max(wide, RATIO * sigma[0]), WIDEST)
+    while sigma[-1] < last * (1.0 - 1e-9):
+        sigma.append(sigma[-1] * (2.0 if sigma[-1] * edge < COARSE else RATIO))
+    return Levels(edge, tuple(sigma))
 
 
 def sigma_range(components: Sequence[Lobes]) -> tuple[float, float]:
@@ -146,13 +158,16 @@ def sigma_range(components: Sequence[Lobes]) -> tuple[float, float]:
 
 
 def filtered_for(environment: EnvironmentMap, levels: Levels) -> PrefilteredCube:
+    """`filtered`, and the same again for the last two that were asked for."""
+    return _kept(environment, levels)
+
+
+def filtered(environment: EnvironmentMap, levels: Levels) -> PrefilteredCube:
     """`environment` under Gaussians of these widths."""
-    return _filtered(environment, levels)
-
-
-@lru_cache(maxsize=2)
-def _filtered(environment: EnvironmentMap, levels: Levels) -> PrefilteredCube:
     return prefiltered(cube_of(environment, levels.edge), levels.sigma)
+
+
+_kept = lru_cache(maxsize=2)(filtered)
 
 
 @lru_cache(maxsize=2)
