@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from app.verbs import render_sh, render_transport
+from app.verbs import render_transport
 from engine.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="'direct' leaves the material out; 'reference' traces paths of light, with shadows and the whole --env; "
         "'wavelet' and 'sh' draw what lightarc bake made, which is given in place of the MESH",
     )
-    render_sh.add_arguments(parser)
+    render_transport.add_arguments(parser)
     parser.add_argument("--from", dest="source", default="slices", choices=("slices", "power-law"))
     parser.add_argument("--lookup", default="radiance", choices=("radiance", "texture", "outgoing", "angle"))
     parser.add_argument("--above", default="clamp", choices=("clamp", "scale"), help="beyond the brightest photograph")
@@ -139,7 +139,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     display: Display = usage(lambda: Display(arguments.exposure, arguments.tone_map))
     if render_transport.is_baked(arguments):
         return render_transport.run(arguments, display, show)
-    usage(render_sh.check_absent, arguments)
+    usage(render_transport.check_absent, arguments)
     scene = _scene(arguments)
     draw = _draw_reference if arguments.mode == "reference" else _draw
     picture, layers, drawn = draw(scene, arguments, show)

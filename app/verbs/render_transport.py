@@ -45,8 +45,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     mode = arguments.mode or file.kind
     if mode not in MODES:
         usage(_refuse, f"{arguments.mesh} holds transport of the mode {mode}, which cannot be drawn")
-    if mode != "sh":
-        usage(render_sh.check_absent, arguments)
+    usage(check_absent, arguments, mode)
     found = MODES[mode].illuminate(file, arguments, light_of(arguments), show)
     lit: Lit = found.lit
     model = lit.mesh.positions[: lit.transport.ground_vertex]
@@ -69,6 +68,19 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         "warnings": [*found.warnings, *drawn["warnings"], *_negative(negative_rel, found.remedy)],
         "time_s": time.perf_counter() - started,
     }
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of all modes."""
+    for module in MODES.values():
+        module.add_arguments(parser)
+
+
+def check_absent(arguments: argparse.Namespace, mode: str | None = None) -> None:
+    """ValueError where an option is given that belongs to another mode than `mode`, or to any where that is None."""
+    for name, module in MODES.items():
+        if name != mode:
+            module.check_absent(arguments)
 
 
 def _check(arguments: argparse.Namespace) -> None:

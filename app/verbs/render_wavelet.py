@@ -14,18 +14,43 @@ if TYPE_CHECKING:
     from engine.transport.transport_file import TransportFile
 
 
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--weight",
+        action="append",
+        metavar="SOURCE",
+        help="wavelet: of the second reflectance of a bake with --blend (again for the third), in place of what was "
+        "baked: x, y, z or a picture",
+    )
+    parser.add_argument(
+        "--albedo",
+        metavar="IMAGE",
+        help="wavelet: multiply what the model sends out by a picture at its texture coordinates, in place of what was "
+        "baked",
+    )
+
+
+def check_absent(arguments: argparse.Namespace) -> None:
+    """ValueError where something is given that other modes do not have."""
+    for name, value in {"--weight": arguments.weight, "--albedo": arguments.albedo}.items():
+        if value is not None:
+            raise ValueError(f"{name} is for what was baked with --mode wavelet")
+
+
 def illuminate(
     file: TransportFile, arguments: argparse.Namespace, light: Light, _show: Callable[[Step], None]
 ) -> Illuminated:
     """The K-tuples of `file` under `light`."""
     from app.cli import usage
     from engine.transport.lit import LitWavelets
-    from engine.transport.wavelet import radiance_from
+    from engine.transport.wavelet import radiance_from, remixed
     from engine.transport.wavelet_bake import transport_of
     from engine.transport.wavelet_lighting import dark, lighting_of, tuples
 
     usage(_check, arguments)
     transport = transport_of(file)
+    if arguments.weight is not None or arguments.albedo is not None:
+        transport = usage(remixed, transport, arguments.weight, arguments.albedo)
     before = time.perf_counter()
     if light.environment is None:
         lighting = dark(transport.edge, light.lamps)

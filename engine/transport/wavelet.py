@@ -14,8 +14,8 @@ are clamped in the radiance only, and how much that was is reported.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -28,7 +28,7 @@ from engine.factor.maps import DirectionMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
 from engine.tangents import frames_along
-from engine.transport.blend import Mixture
+from engine.transport.blend import Mixture, mixture
 from engine.transport.haar import FACES, candidates, check_edge
 from engine.transport.visibility import Receivers, receivers
 from engine.transport.wavelet_codes import WaveletLight
@@ -134,6 +134,32 @@ def check_mixture(mixture: Mixture, factors: SeparableFactors, vertices: int) ->
             f"a mixture of {mixture.terms} terms at {len(mixture.weights)} vertices does not fit "
             f"{factors.terms} terms at {vertices}"
         )
+
+
+def remixed(
+    transport: WaveletTransport, sources: Sequence[str] | None = None, picture: str | None = None
+) -> WaveletTransport:
+    """The same transport with other weights of its reflectances, and another colour; None keeps what there is.
+
+    `sources` and `picture` are as in `engine.transport.blend.mixture`, with the same errors.
+    """
+    before, first, mesh = transport.mixture, transport.ground_vertex, transport.mesh
+    model = replace(
+        mesh,
+        positions=mesh.positions[:first],
+        normals=mesh.normals[:first],
+        uv=mesh.uv[:first],
+        faces=mesh.faces[(mesh.faces < first).all(axis=1)],
+    )
+    terms = (transport.factors.terms,) if before is None else before.terms
+    if sources is not None or before is None:
+        mixed = mixture(model, terms, sources or (), picture)
+        kept = None if before is None else before.albedo
+    else:
+        mixed, kept = replace(before, albedo=None), before.albedo
+        if picture is not None:
+            mixed = replace(mixed, albedo=mixture(model, (1,), (), picture).albedo)
+    return replace(transport, mixture=mixed if mixed.albedo is not None else replace(mixed, albedo=kept))
 
 
 def vertex_frames(mesh: Mesh, isotropic: bool) -> Vectors:

@@ -177,7 +177,8 @@ def test_the_device_draws_what_the_processor_draws(lightarc: Command, mesh: Path
 
 
 def test_reflectances_are_mixed_over_a_model(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
-    output, picture = tmp_path / "a.transport", tmp_path / "half.png"
+    output, picture, black = tmp_path / "a.transport", tmp_path / "half.png", tmp_path / "black.png"
+    cv2.imwrite(str(black), np.zeros((2, 2, 3), np.uint8))
     cv2.imwrite(str(picture), np.full((2, 2, 3), 188, np.uint8))  # half, as sRGB codes it
     means = {}
     for name, words in {
@@ -190,6 +191,15 @@ def test_reflectances_are_mixed_over_a_model(lightarc: Command, mesh: Path, tmp_
         drawn = result(lightarc("render", output, "--env", "sky", "-o", tmp_path / "a.exr", *SMALL))
         means[name] = drawn["mean_radiance"]
         assert drawn["terms"] == (3 if name == "mixed" else 1)
+        if name == "mixed":
+            for weight, of in (("y", "mixed"), (black, "white")):
+                words = ("--env", "sky", "--weight", weight, "-o", tmp_path / "a.exr", *SMALL)
+                assert result(lightarc("render", output, *words))["mean_radiance"] == pytest.approx(means[of], rel=1e-6)
+            words = ("--env", "sky", "--weight", black, "--albedo", picture, "-o", tmp_path / "a.exr", *SMALL)
+            means["later"] = result(lightarc("render", output, *words))["mean_radiance"]
+            refused = lightarc("render", output, "--weight", "x", "--weight", "y", "-o", tmp_path / "a.exr", *SMALL)
+            assert (refused.code, "2 weights do not fit 2 reflectances" in refused.err) == (2, True), refused.err
+    assert means["later"] == pytest.approx(means["half"], rel=1e-6)
     assert means["half"] == pytest.approx(0.5 * means["white"], rel=0.01)
     assert means["mixed"] != pytest.approx(means["white"], rel=0.01)
     for words, reason in {
