@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.environment import EnvironmentMap
+from engine.lamps import Lamp
 from engine.mesh import Mesh
-from engine.transport.gaussian import GaussianTransport
-from engine.transport.gaussian_lighting import GaussianLight
+from engine.transport.gaussian import GaussianTransport, matt_radiance
+from engine.transport.gaussian_lighting import GaussianLight, filtered_for, levels_for
+from engine.transport.sh_lighting import lamp_coefficients, project, turned_about_y
 from engine.transport.sh_transfer import ShTransport
 from engine.transport.sh_varied import Table
 from engine.transport.wavelet import WaveletTransport
@@ -91,6 +95,32 @@ class LitGaussians:
     def flat_vertex(self) -> int:
         """The first vertex that is as bright towards every side: the ground's."""
         return self.transport.ground_vertex
+
+
+def lit_gaussians(
+    transport: GaussianTransport,
+    environment: EnvironmentMap | None,
+    *,
+    rotation: float = 0.0,
+    factor: float = 1.0,
+    lamps: Sequence[Lamp] = (),
+) -> LitGaussians:
+    """Lobes under `environment`, turned about +Y by `rotation` rad and times `factor`, with `lamps` beside it.
+
+    Filtering the map takes some tenths of a second, and nothing where it is one of the last two.
+    """
+    filtered = None
+    if environment is not None:
+        filtered = filtered_for(environment, levels_for(transport.components, environment))
+    light = GaussianLight(filtered, factor, rotation, tuple(lamps))
+    if transport.diffuse is None:
+        return LitGaussians(transport, light, np.zeros((len(transport.mesh.positions), 3)))
+    order = transport.diffuse.order
+    total = np.zeros((order**2, 3))
+    if environment is not None:
+        total += factor * turned_about_y(project(environment, order), rotation)
+    coefficients = total + sum(lamp_coefficients(lamp, order) for lamp in lamps)
+    return LitGaussians(transport, light, matt_radiance(transport, coefficients))
 
 
 #: Whatever transport, under its light.

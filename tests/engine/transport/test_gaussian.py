@@ -38,7 +38,7 @@ from engine.transport.gaussian_lighting import (
     lobe_radiance,
     sigma_range,
 )
-from engine.transport.lit import LitGaussians
+from engine.transport.lit import LitGaussians, lit_gaussians
 from engine.transport.spherical_gaussian import Lobes, gaussian
 from engine.transport.view_directions import VIEWS, nearest_views, view_directions
 from tests.engine.gl.lit_scenes import ball
@@ -372,3 +372,21 @@ def test_parts_that_do_not_belong_together_are_refused() -> None:
 
 def test_all_views_are_stored() -> None:
     assert mirror_lobes(np.eye(3)).sigma.shape == (3, VIEWS, 1)
+
+
+def test_all_light_of_a_scene_falls_on_lobes_and_the_matt_part() -> None:
+    mesh = ball(2)
+    transport = transport_of(mesh, mirror_lobes(normalize(mesh.normals), 0.2), matt=True)
+    sky, lamp = smooth_sky(32), Lamp((0.0, 0.0, 1.0), (1.0, 1.0, 1.0))
+    eye = (0.0, 0.0, 4.0)
+
+    def radiance(lit: LitGaussians) -> np.ndarray:
+        return radiance_towards(transport, lit.light, lit.matt, eye)
+
+    both = radiance(lit_gaussians(transport, sky, rotation=0.5, factor=2.0, lamps=(lamp,)))
+    apart = 2.0 * radiance(lit_gaussians(transport, sky, rotation=0.5)) + radiance(
+        lit_gaussians(transport, None, lamps=(lamp,))
+    )
+    np.testing.assert_allclose(both, apart, rtol=1e-5, atol=1e-7)
+    alone = transport_of(mesh, *transport.components)
+    assert lit_gaussians(alone, sky).matt.max() == 0.0
