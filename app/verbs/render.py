@@ -92,7 +92,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--mode",
         choices=("shading-map", "direct", "reference", *render_transport.MODES),
         help="'direct' leaves the material out; 'reference' traces paths of light, with shadows and the whole --env; "
-        "'wavelet' and 'sh' draw what lightarc bake made, which is given in place of the MESH",
+        "'wavelet', 'sh' and 'gaussian' draw what lightarc bake made, given in place of the MESH",
     )
     render_transport.add_arguments(parser)
     parser.add_argument("--from", dest="source", default="slices", choices=("slices", "power-law"))

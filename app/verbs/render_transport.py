@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.verbs import render_sh, render_wavelet
+from app.verbs import render_gaussian, render_sh, render_wavelet
 from app.verbs.lights import light_of
 from engine.steps import Step, drain, part
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from engine.transport.lit import Lit
 
 #: For each mode of a transport file the module that lights it (`illuminate`).
-MODES: dict[str, Any] = {"wavelet": render_wavelet, "sh": render_sh}
+MODES: dict[str, Any] = {"wavelet": render_wavelet, "sh": render_sh, "gaussian": render_gaussian}
 
 
 def is_baked(arguments: argparse.Namespace) -> bool:
