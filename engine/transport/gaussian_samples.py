@@ -16,12 +16,14 @@ on one core, and a third of that where nothing can be in the way.
 
 from __future__ import annotations
 
+import os
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,7 +36,7 @@ from engine.ground import Ground, with_ground
 from engine.mesh import Mesh
 from engine.ray_caster import caster_of
 from engine.transport.gaussian_fit import TransportSamples
-from engine.transport.matt_part import MattPart, parts
+from engine.transport.matt_part import MattPart, matt_part, parts
 from engine.transport.sh_transfer import tangent_frames
 from engine.transport.variation import Variation, checked_variations, vertex_values, with_parameters
 from engine.transport.view_directions import view_directions
@@ -42,6 +44,7 @@ from engine.transport.visibility import Receivers, receivers
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Result = TypeVar("Result")
 
 #: Share of the directions of a view that lie evenly over the sphere.
 EVEN = 0.25
@@ -118,6 +121,14 @@ class GlossySurface:
         )
 
     @cached_property
+    def exact(self) -> tuple[Indices, list[MattPart]]:
+        """For each vertex of the model the number of a matt part, and these."""
+        if not self.varied:
+            return np.zeros(self.ground_vertex, np.int64), [self.material.matt]
+        kind, made = self._kinds(list(self.varied.values()))
+        return kind, [matt_part(brdf) for brdf in made]
+
+    @cached_property
     def coarse(self) -> tuple[Indices, list[Material]]:
         """For each vertex of the model the number of a material, and these, with parameters rounded to `LEVELS` steps.
 
@@ -129,9 +140,14 @@ class GlossySurface:
         for values in self.varied.values():
             low, size = values.min(), max(float(np.ptp(values)), 1e-300)
             rounded.append(low + np.round((values - low) / size * (LEVELS - 1)) / (LEVELS - 1) * size)
-        kinds, number = np.unique(np.stack(rounded, axis=1), axis=0, return_inverse=True)
+        kind, made = self._kinds(rounded)
+        return kind, [material_of(brdf) for brdf in made]
+
+    def _kinds(self, values: Sequence[Floats]) -> tuple[Indices, list[Brdf]]:
+        """Which vertices have the same parameters, and the reflectances that these make."""
+        kinds, number = np.unique(np.stack(values, axis=1), axis=0, return_inverse=True)
         made = [with_parameters(self.brdf, dict(zip(self.varied, kind.tolist(), strict=True))) for kind in kinds]
-        return number.reshape(-1), [material_of(brdf) for brdf in made]
+        return number.reshape(-1), made
 
     @cached_property
     def guard(self) -> AbstractContextManager[Any]:
@@ -214,11 +230,11 @@ def draw(surface: GlossySurface, vertex: int, views: Vectors, count: int) -> Dra
     wo = views @ frame
     with surface.guard:
         wi, weight = draw_local(material, wo, count)
-        value = _products(material.glossy, wi.reshape(-1, 3), np.repeat(wo, count, axis=0))
+        value = products(material.glossy, wi.reshape(-1, 3), np.repeat(wo, count, axis=0))
     return Drawn(wi @ frame.T, value.reshape(wi.shape), weight)
 
 
-def _products(glossy: Brdf | None, wi: Vectors, wo: Vectors) -> Floats:
+def products(glossy: Brdf | None, wi: Vectors, wo: Vectors) -> Floats:
     """f cos θ_i (N, 3) of the glossy part."""
     value = np.zeros(wi.shape)
     if glossy is not None:
@@ -249,7 +265,15 @@ def direct(surface: GlossySurface, vertex: int, views: Vectors, count: int) -> D
 
 def direct_samples(surface: GlossySurface, vertices: Indices, count: int) -> TransportSamples:
     """Direct glossy transport of `vertices` (B,) of the model towards the 92 views, `count` directions for each."""
-    return gathered([_of_vertex(surface, int(vertex), count) for vertex in vertices])
+    return gathered(on_threads(lambda vertex: _of_vertex(surface, vertex, count), vertices))
+
+
+def on_threads(work: Callable[[int], Result], vertices: Indices) -> list[Result]:
+    """`work` for each of `vertices`, in their order, on as many threads as there are cores."""
+    if len(vertices) < 2:
+        return [work(int(vertex)) for vertex in vertices]
+    with ThreadPoolExecutor(min(len(vertices), os.cpu_count() or 1)) as pool:
+        return list(pool.map(work, vertices.tolist()))
 
 
 def _of_vertex(surface: GlossySurface, vertex: int, count: int) -> tuple[NDArray[np.bool_], Drawn]:
@@ -282,7 +306,7 @@ def transport_at(surface: GlossySurface, vertex: int, view: ArrayLike, direction
     if wo[2] <= 0.0:
         return np.zeros(towards.shape)
     with surface.guard:
-        value = _products(surface.material_at(vertex).glossy, flat @ frame, np.broadcast_to(wo, flat.shape))
+        value = products(surface.material_at(vertex).glossy, flat @ frame, np.broadcast_to(wo, flat.shape))
     drawn = Drawn(flat[None], value[None], np.ones((1, len(flat))))
     value[shadowed(surface, vertex, drawn)[0]] = 0.0
     return value.reshape(towards.shape)

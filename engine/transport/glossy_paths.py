@@ -7,7 +7,7 @@ something are each followed several times. Sides of a surface are alike. A path 
 given up, and with it what it would have brought.
 
 What paths bring is summed over the texels of a cube map, which lobes are then fitted to; so nothing narrower than a
-texel (11° at an edge of 8) comes out of it.
+texel (15° at an edge of 6) comes out of it.
 
 Every vertex has random numbers of its own, so nothing depends on chunks or threads. Bound by numpy: some 1 µs for each
 path and point, and rays.
@@ -25,14 +25,14 @@ from engine.directions import Vectors, dot, normalize
 from engine.ray_caster import offset_origins
 from engine.tangents import frames_along
 from engine.transport.gaussian_fit import TransportSamples
-from engine.transport.gaussian_samples import Drawn, GlossySurface, Material, draw, gathered
+from engine.transport.gaussian_samples import Drawn, GlossySurface, Material, draw, gathered, on_threads
 from engine.transport.view_directions import view_directions
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 #: Edge of the cube map that arrivals are summed over, and how often each ray that meets something is followed.
-EDGE, SPLIT = 8, 2
+EDGE, SPLIT = 6, 2
 
 #: Points of the surface that a path touches after the vertex, at most.
 BOUNCES = 4
@@ -189,7 +189,7 @@ def indirect_samples(
     surface: GlossySurface, vertices: Indices, count: int, *, bounces: int = BOUNCES
 ) -> TransportSamples:
     """Indirect glossy transport of `vertices` (B,) of the model towards the 92 views, from `count` directions each."""
-    return gathered([_of_vertex(surface, int(vertex), count, bounces) for vertex in vertices])
+    return gathered(on_threads(lambda vertex: _of_vertex(surface, vertex, count, bounces), vertices))
 
 
 def _of_vertex(surface: GlossySurface, vertex: int, count: int, bounces: int) -> tuple[NDArray[np.bool_], Drawn]:

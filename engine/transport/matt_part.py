@@ -80,7 +80,7 @@ class Rest:
 
 def parts(brdf: Brdf) -> tuple[MattPart, Brdf | None]:
     """The matt and the glossy part of `brdf`; None where nothing glossy is left."""
-    matt = _matt(brdf)
+    matt = matt_part(brdf)
     if isinstance(brdf, Lambert):
         return matt, None
     model: Any = brdf
@@ -88,7 +88,8 @@ def parts(brdf: Brdf) -> tuple[MattPart, Brdf | None]:
     return matt, glossy if np.any(np.abs(_values(glossy)) > 1e-9) else None
 
 
-def _matt(brdf: Brdf) -> MattPart:
+def matt_part(brdf: Brdf) -> MattPart:
+    """The matt part alone; some 5 µs for models that are cut by their formula."""
     if isinstance(brdf, Lambert):
         return MattPart(brdf.albedo)
     if isinstance(brdf, AshikhminShirley):

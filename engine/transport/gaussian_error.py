@@ -1,0 +1,170 @@
+"""How far lobes are from the sum over all texels in radiance, by either way to weigh them.
+
+At some vertices and from some directions far away, the direct radiance is compared with
+
+    B = Σ f(wi, wo) V(wi) cos θ_i L dω          over the texels of a cube map, with the reflectance itself,
+
+as `sh_error` and `wavelet_error` do, for the glossy part alone and for the whole; the error is the root mean square of
+the difference over that of B, channels together, each pair weighted by n · wo. It holds the distance of the fit and
+what mixing between the 92 views adds. Lobes fitted by least squares lose energy; scaled to the energy of the transport
+they are further from it. Which has the lower error depends on the light: `GaussianError.better` says.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.cube_map import CubeMap, cube_directions, cube_solid_angles
+from engine.directions import Vectors, normalize
+from engine.mesh import Mesh
+from engine.prefilter import gaussian_integral, prefiltered
+from engine.steps import Step, Steps
+from engine.transport.gaussian import GaussianTransport, lobes_towards
+from engine.transport.gaussian_fit import Fit
+from engine.transport.gaussian_lighting import GaussianLight, levels_for, lobe_radiance
+from engine.transport.gaussian_matt import Matt
+from engine.transport.gaussian_samples import GlossySurface, products
+from engine.transport.sh_lighting import project
+from engine.transport.spherical_gaussian import NARROWEST, Lobes
+from engine.transport.visibility import visibility_shares
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+Weighting = Literal["plain", "preserving"]
+
+#: Into so many parts, squared, a texel is cut where visibility changes.
+FINE = 4
+
+
+@dataclass(frozen=True)
+class GaussianError:
+    """Errors of the radiance relative to it, root mean square, with the weights of least squares and with all energy.
+
+    `plain_rmse_rel`, `preserving_rmse_rel` of the whole radiance, `glossy_plain_rmse_rel` and so on of the glossy part
+    alone; of so many `pairs` of vertex and view.
+    """
+
+    plain_rmse_rel: float
+    preserving_rmse_rel: float
+    glossy_plain_rmse_rel: float
+    glossy_preserving_rmse_rel: float
+    pairs: int
+
+    @property
+    def better(self) -> Weighting:
+        return "plain" if self.plain_rmse_rel <= self.preserving_rmse_rel else "preserving"
+
+    def of(self, weighting: Weighting) -> float:
+        """The error of the whole radiance."""
+        return self.plain_rmse_rel if weighting == "plain" else self.preserving_rmse_rel
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """Vertices (B,) whose lobes and matt rows are at hand."""
+
+    vertices: Indices
+    fit: Fit
+    rows: NDArray[np.float32]
+
+
+def gaussian_error(
+    surface: GlossySurface, matt: Matt, known: Known, cube: CubeMap, *, views: int = 20, seed: int = 1
+) -> Steps[GaussianError]:
+    """The error of lobes of some vertices of the model under a cube map, whose edge visibility is counted over too."""
+    towards = normalize(np.random.default_rng(seed).standard_normal((views, 3)))
+    chosen = known.vertices
+    yield Step(0.0, "casting rays")
+    shares = visibility_shares(surface.of, cube.edge, FINE, chosen)
+    visible = np.concatenate([counts for _, counts in shares])
+    plain, preserving = known.fit.lobes, known.fit.preserving()
+    found = [_glossy(surface, chosen, lobes, cube, towards) for lobes in (plain, preserving)]
+    light = project(cube, matt.order)
+    flat = np.einsum("bcj,jc->bc", np.broadcast_to(known.rows, (len(chosen), 3, matt.order**2)), light)
+    flat *= np.asarray(matt.albedo)
+    incident = cube.radiance.reshape(-1, 3) * np.tile(cube_solid_angles(cube.edge).reshape(-1), 6)[:, None]
+    sums, pairs = np.zeros((2, 3)), 0
+    for number, vertex in enumerate(chosen):
+        frame = surface.frames[vertex]
+        cosine = towards @ frame[:, 2]
+        seen = np.flatnonzero(cosine > 0.0)
+        exact = _exact(surface, int(vertex), visible[number] / FINE**2, incident, towards[seen])
+        gain = surface.material.matt.gain(cosine[seen])[:, None]
+        flats = np.maximum(flat[number] * gain, 0.0)
+        for row, value in enumerate((exact[0], exact[0] + exact[1])):
+            total = [each[seen, number] + row * flats for each in found]
+            squares = [((some - value) ** 2).sum(axis=1) for some in total] + [(value**2).sum(axis=1)]
+            sums[row] += [float(cosine[seen] @ square) for square in squares]
+        pairs += len(seen)
+        yield Step((number + 1) / len(chosen), "comparing with the sum over all texels")
+    glossy, whole = ([math.sqrt(each / row[2]) if row[2] > 0.0 else 0.0 for each in row[:2]] for row in sums)
+    return GaussianError(whole[0], whole[1], glossy[0], glossy[1], pairs)
+
+
+def _glossy(surface: GlossySurface, chosen: Indices, lobes: Lobes, cube: CubeMap, towards: Vectors) -> Floats:
+    """(views, B, 3) what lobes make of the light."""
+    transport = GaussianTransport(part_of(surface.mesh, chosen), len(chosen), 0.0, (lobes,), None)
+    light, values = _light((lobes,), cube), []
+    for wo in towards:
+        seen = lobes_towards(transport, np.broadcast_to(wo, (len(chosen), 3)))
+        values.append(lobe_radiance(light, seen.energy, seen.mean, seen.sigma))
+    return np.array(values)
+
+
+def _light(components: tuple[Lobes, ...], cube: CubeMap) -> GaussianLight:
+    """A cube map as lobes see it, in levels that are not below its own texels."""
+    widths = [width for width in levels_for(components).sigma if width >= _least(cube.edge)]
+    return GaussianLight(prefiltered(cube, np.array(widths or [_least(cube.edge)])))
+
+
+def change(lobes: Lobes, other: Lobes, cube: CubeMap, *, most: int = 400) -> float:
+    """How far the radiance of `other` is from that of `lobes` under a cube map, towards the 92 views of up to `most`
+    vertices: root mean square of the difference over that of the radiance."""
+    light, some = _light((lobes,), cube), slice(None, None, max(1, len(lobes) // most))
+    values = []
+    for each in (lobes, other):
+        weight, mean, sigma = (
+            array[some].reshape(-1, *array.shape[2:]) for array in (each.weight, each.mean, each.sigma)
+        )
+        values.append(lobe_radiance(light, weight * gaussian_integral(sigma)[..., None], mean, sigma))
+    one, two = values
+    total = float((one**2).sum())
+    return math.sqrt(float(((one - two) ** 2).sum()) / total) if total > 0.0 else 0.0
+
+
+def _least(edge: int) -> float:
+    """Half a texel of a cube map of that edge in rad."""
+    return NARROWEST * 512 / edge
+
+
+def part_of(mesh: Mesh, vertices: Indices) -> Mesh:
+    """A mesh with some of the vertices of another, and no surface to speak of."""
+    return replace(
+        mesh,
+        positions=mesh.positions[vertices],
+        normals=mesh.normals[vertices],
+        uv=mesh.uv[vertices],
+        faces=np.zeros((1, 3), np.int32),
+    )
+
+
+def _exact(
+    surface: GlossySurface, vertex: int, visible: Floats, incident: Floats, views: Vectors
+) -> tuple[Floats, Floats]:
+    """(views, 3) the sums with the glossy and with the matt part themselves."""
+    frame, material = surface.frames[vertex], surface.material_at(vertex)
+    edge = int(math.sqrt(len(incident) // 6))
+    wi, local = cube_directions(edge).reshape(-1, 3) @ frame, views @ frame
+    lit = np.flatnonzero((wi[:, 2] > 0.0) & (visible > 0.0))
+    weights = incident[lit] * visible[lit, None]
+    cosine = wi[lit, 2:]
+    with surface.guard:
+        glossy = [(products(material.glossy, wi[lit], np.broadcast_to(wo, wi[lit].shape)) * weights) for wo in local]
+    matt = [(material.matt.f(wi[lit], wo) * cosine * weights).sum(axis=0) for wo in local]
+    return np.array([each.sum(axis=0) for each in glossy]).reshape(-1, 3), np.array(matt).reshape(-1, 3)
