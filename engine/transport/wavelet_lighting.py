@@ -2,10 +2,8 @@
 
 A sun in the map would erase the sky (one scale for all codes), so it is split off (`engine.sun`) and falls on each
 vertex as a lamp does: its irradiance times visibility, by a ray, times cosine and light maps. Lamps of the scene do
-the same. That costs a ray for each vertex and direction, and only when lamps or model change.
-
-When only the map changes, `Relighting` adds what differs: codes are integers, so sums updated ten thousand times are
-those of one fresh sum, bit for bit. The price is a second copy of all vectors, sorted by coefficient.
+the same. That costs a ray for each vertex and direction, and only when lamps or model change. For light that changes
+step by step, `engine.transport.wavelet_relight` spares what stays.
 """
 
 from __future__ import annotations
@@ -24,7 +22,6 @@ from engine.lamps import Lamp, lights_of_all
 from engine.sun import split_sun
 from engine.transport.wavelet import WaveletTransport, relit
 from engine.transport.wavelet_codes import THRESHOLD, WaveletLight, encode_light
-from engine.transport.wavelet_kernel import add_changes, by_coefficient, finish_sums
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +86,11 @@ def tuples(transport: WaveletTransport, lighting: Lighting) -> NDArray[np.float6
     rows = relit(transport, lighting.light)
     if len(lighting.directional.direction):
         rows += lamp_tuples(transport, lighting.directional)
+    return mixed(transport, rows)
+
+
+def mixed(transport: WaveletTransport, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`rows` of all terms, multiplied in place by the weights of the transport's mixture, if it has one."""
     return rows if transport.mixture is None else transport.mixture.applied(rows)
 
 
@@ -110,34 +112,3 @@ def lamp_tuples(transport: WaveletTransport, lights: DistantLights) -> NDArray[n
             model[chosen, k] += factors.chart.look_up(factors.second[k], local[chosen]) * incident[on_model]
         rows[first * terms + lit[~on_model] - first] += incident[~on_model]
     return rows
-
-
-class Relighting:
-    """The K-tuples of one transport under light that changes step by step.
-
-    `sums` of the products of codes are kept as 64-bit integers, so that changes can be added without drift.
-    """
-
-    def __init__(self, transport: WaveletTransport, light: WaveletLight) -> None:
-        self._transport = transport
-        vectors = transport.vectors
-        count = len(light.codes)
-        self._start, self._row, self._word = by_coefficient(vectors.indices, vectors.words, vectors.counts, count)
-        self._sums = np.zeros((transport.rows, 3), np.int64)
-        self._scaling = np.zeros((transport.rows, 3))
-        self._light = WaveletLight(np.zeros((6, 3)), np.zeros_like(light.codes), light.quantum, 0.0, 0.0)
-        self.update(light)
-
-    def update(self, light: WaveletLight) -> NDArray[np.float64]:
-        """The tuples (R, 3) under `light`; quick where few of its codes differ from those before."""
-        if len(light.codes) != len(self._light.codes):
-            raise ValueError("the light has another edge than the one before")
-        change = light.codes.astype(np.int32) - self._light.codes
-        changed = np.flatnonzero(change.any(axis=1))
-        add_changes(self._start, self._row, self._word, changed, change, self._sums)
-        self._scaling[:] = 0.0
-        add_changes(self._start, self._row, self._word, np.arange(6), light.scaling, self._scaling)
-        self._light = light
-        result = np.empty(self._scaling.shape)
-        finish_sums(self._transport.vectors.peaks, self._sums, self._scaling, light.quantum, result)
-        return result

@@ -19,7 +19,8 @@ from engine.transport.haar import cube_of_coefficients
 from engine.transport.wavelet import WaveletTransport, radiance_towards, relit, vectors_of
 from engine.transport.wavelet_bake import BakeSettings, Work, bake_in_memory, prepare
 from engine.transport.wavelet_codes import encode_light
-from engine.transport.wavelet_lighting import Relighting, dark, lamp_tuples, lighting_of, tuples, turned
+from engine.transport.wavelet_lighting import Lighting, dark, lamp_tuples, lighting_of, tuples, turned
+from engine.transport.wavelet_relight import Relighter, Relighting
 
 EDGE = 16
 
@@ -136,3 +137,40 @@ def test_lights_of_a_factor_are_times_as_bright() -> None:
     one, three = (lighting_of(with_sun(1e4), EDGE, factor=factor) for factor in (1.0, 3.0))
     np.testing.assert_allclose(three.light.scaling, 3.0 * one.light.scaling, rtol=1e-12)
     assert three.lamps[0].irradiance == pytest.approx([3.0 * x for x in one.lamps[0].irradiance])
+
+
+def test_a_relighter_gives_what_a_fresh_sum_gives_with_the_least_work(
+    transport: WaveletTransport, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Through changes of one coefficient, of all, of lamps alone and of nothing; what is done each time is counted."""
+    calls: list[str] = []
+
+    def counted(name: str, where: str) -> None:
+        module = "engine.transport.wavelet_relight"
+        own = __import__(module, fromlist=[where])
+        before = getattr(own, where)
+        monkeypatch.setattr(f"{module}.{where}", lambda *words: calls.append(name) or before(*words))
+
+    for name, where in {"whole": "relit", "lamps": "lamp_tuples", "some": "add_changes"}.items():
+        counted(name, where)
+    rng = np.random.default_rng(0)
+    radiance = rng.random((6, EDGE, EDGE, 3)) + 1.0
+    first = encode_light(radiance, 0)
+    codes = first.codes.copy()
+    codes[700, 1] += 5
+    touched, other = replace(first, codes=codes), encode_light(radiance[:, ::-1], 0)
+    one, two = (Lamp((0.3, 1.0, z), (1.0, 2.0, 3.0)) for z in (0.1, 0.2))
+    steps = [
+        (Lighting(first, (one,)), ["whole", "lamps"]),
+        (Lighting(first, (one,)), []),
+        (Lighting(touched, (one,)), ["some"] * 4),
+        (Lighting(first, (one,)), ["some"] * 2),
+        (Lighting(first, (two,)), ["lamps"]),
+        (Lighting(other), ["whole"]),
+        (Lighting(replace(other, quantum=2.0 * other.quantum)), ["some"] * 2),
+    ]
+    relighter = Relighter(transport)
+    for lighting, work in steps:
+        calls.clear()
+        assert np.array_equal(relighter.tuples(lighting), tuples(transport, lighting))
+        assert calls == work
