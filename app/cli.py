@@ -39,6 +39,7 @@ VERBS = (
     ("figures", "app.verbs.figures"),
     ("tradeoff", "app.verbs.tradeoff"),
     ("bundle", "app.verbs.bundle"),
+    ("selftest", "app.verbs.selftest"),
     ("bench", "app.verbs.bench"),
 )
 

@@ -80,7 +80,7 @@ LAYERS = (
     {"effects"},
     {"tradeoff"},
     {"files"},
-    {"contact_sheet", "material_pictures", "demo_sheet", "demo", "figures", "bench"},
+    {"contact_sheet", "material_pictures", "demo_sheet", "demo", "figures", "bench", "selftest"},
 )
 
 #: Calls that write, make or remove something on the disk, by their dotted name.
