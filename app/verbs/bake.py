@@ -9,7 +9,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from app.verbs import bake_auto, bake_sh, bake_wavelet
+from app.verbs import bake_auto, bake_gaussian, bake_sh, bake_wavelet
 from app.verbs.baked import words_of_time
 from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step
@@ -18,7 +18,7 @@ HELP = "Precompute light transport for a model and a reflectance, for 'lightarc 
 EXAMPLE = "lightarc bake sphere --brdf ggx:alpha=0.3 --mode wavelet --ground -o sphere.transport"
 
 #: For each mode the module with its options (`add_arguments`), its bake (`run`) and its lines of the report (`lines`).
-MODES: dict[str, Any] = {"wavelet": bake_wavelet, "sh": bake_sh, "auto": bake_auto}
+MODES: dict[str, Any] = {"wavelet": bake_wavelet, "sh": bake_sh, "gaussian": bake_gaussian, "auto": bake_auto}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,7 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--mode",
         default="wavelet",
         choices=tuple(MODES),
-        help="wavelet: sharp shadows; sh: soft light; auto: what 'lightarc plan' finds (wavelet)",
+        help="wavelet: sharp shadows; sh: soft light; gaussian: sharp highlights; auto: what 'lightarc plan' finds "
+        "(wavelet)",
     )
     parser.add_argument(
         "--ground",
@@ -45,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         metavar="N",
         help="edge of the cube map that visibility is counted over: for wavelets, and their light, 16, 32 or 64 (64); "
-        "for sh 4 to 256 (32, above order 8 64)",
+        "for sh and gaussian 4 to 256 (32, above order 8 64)",
     )
     parser.add_argument(
         "--fine",
@@ -55,13 +56,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="N × N rays for each texel of the cube map at the edges of shadows (4)",
     )
     parser.add_argument(
+        "--order",
+        type=int,
+        default=5,
+        metavar="N",
+        help="harmonics of N bands, 3 to 15: of everything with sh, of the matt part with gaussian (5)",
+    )
+    parser.add_argument(
         "--vary",
         action="append",
         default=[],
         metavar="PARAMETER=FROM:TO:SOURCE",
         help="let a parameter of an analytic reflectance go from one value to another over the model, by x, y or z "
         "across its bounding box or by the luminance of a picture at its texture coordinates: alpha=0.1:0.5:y; "
-        "for sh, twice at most",
+        "for sh, twice at most, and for gaussian",
     )
     parser.add_argument(
         "--error-env",
@@ -115,6 +123,8 @@ def _cancelled(result: dict[str, Any]) -> str:
 
 def _check(arguments: argparse.Namespace) -> None:
     """ValueError where an option is given that belongs to another mode, or an address is none."""
+    if arguments.order != 5 and arguments.mode == "wavelet":
+        raise ValueError("--order needs --mode sh or gaussian")
     if arguments.vary and arguments.mode == "wavelet":
         raise ValueError("--vary is not for --mode wavelet, which is baked for one reflectance")
     from engine.transport.chunks import check_cluster

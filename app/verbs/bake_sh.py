@@ -19,7 +19,6 @@ BOUNCES = 3
 
 
 def add_arguments(parser: Any) -> None:
-    parser.add_argument("--order", type=int, default=5, metavar="N", help="harmonics of N bands, 3 to 15 (5)")
     parser.add_argument("--interreflection", action="store_true", help="with light between parts of the model")
 
 

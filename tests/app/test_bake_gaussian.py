@@ -1,0 +1,102 @@
+"""`lightarc bake --mode gaussian`, as a person types it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from app.verbs import bake_gaussian
+from engine.transport.view_directions import VIEWS
+
+Command = Callable[..., SimpleNamespace]
+QUICK = ("--mode", "gaussian", "--samples", "32", "--cube", "16", "--fine", "1", "--json")
+
+
+def result(command: SimpleNamespace) -> dict[str, Any]:
+    assert command.code == 0, command.err
+    found: dict[str, Any] = json.loads(command.out)
+    return found
+
+
+@pytest.fixture
+def mesh(tmp_path: Path) -> Path:
+    """A tetrahedron."""
+    path = tmp_path / "tetrahedron.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    return path
+
+
+def test_the_views_are_those_of_the_engine() -> None:
+    assert bake_gaussian.VIEWS == VIEWS
+
+
+def test_a_model_is_baked_with_its_errors_told(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output = tmp_path / "a.transport"
+    words = ("--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--ground", "--ground-cells", "4", "--views", "92")
+    made = lightarc("bake", mesh, *words, "-o", output, *QUICK, "--error-env", "studio")
+    found = result(made)
+    assert found["vertices"] == 12 + 25
+    assert found["size_bytes"] == output.stat().st_size
+    assert f"{found['size_bytes'] / 1e6:.1f} MB" in made.err
+    assert found["knobs"]["lobes"] == 1
+    assert found["weights_taken"] in ("plain", "preserving")
+    errors = [found[f"error_{name}_rmse_rel"] for name in ("plain", "preserving")]
+    assert found["error_rmse_rel"] == min(errors)
+    assert 0.0 < found["direct_error_rel_mean"] < 1.0
+    assert found["direct_flipped_pairs"] == 0.0
+    assert any("--indirect" in text for text in found["skipped"])
+
+
+def test_indirect_light_compression_and_variation(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    plain, small = tmp_path / "plain", tmp_path / "small"
+    words = ("bake", mesh, "--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--vary", "alpha=0.2:0.5:y", "--ground")
+    words = (*words, "--ground-cells", "2", "--indirect", "--lobes", "2", "--weights", "preserving", *QUICK)
+    whole = result(lightarc(*words, "-o", plain))
+    less = result(lightarc(*words, "-o", small, "--compress"))
+    assert whole["knobs"]["indirect"]
+    assert "indirect_error_rel_mean" in whole
+    assert less["compressed_bytes"] < 0.5 * less["uncompressed_bytes"]
+    assert less["compression_error_rel"] < 0.05
+    assert small.stat().st_size == less["size_bytes"] < whole["size_bytes"]
+    text = lightarc(*words[:-1], "-o", small, "--compress").out
+    assert "changes the radiance by" in text
+    assert "with all their energy" in text
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--views", "42"), "there are 92"),
+        (("--lobes", "4"), "1 to 3"),
+        (("--samples", "1"), "outside"),
+        (("--vary", "beta=0:1:y"), "no parameter"),
+        (("--vary", "alpha=0:9:y"), "alpha"),
+        (("--terms", "3"), "--mode wavelet"),
+        (("--cluster", "tcp://localhost:1"), "--cluster"),
+        (("--order", "1"), "outside"),
+    ],
+)
+def test_what_cannot_be_is_wrong_usage(
+    lightarc: Command, mesh: Path, tmp_path: Path, words: tuple[str, ...], said: str
+) -> None:
+    made = lightarc("bake", mesh, "--brdf", "ggx:alpha=0.3", "-o", tmp_path / "a", *QUICK, *words)
+    assert made.code == 2
+    assert said in made.err
+    assert not (tmp_path / "a").exists()
+
+
+def test_a_matt_reflectance_is_sent_to_the_other_modes(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    made = lightarc("bake", mesh, "--brdf", "lambert:albedo=0.5", "-o", tmp_path / "a", *QUICK)
+    assert made.code == 2
+    assert "--mode sh" in made.err
+
+
+def test_options_of_this_mode_belong_to_no_other(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    made = lightarc("bake", mesh, "--brdf", "ggx:alpha=0.3", "-o", tmp_path / "a", "--lobes", "2")
+    assert made.code == 2
+    assert "--lobes needs --mode gaussian" in made.err
