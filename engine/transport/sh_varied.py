@@ -39,9 +39,6 @@ TOLERANCE = 0.01
 #: Most tables along the only number, and along each of two.
 MOST_NODES = (17, 9)
 
-#: Layers of textures that devices have: coefficients of brushed reflectances times tables.
-MOST_LAYERS = 2048
-
 #: Most bytes of the tables of a brushed reflectance while they are made.
 MOST_BYTES = 1 << 29
 
@@ -228,14 +225,13 @@ class _Probes:
 
     @property
     def most_nodes(self) -> int:
-        """Along each number; fewer of brushed reflectances, whose tables are large and layers of one texture."""
+        """Along each number; fewer of brushed reflectances, whose tables are large."""
         count = len(self.variations)
         most = MOST_NODES[count - 1]
         if self.brdf.isotropic:
             return most
         size_bytes = 8 * 3 * MAP_SIZE**2 * self.order**2
-        fitting = min(MOST_LAYERS // self.order**2, MOST_BYTES // size_bytes)
-        return max(2, min(most, int(fitting ** (1.0 / count))))
+        return max(2, min(most, int((MOST_BYTES // size_bytes) ** (1.0 / count))))
 
     def at(self, place: tuple[float, ...]) -> Steps[Floats]:
         """(N, order², 3) for the numbers `place`."""

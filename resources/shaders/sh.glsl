@@ -3,7 +3,8 @@
 // in: number of a vertex, unit direction to the eye in its frame (normal +z); out: linear radiance, signed. In `rows`
 // are the ORDER² coefficients of one vertex after the other, then the radiance of each flat vertex.
 // Tables are those of engine.transport.sh_table: a line of coefficients for each row over tan(θ/2), at azimuth 0, of
-// which pairs of m turn with the azimuth, and a layer for each table; or, with PARABOLIC, a layer for each coefficient.
+// which pairs of m turn with the azimuth, and a layer for each table; or, with PARABOLIC, maps of the hemisphere, in
+// whose texels the coefficients lie beside each other.
 // Where parameters vary (VARIED, 1 or 2 of them) there are several tables, a grid of `steps`, in which each vertex has
 // its place in `rows` after all radiance (engine.transport.sh_varied).
 
@@ -50,6 +51,10 @@ void find_tables(int vertex) {}
 #if defined(PARABOLIC)
 #include "direction_map.glsl"
 
+// Coefficients of a texel beside each other, and layers of a table (engine.gl.sh).
+const int BESIDE = 32;
+const int LAYERS = (COUNT + BESIDE - 1) / BESIDE;
+
 uniform sampler2DArray table_map;
 
 vec3 radiance_of(int vertex, vec3 wo)
@@ -60,9 +65,11 @@ vec3 radiance_of(int vertex, vec3 wo)
     for (int i = 0; i < COUNT; ++i) {
         vec3 coefficient = vec3(0.0);
         for (int t = 0; t < TABLES; ++t)
-            for (int k = 0; k < 4; ++k)
-                coefficient += table_share[t] * taps.weight[k]
-                    * texelFetch(table_map, ivec3(taps.place[k], table_at[t] * COUNT + i), 0).rgb;
+            for (int k = 0; k < 4; ++k) {
+                ivec2 texel = ivec2(taps.place[k].x * BESIDE + i % BESIDE, taps.place[k].y);
+                int layer = table_at[t] * LAYERS + i / BESIDE;
+                coefficient += table_share[t] * taps.weight[k] * texelFetch(table_map, ivec3(texel, layer), 0).rgb;
+            }
         sum += coefficient * row(vertex * COUNT + i);
     }
     return sum;
