@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from app.verbs.lights import Illuminated, Light
 from engine.steps import Step
@@ -32,24 +32,24 @@ def illuminate(
     from app.cli import usage
     from engine.transport.gaussian import radiance_towards
     from engine.transport.gaussian_bake import transport_of
-    from engine.transport.gaussian_lighting import filtered_for, levels_for
+    from engine.transport.gaussian_lighting import filtered_for, levels_under
     from engine.transport.lit import lit_gaussians
 
     usage(_check, arguments)
     transport = transport_of(file)
     show(Step(0.0, "filtering the light"))
     before = time.perf_counter()
-    levels = levels_for(transport.components, light.environment)
+    figures: dict[str, Any] = {}
     if light.environment is not None:
+        levels = levels_under(light.environment, transport.sigma_range)
         filtered_for(light.environment, levels)
+        figures = {"light_cube": levels.edge, "light_levels": len(levels.sigma)}
     filtered = time.perf_counter()
     lit = lit_gaussians(transport, light.environment, rotation=light.rotation, factor=light.factor, lamps=light.lamps)
-    figures = {
+    figures |= {
         "brdf": transport.brdf,
         "lobes": transport.lobes,
         "indirect": len(transport.components) > 1,
-        "light_cube": levels.edge,
-        "light_levels": len(levels.sigma),
         "light_s": filtered - before,
         "relight_s": time.perf_counter() - filtered,
     }

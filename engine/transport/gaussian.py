@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.directions import Vectors, dot, normalize
 from engine.mesh import Mesh
 from engine.transport import gaussian_kernel
-from engine.transport.gaussian_lighting import GaussianLight, lobe_radiance
+from engine.transport.gaussian_lighting import GaussianLight, lobe_radiance, sigma_range
 from engine.transport.gaussian_texels import packed
 from engine.transport.matt_part import MattPart
 from engine.transport.sh_transfer import ShTransport, transferred
@@ -72,6 +72,11 @@ class GaussianTransport:
     def lobes(self) -> int:
         """Of one vertex and view, all components together."""
         return sum(lobes.sigma.shape[2] for lobes in self.components)
+
+    @cached_property
+    def sigma_range(self) -> tuple[float, float]:
+        """Narrowest and widest of the lobes that carry light, in rad (`gaussian_lighting.sigma_range`)."""
+        return sigma_range(self.components)
 
     @cached_property
     def texels(self) -> NDArray[np.uint32]:

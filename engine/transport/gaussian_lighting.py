@@ -113,12 +113,15 @@ class Levels:
     sigma: tuple[float, ...]
 
 
-def levels_for(components: Sequence[Lobes], environment: EnvironmentMap | None = None) -> Levels:
-    """What an environment has to be filtered to for these lobes; a map is cut no finer than its own texels are."""
-    most = (
-        MOST_EDGE if environment is None else 1 << max(0, math.ceil(environment.radiance.shape[1] / 4) - 1).bit_length()
-    )
-    return levels_between(*sigma_range(components), min(max(most, LEAST_EDGE), MOST_EDGE))
+def levels_for(components: Sequence[Lobes]) -> Levels:
+    """What any environment has to be filtered to for these lobes."""
+    return levels_between(*sigma_range(components))
+
+
+def levels_under(environment: EnvironmentMap, widths: tuple[float, float]) -> Levels:
+    """The same of this one for lobes of these widths (`sigma_range`): it is cut no finer than its own texels are."""
+    across = math.ceil(environment.radiance.shape[1] / 4)
+    return levels_between(*widths, min(max(1 << (across - 1).bit_length(), LEAST_EDGE), MOST_EDGE))
 
 
 def levels_between(narrow: float, wide: float, most: int = MOST_EDGE) -> Levels:

@@ -13,7 +13,7 @@ from engine.environment import EnvironmentMap
 from engine.lamps import Lamp
 from engine.mesh import Mesh
 from engine.transport.gaussian import GaussianTransport, matt_radiance
-from engine.transport.gaussian_lighting import GaussianLight, filtered_for, levels_for
+from engine.transport.gaussian_lighting import GaussianLight, filtered_for, levels_under
 from engine.transport.sh_lighting import lamp_coefficients, project, turned_about_y
 from engine.transport.sh_transfer import ShTransport
 from engine.transport.sh_varied import Table
@@ -111,7 +111,7 @@ def lit_gaussians(
     """
     filtered = None
     if environment is not None:
-        filtered = filtered_for(environment, levels_for(transport.components, environment))
+        filtered = filtered_for(environment, levels_under(environment, transport.sigma_range))
     light = GaussianLight(filtered, factor, rotation, tuple(lamps))
     if transport.diffuse is None:
         return LitGaussians(transport, light, np.zeros((len(transport.mesh.positions), 3)))

@@ -35,6 +35,7 @@ from engine.transport.gaussian_lighting import (
     filtered_for,
     levels_between,
     levels_for,
+    levels_under,
     lobe_radiance,
     sigma_range,
 )
@@ -286,11 +287,10 @@ def test_levels_are_those_that_lobes_need() -> None:
 
 
 def test_maps_are_cut_no_finer_than_their_texels() -> None:
-    sharp = mirror_lobes(np.tile([0.0, 0.0, 1.0], (3, 1)), 0.002)
-    assert [levels_for([sharp], smooth_sky(rows)).edge for rows in (8, 64, 100, 512)] == [32, 32, 64, 256]
-    assert levels_for([sharp]).edge == MOST_EDGE
+    assert [levels_under(smooth_sky(rows), (0.002, 0.002)).edge for rows in (8, 64, 100, 512)] == [32, 32, 64, 256]
+    assert levels_between(0.002, 0.002).edge == MOST_EDGE
     for rows in (8, 512):
-        levels = levels_for([sharp], smooth_sky(rows))
+        levels = levels_under(smooth_sky(rows), (0.002, 0.002))
         assert levels.sigma[0] >= 0.5 * texel_width(levels.edge)
 
 
