@@ -7,7 +7,9 @@ jobs; of the light only the newest matters, and until it is there the picture ke
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -23,21 +25,48 @@ from engine.scene import Scene
 from engine.steps import Step, Steps, part
 
 if TYPE_CHECKING:
+    from engine.lamps import Lamp
     from engine.transport.lit import Lit
+    from engine.transport.sh import Window
     from engine.transport.sh_transfer import ShTransport
+    from engine.transport.wavelet_relight import Relighter
 
-Method = Literal["sh", "wavelet"]
+Method = Literal["sh", "wavelet", "gaussian"]
 
-WORDS: dict[Method, str] = {"sh": "Baking harmonics", "wavelet": "Baking wavelets"}
+WORDS: dict[Method, str] = {"sh": "Baking harmonics", "wavelet": "Baking wavelets", "gaussian": "Baking Gaussians"}
+
+NAMES: dict[Method, str] = {"sh": "harmonics", "wavelet": "wavelets", "gaussian": "Gaussians"}
 
 
 @dataclass(frozen=True)
 class BakeChoices:
-    """What is chosen for the next bake: bands of harmonics; terms of factors and texels along a face of wavelets."""
+    """What is chosen for the next bake, and for the light on it.
+
+    Attributes
+    ----------
+    order : bands of harmonics.
+    interreflection : with light that comes by way of the model; of harmonics and Gaussians.
+    window : what damps high bands of harmonics against ringing. It belongs to the light, and asks for no bake.
+    terms : of the factors of wavelets.
+    coefficients : wavelets kept for each vertex and term.
+    edge : texels along a face of the wavelets' light.
+    occluder_cells : cells in which what shades wavelets is simplified; 0 for the model itself.
+    lobes : Gaussians for each vertex and view.
+    """
 
     order: int = 5
+    interreflection: bool = False
+    window: Window = "none"
     terms: int = 4
+    coefficients: int = 96
     edge: int = 64
+    occluder_cells: int = 0
+    lobes: int = 1
+
+    @property
+    def baked(self) -> BakeChoices:
+        """The same where nothing is chosen of the light."""
+        return replace(self, window="none")
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,15 +88,16 @@ class Wanted:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """A bake that could begin: its work, and the seconds and bytes that it would take."""
+    """A bake that could begin: its work, and the seconds and bytes that it would take; or why it cannot."""
 
     wanted: Wanted
     work: Any
     bake_s: float
+    why_not: str = ""
 
     @property
     def size_bytes(self) -> int:
-        return int(self.work.size_bytes)
+        return int(self.work.size_bytes) if self.work is not None else 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +108,13 @@ class Made:
     transport: Any
     bake_s: float
     size_bytes: int
+
+    @cached_property
+    def relighter(self) -> Relighter:
+        """Of wavelets: what keeps of one light what is the same under the next."""
+        from engine.transport.wavelet_relight import Relighter
+
+        return Relighter(self.transport)
 
 
 class Baking(QObject):
@@ -94,16 +131,17 @@ class Baking(QObject):
         self.made: Made | None = None
         self.job: Job | None = None
         self._wanted: Wanted | None = None
+        self._scene: Scene | None = None
         self._asked: Wanted | None = None
         self._lit: tuple[Wanted, Lit] | None = None
-        self._light: Scene | None = None
+        self._light: tuple[Scene, Window] | None = None
         self._estimating = Latest(bench.jobs, "Estimating a bake")
         self._lighting = Latest(bench.jobs, "Relighting")
         self._tabled: tuple[Brdf, ShTransport] | None = None
 
     def want(self, scene: Scene) -> None:
         """Show `scene`: have its light ready where its bake is, or say what that would take."""
-        self._wanted = Wanted(scene.mesh, scene.ground, scene.brdf, self.choices)
+        self._wanted, self._scene = Wanted(scene.mesh, scene.ground, scene.brdf, self.choices.baked), scene
         if self._usable(self._wanted):
             self._relight(scene)
         if not self.is_made and self.job is None:
@@ -114,16 +152,23 @@ class Baking(QObject):
         """Bake the next time with these choices."""
         self.choices = choices
         if self._wanted is not None:
-            self._wanted = replace(self._wanted, choices=choices)
+            self._wanted = replace(self._wanted, choices=choices.baked)
             if not self.is_made and self.job is None:
                 self._ask(self._wanted)
+            if self._scene is not None and self._usable(self._wanted):
+                self._relight(self._scene)
         self.changed.emit()
 
     @property
     def is_made(self) -> bool:
         """Whether the picture is what the bake that is wanted would give."""
         made, wanted = self.made, self._wanted
-        return made is not None and self._usable(wanted) and wanted is not None and made.wanted.choices == self.choices
+        return (
+            made is not None
+            and self._usable(wanted)
+            and wanted is not None
+            and made.wanted.choices == self.choices.baked
+        )
 
     @property
     def is_drawn(self) -> bool:
@@ -145,8 +190,10 @@ class Baking(QObject):
             return "The ground is another one than was baked."
         if made.wanted.brdf == wanted.brdf:
             return ""
-        if self.method == "wavelet":
-            return "The reflectance is another one, and wavelets are baked for one."
+        if self.method != "sh":
+            return f"The reflectance is another one, and {NAMES[self.method]} are baked for one."
+        if made.transport.interreflection:
+            return "The reflectance is another one, and light from the model itself was baked for one."
         matt = made.transport.diffuse
         return "A matt model was baked, which holds nothing of the view." if matt else ""
 
@@ -154,7 +201,7 @@ class Baking(QObject):
         """What can be drawn of `scene`: its light, or the light before while its own is on the way."""
         if self._lit is None or self.made is None or self._lit[0] is not self.made.wanted:
             return None
-        usable = self._usable(Wanted(scene.mesh, scene.ground, scene.brdf, self.choices))
+        usable = self._usable(Wanted(scene.mesh, scene.ground, scene.brdf, self.choices.baked))
         return self._lit[1] if usable else None
 
     def _ask(self, wanted: Wanted) -> None:
@@ -170,7 +217,7 @@ class Baking(QObject):
     def bake(self) -> None:
         """Bake what was estimated; an equal bake that was cancelled goes on where it stopped."""
         estimate = self.estimate
-        if estimate is None or self.job is not None:
+        if estimate is None or estimate.why_not or self.job is not None:
             return
         path = self.bench.folder / f"baked-{self.method}.transport"
         job = self.bench.jobs.submit(WORDS[self.method], lambda: _baked(self.method, path, estimate))
@@ -199,11 +246,13 @@ class Baking(QObject):
         """Work out the light of `scene` for the bake, unless it is there or under way."""
         made = self.made
         assert made is not None
-        if self._light is not None and _same_light(self._light, scene, self.method):
+        window = self.choices.window
+        before = self._light
+        if before is not None and before[1] == window and _same_light(before[0], scene, self.method):
             return
-        self._light = scene
+        self._light = (scene, window)
         self._lighting.ask(
-            lambda: _lit(self.method, made, scene, self._tabled), lambda lit: self._take(made, scene, lit)
+            lambda: _lit(self.method, made, scene, self._tabled, window), lambda lit: self._take(made, scene, lit)
         )
 
     def _take(self, made: Made, scene: Scene, lit: Lit) -> None:
@@ -221,34 +270,62 @@ def _same_light(one: Scene, other: Scene, method: Method) -> bool:
 
 def _estimated(method: Method, wanted: Wanted) -> Steps[Estimate]:
     yield Step(0.0, "preparing kernels")
-    work: Any
-    if method == "sh":
-        from engine.transport import sh_bake
+    try:
+        return (yield from ESTIMATES[method](wanted))
+    except ValueError as reason:
+        return Estimate(wanted, None, 0.0, f"{str(reason)[:1].upper()}{str(reason)[1:]}.")
 
-        settings = sh_bake.BakeSettings(wanted.choices.order)
-        work = yield from part(sh_bake.prepare(wanted.mesh, wanted.brdf, settings, wanted.ground), 0.0, 0.8)
-        return Estimate(wanted, work, sh_bake.estimate_s(work))
+
+def _estimated_sh(wanted: Wanted) -> Steps[Estimate]:
+    from engine.transport import sh_bake
+
+    settings = sh_bake.BakeSettings(wanted.choices.order, bounces=int(wanted.choices.interreflection))
+    work = yield from part(sh_bake.prepare(wanted.mesh, wanted.brdf, settings, wanted.ground), 0.0, 0.8)
+    return Estimate(wanted, work, sh_bake.estimate_s(work))
+
+
+def _estimated_wavelets(wanted: Wanted) -> Steps[Estimate]:
     from engine.transport import wavelet_bake
 
-    factors = yield from part(wavelet_bake.factors_for(wanted.brdf, wanted.choices.terms), 0.0, 0.8)
-    work = wavelet_bake.prepare(wanted.mesh, factors, wavelet_bake.BakeSettings(wanted.choices.edge), wanted.ground)
+    choices = wanted.choices
+    factors = yield from part(wavelet_bake.factors_for(wanted.brdf, choices.terms), 0.0, 0.8)
+    settings = wavelet_bake.BakeSettings(choices.edge, choices.coefficients, occluder_cells=choices.occluder_cells)
+    work = wavelet_bake.prepare(wanted.mesh, factors, settings, wanted.ground)
     yield Step(0.8, "estimating")
     return Estimate(wanted, work, wavelet_bake.estimate_s(work))
 
 
+def _estimated_gaussians(wanted: Wanted) -> Steps[Estimate]:
+    from engine.transport import gaussian_bake
+
+    settings = gaussian_bake.BakeSettings(wanted.choices.lobes, indirect=wanted.choices.interreflection)
+    work = yield from gaussian_bake.prepare(wanted.mesh, wanted.brdf, settings, wanted.ground)
+    return Estimate(wanted, work, gaussian_bake.estimate_s(work))
+
+
+ESTIMATES: dict[Method, Callable[[Wanted], Steps[Estimate]]] = {
+    "sh": _estimated_sh,
+    "wavelet": _estimated_wavelets,
+    "gaussian": _estimated_gaussians,
+}
+
+
 def _baked(method: Method, path: Path, estimate: Estimate) -> Steps[Made]:
+    yield Step(0.0, "preparing kernels")
+    bake: Any
     if method == "sh":
-        from engine.transport.sh_bake import bake as bake_sh
+        from engine.transport.sh_bake import bake
+    elif method == "wavelet":
+        from engine.transport.wavelet_bake import bake
+    else:
+        from engine.transport.gaussian_bake import bake
+    made = yield from bake(path, estimate.work)
+    return Made(estimate.wanted, made.transport, made.bake_s, made.file.size_bytes)
 
-        harmonics = yield from bake_sh(path, estimate.work)
-        return Made(estimate.wanted, harmonics.transport, harmonics.bake_s, estimate.size_bytes)
-    from engine.transport.wavelet_bake import bake as bake_wavelets
 
-    wavelets = yield from bake_wavelets(path, estimate.work)
-    return Made(estimate.wanted, wavelets.transport, wavelets.bake_s, estimate.size_bytes)
-
-
-def _lit(method: Method, made: Made, scene: Scene, tabled: tuple[Brdf, ShTransport] | None) -> Steps[Lit]:
+def _lit(
+    method: Method, made: Made, scene: Scene, tabled: tuple[Brdf, ShTransport] | None, window: Window
+) -> Steps[Lit]:
     """The light of `scene` on what was baked; `tabled` is the transport of the reflectance before."""
     yield Step(0.0, "preparing kernels")
     from engine.transport.lit import LitHarmonics, LitWavelets
@@ -256,6 +333,9 @@ def _lit(method: Method, made: Made, scene: Scene, tabled: tuple[Brdf, ShTranspo
     if method == "wavelet":
         rows = _tuples(made, scene)
         return LitWavelets(made.transport, rows)
+    if method == "gaussian":
+        return _lobes_under(made, scene)
+    from engine.transport.sh import windowed
     from engine.transport.sh_lighting import scene_coefficients
     from engine.transport.sh_transfer import transferred
 
@@ -265,7 +345,33 @@ def _lit(method: Method, made: Made, scene: Scene, tabled: tuple[Brdf, ShTranspo
     elif made.wanted.brdf != scene.brdf:
         transport = yield from _with_brdf(transport, scene.brdf)
     transport.mesh.tangents.flags.writeable = False  # drawing would otherwise wait for them
-    return LitHarmonics(transport, transferred(transport, scene_coefficients(scene, transport.order)))
+    coefficients = windowed(scene_coefficients(scene, transport.order), window)
+    return LitHarmonics(transport, transferred(transport, coefficients))
+
+
+def _lobes_under(made: Made, scene: Scene) -> Lit:
+    """Lobes under the light of `scene`, with everything that drawing would otherwise wait for."""
+    from engine.transport.lit import lit_gaussians
+
+    lit = lit_gaussians(
+        made.transport,
+        scene.environment,
+        rotation=scene.environment_rotation,
+        factor=scene.irradiance,
+        lamps=_lamps(scene),
+    )
+    lit.transport.texels.flags.writeable = False
+    lit.light.atlas.texels.flags.writeable = False
+    return lit
+
+
+def _lamps(scene: Scene) -> tuple[Lamp, ...]:
+    """All lamps, the one light among them where there is no environment."""
+    from engine.lamps import Lamp
+
+    if scene.environment is not None or scene.irradiance <= 0.0:
+        return scene.lamps
+    return (Lamp(scene.light, (scene.irradiance,) * 3), *scene.lamps)
 
 
 def _with_brdf(transport: ShTransport, brdf: Brdf) -> Steps[ShTransport]:
@@ -276,12 +382,10 @@ def _with_brdf(transport: ShTransport, brdf: Brdf) -> Steps[ShTransport]:
 
 
 def _tuples(made: Made, scene: Scene) -> Any:
-    from engine.lamps import Lamp
-    from engine.transport.wavelet_lighting import dark, lighting_of, tuples
+    from engine.transport.wavelet_lighting import dark, lighting_of
 
-    edge, lamps = made.transport.edge, scene.lamps
+    edge, lamps = made.transport.edge, _lamps(scene)
     if scene.environment is None:
-        own = (Lamp(scene.light, (scene.irradiance,) * 3),) if scene.irradiance > 0.0 else ()
-        return tuples(made.transport, dark(edge, (*own, *lamps)))
+        return made.relighter.tuples(dark(edge, lamps))
     turn, factor = scene.environment_rotation, scene.irradiance
-    return tuples(made.transport, lighting_of(scene.environment, edge, rotation=turn, factor=factor, lamps=lamps))
+    return made.relighter.tuples(lighting_of(scene.environment, edge, rotation=turn, factor=factor, lamps=lamps))
