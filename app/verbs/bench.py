@@ -72,6 +72,7 @@ MEASURES = {
     "gl-sh-frame": "engine.bench.transported:gl_sh_frame",
     "gl-sh-frame-brushed": "engine.bench.transported:gl_sh_frame_brushed",
     "gl-gaussian-frame": "engine.bench.transported:gl_gaussian_frame",
+    "gaussian-fit-speed": "engine.bench.gaussian_fit:gaussian_fit_speed",
     "gaussian-environment": "engine.bench.gaussian:gaussian_environment",
     "gaussian-environment-sharp": "engine.bench.gaussian:gaussian_environment_sharp",
     "transport-paid-off": "engine.bench.paid_off:transport_paid_off",
@@ -99,6 +100,7 @@ LARGE = (
     *(name for name in MEASURES if name.endswith(("-large", "-24mp")) or name.startswith("transport-paid-off")),
     "alignment-arc",
     "transport-errors",
+    "gaussian-fit-quality",
 )
 
 #: Name of a group of errors and the function that finds them in a working folder.
@@ -109,6 +111,7 @@ ACCURACIES = {
     "directions": "engine.bench.directions:directions",
     "ray-misses": "engine.bench.rays:ray_misses",
     "transport-errors": "engine.bench.wavelet:transport_errors",
+    "gaussian-fit-quality": "engine.bench.gaussian_fit:gaussian_fit_quality",
 }
 
 log = logging.getLogger(__name__)

@@ -47,6 +47,15 @@ def places(lobes: Sequence[tuple[np.ndarray, float, int]], even: int) -> tuple[n
     return direction, 1.0 / density
 
 
+def one_gaussian(
+    mean: Sequence[float] = (0.0, 0.6, 0.8), sigma: float = 0.2, weight: Sequence[float] = (1.0, 2.0, 0.5)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Direction, value and area of samples of a Gaussian."""
+    centre = unit(mean)
+    direction, area = places([(centre, 1.3 * sigma, 200), (centre, min(3.0 * sigma, 1.5), 100)], 150)
+    return direction, gaussian(direction, centre, sigma)[:, None] * np.asarray(weight), area
+
+
 def gathered(views: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray] | None]) -> TransportSamples:
     """Samples of direction, value and area for each vertex and view in turn; None where nothing is reflected."""
     count = [0 if view is None else len(view[2]) for view in views]

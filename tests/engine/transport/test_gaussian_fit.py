@@ -16,7 +16,7 @@ from engine.transport.gaussian_energy import energies, spatial_energy
 from engine.transport.gaussian_fit import Block, Fit, FitSettings, TransportSamples, blocks, fit, fit_vertices
 from engine.transport.spherical_gaussian import NARROWEST, WIDEST_LOBE, Lobes, gaussian
 from engine.transport.view_directions import VIEWS, view_directions, view_neighbours
-from tests.engine.transport.gaussian_lobes import gathered, icosphere, places, reflecting, unit
+from tests.engine.transport.gaussian_lobes import gathered, icosphere, one_gaussian, places, reflecting, unit
 
 #: The unit roundoff of float64.
 U = 2.0**-53
@@ -45,11 +45,6 @@ def refined(
     return energy, mean, sigma, weight
 
 
-def one_lobe(mean: np.ndarray, sigma: float, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    direction, area = places([(mean, 1.3 * sigma, 200), (mean, min(3.0 * sigma, 1.5), 100)], 150)
-    return direction, gaussian(direction, mean, sigma)[:, None] * weight, area
-
-
 def started(direction: np.ndarray, value: np.ndarray, area: np.ndarray, given: np.ndarray, width: float) -> tuple:
     """One view from the data and a given lobe, as a bake does it: mean (1, 3), sigma (1,), weight (1, 3)."""
     mean, sigma, weight = np.zeros((1, 3)), np.ones(1), np.zeros((1, 3))
@@ -68,7 +63,7 @@ def test_G5_a_gaussian_is_recovered_from_random_starts(from_data: bool) -> None:
     good = 0
     for _ in range(40):
         mean, sigma, weight = unit(random.normal(size=3)), np.exp(random.uniform(np.log(0.005), 0.0)), random.random(3)
-        samples = one_lobe(mean, sigma, 5.0 * weight)
+        samples = one_gaussian(mean, sigma, 5.0 * weight)
         width = sigma * np.exp(random.normal(scale=0.5))
         if from_data:
             found = started(*samples, unit(random.normal(size=3)), width)
@@ -84,7 +79,7 @@ def test_G5_a_gaussian_is_recovered_from_random_starts(from_data: bool) -> None:
 
 def test_G6_a_start_at_the_antipode_does_not_trap_a_narrow_lobe() -> None:
     mean = unit([0.2, 0.5, -0.7])
-    samples = one_lobe(mean, 0.05, np.ones(3))
+    samples = one_gaussian(mean, 0.05, np.ones(3))
     found = started(*samples, -mean, 0.05)
     assert np.linalg.norm(found[0] - mean) <= 1e-5
 
@@ -317,7 +312,7 @@ def test_G14_the_energy_never_increases(lobes: int) -> None:
     reached = [energies(samples, *by_kernel(samples, settings, sweeps), none, settings).total for sweeps in range(5)]
     assert reached[1] < reached[0]
     assert (np.diff(reached) <= 1e-12).all()
-    direction, value, area = one_lobe(unit([1.0, 2.0, 2.0]), 0.2, np.ones(3))
+    direction, value, area = one_gaussian(unit([1.0, 2.0, 2.0]), 0.2, np.ones(3))
     steps = [refined(direction, value, area, unit([[1.0, 1.6, 2.4]]), [0.5], count)[0] for count in range(12)]
     assert (np.diff(steps) <= 0.0).all()
     assert steps[-1] <= 1e-12
