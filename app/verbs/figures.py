@@ -23,6 +23,7 @@ FIGURES = {
     "wang-2": ("engine.figures.wang_2:wang_2", "terms of a reflectance against the analytic model"),
     "wang-3": ("engine.figures.wang_3:wang_3", "wavelet coefficients against the sharpness of shadows"),
     "wang-4": ("engine.figures.wang_4:wang_4", "reflectances as sums of products, with their RMS curves"),
+    "green-5": ("engine.figures.green_5:green_5", "Gaussians, wavelets and harmonics of as many numbers"),
 }
 
 
