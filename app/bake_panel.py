@@ -3,33 +3,71 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from PySide6.QtWidgets import QComboBox
 
-from app.baking import BakeChoices, Baking
+from app.baking import Baking, Method
 from app.number_field import plain
 from app.panels import Rows, button, enable, line, text
 from app.theme import STEP
 
-ORDERS = (3, 5, 7, 9, 12, 15)
-TERMS = (1, 2, 4, 8, 12)
-EDGES = (16, 32, 64)
+#: Values of a choice and what they are called, where that is not the number itself.
+Values = tuple[tuple[Any, str], ...]
+
+
+def _numbers(*values: int) -> Values:
+    return tuple((value, str(value)) for value in values)
+
+
+OFF_ON: Values = ((False, "Left out"), (True, "With"))
+
+TITLES: dict[Method, str] = {"sh": "Harmonics", "wavelet": "Wavelets", "gaussian": "Gaussians"}
+
+#: For each method the fields of `BakeChoices` that it has, what they are called, their values, and what they are for.
+CHOICES: dict[Method, tuple[tuple[str, str, Values, str], ...]] = {
+    "sh": (
+        ("order", "Order", _numbers(3, 5, 7, 9, 12, 15), "Bands: more of them keep sharper light and highlights"),
+        ("interreflection", "Bounced light", OFF_ON, "Light that parts of the model send each other"),
+        (
+            "window",
+            "Window",
+            (("none", "None"), ("hanning", "Hanning"), ("lanczos", "Lanczos")),
+            "Damps high bands against ringing, at the price of blurred light; asks for no bake",
+        ),
+    ),
+    "wavelet": (
+        ("terms", "Terms", _numbers(1, 2, 4, 8, 12), "Products that the reflectance is made of: glossy ones need more"),
+        ("coefficients", "Coefficients", _numbers(32, 64, 96, 200, 400), "Kept for each vertex: more keep more shadow"),
+        ("edge", "Cube", _numbers(16, 32, 64), "Texels along a face of the map of light: more keep sharper shadows"),
+        (
+            "occluder_cells",
+            "Shaded by",
+            ((0, "The model"), (128, "128 cells"), (64, "64 cells"), (32, "32 cells")),
+            "What casts shadows: the model, or a simpler one, whose rays are quicker",
+        ),
+    ),
+    "gaussian": (
+        (
+            "lobes",
+            "Lobes",
+            _numbers(1, 2, 3),
+            "Gaussians for each vertex and view: more follow partly shaded highlights",
+        ),
+        ("interreflection", "Bounced light", OFF_ON, "Highlights of light that comes by way of the model"),
+    ),
+}
 
 
 class BakePanel(Rows):
     """Shows one `Baking` and begins or stops it."""
 
     def __init__(self, baking: Baking) -> None:
-        super().__init__("Harmonics" if baking.method == "sh" else "Wavelets")
+        super().__init__(TITLES[baking.method])
         self.baking = baking
         self.choices: dict[str, QComboBox] = {}
-        if baking.method == "sh":
-            self._choice("order", "Order", ORDERS, "Bands of harmonics: more of them keep sharper light and highlights")
-        else:
-            self._choice("terms", "Terms", TERMS, "Products that the reflectance is made of: glossy ones need more")
-            self._choice(
-                "edge", "Cube", EDGES, "Texels along a face of the cube map of light: more keep sharper shadows"
-            )
+        for name, label, values, hint in CHOICES[baking.method]:
+            self._choice(name, label, values, hint)
         self.words = text("", "secondary", wrap=True)
         self.wide(self.words)
         self.go = button("Bake", "primary", hint="Work out what light does at each vertex, in the background")
@@ -41,11 +79,10 @@ class BakePanel(Rows):
         baking.changed.connect(self.refresh)
         self.refresh()
 
-    def _choice(self, name: str, label: str, values: tuple[int, ...], hint: str) -> None:
+    def _choice(self, name: str, label: str, values: Values, hint: str) -> None:
         choice = QComboBox()
-        for value in values:
-            choice.addItem(str(value), value)
-        choice.setCurrentIndex(choice.findData(getattr(BakeChoices(), name)))
+        for value, words in values:
+            choice.addItem(words, value)
         choice.activated.connect(
             lambda _index: self.baking.choose(replace(self.baking.choices, **{name: choice.currentData()}))
         )
@@ -59,9 +96,19 @@ class BakePanel(Rows):
         running = baking.job is not None
         self.go.setText("Stop baking" if running else "Bake")
         self.go.setVisible(running or not baking.is_made)
-        enable(self.go, "" if running or baking.estimate is not None else "What the bake takes is being estimated")
-        for choice in self.choices.values():
-            enable(choice, "A bake is running" if running else "")
+        ready = running or baking.estimate is not None
+        why_not = baking.estimate.why_not if baking.estimate is not None and not running else ""
+        enable(self.go, why_not if ready else "What the bake takes is being estimated")
+        for name, choice in self.choices.items():
+            enable(choice, "A bake is running" if running and name != "window" else "")
+            _show(choice, getattr(baking.choices, name))
+
+
+def _show(choice: QComboBox, value: Any) -> None:
+    """Show `value`, which may have been chosen elsewhere and be none of the usual ones."""
+    if choice.findData(value) < 0:
+        choice.addItem(str(value), value)
+    choice.setCurrentIndex(choice.findData(value))
 
 
 def state_text(baking: Baking) -> str:
@@ -72,7 +119,9 @@ def state_text(baking: Baking) -> str:
     if baking.is_made and made is not None:
         return f"Baked in {time_text(made.bake_s)}, {size_text(made.size_bytes)}. Light and camera move freely."
     takes = "Estimating…"
-    if estimate is not None:
+    if estimate is not None and estimate.why_not:
+        takes = estimate.why_not
+    elif estimate is not None:
         takes = f"Baking takes about {time_text(estimate.bake_s)} and {size_text(estimate.size_bytes)}."
     reason = baking.why_stale or ("" if not baking.is_drawn else "These settings were not baked yet.")
     return " ".join(filter(None, (reason, takes, f"Until then the picture shows {_shown(baking)}.")))

@@ -8,7 +8,8 @@ Middle-drag\tmove
 Wheel\tzoom
 Ctrl+left-drag\tmove the light, turn the environment
 F\tframe the model, fit the picture
-H, W, M, D, R\tSH, wavelet, shading map, direct light, reference
+H, W, G\tbaked light: SH, wavelet, Gaussian
+M, D, R\tshading map, direct light, reference
 Tab\texchange the mode and the one it is compared with
 B, E\tboth modes parted by a line, their difference
 

@@ -30,6 +30,7 @@ class Mode:
 MODES = (
     Mode("sh", "SH", "H", "Baked spherical harmonics: shadows under any soft light", baked=True),
     Mode("wavelet", "Wavelet", "W", "Baked wavelets: sharp shadows under any light", baked=True),
+    Mode("gaussian", "Gaussian", "G", "Baked Gaussians: sharp highlights under any light", baked=True),
     Mode("shading-map", "Shading map", "M", "The material's photographs, looked up under every light"),
     Mode("direct", "Direct", "D", "The reflectance alone under every light, without shadows"),
     Mode("reference", "Reference", "R", "Paths of light with shadows, finer the longer you look", progressive=True),
