@@ -2,15 +2,18 @@
 
 What rays cost is nearly all of a bake, so a ladder of terms, coefficients or orders takes little more than its finest
 step. Times stay those of a bake alone: its seconds are those of the shared rays, measured, and of its own tables and
-vectors, measured. Transport is made in memory; the seconds that a file would take to write are not part of it.
+vectors, measured. That transport is made in memory; the seconds that a file would take to write are not part of it.
+Gaussians are baked one setting after the other, into a file as for use.
 """
 
 from __future__ import annotations
 
+import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,8 +27,9 @@ from engine.lamps import Lamp
 from engine.mesh import Mesh
 from engine.scene import Scene
 from engine.steps import Step, Steps, part
-from engine.transport import sh_bake, wavelet_bake
-from engine.transport.lit import Lit, LitHarmonics, LitWavelets
+from engine.transport import gaussian_bake, sh_bake, wavelet_bake
+from engine.transport.gaussian import GaussianTransport
+from engine.transport.lit import Lit, LitHarmonics, LitWavelets, lit_gaussians
 from engine.transport.sh_lighting import scene_coefficients
 from engine.transport.sh_transfer import ShTransport, transferred
 from engine.transport.visibility import Receivers, receivers, visibility_shares
@@ -204,7 +208,7 @@ def _wavelet_work(mesh: Mesh, brdf: Brdf, ground: Ground | None, setting: Settin
 def _sh_maker(work: sh_bake.Work) -> Steps[Any]:
     of: Receivers = receivers(work.surface, work.caster)
     sent = (yield from sh_bake.reflected(work, of)) if work.settings.bounces else None
-    baker = sh_bake.Baker(work, of, sent)
+    baker = sh_bake.baker_of(work, of, sent)
     return lambda vertices, counts: {"rows": baker.rows(vertices, counts)}
 
 
@@ -245,8 +249,35 @@ def _finished(member: _Member, rays_s: float) -> Bake:
     return Bake(member.setting, transport, taken_s, memory, int(work.size_bytes))
 
 
+def bake_gaussians(
+    scene: Scene, setting: Setting, seconds: float = float("inf")
+) -> Steps[tuple[list[Bake], list[LeftOut]]]:
+    """The bake of Gaussians in a file that is gone again, or why there is none, as `bake_group`."""
+    started = time.perf_counter()
+    settings = gaussian_bake.BakeSettings(setting["lobes"], indirect=bool(setting["interreflection"]))
+    try:
+        work = yield from part(gaussian_bake.prepare(scene.mesh, scene.brdf, settings, scene.ground), 0.0, 0.2)
+    except ValueError as reason:
+        return [], [LeftOut(setting, str(reason))]
+    takes_s = gaussian_bake.estimate_s(work)
+    if time.perf_counter() - started + takes_s > seconds:
+        return [], [LeftOut(setting, f"it takes about {takes_s:.0f} s, for which there is no time")]
+    with tempfile.TemporaryDirectory(prefix="lightarc-") as folder:
+        made = yield from part(gaussian_bake.bake(Path(folder) / "lobes", work), 0.2, 1.0)
+        size = (Path(folder) / "lobes").stat().st_size
+        transport = made.transport
+        lobes = [array for of in transport.components for array in (of.weight, of.mean, of.sigma)]
+        matt = transport.diffuse.rows.nbytes if transport.diffuse is not None else 0
+        held = sum(array.nbytes for array in lobes) + matt
+    return [Bake(setting, transport, time.perf_counter() - started, held, size)], []
+
+
 def lit(bake: Bake, scene: Scene) -> Lit:
     """What the light of `scene` makes of a bake: all that has to be worked out when the light has changed."""
+    if isinstance(bake.transport, GaussianTransport):
+        around, of_map = scene.environment, {"rotation": scene.environment_rotation, "factor": scene.irradiance}
+        own = (Lamp(scene.light, (scene.irradiance,) * 3),) if around is None and scene.irradiance > 0.0 else ()
+        return lit_gaussians(bake.transport, around, **of_map, lamps=(*own, *scene.lamps))
     if isinstance(bake.transport, ShTransport):
         light = scene_coefficients(scene, bake.transport.order)
         return LitHarmonics(bake.transport, transferred(bake.transport, light))

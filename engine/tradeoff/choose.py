@@ -98,19 +98,13 @@ def _why_none(points: Sequence[Point], budget: Budget, axis: str) -> str:
     if not points:
         return "Nothing has been measured yet"
     timed = "frame" if axis == "memory" else axis
-    words = []
-    if budget.error is not None and budget.time_s is None and budget.bytes is None:
-        least = min(points, key=lambda point: point.error_rmse_rel + point.error_uncertainty)
-        words.append(f"the least error is {_share(least.error_rmse_rel)} ({least.setting})")
-    if budget.time_s is not None:
-        quick = min(points, key=lambda point: point.cost(timed))
-        words.append(f"the quickest takes {1e3 * quick.cost(timed):.3g} ms ({quick.setting})")
-    if budget.bytes is not None:
-        small = min(points, key=lambda point: point.memory_bytes)
-        words.append(f"the smallest takes {small.memory_bytes / 1e6:.3g} MB ({small.setting})")
-    if budget.error is not None and len(words) and (budget.time_s is not None or budget.bytes is not None):
-        words.append("and none of those within it is exact enough")
-    return f"No measured setting keeps within it: {', '.join(words)}"
+    best = {
+        "error": (budget.error, f"the least error is {_share(min(point.error_rmse_rel for point in points))}"),
+        "time": (budget.time_s, f"the quickest takes {1e3 * min(point.cost(timed) for point in points):.3g} ms"),
+        "bytes": (budget.bytes, f"the smallest takes {min(point.memory_bytes for point in points) / 1e6:.3g} MB"),
+    }
+    told = [words for limit, words in best.values() if limit is not None]
+    return f"No measured setting keeps within it: {', '.join(told)}"
 
 
 def _share(value: float) -> str:

@@ -21,12 +21,12 @@ from engine.render.reference import BYTES_PER_PIXEL, reference
 from engine.scene import Scene, Source
 from engine.shading.power_law import PowerLawMap
 from engine.steps import Step, Steps, part
-from engine.tradeoff.baked import Bake, LeftOut, bake_group, groups, lit
+from engine.tradeoff.baked import Bake, LeftOut, bake_gaussians, bake_group, groups, lit
 from engine.tradeoff.break_even import break_even_frames, effort
 from engine.tradeoff.drawing import Drawer, drawing, shortest
 from engine.tradeoff.front import front, rises
 from engine.tradeoff.point import Point
-from engine.tradeoff.truth import QUIET, Refining, Truth
+from engine.tradeoff.truth import FEW_PASSES, QUIET, Refining, Truth
 
 #: Shares of the time that the first reference and the last refinement of it may take.
 FIRST, LAST = 0.15, 0.2
@@ -103,7 +103,7 @@ def modes_of(scene: Scene) -> tuple[str, ...]:
     """The modes that draw all of a scene: with a material, those that look it up."""
     if scene.material is not None and scene.shading is not None:
         return ("shading-map", "direct", "reference")
-    return ("sh", "wavelet", "direct", "reference")
+    return ("sh", "wavelet", "gaussian", "direct", "reference")
 
 
 def settings_of(
@@ -214,11 +214,12 @@ class _Run:
         """Everything, quick settings first."""
         plain = dataclasses.replace(self.scene, material=None, lit=None, directions=4)
         covered = yield from part(self.drawer.draw(plain), 0.0, 0.01)
+        self.started = time.monotonic()  # modules are imported and kernels are there
         self.refining.covered = covered.picture[..., 3] >= 0.999
         first_s = min(FIRST * self.seconds, FIRST_S)
-        self.truth = yield from part(self.refining.refine(first_s, 10.0 * QUIET), 0.01, FIRST)
+        self.truth = yield from part(self.refining.refine(first_s, 10.0 * QUIET, FEW_PASSES), 0.01, FIRST)
         at_once = sorted((setting for setting in settings if setting.mode in _AT_ONCE), key=_effort)
-        shared = groups(settings)
+        shared = groups(settings) + [[setting] for setting in settings if setting.mode == "gaussian"]
         self._has_bakes = bool(shared)
         jobs = len(at_once) + 4 * len(shared)
         done, share = FIRST, (1.0 - FIRST - LAST) / max(jobs, 1)
@@ -282,7 +283,10 @@ class _Run:
     def _group(self, group: Sequence[Setting]) -> Steps[None]:
         if self._too_late(group):
             return
-        bakes, left_out = yield from part(bake_group(self.scene, group, self.left_s(1.0 - LAST)), 0.0, 0.8)
+        left_s = self.left_s(1.0 - LAST)
+        is_alone = group[0].mode == "gaussian"
+        making = bake_gaussians(self.scene, group[0], left_s) if is_alone else bake_group(self.scene, group, left_s)
+        bakes, left_out = yield from part(making, 0.0, 0.8)
         self.left_out += left_out
         for number, bake in enumerate(bakes):
             yield from part(self._baked(bake), 0.8 + 0.2 * number / len(bakes), 0.8 + 0.2 * (number + 1) / len(bakes))
@@ -294,7 +298,7 @@ class _Run:
         relight_s = shortest(lambda: lit(bake, turned), RELIGHTS)
         scene = dataclasses.replace(bare, lit=lit(bake, bare))
         drawn = yield from self.drawer.draw(scene)
-        held = bake.memory_bytes + scene.lit.rows.nbytes
+        held = bake.memory_bytes + (scene.lit.matt if bake.setting.mode == "gaussian" else scene.lit.rows).nbytes
         yield from self._add(bake.setting, drawn.picture, drawn.frame_s, relight_s, bake.bake_s, held, bake.size_bytes)
 
     def _add(

@@ -21,8 +21,8 @@ from engine.steps import Step, Steps
 #: Coverage from which a pixel is taken to be covered completely.
 COVERED = 0.999
 
-#: Passes from which the variance between them is believed.
-PASSES = 8
+#: Passes from which the variance between them is believed, and where it is only a first glance.
+PASSES, FEW_PASSES = 8, 3
 
 #: Noise, relative to the picture, below which the reference is not refined any further, and samples at most.
 QUIET, MOST_SAMPLES = 0.002, 1 << 14
@@ -58,8 +58,8 @@ class Refining:
         self.covered = np.ones((size[1], size[0]), np.bool_)
         self.found: ReferencePicture | None = None
 
-    def refine(self, seconds: float, noise: float = QUIET) -> Steps[Truth]:
-        """Take samples for so many seconds, or until the noise is low; at least until its variance is known.
+    def refine(self, seconds: float, noise: float = QUIET, passes: int = PASSES) -> Steps[Truth]:
+        """Take samples for so many seconds, or until the noise is low; at least so many `passes`.
 
         ValueError where nothing is covered.
         """
@@ -68,13 +68,13 @@ class Refining:
             step = next(self._steps)
             if step.partial is not None:
                 self.found = step.partial
-                if self._is_known(self.found) and self._is_enough(started, seconds, noise):
+                if self._is_known(self.found, passes) and self._is_enough(started, seconds, noise):
                     return self.truth()
             passed = (time.monotonic() - started) / max(seconds, 1e-9)
             yield Step(min(1.0, passed), "refining the reference")
 
-    def _is_known(self, found: ReferencePicture) -> bool:
-        return found.passes >= PASSES and found.variance is not None
+    def _is_known(self, found: ReferencePicture, passes: int) -> bool:
+        return found.passes >= passes and found.variance is not None
 
     def _is_enough(self, started: float, seconds: float, noise: float) -> bool:
         assert self.found is not None
