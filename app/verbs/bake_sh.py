@@ -28,8 +28,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from engine.transport.sh_error import sh_error
     from engine.transport.variation import variation_from_text
 
-    if arguments.cluster is not None:
-        usage(_refuse, "--cluster is for the mode wavelet")
     edge = arguments.cube or default_edge(arguments.order)
     bounces = BOUNCES if arguments.interreflection else 0
     settings = usage(lambda: BakeSettings(arguments.order, edge, arguments.fine, bounces))
@@ -57,7 +55,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         arguments,
         show,
         work,
-        lambda: bake(arguments.output, work),
+        lambda: bake(arguments.output, work, cluster=arguments.cluster),
         estimated_s=estimate_s(work),
         knobs=knobs,
         start=0.05,
@@ -96,10 +94,6 @@ def _varied(work: Work) -> dict[str, Any]:
     if not isinstance(work.table, VariedTable):
         return {}
     return {"tables": [len(some) for some in work.table.nodes], "interpolation_rel": work.table.interpolation_rel}
-
-
-def _refuse(problem: str) -> None:
-    raise ValueError(problem)
 
 
 def _skipped(work: Work) -> list[str]:

@@ -13,7 +13,7 @@ from engine.environment import EnvironmentMap
 from engine.shapes import shape
 from engine.steps import drain
 from engine.transport import sh_kernel
-from engine.transport.sh_bake import Baker, BakeSettings, prepare
+from engine.transport.sh_bake import BakeSettings, baker_of, prepare
 from engine.transport.sh_lighting import project
 from engine.transport.sh_rotation import rotated_into_frames
 from engine.transport.sh_table import ROWS, SAMPLES, isotropic_views, tabulate
@@ -95,7 +95,7 @@ def sh_bake() -> Measure:
     mesh = shape("torus-knot")
     work = drain(prepare(mesh, brdf_from_text(BRDF), BakeSettings()))
     of = receivers(work.surface, work.caster)
-    baker = Baker(work, of)
+    baker = baker_of(work, of)
     vertices = np.unique(np.linspace(0, len(mesh.positions) - 1, BAKED).astype(np.int64))
     parts = np.array_split(vertices, 8)
     baker.rows(parts[0], baker.visible(parts[0]))

@@ -33,7 +33,7 @@ from engine.shapes import shape
 from engine.steps import Step, Steps, drain, part
 from engine.transport import sh_kernel
 from engine.transport.lit import Lit, LitHarmonics, LitWavelets
-from engine.transport.sh_bake import Baker, BakeSettings, Work, default_edge, prepare
+from engine.transport.sh_bake import BakeSettings, Work, baker_of, default_edge, prepare
 from engine.transport.sh_bounces import gathered
 from engine.transport.sh_lighting import project
 from engine.transport.sh_table import BrdfTable, lambert_table
@@ -153,7 +153,7 @@ def _with_order(work: Work, order: int, diffuse: bool) -> Work:
 
 def _rows_s(some: _Some, work: Work) -> float:
     """Seconds for what a vertex keeps, its visibility being known."""
-    baker = Baker(replace(work, settings=replace(work.settings, bounces=0)), some.of)
+    baker = baker_of(replace(work, settings=replace(work.settings, bounces=0)), some.of)
     counts = some.counts(work.settings.edge)
     return best_of(lambda: baker.rows(some.vertices, counts)) / len(some.vertices)
 

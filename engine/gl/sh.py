@@ -21,8 +21,8 @@ from engine.transport.sh_varied import VariedTable, tables_of
 #: Texture unit, above those of a material and the lights.
 UNIT = 5
 
-#: Coefficients of a brushed reflectance that lie beside each other in its texture, as in sh.glsl: so what a vertex reads
-#: is in few lines of the cache. With a layer for each, a frame takes half as long again.
+#: Coefficients of a brushed reflectance that lie beside each other in its texture, as in sh.glsl: what a vertex reads
+#: is then in few lines of the cache. With a layer for each, a frame takes half as long again.
 BESIDE = 32
 
 

@@ -24,7 +24,7 @@ from engine.steps import drain
 from engine.sun import split_sun
 from engine.transport.haar import check_edge, cube_coefficients, cube_of_coefficients, strongest
 from engine.transport.sh import cosine_zonal, evaluate, turned_zonal, window
-from engine.transport.sh_bake import Baker, BakeSettings, prepare
+from engine.transport.sh_bake import BakeSettings, baker_of, prepare
 from engine.transport.sh_lighting import project
 from engine.transport.sh_rotation import rotation
 from engine.transport.sh_transfer import matrices, visibility_harmonics
@@ -303,8 +303,8 @@ def _every_ray_agrees() -> Found:
     work = drain(prepare(mesh, Lambert((0.5, 0.5, 0.5)), BakeSettings(3, 16, 2)))
     of, vertices = receivers(mesh, work.caster), np.arange(len(mesh.positions))
     asked = every_ray(of, 16, 2)
-    forced = Baker(work, asked)
-    rows = forced.rows(vertices, forced.visible(vertices)), Baker(work, of).rows(vertices, None)
+    forced = baker_of(work, asked)
+    rows = forced.rows(vertices, forced.visible(vertices)), baker_of(work, of).rows(vertices, None)
     return float(np.abs(rows[0] - rows[1]).max()), 1e-12
 
 

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -20,43 +21,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
-from engine.errors import InputError
 from engine.ground import Ground, with_ground
 from engine.mesh import Mesh
-from engine.one_thread import one_thread
 from engine.ray_caster import RayCaster, caster_of
 from engine.steps import Step, Steps, part
-from engine.transport.sh_bounces import Surroundings, gathered, reflections
+from engine.transport.chunks import Recipe, Remote, run
+from engine.transport.estimate import estimated_s
+from engine.transport.sh_bounces import Surroundings, gathered, opened, reflections
+from engine.transport.sh_chunks import Baker, maker
 from engine.transport.sh_table import BrdfTable
 from engine.transport.sh_transfer import (
     ShTransport,
-    diffuse_vectors,
-    free_vectors,
     is_diffuse,
-    matrices,
     tangent_frames,
-    visibility_harmonics,
 )
 from engine.transport.sh_varied import Table, VariedTable, table_of, tables_of
 from engine.transport.transport_file import (
-    REMEDY,
     TransportFile,
     TransportPlan,
     TransportWriter,
     open_transport,
     plan_transport,
+    read_as,
     writing,
 )
 from engine.transport.variation import Variation, variation_to_text
-from engine.transport.visibility import Receivers, receivers, unshaded, visibility_shares
+from engine.transport.visibility import Receivers, portion, receivers, unshaded
 
 KIND = "sh"
 
 #: Orders that can be baked: below, not even irradiance is kept; above, a matrix takes more than 200 kB.
 LEAST_ORDER, MOST_ORDER = 3, 15
-
-#: Vertices whose bake tells how long all will take.
-PROBES = 96
 
 #: Numbers of visibility and of matrices of a chunk of the file, roughly.
 CHUNK_VALUES = 1 << 21
@@ -133,7 +128,8 @@ class Work:
         return albedo
 
     def surroundings(self, of: Receivers) -> Surroundings:
-        return Surroundings(self.surface, of, self.settings.order, self.settings.gather)
+        surface, settings = self.surface, self.settings
+        return Surroundings(surface.positions, surface.faces, of, settings.order, settings.gather)
 
     @property
     def channels(self) -> int:
@@ -237,11 +233,14 @@ def receivers_of(work: Work) -> Receivers:
     return receivers(work.surface, work.caster) if work.settings.shadows else unshaded(work.surface, work.caster)
 
 
-def bake(path: str | os.PathLike[str], work: Work, of: Receivers | None = None) -> Steps[Baked]:
+def bake(
+    path: str | os.PathLike[str], work: Work, of: Receivers | None = None, cluster: str | None = None
+) -> Steps[Baked]:
     """Bake into the file `path`, going on where an equal bake was interrupted; its `Step.partial` is None.
 
-    `of` are the vertices as places where light arrives, where the caller knows them. OutputError where the file cannot
-    be written. Closing the generator keeps the chunks that are done for the next run; bounces are followed anew.
+    `of` are the vertices as places where light arrives, where the caller knows them. With the address of a `cluster`,
+    its workers make the chunks (`engine.transport.chunks`). OutputError where the file cannot be written. Closing the
+    generator keeps the chunks that are done for the next run; bounces are followed anew.
     """
     yield Step(0.0, f"preparing {work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB")
     started = time.perf_counter()
@@ -253,7 +252,9 @@ def bake(path: str | os.PathLike[str], work: Work, of: Receivers | None = None) 
         if work.settings.bounces and missing:
             sent = yield from part(reflected(work, of), 0.0, share)
         bounce_s = time.perf_counter() - started if sent is not None else 0.0
-        visibility_s = yield from part(_fill(writer, work, of, missing, sent), share, 1.0)
+        recipe = recipe_of(work, of, sent)
+        remote = Remote(cluster, maker, recipe) if cluster else None
+        visibility_s = yield from part(_fill(writer, work, missing, Baker(recipe, of), remote), share, 1.0)
         yield Step(1.0, "writing")
     bake_s = time.perf_counter() - started
     file = open_transport(path)
@@ -261,59 +262,48 @@ def bake(path: str | os.PathLike[str], work: Work, of: Receivers | None = None) 
     return Baked(transport_of(file), file, bake_s, visibility_s, bounce_s, resumed, work.plan.chunks, free)
 
 
-def _fill(
-    writer: TransportWriter, work: Work, of: Receivers, missing: list[int], sent: NDArray[np.float32] | None
-) -> Steps[float]:
+def _fill(writer: TransportWriter, work: Work, missing: list[int], baker: Baker, remote: Remote | None) -> Steps[float]:
     """Put all `missing` chunks; the seconds that visibility took."""
-    bounds, visibility_s, started, done = work.bounds, 0.0, time.perf_counter(), 0
-    chunks = [np.arange(bounds[chunk], bounds[chunk + 1]) for chunk in missing]
-    total, baker = sum(map(len, chunks)), Baker(work, of, sent)
-    for chunk, vertices in zip(missing, chunks, strict=True):
-        before = time.perf_counter()
-        counts = None if of.free[vertices].all() else baker.visible(vertices)
-        visibility_s += time.perf_counter() - before
-        writer.put(chunk, {"rows": baker.rows(vertices, counts)})
-        done += len(vertices)
-        left = (time.perf_counter() - started) / done * (total - done)
-        words = f"{left:.0f} s left" if left < 120.0 else f"{left / 60.0:.0f} min left"
-        yield Step(done / total, f"baking vertex {done:,} of {total:,}, {words}")
+    sizes, visibility_s, started, done = np.diff(work.bounds), 0.0, time.perf_counter(), 0
+    total = int(sizes[missing].sum())
+    yield Step(0.0, f"baking {total:,} vertices")
+    with closing(run(baker, missing, remote)) as chunks:
+        for chunk in chunks:
+            writer.put(chunk.number, chunk.rows)
+            visibility_s += chunk.visibility_s
+            done += int(sizes[chunk.number])
+            left = (time.perf_counter() - started) / done * (total - done)
+            words = f"{left:.0f} s left" if left < 120.0 else f"{left / 60.0:.0f} min left"
+            yield Step(done / total, f"baking vertex {done:,} of {total:,}, {words}")
     return visibility_s
 
 
-class Baker:
-    """Turns vertices into rows of transport, with everything that they share; `sent` is from `reflected`."""
+def recipe_of(work: Work, of: Receivers, sent: NDArray[np.float32] | None = None) -> Recipe:
+    """What all chunks of `work` share, for `maker`; `of` are its vertices as receivers, `sent` is from `reflected`."""
+    return {
+        "positions": work.surface.positions,
+        "faces": work.surface.faces,
+        "shading_positions": of.caster.positions,
+        "shading_faces": of.caster.faces,
+        "origin": of.origin,
+        "normal": of.normal,
+        "free": of.free,
+        "frames": tangent_frames(work.surface),
+        "bounds": work.bounds,
+        "ground_vertex": work.ground_vertex,
+        "diffuse": work.table.diffuse,
+        "channels": work.channels,
+        "order": work.settings.order,
+        "edge": work.settings.edge,
+        "fine": work.settings.fine,
+        "gather": work.settings.gather,
+        **({} if sent is None else {"sent": sent}),
+    }
 
-    def __init__(self, work: Work, of: Receivers, sent: NDArray[np.float32] | None = None) -> None:
-        self._work, self._of, self._sent = work, of, sent
-        self._frames, self._around = tangent_frames(work.surface), work.surroundings(of)
 
-    def visible(self, vertices: NDArray[np.int64]) -> NDArray[np.uint8]:
-        """(B, 6 N²) how many parts of each texel are seen."""
-        settings = self._work.settings
-        shares = visibility_shares(self._of, settings.edge, settings.fine, vertices)
-        return np.concatenate([counts for _, counts in shares])
-
-    def rows(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8] | None) -> NDArray[np.float32]:
-        """(rows, C, order²) of `vertices`, all of the model or all of the ground; `counts` None where all are free."""
-        work, settings, free = self._work, self._work.settings, self._of.free[vertices]
-        full, edge, order = settings.fine**2, settings.edge, settings.order
-        if work.table.diffuse or vertices[0] >= work.ground_vertex:
-            with one_thread():
-                own = (
-                    free_vectors(order, self._of.normal[vertices])
-                    if counts is None
-                    else diffuse_vectors(counts, full, edge, order, self._of.normal[vertices], free)
-                )
-            rows = np.repeat(own[:, None], work.channels, axis=1)
-            if self._sent is not None:
-                rows += gathered(self._around, vertices, self._sent)
-            return rows
-        with one_thread():
-            seen = _seen(counts, len(vertices), full, edge, 2 * order - 1)
-        whole = np.repeat(matrices(seen, self._frames[vertices], free)[:, :, None], work.channels, axis=2)
-        if self._sent is not None:
-            whole += gathered(self._around, vertices, self._sent, self._frames[vertices])
-        return whole.reshape(-1, work.channels, order**2)
+def baker_of(work: Work, of: Receivers, sent: NDArray[np.float32] | None = None) -> Baker:
+    """What makes the rows of `work` in this process."""
+    return Baker(recipe_of(work, of, sent), of)
 
 
 def reflected(work: Work, of: Receivers) -> Steps[NDArray[np.float32]]:
@@ -321,27 +311,23 @@ def reflected(work: Work, of: Receivers) -> Steps[NDArray[np.float32]]:
     return reflections(work.surroundings(of), work.settings.bounces, work.albedo, work.bounds)
 
 
-def _seen(counts: NDArray[np.uint8] | None, vertices: int, full: int, edge: int, order: int) -> NDArray[np.float32]:
-    """Harmonics of visibility; any where all vertices are free, because theirs are known."""
-    if counts is None:
-        return np.zeros((vertices, order**2), np.float32)
-    return visibility_harmonics(counts, full, edge, order)
-
-
 def estimate_s(work: Work) -> float:
-    """Seconds that the bake will take, from some vertices that lie apart; costs about a hundredth of it."""
-    of = receivers_of(work)
-    sent = np.zeros((work.vertices, work.channels, work.settings.order**2), np.float32)
-    baker = Baker(work, of, sent if work.settings.bounces else None)
-    vertices = np.unique(np.linspace(0, max(work.ground_vertex - 1, 0), PROBES).astype(np.int64))
-    free = bool(of.free.all())
-    baker.rows(vertices[:1], None if free else baker.visible(vertices[:1]))
-    gathered(work.surroundings(of), vertices[:1], sent)
+    """Seconds that the bake will take; costs about a hundredth of it."""
     started = time.perf_counter()
-    baker.rows(vertices, None if free else baker.visible(vertices))
-    for _ in range(work.settings.bounces):
-        gathered(work.surroundings(of), vertices, sent)
-    return (time.perf_counter() - started) / len(vertices) * work.vertices
+    of, settings = receivers_of(work), work.settings
+    shape = (work.vertices, work.channels, settings.order**2)
+    sent = np.zeros(shape, np.float32) if settings.bounces else None
+    baker, around = baker_of(work, of, sent), work.surroundings(of)
+    shared_s = time.perf_counter() - started
+
+    def all_of(make: Callable[[NDArray[np.int64]], object]) -> float:
+        return estimated_s(make, work.vertices, work.ground_vertex, portion(settings.edge))
+
+    total = shared_s + all_of(baker.made)
+    if sent is not None:
+        total += all_of(lambda vertices: opened(around, vertices))
+        total += (settings.bounces - 1) * all_of(lambda vertices: gathered(around, vertices, sent))
+    return total
 
 
 def open_sh(path: str | os.PathLike[str], mesh: Mesh | None = None) -> ShTransport:
@@ -351,19 +337,18 @@ def open_sh(path: str | os.PathLike[str], mesh: Mesh | None = None) -> ShTranspo
 
 def transport_of(file: TransportFile) -> ShTransport:
     """The transport in an open file; InputError where it holds another kind, or what cannot be."""
-    if file.kind != KIND:
-        raise InputError(file.path, f"holds transport of the mode {file.kind}", f"Bake with --mode {KIND}")
+    return read_as(file, KIND, _transport_of)
+
+
+def _transport_of(file: TransportFile) -> ShTransport:
     settings = file.settings
-    try:
-        first, albedo = int(settings["ground_vertex"]), float(settings["ground_albedo"])
-        if not 0 <= first <= len(file.mesh.positions) or not 0.0 <= albedo <= 1.0:
-            raise ValueError("its ground is none")
-        rows, table = file.arrays["rows"], _table_of(file)
-        if rows.dtype != np.float32:
-            raise ValueError("its rows are of another type")
-        return ShTransport(file.mesh, first, table.diffuse, albedo, table, bool(settings["bounces"]), rows)
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(file.path, f"holds transport that cannot be ({str(error)[:200]})", REMEDY) from None
+    first, albedo = int(settings["ground_vertex"]), float(settings["ground_albedo"])
+    if not 0 <= first <= len(file.mesh.positions) or not 0.0 <= albedo <= 1.0:
+        raise ValueError("its ground is none")
+    rows, table = file.arrays["rows"], _table_of(file)
+    if rows.dtype != np.float32:
+        raise ValueError("its rows are of another type")
+    return ShTransport(file.mesh, first, table.diffuse, albedo, table, bool(settings["bounces"]), rows)
 
 
 def _table_of(file: TransportFile) -> Table:

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.directions import Vectors
-from engine.mesh import Mesh
 from engine.steps import Step, Steps
 from engine.transport import sh_kernel, visibility_kernel
 from engine.transport.sh import evaluate
@@ -31,9 +30,10 @@ CHUNK_RAYS = 1 << 22
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What receivers see of each other: the surface that they lie on, the order of harmonics, rays from each."""
+    """What receivers see of each other: the surface that they are the vertices of, the order, rays from each."""
 
-    surface: Mesh
+    positions: Vectors
+    faces: NDArray[np.int32]
     of: Receivers
     order: int
     rays: int
@@ -53,7 +53,7 @@ def reflections(
         arriving = np.empty(shape, np.float32)
         for start, stop in pairwise(bounds):
             some = np.arange(start, stop)
-            arriving[some] = _open(around, some) if bounce == 0 else gathered(around, some, latest)
+            arriving[some] = opened(around, some) if bounce == 0 else gathered(around, some, latest)
             yield Step((bounce + stop / len(albedo)) / rounds, f"following bounce {bounce + 1} of {rounds}")
         latest = arriving * albedo[..., None]
         total += latest
@@ -80,7 +80,7 @@ def _blocks(around: Surroundings, vertices: NDArray[np.int64]) -> Iterator[slice
     yield from (slice(start, start + step) for start in range(0, len(vertices), step))
 
 
-def _open(around: Surroundings, vertices: NDArray[np.int64]) -> NDArray[np.float32]:
+def opened(around: Surroundings, vertices: NDArray[np.int64]) -> NDArray[np.float32]:
     """(B, 1, order²) transfer to irradiance / π of the distant light, by the rays of a bounce."""
     result = np.empty((len(vertices), 1, around.order**2), np.float32)
     for block in _blocks(around, vertices):
@@ -109,8 +109,8 @@ def gathered(
     for block in _blocks(around, vertices):
         origin, direction = _rays(around, vertices[block])
         hits = around.of.caster.intersect(origin, direction)
-        corners = around.surface.faces[hits.face]
-        a, b, c = (around.surface.positions[corners[:, corner]] for corner in range(3))
+        corners = around.faces[hits.face]
+        a, b, c = (around.positions[corners[:, corner]] for corner in range(3))
         front = np.einsum("ni,ni->n", np.cross(b - a, c - a), direction) < 0.0
         met = (hits.face >= 0) & front
         if frames is None:

@@ -22,7 +22,7 @@ from engine.cube_map import CubeMap, cube_directions, cube_solid_angles
 from engine.directions import Vectors, normalize
 from engine.steps import Step, Steps
 from engine.transport.sh import Window, windowed
-from engine.transport.sh_bake import Baker, Work
+from engine.transport.sh_bake import Work, baker_of
 from engine.transport.sh_lighting import project
 from engine.transport.sh_transfer import tangent_frames
 from engine.transport.sh_varied import VariedTable
@@ -63,7 +63,7 @@ def sh_error(
     towards = normalize(rng.standard_normal((views, 3)))
     yield Step(0.0, "casting rays")
     of = receivers(work.surface, work.caster)
-    baker = Baker(work, of)
+    baker = baker_of(work, of)
     counts = baker.visible(chosen)
     light = windowed(project(cube, work.settings.order), window)
     count = 1 if work.table.diffuse else work.settings.order**2

@@ -18,7 +18,7 @@ from engine.errors import InputError, MissingCapability
 from engine.ground import Ground
 from engine.shapes import open_mesh
 from engine.steps import drain
-from engine.transport import chunks, wavelet_bake
+from engine.transport import chunks, sh_bake, wavelet_bake
 from engine.transport.chunks import Chunk, Recipe, Remote, check_cluster, run
 from engine.transport.wavelet_bake import BakeSettings, Work, bake, factors_for, prepare
 
@@ -64,6 +64,21 @@ def test_a_cluster_bakes_the_same_file_and_a_killed_worker_costs_no_more_than_it
     assert killed
     assert there.read_bytes() == here.read_bytes()
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_cluster_bakes_the_same_harmonics_and_the_light_between_parts(
+    cluster: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(sh_bake, "CHUNK_VALUES", 200 * 6 * 8 * 8)
+    monkeypatch.setattr("engine.transport.sh_table.SAMPLES", 256)
+    here, there = tmp_path / "here.transport", tmp_path / "there.transport"
+    settings = sh_bake.BakeSettings(3, 8, 2, bounces=1, gather=16)
+    ground = Ground(cells=20, albedo=0.3)
+    asked = drain(sh_bake.prepare(open_mesh("plane"), brdf_from_text("phong:exponent=5"), settings, ground))
+    assert asked.plan.chunks > 2
+    drain(sh_bake.bake(here, asked))
+    drain(sh_bake.bake(there, asked, cluster=cluster.scheduler_address))
+    assert there.read_bytes() == here.read_bytes()
 
 
 def worker_processes(cluster: Any) -> list[int]:
