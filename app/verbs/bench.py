@@ -73,6 +73,8 @@ MEASURES = {
     "gl-sh-frame-brushed": "engine.bench.transported:gl_sh_frame_brushed",
     "gl-gaussian-frame": "engine.bench.transported:gl_gaussian_frame",
     "gaussian-fit-speed": "engine.bench.gaussian_fit:gaussian_fit_speed",
+    "gaussian-bake": "engine.bench.gaussian_bake:gaussian_bake",
+    "gaussian-bake-large": "engine.bench.gaussian_bake:gaussian_bake_large",
     "gaussian-environment": "engine.bench.gaussian:gaussian_environment",
     "gaussian-environment-sharp": "engine.bench.gaussian:gaussian_environment_sharp",
     "transport-paid-off": "engine.bench.paid_off:transport_paid_off",
@@ -101,6 +103,7 @@ LARGE = (
     "alignment-arc",
     "transport-errors",
     "gaussian-fit-quality",
+    "gaussian-errors",
 )
 
 #: Name of a group of errors and the function that finds them in a working folder.
@@ -112,6 +115,7 @@ ACCURACIES = {
     "ray-misses": "engine.bench.rays:ray_misses",
     "transport-errors": "engine.bench.wavelet:transport_errors",
     "gaussian-fit-quality": "engine.bench.gaussian_fit:gaussian_fit_quality",
+    "gaussian-errors": "engine.bench.gaussian_bake:gaussian_errors",
 }
 
 log = logging.getLogger(__name__)

@@ -90,7 +90,7 @@ class Matt:
             own[~plain] = self._fading(counts[~plain], vertices[~plain])
         rows = np.repeat(own[:, None], self.channels, axis=1)
         if self.sent is not None:
-            around = Surroundings(surface.mesh, of, self.order, GATHER)
+            around = _around(surface, self.order)
             share = np.where(model, mean_gain(surface.material.matt), 1.0).astype(np.float32)
             rows += gathered(around, vertices, self.sent) * share[:, None, None]
         if self.channels == 3:
@@ -104,6 +104,10 @@ class Matt:
         gain = MattPart((1.0, 1.0, 1.0), grazing=True).gain(cosine)
         shares = (counts * (gain * cosine / (np.pi * self.fine**2))).astype(np.float32)
         return np.asarray(shares @ texel_basis(self.edge, self.order), np.float32)
+
+
+def _around(surface: GlossySurface, order: int) -> Surroundings:
+    return Surroundings(surface.mesh.positions, surface.mesh.faces, surface.of, order, GATHER)
 
 
 def mean_gain(matt: MattPart) -> float:
@@ -120,8 +124,7 @@ def sent_light(matt: Matt) -> Steps[NDArray[np.float32]]:
     albedo = np.full((len(surface.mesh.positions), 3), surface.ground_albedo, np.float32)
     albedo[: surface.ground_vertex] = np.array([even_albedo(material) for material in made])[kind]
     bounds = np.unique(np.append(np.arange(0, len(albedo), BLOCK), len(albedo)))
-    around = Surroundings(surface.mesh, surface.of, matt.order, GATHER)
-    return (yield from reflections(around, BOUNCES, albedo, bounds))
+    return (yield from reflections(_around(surface, matt.order), BOUNCES, albedo, bounds))
 
 
 def even_albedo(material: Material) -> Floats:
