@@ -26,12 +26,12 @@ class VertexRows:
         self._texture: Any = None
 
     def write(self, colours: NDArray[np.floating[Any]]) -> None:
-        """Take colours (R, 3); ValueError where the device cannot hold so many."""
+        """Take colours (R, 3), or with a mark (R, 4); ValueError where the device cannot hold so many."""
         if len(colours) > self._most:
             raise ValueError(f"{len(colours):,} colours of vertices are more than the {self._most:,} that fit")
         height = max(1, -(-len(colours) // self._width))
         texels = np.zeros((height * self._width, 4), np.float32)
-        texels[: len(colours), :3] = colours
+        texels[: len(colours), : colours.shape[1]] = colours
         if self._texture is not None and self._texture.height != height:
             self.release()
         if self._texture is None:

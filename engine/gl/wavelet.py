@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from engine.gl.factor_textures import layers
 from engine.gl.program import set_uniforms
 from engine.transport.lit import LitWavelets
@@ -46,7 +48,13 @@ class WaveletTextures:
 
     @staticmethod
     def rows(lit: LitWavelets) -> Any:
-        return lit.rows
+        """The K-tuples (R, 4), marked where the radiance of the vertex itself may be asked for."""
+        transport = lit.transport
+        first, terms = transport.ground_vertex, transport.factors.terms
+        rows = np.zeros((transport.rows, 4), np.float32)
+        rows[:, :3] = lit.rows
+        rows[: first * terms : terms, 3] = transport.turning[:first]
+        return rows
 
     def bind(self, program: Any) -> None:
         self._texture.use(UNIT)

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.cube_map import cube_directions, cube_solid_angles
-from engine.directions import Vectors, normalize, world_from_tangent
+from engine.directions import Vectors, dot, normalize, world_from_tangent
 from engine.factor.maps import DirectionMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
@@ -36,6 +36,9 @@ from engine.transport.wavelet_kernel import packed_light, relight, transfer
 
 #: Most terms of a reflectance and most coefficients of a vector.
 MOST_TERMS, MOST_COEFFICIENTS = 64, 4096
+
+#: Squared length of the mean of unit tangents from which frames count as one (`transported.frag`), and a little more.
+ONE_FRAME = 0.935
 
 #: Cosines of the view below this are drawn as if seen at it: normals between vertices can turn away from the viewer.
 GRAZING = 0.01
@@ -112,6 +115,18 @@ class WaveletTransport:
     def frames(self) -> Vectors:
         """(V, 3, 3) with columns tangent, bitangent, normal."""
         return vertex_frames(self.mesh, self.factors.isotropic)
+
+    @cached_property
+    def turning(self) -> NDArray[np.bool_]:
+        """(V,) vertices of faces over which the frames turn so far that terms of their corners cannot be mixed.
+
+        Beside all others, the mean of tangents, of whatever weights, has a squared length of at least `ONE_FRAME`.
+        """
+        tangent = self.frames[:, :, 0][self.mesh.faces]
+        least = np.min([dot(tangent[:, a], tangent[:, b]) for a, b in ((0, 1), (1, 2), (2, 0))], axis=0)
+        found = np.zeros(len(self.mesh.positions), np.bool_)
+        found[self.mesh.faces[1.0 + 2.0 * least < 3.0 * ONE_FRAME]] = True
+        return found
 
     @cached_property
     def receivers(self) -> Receivers:

@@ -1,5 +1,5 @@
 // Colours of vertices, `row_width` beside each other in each line of a texture (engine.gl.vertex_rows).
-// in: the number of a colour; out: it.
+// in: the number of a colour; out: it, and whether it is marked.
 
 uniform sampler2D rows;
 uniform int row_width;
@@ -7,4 +7,9 @@ uniform int row_width;
 vec3 row(int number)
 {
     return texelFetch(rows, ivec2(number % row_width, number / row_width), 0).rgb;
+}
+
+bool marked(int number)
+{
+    return texelFetch(rows, ivec2(number % row_width, number / row_width), 0).a > 0.0;
 }

@@ -1,7 +1,8 @@
 // Radiance from wavelet transport under its light: the sum over terms of view map times what the light has made of
 // the term (Wang, Tran and Luebke 2004, Eq. 6).
 // in: number of a vertex, unit direction to the eye in its frame (normal +z); out: linear radiance, signed. In `rows`
-// are all terms of one vertex after the other, then one for each vertex of the ground.
+// are all terms of one vertex after the other, then one for each vertex of the ground. Where fragments look terms up,
+// the sum at a vertex is only worked out where its first term is marked: beside others, no fragment asks for it.
 
 #include "direction_map.glsl"
 
@@ -32,6 +33,10 @@ vec3 flat_radiance(int number)
 
 vec3 radiance_of(int vertex, vec3 wo)
 {
+#if defined(TERMS)
+    if (!marked(vertex * term_count))
+        return vec3(0.0);
+#endif
     Taps taps = taps_of(wo);
     vec3 sum = vec3(0.0);
     for (int k = 0; k < term_count; ++k)
