@@ -105,6 +105,17 @@ def factor_source(brdf: Any) -> type[Any] | None:
     return OWNERS.get(getattr(brdf, "kind", ""))
 
 
+def packed(context: Any, numbers: NDArray[np.float32]) -> Any:
+    """Textures of one number (N, rows, columns), four in each of the layers of one."""
+    count, rows, columns = numbers.shape
+    texels = np.zeros((-(-count // 4) * 4, rows, columns), np.float32)
+    texels[:count] = numbers
+    texels = np.ascontiguousarray(np.moveaxis(texels.reshape(-1, 4, rows, columns), 1, 3))
+    texture = context.texture_array((columns, rows, len(texels)), 4, texels, dtype="f4")
+    texture.filter = (context.NEAREST, context.NEAREST)
+    return texture
+
+
 def layers(context: Any, textures: ArrayLike) -> Any:
     """Textures (K, rows, columns, 3) as the layers of one."""
     texels: NDArray[np.float32] = np.ascontiguousarray(textures, np.float32)

@@ -2,7 +2,8 @@
 
 The twin of `engine.transport.wavelet`. The light is made into K-tuples on the processor; here they are multiplied with
 the view maps, which each fragment looks up in the direction of the eye. Drivers carry only so many numbers from
-vertices to fragments: with more than `MOST_TERMS` terms the sum is made at the vertices.
+vertices to fragments: with more than `MOST_TERMS` terms the sum is made at the vertices. Bound by fetches of texels, so
+four numbers lie in each: of maps without colour, four terms.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from engine.gl.factor_textures import layers
+from engine.gl.factor_textures import packed
 from engine.gl.program import set_uniforms
 from engine.transport.lit import LitWavelets
 
@@ -30,8 +32,10 @@ class WaveletTextures:
 
     def __init__(self, context: Any, lit: LitWavelets) -> None:
         factors = lit.transport.factors
-        self._texture = layers(context, factors.first)
+        numbers = _numbers(factors.first)
+        self._texture = packed(context, numbers)
         self.definitions = {"TERMS": str(factors.terms)} if factors.terms <= MOST_TERMS else {}
+        self.definitions |= {"PLANES": str(len(numbers) // factors.terms)}
         self.definitions |= {} if factors.isotropic else {"BRUSHED": "1"}
         self._values = {
             "brdf_map": factors.chart.number,
@@ -62,3 +66,10 @@ class WaveletTextures:
 
     def release(self) -> None:
         self._texture.release()
+
+
+def _numbers(maps: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(K P, rows, columns) of view maps (K, rows, columns, 3); P is 1 where none of them has colour, else 3."""
+    planes = np.moveaxis(maps, 3, 1)
+    planes = planes[:, :1] if (planes == planes[:, :1]).all() else planes
+    return planes.reshape(-1, *maps.shape[1:3])

@@ -23,13 +23,8 @@ vec3 value()
 {
 #if defined(TERMS)
     float one_frame = smoothstep(0.75, 0.93, dot(along, along));
-    if (one_frame > 0.0) {
-        vec3 sum = vec3(0.0);
-        Taps taps = taps_of(normalize(view));
-        for (int k = 0; k < TERMS; ++k)
-            sum += terms[k] * view_map(taps, k);
-        return mix(at_vertices, sum, one_frame);
-    }
+    if (one_frame > 0.0)
+        return mix(at_vertices, mixed(normalize(view), terms), one_frame);
 #endif
     return at_vertices;
 }

@@ -6,15 +6,35 @@
 
 #include "direction_map.glsl"
 
+// PLANES numbers for each term, 1 where the maps have no colour and else 3, all beside each other, four in a texel.
 uniform sampler2DArray view_maps;
 
-vec3 view_map(Taps taps, int k)
+vec4 numbers(Taps taps, int layer)
 {
-    vec3 value = vec3(0.0);
+    vec4 value = vec4(0.0);
     for (int i = 0; i < 4; ++i)
-        value += taps.weight[i] * texelFetch(view_maps, ivec3(taps.place[i], k), 0).rgb;
+        value += taps.weight[i] * texelFetch(view_maps, ivec3(taps.place[i], layer), 0);
     return value;
 }
+
+#if defined(TERMS)
+vec3 mixed(vec3 wo, vec3 terms[TERMS])
+{
+    Taps taps = taps_of(wo);
+    vec4 found[(TERMS * PLANES + 3) / 4];
+    for (int layer = 0; layer < found.length(); ++layer)
+        found[layer] = numbers(taps, layer);
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < TERMS; ++k)
+#if PLANES == 1
+        sum += terms[k] * found[k / 4][k % 4];
+#else
+        for (int c = 0; c < 3; ++c)
+            sum[c] += terms[k][c] * found[(3 * k + c) / 4][(3 * k + c) % 4];
+#endif
+    return sum;
+}
+#endif
 
 #if defined(VERTEX)
 uniform int term_count;
@@ -39,8 +59,17 @@ vec3 radiance_of(int vertex, vec3 wo)
 #endif
     Taps taps = taps_of(wo);
     vec3 sum = vec3(0.0);
-    for (int k = 0; k < term_count; ++k)
-        sum += term_of(vertex, k) * view_map(taps, k);
+    vec4 four;
+    for (int number = 0; number < term_count * PLANES; ++number) {
+        if (number % 4 == 0)
+            four = numbers(taps, number / 4);
+        vec3 term = term_of(vertex, number / PLANES) * four[number % 4];
+#if PLANES == 1
+        sum += term;
+#else
+        sum[number % 3] += term[number % 3];
+#endif
+    }
     return sum;
 }
 #endif

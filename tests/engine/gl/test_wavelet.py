@@ -11,6 +11,7 @@ import pytest
 
 from engine.camera import Camera, frame
 from engine.factor.maps import MapKind
+from engine.factor.separable_factors import SeparableFactors
 from engine.gl import transported as drawing
 from engine.gl.screen import Picture
 from engine.gl.transported import TransportRenderer
@@ -79,6 +80,33 @@ def test_fragments_look_their_terms_up(gl: Any, kind: MapKind, terms: int) -> No
     pixels, expected, _ = per_fragment(lit, camera)
     assert len(pixels) > 2000
     close(drawn(gl, lit, camera), pixels, expected)
+
+
+@pytest.mark.parametrize("terms", [1, 3, 4, 9, MOST_TERMS + 1])
+def test_maps_without_colour_are_packed_and_give_the_same(gl: Any, terms: int) -> None:
+    coloured = factors(terms)
+    maps = np.repeat(coloured.first[..., :1], 3, axis=-1)
+    lit = lit_wavelets(ball(3), SeparableFactors(coloured.chart, "in-out", maps, maps, isotropic=True))
+    camera = seen_from(lit.mesh, (1.4, 0.9, 2.0))
+    if terms <= MOST_TERMS:
+        pixels, expected, _ = per_fragment(lit, camera)
+    else:
+        picture = drain(transported(lit.transport, lit.rows, camera, SIZE, 1)).picture.reshape(-1, 4)
+        pixels = np.flatnonzero(picture[:, 3])
+        expected = picture[pixels, :3]
+    close(drawn(gl, lit, camera), pixels, expected)
+
+
+@pytest.mark.parametrize("name", ["torus-knot", "blob"])
+def test_radiance_at_vertices_is_spared_where_no_fragment_asks_for_it(name: str) -> None:
+    """Beside vertices that are not marked, the mean of the tangents of a face is long whatever its weights."""
+    mesh = shape(name)
+    transport = lit_wavelets(mesh, factors(1)).transport
+    spared = mesh.faces[~transport.turning[mesh.faces].all(axis=1)]
+    weights = np.random.default_rng(0).dirichlet((0.5, 0.5, 0.5), len(spared))
+    along = np.einsum("nk,nki->ni", weights, transport.frames[spared][..., 0])
+    assert len(spared) > 0.9 * len(mesh.faces)
+    assert np.sum(along**2, axis=1).min() > 0.93
 
 
 def test_around_the_turn_of_frames_corners_are_mixed(gl: Any) -> None:
