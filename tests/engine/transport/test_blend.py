@@ -19,7 +19,7 @@ from engine.mesh import Mesh
 from engine.shapes import plane, sphere
 from engine.steps import drain
 from engine.transport.blend import Mixture, blend_from_text, mixture, together
-from engine.transport.transport_file import open_transport
+from engine.transport.transport_file import open_transport, plan_transport, writing
 from engine.transport.wavelet import WaveletTransport, radiance_towards
 from engine.transport.wavelet_bake import BakeSettings, bake, factors_for, prepare, transport_of
 from engine.transport.wavelet_codes import encode_light
@@ -141,3 +141,39 @@ def test_what_cannot_be_mixed_is_refused(factors: list[SeparableFactors], tmp_pa
         Mixture((1,), np.full((3, 1), np.float32(np.nan)))
     with pytest.raises(InputError):
         mixture(mesh, (1, 1), [str(tmp_path / "nothing.png")])
+
+
+def test_files_whose_mixture_cannot_be_are_refused(factors: list[SeparableFactors], tmp_path: Path) -> None:
+    mesh = small_sphere()
+    path = tmp_path / "a.transport"
+    drain(bake(path, prepare(mesh, together(factors), COARSE, None, mixture(mesh, (3, 1), ["y"]))))
+    found = open_transport(path)
+    streamed = {name: found.arrays[name] for name in ("indices", "words", "peaks", "counts")}
+    kinds = {name: (array.dtype, array.shape[1:]) for name, array in streamed.items()}
+    weights = np.array(found.arrays["weights"])
+    bounds = np.array([0, len(streamed["words"])])
+
+    def opened(weights: np.ndarray, bases: object, albedo: np.ndarray | None = None) -> WaveletTransport:
+        whole = {name: found.arrays[name] for name in ("view_maps", "light_maps")} | {"weights": weights}
+        whole |= {} if albedo is None else {"albedo": albedo}
+        plan = plan_transport("wavelet", found.mesh, {**found.settings, "bases": bases}, whole, kinds, bounds)
+        with writing(tmp_path / "lie", plan) as writer:
+            writer.put(0, streamed)
+        return transport_of(open_transport(tmp_path / "lie"))
+
+    assert opened(weights, [3, 1]).mixture is not None
+    for lie in (
+        (weights[:-1], [3, 1]),
+        (weights, [2, 1]),
+        (weights, [4]),
+        (weights, [3, 1, 0]),
+        (weights, [5, -1]),
+        (weights, None),
+        (weights.astype(np.float64), [3, 1]),
+        (weights * np.float32(np.nan), [3, 1]),
+        (weights + np.float32(1.0), [3, 1]),
+        (weights, [3, 1], np.full((3, 3), np.float32(0.5))),
+        (weights, [3, 1], np.full((len(weights), 3), np.float32(np.inf))),
+    ):
+        with pytest.raises(InputError, match="cannot be"):
+            opened(*lie)
