@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.cube_map import CubeMap, cube_directions, cube_solid_angles
+from engine.cube_map import CubeMap, cube_directions, cube_solid_angles, face_coordinates
 from engine.directions import Vectors, normalize
 from engine.mesh import Mesh
 from engine.prefilter import gaussian_integral, prefiltered
@@ -28,7 +28,7 @@ from engine.transport.gaussian import GaussianTransport, lobes_towards
 from engine.transport.gaussian_fit import Fit
 from engine.transport.gaussian_lighting import GaussianLight, levels_for, lobe_radiance
 from engine.transport.gaussian_matt import Matt
-from engine.transport.gaussian_samples import GlossySurface, products
+from engine.transport.gaussian_samples import GlossySurface, density_local, direct, products
 from engine.transport.sh_lighting import project
 from engine.transport.spherical_gaussian import NARROWEST, Lobes
 from engine.transport.visibility import visibility_shares
@@ -40,6 +40,9 @@ Weighting = Literal["plain", "preserving"]
 
 #: Into so many parts, squared, a texel is cut where visibility changes.
 FINE = 4
+
+#: Directions drawn for each pair of vertex and view, beside the texels.
+DRAWN = 256
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ def gaussian_error(
     light = project(cube, matt.order)
     flat = np.einsum("bcj,jc->bc", np.broadcast_to(known.rows, (len(chosen), 3, matt.order**2)), light)
     flat *= np.asarray(matt.albedo)
-    incident = cube.radiance.reshape(-1, 3) * np.tile(cube_solid_angles(cube.edge).reshape(-1), 6)[:, None]
+    incident = cube.radiance.reshape(-1, 3).astype(np.float64)
     sums, pairs = np.zeros((2, 3)), 0
     for number, vertex in enumerate(chosen):
         frame = surface.frames[vertex]
@@ -155,16 +158,36 @@ def part_of(mesh: Mesh, vertices: Indices) -> Mesh:
 
 
 def _exact(
-    surface: GlossySurface, vertex: int, visible: Floats, incident: Floats, views: Vectors
+    surface: GlossySurface, vertex: int, visible: Floats, light: Floats, views: Vectors
 ) -> tuple[Floats, Floats]:
-    """(views, 3) the sums with the glossy and with the matt part themselves."""
+    """(views, 3) the sums with the glossy and with the matt part themselves, of `light` (6 N², 3).
+
+    Highlights narrower than a texel fall between their centres. So directions that are drawn from the reflectance are
+    summed as well, and each counts by how many of both kinds there are (the balance heuristic).
+    """
     frame, material = surface.frames[vertex], surface.material_at(vertex)
-    edge = int(math.sqrt(len(incident) // 6))
-    wi, local = cube_directions(edge).reshape(-1, 3) @ frame, views @ frame
+    edge = int(math.sqrt(len(light) // 6))
+    area = np.tile(cube_solid_angles(edge).reshape(-1), 6)
+    wi = cube_directions(edge).reshape(-1, 3) @ frame
     lit = np.flatnonzero((wi[:, 2] > 0.0) & (visible > 0.0))
-    weights = incident[lit] * visible[lit, None]
-    cosine = wi[lit, 2:]
-    with surface.guard:
-        glossy = [(products(material.glossy, wi[lit], np.broadcast_to(wo, wi[lit].shape)) * weights) for wo in local]
-    matt = [(material.matt.f(wi[lit], wo) * cosine * weights).sum(axis=0) for wo in local]
-    return np.array([each.sum(axis=0) for each in glossy]).reshape(-1, 3), np.array(matt).reshape(-1, 3)
+    wi, area, incident = wi[lit], area[lit], light[lit] * visible[lit, None]
+    glossy, matt = np.zeros((len(views), 3)), np.zeros((len(views), 3))
+    drawn = direct(surface, vertex, views, DRAWN)
+    for number, wo in enumerate(views @ frame):
+        with surface.guard:
+            value = products(material.glossy, wi, np.broadcast_to(wo, wi.shape))
+            density = density_local(material, wi, np.broadcast_to(wo, wi.shape), DRAWN)
+        glossy[number] = (value * incident / (1.0 / area + density)[:, None]).sum(axis=0)
+        texel = _texels(drawn.direction[number], edge)
+        weight = 1.0 / (1.0 / drawn.weight[number] + 1.0 / cube_solid_angles(edge).reshape(-1)[texel % (edge * edge)])
+        glossy[number] += (drawn.value[number] * light[texel] * weight[:, None]).sum(axis=0)
+        matt[number] = (material.matt.f(wi, wo) * wi[:, 2:] * incident * area[:, None]).sum(axis=0)
+    return glossy, matt
+
+
+def _texels(direction: Vectors, edge: int) -> Indices:
+    """(N,) the texels of a cube map that directions (N, 3) lie in."""
+    face, s, t = face_coordinates(direction)
+    row, column = (np.minimum((place * edge).astype(np.int64), edge - 1) for place in (t, s))
+    texel: Indices = (face * edge + row) * edge + column
+    return texel

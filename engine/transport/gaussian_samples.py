@@ -217,11 +217,17 @@ def draw_local(material: Material, wo: Vectors, count: int) -> tuple[Vectors, Fl
         drawn = lobe.sample(viewer, np.tile(lattice(number), (len(wo), 1)))
         towards.append(drawn.reshape(len(wo), number, 3))
     wi = np.concatenate(towards, axis=1)
-    flat, viewer = wi.reshape(-1, 3), np.repeat(wo, wi.shape[1], axis=0)
-    density = np.full(len(flat), even / (4.0 * np.pi))
-    for lobe, number in zip(material.lobes, numbers, strict=True):
-        density += number * np.nan_to_num(lobe.pdf(flat, viewer), nan=0.0, posinf=1e30)
+    density = density_local(material, wi.reshape(-1, 3), np.repeat(wo, wi.shape[1], axis=0), count)
     return wi, (1.0 / density).reshape(wi.shape[:2])
+
+
+def density_local(material: Material, wi: Vectors, wo: Vectors, count: int) -> Floats:
+    """(N,) how many of the `count` directions that `draw_local` makes for a viewer lie at each `wi` (N, 3), per sr."""
+    even, numbers = numbers_of(material.shares, count)
+    density = np.full(len(wi), even / (4.0 * np.pi))
+    for lobe, number in zip(material.lobes, numbers, strict=True):
+        density += number * np.nan_to_num(lobe.pdf(wi, wo), nan=0.0, posinf=1e30)
+    return density
 
 
 def draw(surface: GlossySurface, vertex: int, views: Vectors, count: int) -> Drawn:
