@@ -88,6 +88,7 @@ MEASURES = {
     "sh-table-brushed": "engine.bench.sh:sh_table_brushed",
     "sh-bake": "engine.bench.sh:sh_bake",
     "sh-relight": "engine.bench.sh:sh_relight",
+    "sh-relight-view": "engine.bench.sh:sh_relight_view",
     "window-start": "app.bench_program:window_start",
     "window-block": "app.bench_program:window_block",
     "view-block": "app.bench_program:view_block",

@@ -274,39 +274,6 @@ def view_vectors(transport: ShTransport, local: Vectors) -> NDArray[np.float32]:
     return vectors
 
 
-class Shading:
-    """Radiance of all vertices, working out only what has moved: the light, the view, or both.
-
-    A light that stays keeps its transferred coefficients (the paper's fixed light), a view that stays keeps its
-    vectors (fixed view). These are only worked out at the second light for one view: they cost more than one picture.
-    """
-
-    def __init__(self, transport: ShTransport) -> None:
-        self._transport = transport
-        self._light: Floats | None = None
-        self._eye: tuple[float, ...] | None = None
-        self._rows: NDArray[np.float32] | None = None
-        self._vectors: NDArray[np.float32] | None = None
-
-    def radiance(self, light: Floats, eye: ArrayLike) -> NDArray[np.float64]:
-        """(V, 3), not clamped, under `light` (order², 3) towards the point `eye` (3,)."""
-        place = tuple(float(x) for x in np.asarray(eye))
-        same_view, same_light = place == self._eye, self._light is not None and np.array_equal(light, self._light)
-        if not same_view:
-            self._vectors = None
-        if same_view and not same_light:
-            if self._vectors is None:
-                self._vectors = view_vectors(self._transport, local_views(self._transport, eye))
-            self._rows = None
-        self._light, self._eye = np.array(light), place
-        if self._vectors is not None:
-            return np.einsum("vci,ic->vc", self._vectors, np.asarray(light, np.float32)).astype(np.float64)
-        if self._rows is None or not same_light:
-            self._rows = transferred(self._transport, light)
-        everything = np.arange(len(self._transport.mesh.positions))
-        return signed_radiance(self._transport, self._rows, local_views(self._transport, eye), everything)
-
-
 def with_table(transport: ShTransport, table: Table) -> ShTransport:
     """The same transport of another reflectance; ValueError, with the reason, where it has to be baked again."""
     if transport.interreflection:

@@ -25,7 +25,6 @@ from engine.transport.sh_error import sh_error
 from engine.transport.sh_rotation import rotated_into_frames
 from engine.transport.sh_table import lambert_table, tabulate
 from engine.transport.sh_transfer import (
-    Shading,
     ShTransport,
     diffuse_vectors,
     local_views,
@@ -155,22 +154,16 @@ def test_convex_models_are_shaded_as_without_transfer(text: str, tmp_path: Path)
     assert done.file.arrays["rows"].shape == ((1 if text.startswith("lambert") else 16) * len(mesh.positions), 1, 16)
     table = drain(tabulate(brdf, 4))
     expected = table.radiance(unshadowed(mesh, light), local_views(done.transport, eye))
-    found = Shading(done.transport).radiance(light, eye)
+    found = shown(done.transport, light, eye)
     facing = local_views(done.transport, eye)[:, 2] > 0.0
     assert np.abs(found - expected)[facing].max() < 2e-5 * np.abs(expected).max()
     assert not found[~facing].any()
 
 
-def test_fixed_light_and_fixed_view_show_the_same(tmp_path: Path) -> None:
-    transport = baked(small(), brdf_from_text(GLOSSY), tmp_path / "a.transport", ground=Ground(cells=4)).transport
-    eyes, lights = ((3.0, 1.0, 2.0), (-2.0, 3.0, 1.0)), (random_light(4), 2.0 * random_light(4)[::-1])
-    shading = Shading(transport)
-    for light, eye in ((0, 0), (0, 1), (1, 1), (0, 1), (0, 0), (1, 1)):  # view, light, light, view, both
-        found = shading.radiance(lights[light], eyes[eye])
-        rows = transferred(transport, lights[light])
-        vertices = np.arange(len(transport.mesh.positions))
-        fresh = signed_radiance(transport, rows, local_views(transport, eyes[eye]), vertices)
-        assert np.abs(found - fresh).max() < 1e-5 * np.abs(fresh).max()
+def shown(transport: ShTransport, light: np.ndarray, eye: tuple[float, float, float]) -> np.ndarray:
+    """(V, 3) the radiance of all vertices towards `eye`."""
+    everything = np.arange(len(transport.mesh.positions))
+    return signed_radiance(transport, transferred(transport, light), local_views(transport, eye), everything)
 
 
 def test_what_the_graphics_device_draws_is_the_same_light(tmp_path: Path) -> None:
@@ -178,12 +171,12 @@ def test_what_the_graphics_device_draws_is_the_same_light(tmp_path: Path) -> Non
     for text in (GLOSSY, "lambert:albedo=0.2/0.3/0.4"):
         path = tmp_path / f"{text[:3]}.transport"
         transport = baked(small(), brdf_from_text(text), path, ground=Ground(cells=4)).transport
-        shown = LitHarmonics(transport, transferred(transport, light))
+        lit = LitHarmonics(transport, transferred(transport, light))
         local = local_views(transport, eye)
-        kept = shown.flat_vertex
-        own = shown.rows[: kept * 16].reshape(kept, 16, 3)
-        found = np.concatenate([shown.table.radiance(own, local[:kept]), shown.flat])
-        expected = Shading(transport).radiance(light, eye)
+        kept = lit.flat_vertex
+        own = lit.rows[: kept * 16].reshape(kept, 16, 3)
+        found = np.concatenate([lit.table.radiance(own, local[:kept], np.arange(kept)), lit.flat])
+        expected = shown(transport, light, eye)
         facing = local[:, 2] > 0.0
         assert np.abs(found - expected)[facing].max() < 1e-5 * expected.max()
 
@@ -275,11 +268,11 @@ def test_another_reflectance_is_shown_without_a_bake_where_it_can_be(tmp_path: P
     other = drain(tabulate(brdf_from_text("phong:exponent=8"), 5))
     fresh = baked(small(), brdf_from_text("phong:exponent=8"), tmp_path / "b.transport").transport
     light, eye = random_light(4), (3.0, 1.0, 2.0)
-    changed = Shading(with_table(glossy, other)).radiance(light, eye)
-    assert np.abs(changed - Shading(fresh).radiance(light, eye)).max() < 0.01 * np.abs(changed).max()
+    changed = shown(with_table(glossy, other), light, eye)
+    assert np.abs(changed - shown(fresh, light, eye)).max() < 0.01 * np.abs(changed).max()
     matt = baked(small(), Lambert((0.5,) * 3), tmp_path / "c.transport").transport
-    scaled = Shading(with_table(matt, lambert_table(Lambert((0.25,) * 3), 4))).radiance(light, eye)
-    assert np.abs(2.0 * scaled - Shading(matt).radiance(light, eye)).max() < 1e-6
+    scaled = shown(with_table(matt, lambert_table(Lambert((0.25,) * 3), 4)), light, eye)
+    assert np.abs(2.0 * scaled - shown(matt, light, eye)).max() < 1e-6
     with pytest.raises(ValueError, match="baked as vectors"):
         with_table(matt, other)
     with pytest.raises(ValueError, match="baked for one reflectance"):
