@@ -6,8 +6,9 @@ is where the light comes from. The first step takes the directions of `gaussian_
 something are each followed several times. Sides of a surface are alike. A path that goes on after `bounces` points is
 given up, and with it what it would have brought.
 
-What paths bring is summed over the texels of a cube map, which lobes are then fitted to; so nothing narrower than a
-texel (15° at an edge of 6) comes out of it.
+What paths bring is summed over the texels of a cube map, which lobes are then fitted to. Paths are few, so each is
+spread over a Gaussian about as wide as a texel (15° at an edge of 6), lest lobes stand on single ones; nothing narrower
+comes out of it.
 
 Every vertex has random numbers of its own, so nothing depends on chunks or threads. Bound by numpy: some 1 µs for each
 path and point, and rays.
@@ -16,6 +17,7 @@ path and point, and rays.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +35,9 @@ Indices = NDArray[np.int64]
 
 #: Edge of the cube map that arrivals are summed over, and how often each ray that meets something is followed.
 EDGE, SPLIT = 6, 2
+
+#: Width in rad that paths are spread over.
+SPREAD = 0.2
 
 #: Points of the surface that a path touches after the vertex, at most.
 BOUNCES = 4
@@ -196,10 +201,25 @@ def _of_vertex(surface: GlossySurface, vertex: int, count: int, bounces: int) ->
     """Which of the 92 views get indirect light from a vertex, and its transport towards these over texels."""
     views = view_directions()
     above = views @ surface.frames[vertex, :, 2] > 0.0
-    value = binned(arrivals(surface, vertex, views[above], count, bounces=bounces), int(above.sum()), EDGE)
+    value = spread(binned(arrivals(surface, vertex, views[above], count, bounces=bounces), int(above.sum()), EDGE))
     lit = value.any(axis=(1, 2))
     above[np.flatnonzero(above)[~lit]] = False
     return above, texels(value[lit])
+
+
+def spread(value: Floats) -> Floats:
+    """Transport (M, 6 N², 3) over texels, each texel's share spread over those around it; the integral stays."""
+    kernel, area = _spreading(int(np.sqrt(value.shape[1] // 6)))
+    return np.einsum("mtc,tu->muc", value * area[:, None], kernel, optimize=True)
+
+
+@lru_cache(maxsize=4)
+def _spreading(edge: int) -> tuple[Floats, Floats]:
+    """(T, T) what a unit of energy in each texel is over all texels, per sr, and their solid angles (T,)."""
+    direction = cube_directions(edge).reshape(-1, 3)
+    area = np.tile(cube_solid_angles(edge).reshape(-1), 6)
+    kernel = np.exp((direction @ direction.T - 1.0) / SPREAD**2)
+    return kernel / (kernel @ area)[:, None], area
 
 
 def texels(value: Floats) -> Drawn:

@@ -19,7 +19,7 @@ from engine.transport.gaussian_samples import (
     glossy_surface,
     transport_at,
 )
-from engine.transport.glossy_paths import EDGE, arrivals, binned, indirect_samples
+from engine.transport.glossy_paths import EDGE, arrivals, binned, indirect_samples, spread
 from engine.transport.matt_part import parts
 from engine.transport.variation import Variation
 from engine.transport.view_directions import VIEWS, view_directions
@@ -154,6 +154,9 @@ def test_texels_hold_what_arrived() -> None:
     value = binned(found, len(views), EDGE)
     area = np.tile(cube_solid_angles(EDGE).reshape(-1), 6)
     assert np.einsum("mtc,t->c", value, area) == pytest.approx(found.value.sum(axis=0), rel=1e-12)
+    wide = np.einsum("mtc,t->mc", spread(value), area)
+    assert np.abs(wide - np.einsum("mtc,t->mc", value, area)).max() < 1e-12
+    assert (spread(value).max(axis=(1, 2)) < value.max(axis=(1, 2)))[value.any(axis=(1, 2))].all()
     texel = cube_directions(EDGE).reshape(-1, 3)[value[found.view[0]].sum(axis=1).argmax()]
     assert (found.direction[found.view == found.view[0]] @ texel).max() > np.cos(np.radians(16.0))
 
