@@ -93,12 +93,14 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _check_baked(mesh: str, mode: str) -> None:
-    """InputError, with the way to bake, where `mesh` is a model or any other file in place of what was baked."""
+    """InputError, with the way to bake, where `mesh` is a model in place of what was baked."""
     from engine.errors import InputError
+    from engine.mesh import SUFFIXES
     from engine.shapes import SHAPES
     from engine.transport.transport_file import SUFFIX, holds_transport
 
-    if holds_transport(mesh) or not (mesh in SHAPES or Path(mesh).is_file()):
+    is_model = mesh in SHAPES or (Path(mesh).is_file() and mesh.lower().endswith(SUFFIXES))
+    if holds_transport(mesh) or not is_model:
         return
     command = f"lightarc bake {mesh} --brdf TEXT --mode {mode} -o {Path(mesh).stem}{SUFFIX}"
     raise InputError(mesh, f"is no transport file, which --mode {mode} draws", f"Make one of a model with: {command}")

@@ -21,6 +21,9 @@ from engine.transport.lit import LitWavelets
 #: Terms of three numbers that fit beside the other numbers of a vertex into the 60 that OpenGL 3.3 promises.
 MOST_TERMS = 16
 
+#: Largest number of a texture; light may be brighter.
+BRIGHTEST = float(np.finfo(np.float32).max)
+
 #: Texture unit, above those of a material and the lights.
 UNIT = 5
 
@@ -56,7 +59,7 @@ class WaveletTextures:
         transport = lit.transport
         first, terms = transport.ground_vertex, transport.factors.terms
         rows = np.zeros((transport.rows, 4), np.float32)
-        rows[:, :3] = lit.rows
+        rows[:, :3] = np.clip(lit.rows, -BRIGHTEST, BRIGHTEST)
         rows[: first * terms : terms, 3] = transport.turning[:first]
         return rows
 
