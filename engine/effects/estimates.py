@@ -2,8 +2,8 @@
 
 The error is the root mean square over pairs of point and view of the difference that the effect makes, over that of the
 radiance (see `engine.effects.radiance`): self-shadowing relative to direct light, interreflection relative to all of
-it. Some hundred points know it to a tenth or a fifth, and an effect that is left out by mistake is worse than one that
-is kept: so the larger of two weightings is told, with and without the pairs that the surface itself hides, and one
+it. Some hundreds of pairs know it to a tenth or a fifth, and an effect left out by mistake is worse than one that is
+kept: so the larger of two weightings is told, with and without the pairs that the surface itself hides, and one
 standard error on top, between a tenth and a half. Where every vertex sees its whole hemisphere, and where a reflectance
 or a light does not have the effect at all, the estimate is exactly 0.
 """
@@ -11,8 +11,10 @@ or a light does not have the effect at all, the estimate is exactly 0.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,10 +23,13 @@ from numpy.typing import NDArray
 from engine.colour import luminance
 from engine.effects.bounce import bounced
 from engine.effects.radiance import FEWER, Radiances, radiances
-from engine.effects.sample import Sample
+from engine.effects.sample import FINE, Sample, sample
 from engine.effects.simplified import albedos
+from engine.environment import EnvironmentMap
+from engine.ground import Ground
 from engine.light_tree import chosen_lights
 from engine.material import Material, auto_sigma
+from engine.mesh import Mesh
 from engine.transport.sh_transfer import is_diffuse
 
 Array = NDArray[np.float64]
@@ -51,6 +56,9 @@ MARGIN, LEAST, MOST = 1.0, 1.1, 1.5
 
 #: An error of less than this is rounding.
 ROUNDING = 1e-9
+
+#: A rise towards grazing views that changes less is the noise of the albedos that tell it.
+NOISE = 1e-3
 
 #: Texels of a material, and lights, by which its mesostructure is judged.
 TEXELS, LIGHTS = 64, 16
@@ -94,11 +102,20 @@ def _with_margin(apart: Array, whole: Array, margin: bool) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Scenery:
-    """A sample of a scene, the radiance of its pairs, and what other parts of it add, twice with different noise."""
+    """A scene that has been looked at.
+
+    Attributes
+    ----------
+    sample, radiances : many pairs under a coarse map of the light, with each effect and without it.
+    fine, methods : fewer under a finer map, by each method.
+    bounced : what other parts of the surface add to `sample`, twice with different noise.
+    """
 
     sample: Sample
     brdf: Any
     radiances: Radiances
+    fine: Sample
+    methods: Radiances
     bounced: tuple[Array, Array]
     material: Material | None = None
 
@@ -107,12 +124,34 @@ class Scenery:
         return 0.5 * (self.bounced[0] + self.bounced[1])
 
 
-def scenery(sample: Sample, brdf: Any, ground_albedo: float = 0.0, material: Material | None = None) -> Scenery:
-    return Scenery(sample, brdf, radiances(sample, brdf), bounced(sample, brdf, ground_albedo), material)
+def scenery(
+    mesh: Mesh,
+    brdf: Any,
+    environment: EnvironmentMap,
+    *,
+    rotation: float = 0.0,
+    ground: Ground | None = None,
+    material: Material | None = None,
+) -> Scenery:
+    """Look at a scene: `mesh`, on a ground where there is one, of the reflectance `brdf`, under a turned map."""
+    place: dict[str, Any] = {"rotation": rotation, "ground": ground}
+    points, views, edge = FINE
+    many = sample(mesh, environment, **place)
+    fine = sample(mesh, environment, points=points, views=views, edge=edge, seed=1, **place)
+    return seen_as(brdf, many, fine, bounced(many, brdf, ground.albedo if ground else 0.0), material)
 
 
-def estimates(scene: Scenery) -> dict[str, Estimate]:
-    """The estimates of all effects, by name."""
+def seen_as(
+    brdf: Any, many: Sample, fine: Sample, light: tuple[Array, Array], material: Material | None = None
+) -> Scenery:
+    """A scene whose samples have been taken, with the reflectance `brdf`."""
+    effects = radiances(many, brdf, methods=False)
+    return Scenery(many, brdf, effects, fine, radiances(fine, brdf, effects=False), light, material)
+
+
+@lru_cache(maxsize=8)
+def estimates(scene: Scenery) -> Mapping[str, Estimate]:
+    """The estimates of all effects, by name; remembered."""
     functions: tuple[Callable[[Scenery], Estimate], ...] = (
         self_shadowing,
         interreflection,
@@ -126,7 +165,7 @@ def estimates(scene: Scenery) -> dict[str, Estimate]:
         retro_reflection,
     )
     found = [function(scene) for function in functions]
-    return {each.effect: each for each in found}
+    return MappingProxyType({each.effect: each for each in found})
 
 
 def percent(value: float) -> str:
@@ -136,13 +175,13 @@ def percent(value: float) -> str:
 
 def self_shadowing(scene: Scenery) -> Estimate:
     """Of direct light with V = 1 everywhere."""
-    sample = scene.sample
-    if sample.free_share == 1.0:
+    looked = scene.sample
+    if looked.free_share == 1.0:
         return Estimate("self-shadowing", 0.0, "Every vertex sees its whole hemisphere: nothing shades anything.")
-    error = relative_error(scene.radiances.unshadowed, scene.radiances.full, sample.seen)
+    error = relative_error(scene.radiances.unshadowed, scene.radiances.full, looked.seen)
     text = (
-        f"{percent(1.0 - sample.free_share)} of the vertices see less than their hemisphere, on average "
-        f"{percent(sample.open_share)} of it; without shadows direct light is off by {percent(error)}."
+        f"{percent(1.0 - looked.free_share)} of the vertices see less than their hemisphere, on average "
+        f"{percent(looked.open_share)} of it; without shadows direct light is off by {percent(error)}."
     )
     return Estimate("self-shadowing", error, text)
 
@@ -186,7 +225,7 @@ def anisotropy(scene: Scenery) -> Estimate:
 
 def all_frequency_light(scene: Scenery) -> Estimate:
     """Of harmonics of `LOW_ORDER`."""
-    error = relative_error(scene.radiances.harmonics[LOW_ORDER], scene.radiances.full, scene.sample.seen)
+    error = relative_error(scene.methods.harmonics[LOW_ORDER], scene.methods.full, scene.fine.seen)
     text = f"{LOW_ORDER**2} harmonics of this light with this reflectance are off by {percent(error)}."
     return Estimate("all-frequency-light", error, text)
 
@@ -194,18 +233,18 @@ def all_frequency_light(scene: Scenery) -> Estimate:
 def sun_split(scene: Scenery) -> Estimate:
     """Of quantised wavelets of the whole map."""
     suns = scene.sample.light.suns
-    if scene.radiances.unsplit is None:
+    if scene.methods.unsplit is None:
         return Estimate("sun-split", 0.0, "The light has no tiny source that is many times as bright as all around it.")
-    error = relative_error(scene.radiances.unsplit, scene.radiances.full, scene.sample.seen)
+    error = relative_error(scene.methods.unsplit, scene.methods.full, scene.fine.seen)
     what = "One tiny bright source brings" if suns == 1 else f"{suns} tiny bright sources bring"
     share = _share_of_suns(scene.sample)
     text = f"{what} {percent(share)} of the light; left in the map, the picture is off by {percent(error)}."
     return Estimate("sun-split", error, text)
 
 
-def _share_of_suns(sample: Sample) -> float:
-    whole = float(luminance(sample.light.whole_cube.radiance.reshape(-1, 3)) @ sample.texels.area)
-    rest = float(luminance(sample.light.cube.radiance.reshape(-1, 3)) @ sample.texels.area)
+def _share_of_suns(looked: Sample) -> float:
+    whole = float(luminance(looked.light.whole_cube.radiance.reshape(-1, 3)) @ looked.texels.area)
+    rest = float(luminance(looked.light.cube.radiance.reshape(-1, 3)) @ looked.texels.area)
     return max(0.0, 1.0 - rest / whole) if whole > 0.0 else 0.0
 
 
@@ -247,7 +286,7 @@ def spatially_varying_gloss(scene: Scenery) -> Estimate:
 def fresnel(scene: Scenery) -> Estimate:
     """Of an albedo that stays what it is at the normal."""
     error = relative_error(scene.radiances.risen, scene.radiances.full, scene.sample.seen)
-    if error == 0.0:
+    if error < NOISE:
         return Estimate("fresnel", 0.0, "The reflectance does not rise towards grazing views.")
     text = f"Its rise towards grazing views changes the picture by {percent(error)}; it costs nothing."
     return Estimate("fresnel", error, text)

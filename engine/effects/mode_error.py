@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from engine.effects.estimates import Scenery, relative_error
 from engine.effects.radiance import LIGHTS, ORDERS
-from engine.effects.sample import EDGE
+from engine.effects.sample import FINE
 from engine.effects.setting import Setting
 from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
@@ -40,7 +40,7 @@ from engine.transport.wavelet_codes import encode_light
 Array = NDArray[np.float64]
 
 #: Terms and coefficients that are tried, and points at which: one in so many.
-TERMS, KEPT, FEWER = (1, 2, 4, 8), (24, 96, 384), 2
+TERMS, KEPT, FEWER = (1, 2, 4, 8), (24, 96, 384), 1
 
 #: An error that nothing lies below: float32, packed codes, and tables.
 FLOOR = 1e-4
@@ -48,7 +48,7 @@ FLOOR = 1e-4
 
 @dataclass(frozen=True)
 class ModeErrors:
-    """Errors of settings on one scene; `wavelet` by terms and coefficients, `coarse` of an edge of half of `EDGE`."""
+    """Errors of settings on one scene; `wavelet` by terms and coefficients, `coarse` of half the edge of `FINE`."""
 
     harmonics: dict[int, float]
     lights: dict[int, float]
@@ -66,7 +66,7 @@ class ModeErrors:
                 terms: _between({k: e for (t, k), e in self.wavelet.items() if t == terms}, setting["coefficients"])
                 for terms in TERMS
             }
-            texels = self.coarse * (0.5 * EDGE) / setting["cube"]
+            texels = self.coarse * (0.5 * FINE[2]) / setting["cube"]
             return max(FLOOR, math.hypot(_between(rows, setting["terms"]), texels))
         raise ValueError(f"nothing is known of the error of {setting.mode}")
 
@@ -74,13 +74,14 @@ class ModeErrors:
         return mode in ("sh", "direct", "shading-map") or (mode == "wavelet" and bool(self.wavelet))
 
 
-def mode_errors(scene: Scenery, *, wavelets: bool = True) -> ModeErrors:
-    """The errors of all modes on `scene`; some 0.1 s once the reflectance is factored, which is remembered."""
-    found, seen = scene.radiances, scene.sample.seen
+@lru_cache(maxsize=8)
+def mode_errors(scene: Scenery) -> ModeErrors:
+    """The errors of all modes on `scene`, remembered; some 0.1 s once the reflectance is factored."""
+    found, seen = scene.methods, scene.fine.seen
     harmonics = {order: relative_error(found.harmonics[order], found.full, seen) for order in ORDERS}
     lights = {number: relative_error(found.lights[number], found.unshadowed, seen) for number in LIGHTS}
     coarse = relative_error(found.coarse, found.full, seen)
-    return ModeErrors(_falling(harmonics), _falling(lights), _wavelets(scene) if wavelets else {}, coarse)
+    return ModeErrors(_falling(harmonics), _falling(lights), _wavelets(scene), coarse)
 
 
 def _falling(errors: dict[int, float]) -> dict[int, float]:
@@ -110,11 +111,11 @@ def _factors(brdf: Any, terms: int) -> SeparableFactors | None:
 
 
 def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
-    sample = scene.sample
+    sample = scene.fine
     rows = np.arange(0, len(sample.vertices), FEWER)
     light = encode_light(sample.light.cube.radiance)
     visible = np.ascontiguousarray(sample.visible[rows], np.uint8)
-    wanted, found = scene.radiances.full[rows], {}
+    wanted, found = scene.methods.full[rows], {}
     vertices = np.repeat(np.arange(len(rows)), sample.views.shape[1])
     for terms in TERMS:
         factors = _factors(scene.brdf, terms)
@@ -140,22 +141,22 @@ def _transport(
     scene: Scenery, rows: NDArray[np.int64], visible: NDArray[np.uint8], factors: SeparableFactors, kept: int
 ) -> WaveletTransport:
     """The wavelets of the chosen points alone, as if they were the mesh."""
-    sample = scene.sample
+    sample = scene.fine
     arrays = transport_vectors(
-        sample.frames[rows], visible, 1, cube_texels(EDGE), factors.chart, light_maps(factors), kept
+        sample.frames[rows], visible, 1, cube_texels(sample.edge), factors.chart, light_maps(factors), kept
     )
     surface, chosen = sample.surface, sample.vertices[rows]
     some = Mesh(
         surface.positions[chosen], surface.normals[chosen], surface.uv[chosen], np.zeros((1, 3), np.int32), "sample"
     )
-    transport = WaveletTransport(some, len(rows), factors, 0.0, EDGE, vectors_of(arrays))
+    transport = WaveletTransport(some, len(rows), factors, 0.0, sample.edge, vectors_of(arrays))
     object.__setattr__(transport, "frames", sample.frames[rows])  # cached: those of the whole mesh, with its tangents
     return transport
 
 
 def _of_lamps(scene: Scenery, rows: NDArray[np.int64], factors: SeparableFactors) -> Array:
     """(R, 3) what lamps add to the tuples."""
-    sample = scene.sample
+    sample = scene.fine
     total = np.zeros((len(rows), factors.terms, 3))
     for number, direction in enumerate(sample.lamp_direction):
         local = np.einsum("nij,i->nj", sample.frames[rows], direction)

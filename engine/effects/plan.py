@@ -14,14 +14,14 @@ the plan is the nearest to it and says so.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from engine.effects.cost_model import Cost, CostModel, Load
-from engine.effects.estimates import EFFECTS, LOW_ORDER, Estimate, Scenery, estimates, percent, scenery
+from engine.effects.estimates import EFFECTS, LOW_ORDER, Estimate, Scenery, estimates, percent, scenery, seen_as
 from engine.effects.mode_error import ModeErrors, mode_errors
-from engine.effects.sample import sample
 from engine.effects.setting import KNOBS, Setting
 from engine.effects.simplified import Brushed, Glossy, Unbrushed, WithoutRetro, WithoutRise, albedos, matt
 from engine.environment import EnvironmentMap
@@ -144,9 +144,7 @@ def plan(
     for value, name in ((budget, "error"), (time_ms, "time")):
         if value is not None and not 0.0 < value < float("inf"):
             raise ValueError(f"a budget of {name} of {value} is not above 0")
-    scene = scenery(
-        sample(mesh, environment, rotation=rotation, ground=ground), brdf, ground.albedo if ground else 0.0, material
-    )
+    scene = scenery(mesh, brdf, environment, rotation=rotation, ground=ground, material=material)
     return plan_of(scene, cost, budget, time_ms, frozenset(force), frozenset(skip), modes, pixels)
 
 
@@ -199,7 +197,7 @@ class _Choices:
     def __init__(
         self,
         scene: Scenery,
-        found: dict[str, Estimate],
+        found: Mapping[str, Estimate],
         cost: CostModel,
         force: frozenset[str],
         skip: frozenset[str],
@@ -321,9 +319,10 @@ class _Choices:
         )
 
 
+@lru_cache(maxsize=8)
 def scenery_without_gloss(scene: Scenery) -> Scenery:
     """The same with the matt reflectance of equal albedo."""
-    return scenery(scene.sample, matt(scene.brdf), 0.0)
+    return seen_as(matt(scene.brdf), scene.sample, scene.fine, scene.bounced, scene.material)
 
 
 def _effect(

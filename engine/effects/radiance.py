@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.effects.sample import EDGE, Light, Sample
+from engine.effects.sample import Light, Sample
 from engine.effects.simplified import Unbrushed, WithoutRetro, albedos, matt
 from engine.lamps import directions_for
 from engine.light_tree import chosen_lights
@@ -44,7 +44,8 @@ FEWER = 3
 class Radiances:
     """Radiance (N, K, 3) of each pair of a sample, in the ways that the module names.
 
-    `unbrushed`, `unretro`, `lamps` and `unsplit` are None where that is no effect of the reflectance or the light;
+    What was not asked for is 0. `unbrushed`, `unretro`, `lamps` and `unsplit` are None where that is no effect of the
+    reflectance or the light;
     `unsplit` leaves the suns in the map, which is then kept in quantised wavelets.
     `harmonics` by order, `lights` by the number of directions; the latter cast no shadows.
     """
@@ -62,12 +63,12 @@ class Radiances:
     lights: dict[int, Array]
 
 
-def radiances(sample: Sample, brdf: Any) -> Radiances:
-    """Work all of them out; some 0.3 s for 96 points of 4 views, most of it evaluations of the reflectance."""
+def radiances(sample: Sample, brdf: Any, *, effects: bool = True, methods: bool = True) -> Radiances:
+    """Work them out, with and without `effects`, by all `methods`; most time is for values of the reflectance."""
     count, views = sample.views.shape[:2]
     shape = (count, views, 3)
     diffuse = is_diffuse(brdf)
-    retro = None if diffuse or not has_retro(brdf) else np.zeros(shape)
+    retro = np.zeros(shape) if brdf.isotropic and not diffuse and has_retro(brdf) else None
     brushed = None if brdf.isotropic else np.zeros(shape)
     found = Radiances(
         np.zeros(shape),
@@ -82,7 +83,7 @@ def radiances(sample: Sample, brdf: Any) -> Radiances:
         {order: np.zeros(shape) for order in ORDERS},
         {number: np.zeros(shape) for number in LIGHTS},
     )
-    work = _Work(sample, brdf, diffuse, found)
+    work = _Work(sample, brdf, diffuse, found, effects, methods)
     with one_thread():
         in_chunks(work, count, max(1, count // 16))
     found.risen[:] = found.full * albedos(brdf).rise(sample.views[..., 2])[..., None]
@@ -103,14 +104,18 @@ def has_retro(brdf: Any) -> bool:
 class _Work:
     """Fills the radiances of some points at a time."""
 
-    def __init__(self, sample: Sample, brdf: Any, diffuse: bool, found: Radiances) -> None:
+    def __init__(
+        self, sample: Sample, brdf: Any, diffuse: bool, found: Radiances, effects: bool, methods: bool
+    ) -> None:
         self._sample, self._brdf, self._diffuse, self._found = sample, brdf, diffuse, found
+        self._effects, self._methods = effects, methods
         self._texels, self._incident = sample.texels, sample.incident
-        self._basis = texel_basis(EDGE, max(ORDERS))
-        self._light = coefficients(sample.light)
-        self._cut = {order: _cut(sample.light, order) for order in ORDERS}
-        self._lights = {number: chosen_lights(sample.light.whole, number) for number in LIGHTS}
-        self._unsplit = _unsplit(sample.light) if sample.light.suns else None
+        if methods:
+            self._basis = texel_basis(sample.edge, max(ORDERS))
+            self._light = coefficients(sample.light)
+            self._cut = {order: _cut(sample.light, order) for order in ORDERS}
+            self._lights = {number: chosen_lights(sample.light.whole, number) for number in LIGHTS}
+            self._unsplit = _unsplit(sample.light) if sample.light.suns else None
         self._colour = np.array(matt(brdf).albedo) / math.pi
 
     def __call__(self, rows: slice) -> None:
@@ -129,26 +134,32 @@ class _Work:
         found.unshadowed[point] = np.einsum("ktc,tc->kc", f, weight)
         found.full[point] = np.einsum("ktc,tc->kc", f, seen)
         found.matt[point] = self._colour * seen.sum(axis=0)
+        if self._effects and found.unretro is not None:
+            found.unretro[point] = np.einsum("ktc,tc->kc", WithoutRetro(self._brdf).f(wi[None], views[:, None]), seen)
+        if self._effects and found.unbrushed is not None and point % FEWER == 0:
+            value = Unbrushed(self._brdf).f(wi[None], views[:, None])
+            found.unbrushed[point] = np.einsum("ktc,tc->kc", value, seen)
+        if self._methods:
+            self._by_methods(point, f, cosine, up)
+        self._directional(point)
+
+    def _by_methods(self, point: int, f: Array, cosine: Array, up: NDArray[np.int64]) -> None:
+        sample, found = self._sample, self._found
+        visible, views = sample.visible[point], sample.views[point]
         found.coarse[point] = self._coarse(f, cosine, up, visible)
         if found.unsplit is not None and self._unsplit is not None:
             kept = (self._unsplit[up] * self._texels.area[up, None]) * cosine[:, None] * visible[up, None]
             found.unsplit[point] = np.maximum(np.einsum("ktc,tc->kc", f, kept), 0.0)
-        if found.unretro is not None:
-            found.unretro[point] = np.einsum("ktc,tc->kc", WithoutRetro(self._brdf).f(wi[None], views[:, None]), seen)
-        if found.unbrushed is not None and point % FEWER == 0:
-            value = Unbrushed(self._brdf).f(wi[None], views[:, None])
-            found.unbrushed[point] = np.einsum("ktc,tc->kc", value, seen)
         self._harmonics(point, f, cosine, up)
-        self._directional(point)
         for number, lights in self._lights.items():
-            towards = lights.direction @ frame
+            towards = lights.direction @ sample.frames[point]
             lit = towards[:, 2] > 0.0
             value = self._brdf.f(towards[None, lit], views[:, None])
             found.lights[number][point] = np.einsum("ktc,tc->kc", value, lights.irradiance[lit] * towards[lit, 2:])
 
     def _coarse(self, f: Array, cosine: Array, up: NDArray[np.int64], visible: NDArray[np.bool_]) -> Array:
         """With light and visibility averaged over squares of four texels."""
-        halved = (6, EDGE // 2, 2, EDGE // 2, 2)
+        halved = (6, self._sample.edge // 2, 2, self._sample.edge // 2, 2)
         area = self._texels.area.reshape(halved)
         light = self._incident.reshape(*halved, 3).sum(axis=(2, 4)) / area.sum(axis=(2, 4))[..., None]
         share = (visible.reshape(halved) * area).sum(axis=(2, 4)) / area.sum(axis=(2, 4))
@@ -194,10 +205,10 @@ class _Work:
         if found.unsplit is not None:
             beside = up >= sum(directions_for(sample.light.lamps)[: sample.light.suns])
             found.unsplit[point] += np.einsum("ktc,tc->kc", f[:, beside], lit[beside])
-        if found.unretro is not None:
+        if self._effects and found.unretro is not None:
             less = WithoutRetro(self._brdf).f(towards[None, up], views[:, None])
             found.unretro[point] += np.einsum("ktc,tc->kc", less, lit)
-        if found.unbrushed is not None and point % FEWER == 0:
+        if self._effects and found.unbrushed is not None and point % FEWER == 0:
             less = Unbrushed(self._brdf).f(towards[None, up], views[:, None])
             found.unbrushed[point] += np.einsum("ktc,tc->kc", less, lit)
 
@@ -221,11 +232,11 @@ def coefficients(light: Light) -> Array:
 @lru_cache(maxsize=2 * len(ORDERS))
 def _cut(light: Light, order: int) -> NDArray[np.float32]:
     """(6 edge², 3) the radiance that coefficients of `order` stand for, at the texels."""
-    return np.asarray(_values(order) @ coefficients(light)[: order**2], np.float32)
+    return np.asarray(_values(order, light.cube.edge) @ coefficients(light)[: order**2], np.float32)
 
 
 @lru_cache(maxsize=len(ORDERS))
-def _values(order: int) -> Array:
+def _values(order: int, edge: int) -> Array:
     from engine.transport.wavelet import cube_texels
 
-    return evaluate(order, cube_texels(EDGE).direction)
+    return evaluate(order, cube_texels(edge).direction)

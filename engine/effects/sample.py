@@ -2,8 +2,9 @@
 
 Vertices are drawn by the area around them, evenly along the list of vertices, which neighbours share; views of each as
 dense as the cosine. A mean over such pairs is a mean over pixels of pictures from all around, save that parts of the
-model hide others: pairs whose view is blocked are told by `seen`. Light is the cube map of the environment at `EDGE`,
-without its suns, which are lamps; visibility is asked once for each texel.
+model hide others: pairs whose view is blocked are told by `seen`. Light is a cube map of the environment without its
+suns, which are lamps; visibility is asked once for each texel. Effects are told from many pairs under a coarse map,
+because few pairs make most of a highlight; the errors of methods from fewer under a finer one.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +31,9 @@ from engine.transport.wavelet_lighting import turned
 
 Array = NDArray[np.float64]
 
-#: Points, views of each, and texels along an edge of the light's cube map.
-POINTS, VIEWS, EDGE = 96, 4, 32
+#: Points, views of each, and texels along an edge of the light's cube map: for effects, and for methods.
+POINTS, VIEWS, EDGE = 192, 8, 16
+FINE = (64, 4, 32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +49,15 @@ class Light:
 
 
 @lru_cache(maxsize=4)
-def light_of(environment: EnvironmentMap, rotation: float = 0.0, lamps: tuple[Lamp, ...] = ()) -> Light:
+def light_of(
+    environment: EnvironmentMap, rotation: float = 0.0, lamps: tuple[Lamp, ...] = (), edge: int = EDGE
+) -> Light:
     """The light of `environment`, turned about +Y by `rotation` rad, with `lamps` of the scene beside it."""
     rest, suns = split_sun(environment)
     rest, whole = turned(rest, rotation), turned(environment, rotation)
-    cube = cube_of(rest, EDGE)
+    cube = cube_of(rest, edge)
     moved = tuple(sun.turned(rotation) for sun in suns)
-    return Light(rest, whole, (*moved, *lamps), len(suns), cube, cube_of(whole, EDGE) if suns else cube)
+    return Light(rest, whole, (*moved, *lamps), len(suns), cube, cube_of(whole, edge) if suns else cube)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +91,12 @@ class Sample:
     model_vertices: int
 
     @property
+    def edge(self) -> int:
+        return self.light.cube.edge
+
+    @cached_property
     def texels(self) -> Texels:
-        return cube_texels(EDGE)
+        return cube_texels(self.edge)
 
     @property
     def incident(self) -> Array:
@@ -111,11 +119,12 @@ def sample(
     ground: Ground | None = None,
     points: int = POINTS,
     views: int = VIEWS,
+    edge: int = EDGE,
     seed: int = 0,
 ) -> Sample:
     """Draw the points of `mesh` and look around from each; the same call draws the same."""
     of, frames, areas = _prepared(mesh, ground)
-    light = light_of(environment, rotation, tuple(lamps))
+    light = light_of(environment, rotation, tuple(lamps), edge)
     rng = np.random.default_rng(seed)
     chosen = _drawn(areas, points, rng)
     own = frames[chosen]
@@ -127,7 +136,7 @@ def sample(
     world = np.einsum("nij,nkj->nki", own, local)
     origin = of.origin[chosen]
     blocked = of.caster.occluded(np.repeat(origin, views, axis=0), world.reshape(-1, 3)).reshape(-1, views)
-    counts = np.concatenate([each for _, each in visibility_shares(of, EDGE, 1, chosen)])
+    counts = np.concatenate([each for _, each in visibility_shares(of, edge, 1, chosen)])
     visible = counts > 0
     directional = lights_of_all(light.lamps)
     lit = np.ones((len(chosen), len(directional.direction)), np.bool_)
@@ -143,7 +152,7 @@ def sample(
         local,
         ~blocked,
         visible,
-        _mirrored(visible, own),
+        _mirrored(visible, own, edge),
         light,
         directional.direction,
         directional.irradiance,
@@ -175,16 +184,16 @@ def _drawn(areas: Array, points: int, rng: np.random.Generator) -> NDArray[np.in
     return np.minimum(np.searchsorted(total, at, side="right"), len(areas) - 1).astype(np.int64)
 
 
-def _mirrored(visible: NDArray[np.bool_], frames: Array) -> NDArray[np.bool_]:
+def _mirrored(visible: NDArray[np.bool_], frames: Array, edge: int) -> NDArray[np.bool_]:
     """`visible` with the texels below each horizon as their mirror images above it are."""
     from engine.cube_map import face_coordinates
 
-    direction = cube_texels(EDGE).direction
+    direction = cube_texels(edge).direction
     result = visible.copy()
     for number, normal in enumerate(frames[:, :, 2]):
         height = direction @ normal
         below = np.flatnonzero(height <= 0.0)
         face, s, t = face_coordinates(direction[below] - 2.0 * height[below, None] * normal)
-        row, column = (np.minimum((place * EDGE).astype(np.int64), EDGE - 1) for place in (t, s))
-        result[number, below] = visible[number, (face * EDGE + row) * EDGE + column]
+        row, column = (np.minimum((place * edge).astype(np.int64), edge - 1) for place in (t, s))
+        result[number, below] = visible[number, (face * edge + row) * edge + column]
     return result

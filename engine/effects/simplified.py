@@ -98,11 +98,16 @@ class Unbrushed(_Without):
 
 @dataclass(frozen=True)
 class WithoutRetro(_Without):
-    """A reflectance that sends no more back towards the light's side than across it."""
+    """A reflectance that sends no more back towards the light's side than across it.
+
+    Of brushed ones that is not told apart from their brushing, and they stay as they are.
+    """
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
         value = np.asarray(self.brdf.f(wi, wo))
+        if not self.isotropic:
+            return value
         back = (wi[..., :2] * wo[..., :2]).sum(axis=-1) > 0.0
         if back.any():
             value = value.copy()

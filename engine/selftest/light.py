@@ -312,7 +312,8 @@ def _convex_needs_no_shadows() -> Found:
     mesh, brdf = ball(), Lambert((0.5, 0.5, 0.5))
     some = sample(mesh, EnvironmentMap(np.ones((16, 32, 3), np.float32)), points=16)
     nothing = np.zeros((*some.views.shape[:2], 3))
-    return self_shadowing(Scenery(some, brdf, radiances(some, brdf), (nothing, nothing))).error_rel, 0.0
+    seen = radiances(some, brdf, methods=False)
+    return self_shadowing(Scenery(some, brdf, seen, some, seen, (nothing, nothing))).error_rel, 0.0
 
 
 def _no_sun_no_split() -> Found:

@@ -1,0 +1,19 @@
+"""Costs of a machine that never was, and ways to plan with them."""
+
+from __future__ import annotations
+
+import pytest
+
+from engine.effects.cost_model import NAMES, CostModel
+
+
+def every_rate() -> CostModel:
+    """Every rate is a microsecond and doubles where its knob does; pixels are cheap beside vertices."""
+    tables = dict.fromkeys(NAMES, ((1.0, 1e-06), (16.0, 1.6e-05), (64.0, 6.4e-05)))
+    cheap = {name: ((1.0, 1e-9),) for name in NAMES if name.endswith("-pixel")}
+    return CostModel("machine", "processor", {**tables, **cheap})
+
+
+@pytest.fixture(scope="session")
+def costs() -> CostModel:
+    return every_rate()
