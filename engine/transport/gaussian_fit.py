@@ -9,7 +9,7 @@ arrangement of several lobes with that of neighbouring vertices (10) are small t
 - Views that reflect nothing take no part in the averages of (8) and (9). They are filled afterwards with means and
   widths that are harmonic over the graph of views, which is where (8) and (9) vanish.
 - After the flood fill the lobes of all vertices are numbered anew until no exchange brings neighbours nearer, and
-  vertices that still disagree with a neighbour are fitted again, with all their neighbours in (10).
+  vertices that often disagree with neighbours are fitted again, with all of these in (10); kept is what is better.
 
 With beta = gamma = delta = 0 every view is a least-squares fit by itself. With alpha = 0 nothing is fitted: the start
 from peak and moments is drawn together by the other terms. With one lobe (10) is empty, and neighbouring vertices give
@@ -48,6 +48,9 @@ MOST_LOBES = 3
 
 #: Vertices of a block, at most.
 BLOCK = 32
+
+#: Share of its pairs that are flipped from which on a vertex is fitted again.
+OFTEN = 0.05
 
 #: Most sweeps in which lobes are numbered anew.
 RENUMBERINGS = 20
@@ -129,8 +132,9 @@ class Fit:
     preserving_error_rel : the same with the weights of `preserving`.
     slope : (V,) float32 the largest derivative of the energy that was left, by steps of means in units of sigma and of
         log sigma: 0 in a minimum, or where only bounds are in the way.
-    health : of a whole mesh: `flipped_pairs` of `compared_pairs` (see `engine.transport.gaussian_labels`), among
-        neighbouring vertices and views each; `views_filled`, `dark_vertices`, `refitted_vertices`, `largest_slope`.
+    health : of a whole mesh: `flipped_pairs` of `compared_pairs` of neighbouring vertices, and `flipped_views` of
+        `compared_views` of neighbouring views (see `engine.transport.gaussian_labels`); `views_filled`,
+        `dark_vertices`, `refitted_vertices`, `largest_slope`.
     """
 
     lobes: Lobes
@@ -281,28 +285,35 @@ def _relaxed(
     """Make neighbours agree, in place; figures of what was found and done."""
     from engine.transport import gaussian_labels as labels
 
-    before, refitted = whole.lobes.sigma.copy(), np.zeros(len(whole.norm), bool)
-    changed = np.zeros(len(whole.norm), bool)
+    changed, refitted = np.zeros(len(whole.norm), bool), np.zeros(len(whole.norm), bool)
     for _ in range(settings.relaxations):
         if settings.lobes > 1:
             changed |= labels.renumber(whole.lobes, order, RENUMBERINGS)
-        wanting = labels.flipped_vertices(whole.lobes, order) | _dark_beside_lit(whole, order)
+        wanting = (labels.flipped_share(whole.lobes, order) > OFTEN) | _dark_beside_lit(whole, order)
         if not wanting.any():
             break
         for vertices in _apart(np.flatnonzero(wanting), order):
             found = fit_vertices(
                 samples_of(vertices), [order.neighbours(int(vertex)) for vertex in vertices], whole.lobes, settings
             )
-            better = labels.fewer_flips(whole.lobes, found.lobes, vertices, order) | (found.norm.max(axis=1) == 0.0)
+            before = labels.flipped_share(whole.lobes, order, vertices=vertices)
+            after = labels.flipped_share(whole.lobes, order, found.lobes, vertices)
+            better = (after < before) | (found.norm.max(axis=1) == 0.0)
             whole.put(vertices[better], found.of(np.flatnonzero(better)))
             refitted[vertices[better]] = True
             yield Step(0.97, f"fitting {len(vertices):,} vertices again")
-    changed |= refitted | (before != whole.lobes.sigma).any(axis=(1, 2))
+    changed |= refitted
     for index, vertices in enumerate(parts):
         if changed[vertices].any():
             yield Step(0.99, "making neighbours agree", Block(index, vertices, whole.of(vertices)))
-    flipped, compared = labels.flipped_pairs(whole.lobes, order)
-    return {"flipped_pairs": flipped, "compared_pairs": compared, "refitted_vertices": int(refitted.sum())}
+    seen = labels.flips(whole.lobes, order)
+    return {
+        "flipped_pairs": seen.vertices,
+        "compared_pairs": seen.vertices_compared,
+        "flipped_views": seen.views,
+        "compared_views": seen.views_compared,
+        "refitted_vertices": int(refitted.sum()),
+    }
 
 
 def _dark_beside_lit(whole: Fit, order: Flood) -> NDArray[np.bool_]:

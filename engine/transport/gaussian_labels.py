@@ -11,6 +11,7 @@ Bound by memory: about 0.3 s of a core for all pairs of 10,000 vertices with two
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,39 +28,50 @@ from engine.transport.view_directions import view_neighbours
 SEEN, BETTER = 0.01, 1e-9
 
 Bools = NDArray[np.bool_]
+Indices = NDArray[np.int64]
+Floats = NDArray[np.float64]
 
 
-def flipped_pairs(lobes: Lobes, order: Flood) -> tuple[int, int]:
-    """How many pairs of neighbours are flipped, and of how many that were compared."""
-    counts = _counts(lobes, order)
-    return int(counts[:, 0].sum()), int(counts[:, 2].sum())
+@dataclass(frozen=True)
+class Flips:
+    """How many pairs of neighbouring vertices, and of neighbouring views of a vertex, are flipped, and of how many."""
+
+    vertices: int
+    vertices_compared: int
+    views: int
+    views_compared: int
 
 
-def flipped_vertices(lobes: Lobes, order: Flood) -> Bools:
-    """(V,) vertices that are flipped against a neighbour, or of which two views are."""
-    if lobes.count < 2:
-        return np.zeros(len(lobes), np.bool_)
-    result: Bools = _counts(lobes, order)[:, 1] > 0
-    return result
+def flips(lobes: Lobes, order: Flood) -> Flips:
+    """All pairs, each counted once."""
+    counts = _counts(lobes, lobes, np.arange(len(lobes)), order).sum(axis=0)
+    return Flips(int(counts[0]) // 2, int(counts[1]) // 2, int(counts[2]), int(counts[3]))
 
 
-def fewer_flips(lobes: Lobes, other: Lobes, vertices: NDArray[np.int64], order: Flood) -> Bools:
-    """(B,) whether `vertices`, no two of them neighbours, have fewer flips with the lobes `other` (B, 92, L)."""
-    if lobes.count < 2 or not len(vertices):
-        return np.zeros(len(vertices), np.bool_)
-    before = _counts(lobes, order)[vertices, 1]
-    weight, mean, sigma = lobes.weight.copy(), lobes.mean.copy(), lobes.sigma.copy()
-    weight[vertices], mean[vertices], sigma[vertices] = other.weight, other.mean, other.sigma
-    result: Bools = _counts(Lobes(weight, mean, sigma), order)[vertices, 1] < before
-    return result
+def flipped_share(lobes: Lobes, order: Flood, own: Lobes | None = None, vertices: Indices | None = None) -> Floats:
+    """(B,) of `vertices` (all by default): the share of the pairs in which a vertex takes part that are flipped.
+
+    With `own` (B, 92, L), of vertices of which no two are neighbours, as if they had these lobes.
+    """
+    some = np.arange(len(lobes)) if vertices is None else vertices
+    counts = _counts(_of(lobes, some) if own is None else own, lobes, some, order)
+    share: Floats = counts[:, [0, 2]].sum(axis=1) / np.maximum(counts[:, [1, 3]].sum(axis=1), 1)
+    return share
 
 
-def _counts(lobes: Lobes, order: Flood) -> NDArray[np.int64]:
-    """(V, 3) flipped pairs without counting any twice, all in which a vertex takes part, and pairs compared."""
-    counts = np.zeros((len(lobes), 3), np.int64)
+def _of(lobes: Lobes, vertices: Indices) -> Lobes:
+    return Lobes(lobes.weight[vertices], lobes.mean[vertices], lobes.sigma[vertices])
+
+
+def _counts(own: Lobes, lobes: Lobes, vertices: Indices, order: Flood) -> NDArray[np.int64]:
+    """(B, 4) of each vertex: flipped pairs with neighbours, those compared, flipped pairs of views, those compared."""
+    counts = np.zeros((len(vertices), 4), np.int64)
     if lobes.count > 1:
         orders, (neighbours, _) = ORDERS[lobes.count - 1], view_neighbours()
-        count_flips(lobes.weight, lobes.mean, lobes.sigma, order.start, order.neighbour, neighbours, orders, counts)
+        count_flips(
+            *(vertices, own.weight, own.mean, own.sigma, lobes.weight, lobes.mean, lobes.sigma),
+            *(order.start, order.neighbour, neighbours, orders, counts),
+        )
     return counts
 
 
@@ -122,31 +134,27 @@ def _flipped(
 
 @parallel
 def count_flips(
-    weight: Any, mean: Any, sigma: Any, start: Any, neighbour: Any, neighbours: Any, orders: Any, counts: Any
-) -> None:
-    """Fill `counts` (V, 3) as `_counts` says."""
-    for vertex in prange(len(sigma)):
+    vertices: Any, own_weight: Any, own_mean: Any, own_sigma: Any, weight: Any, mean: Any, sigma: Any, start: Any,
+    neighbour: Any, neighbours: Any, orders: Any, counts: Any,
+) -> None:  # fmt: skip
+    """Fill `counts` (B, 4) as `_counts` says."""
+    for row in prange(len(vertices)):
+        vertex = vertices[row]
         for view in range(sigma.shape[1]):
-            own_weight, own_mean, own_sigma = weight[vertex, view], mean[vertex, view], sigma[vertex, view]
+            w, m, s = own_weight[row, view], own_mean[row, view], own_sigma[row, view]
             for k in range(start[vertex], start[vertex + 1]):
                 other = neighbour[k]
-                found = _flipped(
-                    own_weight, own_mean, own_sigma, weight[other, view], mean[other, view], sigma[other, view], orders
-                )
-                if found >= 0 and other > vertex:
-                    counts[vertex, 0] += found
-                    counts[vertex, 2] += 1
-                counts[vertex, 1] += max(found, 0)
+                found = _flipped(w, m, s, weight[other, view], mean[other, view], sigma[other, view], orders)
+                counts[row, 0] += max(found, 0)
+                counts[row, 1] += found >= 0
             for k in range(neighbours.shape[1]):
                 beside = neighbours[view, k]
                 if beside > view:
                     found = _flipped(
-                        own_weight, own_mean, own_sigma, weight[vertex, beside], mean[vertex, beside],
-                        sigma[vertex, beside], orders,
-                    )  # fmt: skip
-                    counts[vertex, 0] += max(found, 0)
-                    counts[vertex, 1] += max(found, 0)
-                    counts[vertex, 2] += found >= 0
+                        w, m, s, own_weight[row, beside], own_mean[row, beside], own_sigma[row, beside], orders
+                    )
+                    counts[row, 2] += max(found, 0)
+                    counts[row, 3] += found >= 0
 
 
 @scalar
