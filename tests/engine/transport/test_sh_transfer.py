@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -328,7 +329,7 @@ def test_the_error_falls_with_the_order() -> None:
     cube = CubeMap(rng.random((6, EDGE, EDGE, 3), np.float32) ** 8)
     brdf = brdf_from_text(GLOSSY)
     errors = []
-    for order in (3, 5, 8):
+    for order in (3, 4, 5, 7, 9, 12, 15):
         work = drain(prepare(small(), brdf, BakeSettings(order=order, edge=EDGE, fine=2), Ground(cells=4)))
         errors.append(drain(sh_error(work, brdf, cube, vertices=20, views=6)).rmse_rel)
-    assert errors[0] > errors[1] > errors[2]
+    assert all(after < 0.95 * before for before, after in pairwise(errors)), errors
