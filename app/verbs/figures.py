@@ -24,6 +24,8 @@ FIGURES = {
     "wang-3": ("engine.figures.wang_3:wang_3", "wavelet coefficients against the sharpness of shadows"),
     "wang-4": ("engine.figures.wang_4:wang_4", "reflectances as sums of products, with their RMS curves"),
     "green-5": ("engine.figures.green_5:green_5", "Gaussians, wavelets and harmonics of as many numbers"),
+    "green-6": ("engine.figures.green_6:green_6", "lobes with visibility and prefiltered light without"),
+    "green-7": ("engine.figures.green_7:green_7", "one lobe against two"),
 }
 
 
@@ -46,7 +48,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     for index, name in enumerate(names):
         started = time.perf_counter()
         steps = drawn_into(arguments.output, name, _function(FIGURES[name][0])(settings))
-        record = drain(_named(name, part(steps, index / len(names), (index + 1) / len(names))), show)
+        named = _named(name, part(steps, index / len(names), (index + 1) / len(names)))
+        record = usage(drain, named, show)
         figures.append({**record, "time_s": time.perf_counter() - started})
     return {
         "output": str(arguments.output),

@@ -62,6 +62,11 @@ class Settings:
         return 16 if self.quick else 64
 
     @property
+    def directions(self) -> int:
+        """That transport towards a view is tabulated at for a fit of Gaussians."""
+        return 48 if self.quick else 128
+
+    @property
     def edge(self) -> int:
         """Of the cube maps that visibility is found for."""
         return 16 if self.quick else 64

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import psutil
 from numpy.typing import NDArray
 
 from engine.accuracy.compare import ErrorEstimate
@@ -50,7 +51,13 @@ EXPONENTS = ((12, 4), (24, 8), (48, 16))
 #: Rows of the picture of the light.
 LIGHT_ROWS = 180
 
+#: Share of the free memory that light at vertices may take.
+SHARE = 0.5
+
 Coefficients = NDArray[np.float64]
+
+#: Words over a column, its knobs, and the light (order², 3) in it.
+Column = tuple[str, Mapping[str, Any], Coefficients]
 
 
 def kautz_6(settings: Settings) -> Steps[Figure]:
@@ -59,6 +66,7 @@ def kautz_6(settings: Settings) -> Steps[Figure]:
     mesh = settings.mesh or (settings.model if settings.quick else shape("sphere"))
     orders = ORDERS[:2] if settings.quick else ORDERS
     columns = _columns(environment, orders)
+    _check_memory(mesh, columns)
     arriving = yield from part(light_at_vertices(mesh, [light for *_, light in columns]), 0.0, 0.25)
     camera = camera_of(mesh, settings.size)
     view, frames = view_of(mesh, camera, settings.size), tangent_frames(mesh)
@@ -76,8 +84,13 @@ def kautz_6(settings: Settings) -> Steps[Figure]:
     )
 
 
-#: Words over a column, its knobs, and the light (order², 3) in it.
-Column = tuple[str, Mapping[str, Any], Coefficients]
+def _check_memory(mesh: Mesh, columns: list[Column]) -> None:
+    """ValueError where the light at all vertices takes more memory than there is."""
+    needed = len(mesh.positions) * sum(light.size for *_, light in columns) * 4
+    if needed > SHARE * psutil.virtual_memory().available:
+        raise ValueError(
+            f"the light at {len(mesh.positions):,} vertices needs {needed / 1e9:.1f} GB of memory, more than is free"
+        )
 
 
 def _columns(environment: EnvironmentMap, orders: tuple[int, ...]) -> list[Column]:
