@@ -329,7 +329,7 @@ def test_the_error_falls_with_the_order() -> None:
     cube = CubeMap(rng.random((6, EDGE, EDGE, 3), np.float32) ** 8)
     brdf = brdf_from_text(GLOSSY)
     errors = []
-    for order in (3, 4, 5, 7, 9, 12, 15):
+    for order in (3, 4, 5, 7, 10, 15):
         work = drain(prepare(small(), brdf, BakeSettings(order=order, edge=EDGE, fine=2), Ground(cells=4)))
         errors.append(drain(sh_error(work, brdf, cube, vertices=20, views=6)).rmse_rel)
     assert all(after < 0.95 * before for before, after in pairwise(errors)), errors
