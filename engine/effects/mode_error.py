@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -46,14 +46,19 @@ TERMS, KEPT, FEWER = (1, 2, 4, 8), (24, 96, 384), 1
 FLOOR = 1e-4
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ModeErrors:
     """Errors of settings on one scene; `wavelet` by terms and coefficients, `coarse` of half the edge of `FINE`."""
 
+    scene: Scenery
     harmonics: dict[int, float]
     lights: dict[int, float]
-    wavelet: dict[tuple[int, int], float]
     coarse: float
+
+    @cached_property
+    def wavelet(self) -> dict[tuple[int, int], float]:
+        """Worked out when it is first asked for: the reflectance has to be factored."""
+        return _wavelets(self.scene)
 
     def of(self, setting: Setting) -> float:
         """The error of `setting`; ValueError for a mode of which nothing is known."""
@@ -81,7 +86,7 @@ def mode_errors(scene: Scenery) -> ModeErrors:
     harmonics = {order: relative_error(found.harmonics[order], found.full, seen) for order in ORDERS}
     lights = {number: relative_error(found.lights[number], found.unshadowed, seen) for number in LIGHTS}
     coarse = relative_error(found.coarse, found.full, seen)
-    return ModeErrors(_falling(harmonics), _falling(lights), _wavelets(scene), coarse)
+    return ModeErrors(scene, _falling(harmonics), _falling(lights), coarse)
 
 
 def _falling(errors: dict[int, float]) -> dict[int, float]:

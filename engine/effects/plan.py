@@ -265,7 +265,8 @@ class _Choices:
             return
         if ("all-frequency-light" in self._force and low) or ("all-frequency-light" in self._skip and not low):
             return
-        if setting.mode == "wavelet" and ("self-shadowing" in skipped or not self._knows_wavelets):
+        unshaded = "self-shadowing" in skipped and self.estimated("self-shadowing") > 0.0
+        if setting.mode == "wavelet" and (unshaded or not self._knows_wavelets):
             return
         baked = setting.mode in ("sh", "wavelet")
         if not baked and {"self-shadowing", "interreflection"} & self._force:
