@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 
-from PySide6.QtCore import QObject, QSize, Qt, Signal
-from PySide6.QtGui import QFontDatabase
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
+from PySide6.QtGui import QAction, QFontDatabase
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDockWidget,
@@ -123,6 +124,52 @@ class LogDock(QDockWidget):
     def disconnect_log(self) -> None:
         """Stop listening; comes before the window goes."""
         logging.getLogger().removeHandler(self.handler)
+
+
+class DocksOf(QObject):
+    """Docks that belong to one workspace: with others in front they are away, and come back as they were.
+
+    `closed` are the names of those that the person has closed.
+    """
+
+    def __init__(self, parent: QWidget, docks: Sequence[QDockWidget]) -> None:
+        super().__init__(parent)
+        self.docks = tuple(docks)
+        self.actions: list[QAction] = []
+        self._open = dict.fromkeys(self.docks, True)
+        self._in_front = False
+        for dock in self.docks:
+            action = QAction(dock.windowTitle(), parent)
+            action.setCheckable(True)
+            action.setChecked(True)
+            action.triggered.connect(lambda checked, dock=dock: self._want(dock, checked))
+            dock.installEventFilter(self)
+            self.actions.append(action)
+
+    @property
+    def closed(self) -> tuple[str, ...]:
+        return tuple(dock.objectName() for dock in self.docks if not self._open[dock])
+
+    def close(self, names: Sequence[str]) -> None:
+        """Those that were closed when the program ended."""
+        for dock in self.docks:
+            self._want(dock, dock.objectName() not in names)
+
+    def show(self, in_front: bool) -> None:
+        """Their workspace has come to the front, or another one."""
+        self._in_front = in_front
+        for dock in self.docks:
+            dock.setVisible(in_front and self._open[dock])
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.Close and isinstance(watched, QDockWidget) and self._in_front:
+            self._want(watched, False)
+        return super().eventFilter(watched, event)
+
+    def _want(self, dock: QDockWidget, is_open: bool) -> None:
+        self._open[dock] = is_open
+        self.actions[self.docks.index(dock)].setChecked(is_open)
+        dock.setVisible(is_open and self._in_front)
 
 
 class _Lines(QObject):

@@ -33,6 +33,7 @@ from engine.shading.lookup import Above
 from engine.shading.power_law import Scale
 
 if TYPE_CHECKING:
+    from app.accuracy import Accuracy
     from engine.capture.framing import Framing
 
 #: How two pictures are shown.
@@ -92,6 +93,8 @@ class Look:
     comparing : two pictures side by side, their difference, or the first alone.
     bounces : how often light in the reference may go on from the surface that it meets first.
     lamps : lights beside the one or the environment; `only_lamps` puts out the one.
+    forced, skipped : effects that the plan works out, or leaves out, whatever they add (`engine.effects`).
+    plan_budget : what the plan keeps within, as a person writes it: '1 %' or '8 ms'.
     """
 
     light_theta_deg: float = param(55.0, 0.0, 180.0, unit="°", doc="Angle of the light from straight up.")
@@ -114,6 +117,9 @@ class Look:
     only_lamps: bool = False
     has_ground: bool = False
     ground_albedo: float = param(0.5, 0.0, 1.0, doc="Share of the light that the ground gives back.")
+    forced: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = ()
+    plan_budget: str = "1 %"
 
     def __post_init__(self) -> None:
         check(self)
@@ -131,7 +137,10 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Project:
-    """The photographs, what was made of them, and how it is shown; `provenance` tells where the material came from."""
+    """The photographs, what was made of them, and how it is shown; `provenance` tells where the material came from.
+
+    `accuracy` is what was measured of settings of the View workspace.
+    """
 
     sources: Sources | None = None
     import_choices: ImportChoices = ImportChoices()
@@ -152,6 +161,7 @@ class Project:
     look: Look = field(default_factory=Look)
     comparison: Comparison = field(default_factory=Comparison)
     factoring: Factoring = field(default_factory=Factoring)
+    accuracy: Accuracy | None = None
     name: str = "Untitled"
 
     @property

@@ -15,6 +15,7 @@ from PySide6.QtGui import (
     QDragEnterEvent,
     QDropEvent,
     QKeySequence,
+    QResizeEvent,
 )
 from PySide6.QtWidgets import (
     QApplication,
@@ -35,16 +36,20 @@ from PySide6.QtWidgets import (
 
 import engine
 from app import icons, session, settings, theme
+from app.accuracy_dock import AccuracyDock
 from app.brdf_tab import BrdfTab
 from app.capture_tab import CaptureTab
-from app.docks import JobsDock, LogDock
+from app.docks import DocksOf, JobsDock, LogDock
 from app.document import Project
+from app.effects_dock import EffectsDock
 from app.export_tab import ExportTab
 from app.factor_tab import FactorTab
 from app.failures import Failures
+from app.health_dock import HealthDock
 from app.help_table import help_table
 from app.image_view import ImageView
 from app.jobs import Job
+from app.lobe_inspector import LobeInspector
 from app.material_tab import MaterialTab
 from app.panels import text
 from app.picture_error import PictureError
@@ -65,6 +70,14 @@ WORKSPACES = {
 }
 SMALLEST = QSize(1120, 700)
 
+#: Where docks lie, and from which width of the window on those of the View workspace stand right of the picture, unless
+#: a person has put one of them elsewhere.
+BOTTOM, RIGHT = Qt.DockWidgetArea.BottomDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
+WIDE = 1700
+
+#: Across, in pixels, and the share of each of the two along the window.
+DOCK_HEIGHT, DOCK_WIDTH, SHARES = 216, 360, (0.42, 0.58)
+
 #: A job's thread gives the interpreter to the window's after this long; Python's own 5 ms add up to stutter.
 SWITCH_S = 0.0005
 
@@ -81,6 +94,8 @@ class MainWindow(QMainWindow):
         self.setMinimumSize(SMALLEST)
         self.resize(1280, 800)
         self.setAcceptDrops(True)
+        self.setAnimated(False)
+        self._has_drawn = False
         self.failures = Failures(self)
         self.bench = Workbench(session.open_session(), self)
         self._make_workspaces()
@@ -113,10 +128,64 @@ class MainWindow(QMainWindow):
     def _make_docks(self) -> None:
         self.jobs_dock = JobsDock(self.bench.jobs, self)
         self.log_dock = LogDock(self)
-        for dock in (self.jobs_dock, self.log_dock):
-            self.addDockWidget(Qt.DockWidgetArea.BottomDockWidgetArea, dock)
+        self.accuracy_dock = AccuracyDock(self.bench, self.view, self)
+        self.effects_dock = EffectsDock(self.bench, self.view, self)
+        self.health_dock = HealthDock(self.bench, self.view, self)
+        self.lobe_dock = LobeInspector(self.bench, self.view, self)
+        self.of_view = DocksOf(self, (self.effects_dock, self.accuracy_dock))
+        others = (self.health_dock, self.lobe_dock, self.jobs_dock, self.log_dock)
+        for dock in (self.effects_dock, self.accuracy_dock, *others):
+            self.addDockWidget(BOTTOM, dock)
             dock.hide()
-        self.tabifyDockWidget(self.jobs_dock, self.log_dock)
+        self._place_docks(BOTTOM)
+        for behind in (self.log_dock, self.health_dock, self.lobe_dock):
+            self.tabifyDockWidget(self.jobs_dock, behind)
+
+    def _place_docks(self, area: Qt.DockWidgetArea) -> None:
+        """Effects and accuracy beside each other below the picture, or above each other right of it."""
+        lying = area == BOTTOM
+        first, second = self.effects_dock, self.accuracy_dock
+        for dock in (first, second):
+            self.addDockWidget(area, dock)
+        direction = Qt.Orientation.Horizontal if lying else Qt.Orientation.Vertical
+        self.splitDockWidget(first, second, direction)
+        self._sized = False
+        self._show_docks_of_view()
+
+    def _show_docks_of_view(self) -> None:
+        """Show them beside their workspace, at the earliest when its picture is on screen.
+
+        Qt 6.11 composes a window wrongly, and crashes, where an OpenGL widget changes its size before its first frame.
+        """
+        in_front = self.stack.currentWidget() is self.view
+        self.of_view.show(in_front and self._has_drawn)
+        if in_front and self._has_drawn:
+            QTimer.singleShot(0, self, self._size_docks)
+
+    def _picture_drawn(self) -> None:
+        if not self._has_drawn:
+            self._has_drawn = True
+            QTimer.singleShot(0, self, self._show_docks_of_view)
+
+    def _size_docks(self) -> None:
+        """Give the docks of the View workspace their part of the window, once they are on screen for the first time."""
+        docks = list(self.of_view.docks)
+        if self._sized or not all(dock.isVisible() for dock in docks):
+            return
+        self._sized = True
+        lying = self.dockWidgetArea(docks[0]) == BOTTOM
+        along, across = (self.width(), DOCK_HEIGHT) if lying else (self.height(), DOCK_WIDTH)
+        sides = (Qt.Orientation.Horizontal, Qt.Orientation.Vertical)
+        self.resizeDocks(docks, [round(share * along) for share in SHARES], sides[0 if lying else 1])
+        self.resizeDocks(docks, [across] * len(docks), sides[1 if lying else 0])
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        wanted = RIGHT if self.width() >= WIDE else BOTTOM
+        now = BOTTOM if wanted == RIGHT else RIGHT
+        docks = self.of_view.docks
+        if all(self.dockWidgetArea(dock) == now and not dock.isFloating() for dock in docks):
+            self._place_docks(wanted)
 
     def _make_actions(self) -> None:
         undo_stack = self.bench.document.undo_stack
@@ -186,10 +255,15 @@ class MainWindow(QMainWindow):
         self._add(view, "Dark theme", "", lambda: self.set_theme("dark"))
         self._add(view, "Light theme", "", lambda: self.set_theme("light"))
         view.addSeparator()
+        for action in self.of_view.actions:
+            view.addAction(action)
+        view.addAction(self.lobe_dock.toggleViewAction())
+        view.addAction(self.health_dock.toggleViewAction())
         view.addAction(self.jobs_dock.toggleViewAction())
         view.addAction(self.log_dock.toggleViewAction())
         aid = self.menu.addMenu("&Help")
         self._add(aid, "Mouse and keyboard", "F1", self.show_help)
+        self._add(aid, "Self-test", "", self.self_test)
         self._add(aid, "About Lightarc", "", self.show_about)
 
     def _add(self, menu: QMenu, words: str, keys: str, run: Callable[[], object]) -> QAction:
@@ -218,12 +292,13 @@ class MainWindow(QMainWindow):
         bench.jobs.failed.connect(self._job_failed)
         bench.said.connect(self.status.say)
         bench.wanted.connect(self.show_workspace)
-        self.status.health_clicked.connect(lambda: self.show_workspace("capture"))
+        self.status.health_clicked.connect(self._show_health)
         self.view.viewport.broken.connect(lambda error: self.failures.report("The model cannot be drawn", error))
         self.brdf.broken.connect(lambda error: self.failures.report("The sphere cannot be drawn", error))
         self.factor.broken.connect(lambda error: self.failures.report("The preview cannot be drawn", error))
         for drawing in (self.view, self.brdf, self.factor):
             drawing.drawn.connect(self.status.show_frame_time)
+        self.view.drawn.connect(lambda _seconds: self._picture_drawn())
         self.view.error_found.connect(self._show_picture_error)
         for tab in (self.capture, self.material, self.export):
             tab.sample_wanted.connect(bench.open_sample)
@@ -235,6 +310,7 @@ class MainWindow(QMainWindow):
     def show_workspace(self, name: str) -> None:
         """Bring the workspace `name` to the front."""
         self.stack.setCurrentWidget(self.tabs[name])
+        self._show_docks_of_view()
         self.buttons.button(list(WORKSPACES).index(name)).setChecked(True)
         self.status.show_frame_time(None)
 
@@ -280,6 +356,12 @@ class MainWindow(QMainWindow):
         box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         box.open()
 
+    def self_test(self) -> None:
+        """Try the hard cases of the numerics on this machine, and show how they end."""
+        self._show_health()
+        if self.health_dock.job is None:
+            self.health_dock.test_or_stop()
+
     def show_about(self) -> None:
         """Name and version."""
         box = QMessageBox(QMessageBox.Icon.NoIcon, "About Lightarc", f"Lightarc {engine.__version__}", parent=self)
@@ -313,6 +395,10 @@ class MainWindow(QMainWindow):
         self.title.setText(new.name if shown or new.sources is not None else "")
         self.setWindowTitle(f"{new.name} – Lightarc" if shown else "Lightarc")
 
+    def _show_health(self) -> None:
+        self.health_dock.show()
+        self.health_dock.raise_()
+
     def _show_picture_error(self, error: PictureError | None) -> None:
         modes = " against ".join(mode.label for mode in self.view.pictures.modes)
         hint = f"{modes}: relative RMSE on {error.pixels:,} pixels".replace(",", " ") if error else ""
@@ -336,6 +422,8 @@ class MainWindow(QMainWindow):
         for tab in (self.capture, self.material, self.brdf, self.factor, self.view, self.export):
             tab.apply_theme()
         self.status.apply_theme()
+        for dock in (self.effects_dock, self.accuracy_dock, self.health_dock, self.lobe_dock):
+            dock.apply_theme()
         self._changed(Project(), self.bench.document.project)
         for picture in self.findChildren(ImageView):
             picture.update()
@@ -344,13 +432,15 @@ class MainWindow(QMainWindow):
         if self.settings.geometry:
             self.restoreGeometry(QByteArray(bytes.fromhex(self.settings.geometry)))
         if self.settings.layout:
-            self.restoreState(QByteArray(bytes.fromhex(self.settings.layout)))
+            self._sized = self.restoreState(QByteArray(bytes.fromhex(self.settings.layout)))
+        self.of_view.close(self.settings.closed_docks)
 
     def _keep_settings(self) -> None:
         kept = dataclasses.replace(
             self.settings,
             geometry=bytes(self.saveGeometry().data()).hex(),
             layout=bytes(self.saveState().data()).hex(),
+            closed_docks=self.of_view.closed,
         )
         settings.save(kept, self.config)
 

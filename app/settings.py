@@ -27,13 +27,17 @@ RECENT = 8
 
 @dataclass(frozen=True)
 class Settings:
-    """Remembered choices; `geometry` and `layout` are Qt's own description in hexadecimal."""
+    """Remembered choices; `geometry` and `layout` are Qt's own description in hexadecimal.
+
+    `closed_docks` are those of a workspace that the person has closed: Qt's description has them as they were last.
+    """
 
     theme: str = "dark"
     geometry: str = ""
     layout: str = ""
     last_folder: str = ""
     recent: tuple[str, ...] = ()
+    closed_docks: tuple[str, ...] = ()
 
 
 def config_folder() -> Path | None:
@@ -87,7 +91,8 @@ def _from_json(values: Any) -> Settings:
             raise ValueError(f"{key} is not a text")
     for key in ("geometry", "layout"):
         bytes.fromhex(texts.get(key, ""))
-    recent = values.get("recent", [])
-    if not isinstance(recent, list) or not all(isinstance(path, str) for path in recent):
-        raise ValueError("recent is not a list of paths")
-    return Settings(**texts, recent=tuple(recent[:RECENT]))
+    recent, closed = values.get("recent", []), values.get("closed_docks", [])
+    for name, words in (("recent", recent), ("closed_docks", closed)):
+        if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
+            raise ValueError(f"{name} is not a list of texts")
+    return Settings(**texts, recent=tuple(recent[:RECENT]), closed_docks=tuple(closed[:RECENT]))

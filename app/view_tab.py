@@ -10,6 +10,7 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
 
 from app import icons
+from app.accuracy import choices_with, look_with, setting_of
 from app.bake_panel import BakePanel
 from app.baking import WORDS, Baking
 from app.compare_panel import ComparePanel
@@ -27,6 +28,7 @@ from app.viewport import Viewport
 from app.workbench import Workbench, load_shape
 from engine.brdf.brdf import Brdf
 from engine.camera import frame
+from engine.effects.setting import Setting
 from engine.mesh import Mesh
 from engine.scene import Scene
 from engine.steps import Step, Steps
@@ -37,13 +39,20 @@ TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"
 AT_REST_MS = 800
 MEASURED_PX = (640, 480)
 
+#: A bake that takes no longer begins by itself where a setting is applied that needs it.
+AT_ONCE_S = 60.0
+
 
 class ViewTab(QWidget):
-    """Shows the project's material and changes how it looks. `error_found`: how far A is from B, or None."""
+    """Shows the project's material and changes how it looks. `error_found`: how far A is from B, or None.
+
+    `setting_changed` follows when the mode on screen or a knob of it is another one.
+    """
 
     drawn = Signal(float)
     model_ready = Signal()
     error_found = Signal(object)
+    setting_changed = Signal()
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__()
@@ -54,6 +63,8 @@ class ViewTab(QWidget):
         self.at_rest.setSingleShot(True)
         self.at_rest.setInterval(AT_REST_MS)
         self.at_rest.timeout.connect(self._measure)
+        self._setting: Setting | None = None
+        self._to_bake = ""
         self.viewport = Viewport(bench.jobs)
         self.pictures = ViewPictures(self.viewport, bench.jobs)
         self.bakings: dict[str, Baking] = {method: Baking(bench, method) for method in WORDS}
@@ -152,6 +163,7 @@ class ViewTab(QWidget):
         viewport.camera_moved.connect(self._error_is_stale)
         for baking in self.bakings.values():
             baking.lit_changed.connect(self._relit)
+            baking.changed.connect(self._setting_may_have_changed)
         self.pictures.progressed.connect(self._show_caption)
         self.pictures.error_found.connect(self.compare.show_error)
         self.pictures.error_found.connect(self.error_found)
@@ -198,6 +210,7 @@ class ViewTab(QWidget):
         self.tone_map.setCurrentIndex(max(0, self.tone_map.findData(look.tone_map)))
         self._error_is_stale()
         self._show_modes(project)
+        self._setting_may_have_changed()
         for panel in (self.model, self.lights, self.reflectance, self.lookup, self.compare):
             panel.show_project(project)
         scene = self.scene(project)
@@ -299,6 +312,47 @@ class ViewTab(QWidget):
         before = mode_of(look.mode, project).value
         against = before if value == look.against else look.against
         self._set_look("Mode", gesture="mode", mode=value, against=against)
+
+    @property
+    def setting(self) -> Setting:
+        """The mode on screen with its knobs."""
+        project = self.bench.document.project
+        return self.setting_of(mode_of(project.look.mode, project).value)
+
+    def setting_of(self, mode: str) -> Setting:
+        """What a mode is set to."""
+        choices = {method: baking.choices for method, baking in self.bakings.items()}
+        return setting_of(mode, self.bench.document.project.look, choices)
+
+    def apply_setting(self, setting: Setting) -> None:
+        """Show a mode with these knobs; a bake that it calls for begins as soon as what it takes is known."""
+        project = self.bench.document.project
+        if next((why_not(mode, project) for mode in MODES if mode.value == setting.mode), "unknown"):
+            return
+        baking = self.bakings.get(setting.mode)
+        if baking is not None:
+            baking.choose(choices_with(setting, baking.choices))
+            self._to_bake = setting.mode
+        self._set_look(f"Use {setting}", **look_with(setting, project.look))
+        self._setting_may_have_changed()
+
+    def _setting_may_have_changed(self) -> None:
+        baking = self.bakings.get(self._to_bake)
+        if baking is not None and (baking.is_made or baking.job is not None):
+            self._to_bake = ""
+        elif (
+            baking is not None
+            and baking.estimate is not None
+            and baking.estimate.wanted.choices == baking.choices.baked
+        ):
+            self._to_bake = ""
+            if baking.estimate.bake_s <= AT_ONCE_S:
+                baking.bake()
+        if self.setting != self._setting:
+            self._setting = self.setting
+            for panel in self.bake_panels.values():
+                panel.refresh()
+            self.setting_changed.emit()
 
     def flip(self) -> None:
         """Exchange the mode that is shown and the one it is compared with."""

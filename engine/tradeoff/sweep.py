@@ -243,7 +243,8 @@ class _Run:
         return True
 
     def _unbaked(self, setting: Setting) -> Steps[None]:
-        if self._too_late([setting], self._expected_s(setting), AT_ONCE if self._has_bakes else 1.0 - LAST):
+        share = AT_ONCE if self._has_bakes else 1.0 - LAST
+        if self.found and self._too_late([setting], self._expected_s(setting), share):
             return
         if setting.mode == "reference":
             yield from self._reference(setting)

@@ -27,6 +27,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from app import cli, theme
 from app.surfaces import request_format
 from engine.images.encode import encode_png
+from engine.steps import Step, Steps
 
 NO_DISPLAY = sys.platform.startswith("linux") and not os.environ.get("DISPLAY")
 
@@ -94,10 +95,14 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def window(qapp: QApplication, qtbot: object) -> Iterator[object]:
-    """The main window without remembered settings, closed at the end; an error that nobody expected fails the test."""
+def window(qapp: QApplication, qtbot: object, monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
+    """The main window without remembered settings, closed at the end; an error that nobody expected fails the test.
+
+    What this machine costs is made up: measuring it takes longer than most tests.
+    """
     from app.main_window import MainWindow
 
+    monkeypatch.setattr("app.cost.cost_model", _costs)
     made = MainWindow(None)
     made.show()
     qtbot.waitExposed(made)  # type: ignore[attr-defined]
@@ -107,6 +112,13 @@ def window(qapp: QApplication, qtbot: object) -> Iterator[object]:
     made.close()
     made.deleteLater()
     QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+def _costs(*, anew: bool = False) -> Steps[object]:
+    from engine.effects.cost_model import NAMES, CostModel
+
+    yield Step(float(anew), "the costs of this machine are made up")
+    return CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-6),)))
 
 
 @pytest.fixture

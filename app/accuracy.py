@@ -1,0 +1,139 @@
+"""What has been measured of accuracy and time, as the project keeps it, and the settings that the window can take."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+from app.document import Look
+from engine.effects.setting import KNOBS, Setting
+from engine.scene import Scene
+from engine.steps import Step, Steps
+from engine.tradeoff.break_even import break_even_frames, effort
+from engine.tradeoff.point import Point
+
+if TYPE_CHECKING:
+    from engine.tradeoff.sweep import Tradeoff
+
+#: Pixels of the pictures that are measured, at most: ꟻLIP of more would take longer than the pictures.
+MOST_PIXELS = 120_000
+
+#: Fields of the choices for a bake (`app.baking.BakeChoices`) that are called otherwise than knobs.
+SPELLED = {"edge": "cube"}
+
+
+@dataclass(frozen=True, eq=False)
+class Accuracy:
+    """Points, and of what: `of` is the scene as `scene_key` gives it. `unmeasured` says in words what was left out."""
+
+    points: tuple[Point, ...]
+    of: tuple[Any, ...]
+    size: tuple[int, int]
+    samples: int
+    device: str
+    unmeasured: tuple[str, ...] = ()
+
+    def break_even(self, point: Point) -> int | None:
+        """Frames after which the bake of `point` has paid off against the reference at equal error."""
+        return break_even_frames(point, effort(self.points))
+
+    def with_before(self, before: Accuracy | None) -> Accuracy:
+        """These, and those of a sweep before of other settings, where that was of the same scene and size."""
+        if before is None or not same_key(before.of, self.of) or before.size != self.size:
+            return self
+        own = {point.setting for point in self.points}
+        kept = tuple(point for point in before.points if point.setting not in own)
+        return Accuracy((*kept, *self.points), self.of, self.size, self.samples, self.device, self.unmeasured)
+
+
+def scene_key(scene: Scene, bounces: int) -> tuple[Any, ...]:
+    """All of a scene that errors and times depend on beside the setting; the camera is not part of it."""
+    light = (scene.environment, scene.environment_rotation, scene.irradiance, scene.lamps)
+    one = () if scene.environment is not None else (scene.light,)
+    return (scene.mesh, scene.ground, scene.brdf, scene.material, scene.lookup, *light, *one, bounces)
+
+
+def same_key(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
+    """Values are compared; models, maps and materials have to be the same objects."""
+    return len(one) == len(other) and all(a is b or a == b for a, b in zip(one, other, strict=True))
+
+
+def accuracy_of(found: Tradeoff, of: tuple[Any, ...]) -> Accuracy:
+    """What a sweep has found so far, as the project keeps it."""
+    words = tuple(f"{each.setting}: {each.reason}" for each in found.left_out)
+    return Accuracy(found.points, of, found.size, found.samples, found.device, words)
+
+
+def setting_of(mode: str, look: Look, choices: Mapping[str, Any]) -> Setting:
+    """The setting that the window shows: `choices` of the bake of each mode (`app.baking.Baking.choices`)."""
+    if mode == "direct":
+        return Setting(mode, {"directions": look.directions})
+    if mode == "shading-map":
+        return Setting(mode, {"directions": look.directions, "power_law": int(look.source == "power-law")})
+    if mode not in choices:
+        return Setting(mode)
+    chosen = {SPELLED.get(each.name, each.name): getattr(choices[mode], each.name) for each in fields(choices[mode])}
+    return Setting(mode, {name: int(value) for name, value in chosen.items() if name in KNOBS[mode]})
+
+
+def look_with(setting: Setting, look: Look) -> dict[str, Any]:
+    """The parts of a look that a setting turns, its mode among them."""
+    against = look.mode if setting.mode == look.against else look.against
+    parts: dict[str, Any] = {"mode": setting.mode, "against": against}
+    if "directions" in setting.knobs:
+        parts["directions"] = setting["directions"]
+    if "power_law" in setting.knobs:
+        parts["source"] = "power-law" if setting["power_law"] else "slices"
+    return parts
+
+
+def choices_with(setting: Setting, choices: Any) -> Any:
+    """`choices` for a bake with the knobs of a setting, as far as they know them."""
+    known = {each.name: SPELLED.get(each.name, each.name) for each in fields(choices)}
+    turned = {name: setting[knob] for name, knob in known.items() if knob in setting.knobs}
+    alike = {name: type(getattr(choices, name))(value) for name, value in turned.items()}
+    return dataclasses.replace(choices, **alike)
+
+
+def size_of(screen: tuple[int, int]) -> tuple[int, int]:
+    """Width and height of the pictures that are measured for a screen of so many pixels."""
+    share = min(1.0, (MOST_PIXELS / max(1, screen[0] * screen[1])) ** 0.5)
+    return max(32, round(screen[0] * share)), max(32, round(screen[1] * share))
+
+
+def measured(
+    scene: Scene,
+    modes: Sequence[str],
+    bases: Sequence[Setting],
+    size: tuple[int, int],
+    seconds: float,
+    bounces: int,
+) -> Steps[Tradeoff]:
+    """The sweep of all ladders of some modes; slow modules are imported on the thread that asks for it."""
+    yield Step(0.0, "preparing kernels")
+    from engine.tradeoff.sweep import settings_of, sweep
+
+    settings = settings_of(scene, modes, bases, bounces=bounces > 0)
+    return (yield from sweep(scene, settings, size, seconds=seconds, max_depth=bounces + 1))
+
+
+def share_text(value: float) -> str:
+    """'1.2 %'."""
+    return f"{100.0 * value:.2g} %" if value < 0.995 else f"{100.0 * value:.0f} %"
+
+
+def describe(point: Point, accuracy: Accuracy | None = None) -> str:
+    """A point in a few lines: what it is, how exact, and what it takes."""
+    error = f"error {100.0 * point.error_rmse_rel:.2f} ± {100.0 * point.error_uncertainty:.2f} %"
+    lines = [
+        str(point.setting),
+        f"{error}, FLIP {point.error_flip:.3f}",
+        f"frame {1e3 * point.frame_s:.1f} ms, relighting {1e3 * point.relight_s:.1f} ms",
+        f"bake {point.bake_s:.1f} s, memory {point.memory_bytes / 1e6:.1f} MB",
+    ]
+    frames = accuracy.break_even(point) if accuracy is not None else None
+    if frames is not None:
+        lines.append(f"pays off after {frames} frame{'s' if frames != 1 else ''} against the reference")
+    return "\n".join(lines)

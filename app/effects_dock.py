@@ -1,0 +1,303 @@
+"""The Effects dock: what the scene calls for, what leaving it out costs and saves, and the plan within a budget."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QDockWidget,
+    QHBoxLayout,
+    QHeaderView,
+    QLineEdit,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app import theme
+from app.accuracy import share_text
+from app.document import Look, Project
+from app.latest import Latest
+from app.panels import button, enable, text
+from app.theme import PADDING, ROW, STEP, role
+from app.view_tab import ViewTab
+from app.workbench import Workbench
+from engine.scene import Scene
+from engine.steps import Step, Steps
+from engine.tradeoff.choose import Budget, budget_from_text
+
+if TYPE_CHECKING:
+    from engine.effects.plan import Effect, EffectsPlan
+
+#: Effects as people read them; those that a later plan adds are shown by their own name.
+NAMES = {
+    "self-shadowing": "Shadows",
+    "interreflection": "Bounces",
+    "glossy": "Gloss",
+    "anisotropy": "Anisotropy",
+    "all-frequency-light": "Sharp light",
+    "sun-split": "Sun",
+    "mesostructure": "Mesostructure",
+    "spatially-varying-gloss": "Varying gloss",
+    "fresnel": "Fresnel",
+    "retro-reflection": "Retro-reflection",
+}
+
+#: What can be wished of an effect.
+WISHES = (("", "Auto"), ("on", "On"), ("off", "Off"))
+
+#: Pause after the last change before the scene is planned anew.
+AT_REST_MS = 500
+
+#: Seconds and bytes below these are not worth a word.
+LEAST_S, LEAST_BYTES = 0.05, 1e5
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """What a plan is of."""
+
+    scene: Scene
+    budget: Budget
+    forced: tuple[str, ...]
+    skipped: tuple[str, ...]
+
+    def is_as(self, other: Asked | None) -> bool:
+        if other is None or (self.budget, self.forced, self.skipped) != (other.budget, other.forced, other.skipped):
+            return False
+        one, two = self.scene, other.scene
+        same = (one.mesh is two.mesh, one.environment is two.environment, one.material is two.material)
+        return all(same) and (one.brdf, one.ground) == (two.brdf, two.ground)
+
+
+class EffectsDock(QDockWidget):
+    """Plans anew when the scene is another one. `applied(Setting)` asks the View workspace for the plan's setting."""
+
+    applied = Signal(object)
+
+    def __init__(self, bench: Workbench, view: ViewTab, parent: QWidget) -> None:
+        super().__init__("Effects", parent)
+        self.setObjectName("effects")
+        self.bench, self.view = bench, view
+        self.plan: EffectsPlan | None = None
+        self.latest = Latest(bench.jobs, "Planning effects")
+        self._asked: Asked | None = None
+        self.at_rest = QTimer(self)
+        self.at_rest.setSingleShot(True)
+        self.at_rest.setInterval(AT_REST_MS)
+        self.at_rest.timeout.connect(self._ask)
+        self.wishes: dict[str, QComboBox] = {}
+        self.setWidget(self._inside())
+        self.applied.connect(view.apply_setting)
+        bench.document.changed.connect(lambda _old, _new: self.refresh())
+        view.model_ready.connect(self.refresh)
+        view.reflectance.ready.connect(self.refresh)
+        view.setting_changed.connect(self._show_choice)
+        self.visibilityChanged.connect(lambda _visible: self.refresh())
+
+    def sizeHint(self) -> QSize:
+        return QSize(320, 300)
+
+    def _inside(self) -> QWidget:
+        holder = role(QWidget(), "panel")
+        holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        column = QVBoxLayout(holder)
+        column.setContentsMargins(PADDING, STEP, PADDING, STEP)
+        column.setSpacing(STEP)
+        self.table = QTableWidget(0, 3)
+        self.table.setAccessibleName("Effects that the scene calls for")
+        self.table.horizontalHeader().hide()
+        self.table.verticalHeader().hide()
+        self.table.verticalHeader().setDefaultSectionSize(ROW)
+        self.table.setShowGrid(False)
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        self.table.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.table.setWordWrap(False)
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Fixed)
+        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(2, QHeaderView.ResizeMode.Fixed)
+        header.resizeSection(0, 124)
+        header.resizeSection(2, 76)
+        column.addWidget(self.table, 1)
+        self.budget = QLineEdit()
+        self.budget.setText(self.bench.document.project.look.plan_budget)
+        self.budget.editingFinished.connect(self._budget_edited)
+        self.budget.setFixedWidth(88)
+        caption = text("Budget", "secondary")
+        caption.setBuddy(self.budget)
+        self.budget.setAccessibleName("Budget of the plan")
+        for widget in (caption, self.budget):
+            widget.setToolTip("What a picture may err by, '1 %', or a frame may take, '8 ms'")
+        self.apply = button("Use this plan", hint="Show the mode with the knobs that the plan has chosen")
+        self.apply.clicked.connect(self._apply)
+        foot = QHBoxLayout()
+        foot.setSpacing(2 * STEP)
+        foot.addWidget(caption)
+        foot.addWidget(self.budget)
+        foot.addStretch(1)
+        foot.addWidget(self.apply)
+        column.addLayout(foot)
+        self.words = text("", "secondary", wrap=True)
+        column.addWidget(self.words)
+        return holder
+
+    def _wanted(self, project: Project) -> Asked | None:
+        """What is to be planned; None where there is nothing that can be, and then the words say why."""
+        scene, look = self.view.scene(project), project.look
+        if scene is None or scene.environment is None:
+            self.words.setText("" if scene is None else "A plan needs light from all around: choose it under Light.")
+            return None
+        try:
+            budget = budget_from_text(look.plan_budget)
+        except ValueError:
+            self.words.setText("Say the budget as '1 %' or '8 ms'.")
+            return None
+        return Asked(scene, budget, look.forced, look.skipped)
+
+    def refresh(self) -> None:
+        """Plan, where the scene or the wishes are others and somebody looks."""
+        project = self.bench.document.project
+        if self.budget.text() != project.look.plan_budget and not self.budget.hasFocus():
+            self.budget.setText(project.look.plan_budget)
+        if not self.isVisible():
+            return
+        wanted = self._wanted(project)
+        if wanted is None:
+            self._asked = self.plan = None
+            self._show()
+        elif not wanted.is_as(self._asked):
+            self._asked = wanted
+            self.words.setText("Looking at the scene…")
+            self.at_rest.start()
+
+    def _ask(self) -> None:
+        """Plan what was wanted last, now that nothing has changed for a while."""
+        wanted, (width, height) = self._asked, self.view.viewport.screen_px()
+        if wanted is not None:
+            self.latest.ask(lambda: planned(wanted, width * height), lambda plan: self._take(wanted, plan))
+
+    def _take(self, wanted: Asked, plan: EffectsPlan) -> None:
+        if wanted is self._asked:
+            self.plan = plan
+            self._show()
+
+    def _show(self) -> None:
+        effects = self.plan.effects if self.plan is not None else ()
+        if [*self.wishes] != [effect.effect for effect in effects]:
+            self._make_rows(effects)
+        for place, effect in enumerate(effects):
+            self._show_row(place, effect)
+        self._show_choice()
+
+    def _make_rows(self, effects: tuple[Effect, ...]) -> None:
+        self.table.setRowCount(len(effects))
+        self.wishes = {}
+        for place, effect in enumerate(effects):
+            for column in range(2):
+                self.table.setItem(place, column, QTableWidgetItem())
+            wish = QComboBox()
+            for value, words in WISHES:
+                wish.addItem(words, value)
+            wish.setAccessibleName(NAMES.get(effect.effect, effect.effect))
+            wish.activated.connect(lambda _index, name=effect.effect: self._wish(name))
+            self.table.setCellWidget(place, 2, wish)
+            self.wishes[effect.effect] = wish
+
+    def _show_row(self, place: int, effect: Effect) -> None:
+        colours, look = theme.current(), self.bench.document.project.look
+        name, words = self.table.item(place, 0), self.table.item(place, 1)
+        assert name is not None
+        assert words is not None
+        name.setText(f"{'●' if effect.on else '○'}  {NAMES.get(effect.effect, effect.effect)}")
+        name.setForeground(QColor(colours.text if effect.on else colours.secondary))
+        words.setText(row_text(effect))
+        words.setForeground(QColor(colours.secondary))
+        for item in (name, words):
+            item.setToolTip(f"{effect.decision}: {effect.reason}\n{row_text(effect)}")
+        wish = self.wishes[effect.effect]
+        value = "on" if effect.effect in look.forced else "off" if effect.effect in look.skipped else ""
+        wish.setCurrentIndex(wish.findData(value))
+
+    def _show_choice(self) -> None:
+        plan = self.plan
+        if plan is None:
+            enable(self.apply, self.words.text() or "There is no plan yet")
+            return
+        within = "" if plan.satisfied else "Nothing keeps within the budget; the nearest is: "
+        error, frame_ms = share_text(plan.predicted_error_rel), 1e3 * plan.predicted_frame_s
+        self.words.setText(f"{within}{plan.setting}: about {error} and {frame_ms:.2g} ms")
+        is_shown = plan.setting == self.view.setting
+        enable(self.apply, "The plan is what is shown" if is_shown else "")
+
+    def _apply(self) -> None:
+        if self.plan is not None:
+            self.applied.emit(self.plan.setting)
+
+    def _wish(self, name: str) -> None:
+        """Force an effect, leave it out, or let the plan decide."""
+        look, value = self.bench.document.project.look, self.wishes[name].currentData()
+        forced = tuple(each for each in look.forced if each != name) + ((name,) if value == "on" else ())
+        skipped = tuple(each for each in look.skipped if each != name) + ((name,) if value == "off" else ())
+        self._change(f"{NAMES.get(name, name)} {self.wishes[name].currentText().lower()}", look, forced, skipped)
+
+    def _budget_edited(self) -> None:
+        words, look = self.budget.text().strip(), self.bench.document.project.look
+        if words != look.plan_budget:
+            self._change("Budget", dataclasses.replace(look, plan_budget=words), look.forced, look.skipped)
+
+    def _change(self, words: str, look: Look, forced: tuple[str, ...], skipped: tuple[str, ...]) -> None:
+        changed = dataclasses.replace(look, forced=forced, skipped=skipped)
+        if changed != self.bench.document.project.look:
+            self.bench.document.change(words, look=changed)
+
+    def apply_theme(self) -> None:
+        """Draw in the colours of the current theme."""
+        self._show()
+
+
+def row_text(effect: Effect) -> str:
+    """'needed, 12 % without it' or 'skipped, 0.2 % for 41 s'."""
+    error = share_text(effect.estimated_error_rel) if effect.estimated_error_rel >= 1e-5 else "nothing"
+    if effect.on:
+        return f"{effect.decision}, {error} without it"
+    saved = []
+    if effect.saves_s >= LEAST_S:
+        saved.append(f"{effect.saves_s:.2g} s" if effect.saves_s < 100.0 else f"{effect.saves_s:.0f} s")
+    if effect.saves_bytes >= LEAST_BYTES:
+        saved.append(f"{effect.saves_bytes / 1e6:.2g} MB")
+    return f"{effect.decision}, {error}" + (f" for {' and '.join(saved)}" if saved else "")
+
+
+def planned(asked: Asked, pixels: int) -> Steps[Any]:
+    """The plan of a scene; the first of a machine measures its costs."""
+    yield Step(0.0, "preparing kernels")
+    from app.cost import cost_model
+    from engine.effects.plan import plan
+
+    scene, budget = asked.scene, asked.budget
+    model = yield from cost_model()
+    yield Step(0.9, "looking at the scene")
+    time_ms = 1e3 * budget.time_s if budget.time_s is not None and budget.error is None else None
+    return plan(
+        scene.mesh,
+        scene.brdf,
+        scene.environment,  # type: ignore[arg-type]
+        cost=model,
+        error=budget.error if time_ms is None else None,
+        time_ms=time_ms,
+        force=asked.forced,
+        skip=asked.skipped,
+        ground=scene.ground,
+        rotation=scene.environment_rotation,
+        material=scene.material,
+        pixels=max(1, pixels),
+    )

@@ -1,0 +1,167 @@
+"""The Accuracy dock: measuring, the plot, a click that applies a setting, and budgets."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+
+from app.accuracy import Accuracy, choices_with, describe, look_with, scene_key, setting_of
+from app.baking import BakeChoices, Baking
+from app.document import Look
+from app.main_window import MainWindow
+from app.tradeoff_plot import AXES
+from engine.effects.setting import Setting
+from engine.environment_file import open_environment
+from engine.tradeoff.point import COSTS, Point
+from tests.app.test_window_bake import LONG, ball
+
+POINTS = (
+    Point(Setting("direct", {"directions": 16}), 0.2, 0.2, 0.001, 0.004, 1e-5, 0.0, 100, 0),
+    Point(Setting("direct", {"directions": 256}), 0.15, 0.15, 0.001, 0.05, 1e-5, 0.0, 4000, 0),
+    Point(Setting("sh", {"order": 3}), 0.05, 0.05, 0.001, 0.006, 0.002, 4.0, 2_000_000, 2_000_000),
+    Point(Setting("wavelet", {"terms": 2, "cube": 16}), 0.02, 0.02, 0.001, 0.008, 0.01, 9.0, 9_000_000, 9_000_000),
+    Point(Setting("reference", {"samples": 4}), 0.1, 0.1, 0.001, 1.0, 0.0, 0.0, 10_000_000, 0),
+)
+
+
+@pytest.fixture
+def view(window: MainWindow, qtbot: Any) -> MainWindow:
+    """A ball under the studio in the View workspace."""
+    document = window.bench.document
+    material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
+    document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
+    window.show_workspace("view")
+    qtbot.waitUntil(lambda: window.view.scene(document.project) is not None, timeout=LONG)
+    return window
+
+
+def measured(window: MainWindow) -> Accuracy:
+    scene = window.view.scene(window.bench.document.project)
+    assert scene is not None
+    found = Accuracy(POINTS, scene_key(scene, 0), (64, 48), 16, "test")
+    window.bench.document.change("Measure accuracy", accuracy=found)
+    return found
+
+
+def click(window: MainWindow, qtbot: Any, setting: Setting) -> None:
+    plot = window.accuracy_dock.plot
+    place = plot.place_of(setting)
+    assert place is not None
+    qtbot.mouseMove(plot.viewport(), QPoint(2, 2))
+    qtbot.mouseClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=place.toPoint())
+
+
+def test_all_axes_of_the_engine_are_there() -> None:
+    assert set(AXES) == set(COSTS)
+
+
+def test_points_are_shown_kept_and_undone(view: MainWindow) -> None:
+    dock = view.accuracy_dock
+    assert "Nothing measured yet" in dock.words.text()
+    found = measured(view)
+    assert dock.accuracy is found
+    assert {point.setting for point in dock.plot.shown} == {point.setting for point in POINTS}
+    dock.axis.setCurrentIndex(dock.axis.findData("bake"))
+    dock.axis.activated.emit(0)
+    assert {point.mode for point in dock.plot.shown} == {"sh", "wavelet"}
+    assert "3 take none" in dock.words.text()
+    view.bench.document.undo_stack.undo()
+    assert dock.accuracy is None
+
+
+def test_a_click_applies_mode_and_knobs(view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Baking, "_ask", lambda _self, _wanted: None)
+    measured(view)
+    click(view, qtbot, POINTS[1].setting)
+    look = view.bench.document.project.look
+    assert (look.mode, look.directions) == ("direct", 256)
+    assert view.view.setting == POINTS[1].setting
+    assert view.accuracy_dock.plot.current == POINTS[1].setting
+    click(view, qtbot, POINTS[3].setting)
+    assert view.bench.document.project.look.mode == "wavelet"
+    assert (view.view.bakings["wavelet"].choices.terms, view.view.bakings["wavelet"].choices.edge) == (2, 16)
+
+
+def test_arrow_keys_reach_points_and_enter_applies_one(view: MainWindow, qtbot: Any) -> None:
+    measured(view)
+    plot = view.accuracy_dock.plot
+    with qtbot.waitSignal(plot.picked) as picked:
+        for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Return):
+            qtbot.keyClick(plot, key)
+    assert picked.args == [POINTS[0].setting]
+
+
+@pytest.mark.parametrize(
+    ("words", "setting"),
+    [("10 ms and 5 MB", POINTS[2].setting), ("3 %", POINTS[3].setting), ("20 ms", POINTS[3].setting)],
+)
+def test_a_budget_names_the_best_setting(view: MainWindow, qtbot: Any, words: str, setting: Setting) -> None:
+    measured(view)
+    dock = view.accuracy_dock
+    dock.applied.disconnect(view.view.apply_setting)
+    dock.budget.setText(words)
+    assert str(setting) in dock.words.text()
+    with qtbot.waitSignal(dock.applied) as applied:
+        qtbot.keyClick(dock.budget, Qt.Key.Key_Return)
+    assert applied.args == [setting]
+
+
+def test_it_says_when_none_does_and_what_a_budget_is(view: MainWindow) -> None:
+    measured(view)
+    dock = view.accuracy_dock
+    dock.budget.setText("0.1 %")
+    assert "No measured setting keeps within it" in dock.words.text()
+    dock.budget.setText("fast")
+    assert "8 ms and 100 MB" in dock.words.text()
+    dock._apply_choice()
+
+
+def test_another_light_makes_points_stale(view: MainWindow) -> None:
+    measured(view)
+    dock = view.accuracy_dock
+    assert not dock.is_stale
+    view.bench.document.change("Light", environment=open_environment("sky"))
+    assert dock.is_stale
+    assert "another scene" in dock.words.text()
+
+
+def test_measuring_fills_the_plot(view: MainWindow, qtbot: Any) -> None:
+    dock = view.accuracy_dock
+    dock.modes.setCurrentIndex(dock.modes.findData("direct"))
+    dock.time.addItem("a moment", 2)
+    dock.time.setCurrentIndex(dock.time.findData(2))
+    dock.go.click()
+    assert dock.go.text() == "Stop measuring"
+    qtbot.waitUntil(lambda: dock.job is None, timeout=LONG)
+    assert dock.accuracy is view.bench.document.project.accuracy
+    assert dock.accuracy is not None
+    assert {point.mode for point in dock.accuracy.points} == {"direct"}
+
+
+def test_docks_of_the_view_come_and_go_with_it(window: MainWindow, qtbot: Any) -> None:
+    docks = (window.accuracy_dock, window.effects_dock)
+    assert not any(dock.isVisible() for dock in docks)
+    window.show_workspace("view")
+    qtbot.waitUntil(lambda: all(dock.isVisible() for dock in docks), timeout=LONG)
+    window.accuracy_dock.close()
+    window.show_workspace("brdf")
+    assert not any(dock.isVisible() for dock in docks)
+    window.show_workspace("view")
+    assert [dock.isVisible() for dock in docks] == [False, True]
+    window._keep_settings()
+    assert window.of_view.closed == ("accuracy",)
+    window.of_view.actions[1].trigger()
+    assert window.accuracy_dock.isVisible()
+
+
+def test_settings_go_to_the_window_and_back() -> None:
+    look, choices = Look(), {"sh": BakeChoices(), "wavelet": BakeChoices()}
+    wanted = Setting("wavelet", {"terms": 2, "cube": 16})
+    turned = choices | {"wavelet": choices_with(wanted, choices["wavelet"])}
+    assert setting_of("wavelet", look, turned) == wanted
+    for setting in (Setting("direct", {"directions": 16}), Setting("shading-map", {"directions": 4, "power_law": 1})):
+        assert setting_of(setting.mode, dataclasses.replace(look, **look_with(setting, look)), choices) == setting
+    assert "± 0.10 %" in describe(POINTS[0])

@@ -1,0 +1,94 @@
+"""The Effects dock: the plan of the scene on screen, what is forced or left out, and its budget."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import pytest
+
+from app.effects_dock import NAMES, row_text
+from app.main_window import MainWindow
+from engine.effects.estimates import EFFECTS
+from engine.effects.plan import Effect
+from engine.environment_file import open_environment
+from tests.app.test_window_bake import LONG, ball
+
+
+@pytest.fixture
+def planned(window: MainWindow, qtbot: Any) -> MainWindow:
+    """The plan of a matt ball under a sky."""
+    document = window.bench.document
+    material = dataclasses.replace(document.project.material, brdf="lambert:albedo=0.5")
+    document.change("Ball", mesh=ball(), environment=open_environment("sky"), material=material)
+    window.show_workspace("view")
+    qtbot.waitUntil(lambda: window.effects_dock.plan is not None, timeout=LONG)
+    return window
+
+
+def row(window: MainWindow, effect: str) -> str:
+    place = EFFECTS.index(effect)  # type: ignore[arg-type]
+    items = (window.effects_dock.table.item(place, column) for column in range(2))
+    return " ".join(item.text() for item in items if item is not None)
+
+
+def test_every_effect_has_a_name() -> None:
+    assert set(NAMES) == set(EFFECTS)
+
+
+def test_the_plan_is_shown_forced_and_undone(planned: MainWindow, qtbot: Any) -> None:
+    dock = planned.effects_dock
+    assert dock.table.rowCount() == len(EFFECTS)
+    assert row(planned, "self-shadowing").startswith("○")
+    assert "skipped" in row(planned, "self-shadowing")
+    wish = dock.wishes["self-shadowing"]
+    wish.setCurrentIndex(wish.findData("on"))
+    wish.activated.emit(0)
+    assert planned.bench.document.project.look.forced == ("self-shadowing",)
+    qtbot.waitUntil(lambda: "forced on" in row(planned, "self-shadowing"), timeout=LONG)
+    wish.setCurrentIndex(wish.findData("off"))
+    wish.activated.emit(0)
+    look = planned.bench.document.project.look
+    assert (look.forced, look.skipped) == ((), ("self-shadowing",))
+    planned.bench.document.undo_stack.undo()
+    planned.bench.document.undo_stack.undo()
+    assert planned.bench.document.project.look.skipped == ()
+
+
+def test_the_plan_is_applied_to_the_mode(planned: MainWindow) -> None:
+    dock = planned.effects_dock
+    assert dock.plan is not None
+    dock.apply.click()
+    assert planned.view.setting.mode == dock.plan.mode
+
+
+def test_a_budget_is_read_and_refused(planned: MainWindow, qtbot: Any) -> None:
+    dock = planned.effects_dock
+    before = dock.plan
+    dock.budget.setText("8 ms")
+    dock.budget.editingFinished.emit()
+    qtbot.waitUntil(lambda: dock.plan is not before and dock.plan is not None, timeout=LONG)
+    dock.budget.setText("soon")
+    dock.budget.editingFinished.emit()
+    assert "Say the budget" in dock.words.text()
+    assert not dock.apply.isEnabled()
+    assert planned.bench.document.project.look.plan_budget == "soon"
+
+
+def test_without_an_environment_it_says_what_is_needed(planned: MainWindow) -> None:
+    planned.bench.document.change("One light", environment=None)
+    assert "light from all around" in planned.effects_dock.words.text()
+    assert planned.effects_dock.plan is None
+
+
+@pytest.mark.parametrize(
+    ("effect", "words"),
+    [
+        (Effect("glossy", "needed", "", 0.12, 3.0, 10**7), "needed, 12 % without it"),
+        (Effect("glossy", "skipped", "", 0.002, 41.0, 0), "skipped, 0.2 % for 41 s"),
+        (Effect("glossy", "skipped", "", 0.0, 0.0, 0), "skipped, nothing"),
+        (Effect("glossy", "forced off", "", 0.5, 250.0, 2 * 10**6), "forced off, 50 % for 250 s and 2 MB"),
+    ],
+)
+def test_rows_say_what_is_lost_and_saved(effect: Effect, words: str) -> None:
+    assert row_text(effect) == words

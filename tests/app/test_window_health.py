@@ -1,0 +1,104 @@
+"""The Health dock: what every result says of its numbers, with a verdict, and the self-test."""
+
+from __future__ import annotations
+
+import dataclasses
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from app import health_dock
+from app.health_dock import report_text
+from app.healths import figures_of, parts_of, worst_of
+from app.main_window import MainWindow
+from engine.environment_file import open_environment
+from engine.health import Finding, Health, Verdict
+from engine.selftest.case import Case
+from engine.steps import Step, Steps
+from tests.app.test_window_bake import LONG, ball
+
+DOUBTFUL = Health({"clipped_texels": 12.0, "edge_error_px": 0.25}, (Finding(Verdict.WARNING, "12 texels are clipped"),))
+
+
+def rows(window: MainWindow) -> dict[str, list[str]]:
+    """The words of each part, and of what is under it."""
+    tree = window.health_dock.tree
+    found = {}
+    for at in range(tree.topLevelItemCount()):
+        top = tree.topLevelItem(at)
+        assert top is not None
+        under = [top.child(each) for each in range(top.childCount())]
+        found[top.text(0)] = [top.text(1), top.text(2), *(f"{item.text(1)}: {item.text(2)}" for item in under)]
+    return found
+
+
+def test_every_result_is_told_with_its_figures_and_a_verdict(window: MainWindow) -> None:
+    mesh = dataclasses.replace(ball(), health=DOUBTFUL)
+    window.bench.document.change("Ball", mesh=mesh, environment=open_environment("sky"))
+    shown = rows(window)
+    assert shown["Model"][:2] == ["12 texels are clipped", "check"]
+    assert "Clipped texels: 12" in shown["Model"]
+    assert "Edge error: 0.25 px" in shown["Model"]
+    assert shown["Light"][1] == "good"
+    window.bench.document.undo_stack.undo()
+    assert "Model" not in rows(window)
+
+
+def test_the_status_bar_opens_it(window: MainWindow) -> None:
+    assert not window.health_dock.isVisible()
+    window.status.health_clicked.emit()
+    assert window.health_dock.isVisible()
+
+
+def test_bakes_and_reflectances_are_among_the_parts() -> None:
+    from app.document import Project
+
+    table = SimpleNamespace(health=Health({"condition": 3.0}))
+    made = SimpleNamespace(transport=SimpleNamespace(table=table), health=Health())
+    parts = parts_of(Project(), SimpleNamespace(health=DOUBTFUL), [("Bake, sh", made), ("Bake, wavelet", None)])
+    assert [part.name for part in parts] == ["Reflectance", "Bake, sh", "Bake, sh: reflectance"]
+    assert worst_of(parts).verdict == Verdict.WARNING
+    assert [*figures_of(table.health)] == [("Condition", "3", False)]
+
+
+def test_figures_that_are_not_known_are_said_to_be() -> None:
+    assert [*figures_of(Health({"noise_rel": float("nan")}))] == [("Noise", "not known relative", False)]
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_the_self_test_is_under_help_and_told_case_by_case(
+    window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch, fails: bool
+) -> None:
+    cases = (Case("F1", "frames", 1e-16, 1e-15), Case("H2", "poles", 2.0 if fails else 0.0, 1.0))
+
+    def tested() -> Steps[Any]:
+        yield Step(0.5, "trying")
+        return cases
+
+    monkeypatch.setattr(health_dock, "_tested", tested)
+    window.self_test()
+    qtbot.waitUntil(lambda: window.health_dock.job is None, timeout=LONG)
+    told = rows(window)["Self-test"]
+    assert told[1] == ("problem" if fails else "good")
+    assert "F1  frames: 1e-16 ≤ 1e-15" in told
+    assert ("H2" in window.health_dock.words.text()) == fails
+    assert window.health_dock.test.text() == "Self-test"
+
+
+def test_a_stopped_self_test_says_so(window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def tested() -> Steps[Any]:
+        while True:
+            yield Step(0.5, "trying")
+
+    monkeypatch.setattr(health_dock, "_tested", tested)
+    window.self_test()
+    window.health_dock.test.click()
+    qtbot.waitUntil(lambda: window.health_dock.job is None, timeout=LONG)
+    assert "stopped" in window.health_dock.words.text()
+
+
+def test_reports_are_sentences() -> None:
+    good = Case("F1", "frames", 0.0, 1.0)
+    assert report_text((good,)) == "All 1 cases of the self-test pass."
+    assert "1 of 2" in report_text((good, Case("H2", "poles", 2.0, 1.0)))
