@@ -39,23 +39,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from app.cli import usage
+    from app.cli import CANCELLED, DONE, usage
     from engine.figures.write import drawn_into
 
     names = usage(_chosen, arguments.names)
     settings = _settings(arguments)
-    figures = []
+    figures: list[dict[str, Any]] = []
+    cancelled = False
     for index, name in enumerate(names):
         started = time.perf_counter()
         steps = drawn_into(arguments.output, name, _function(FIGURES[name][0])(settings))
         named = _named(name, part(steps, index / len(names), (index + 1) / len(names)))
-        record = usage(drain, named, show)
+        try:
+            record = usage(drain, named, show)
+        except KeyboardInterrupt:
+            if not figures:
+                raise
+            cancelled = True
+            break
         figures.append({**record, "time_s": time.perf_counter() - started})
     return {
         "output": str(arguments.output),
         "figures": [{key: value for key, value in figure.items() if key != "pictures"} for figure in figures],
         "pictures": [picture for figure in figures for picture in figure["pictures"]],
         "warnings": list(settings.warnings),
+        "cancelled": cancelled,
+        "exit_code": CANCELLED if cancelled else DONE,
     }
 
 
@@ -65,7 +74,8 @@ def report(result: dict[str, Any]) -> str:
         folder = Path(result["output"]) / figure["name"]
         lines.append(f"{folder / figure['picture']}: {figure['title']}, {figure['time_s']:.0f} s")
         lines += [_line(picture) for picture in result["pictures"] if picture["name"] == figure["name"]]
-    return "\n".join([*filter(None, lines), *result["warnings"]])
+    end = ["Cancelled; the figures above are complete."] if result["cancelled"] else []
+    return "\n".join([*filter(None, lines), *result["warnings"], *end])
 
 
 def _line(picture: dict[str, Any]) -> str:

@@ -7,6 +7,7 @@ show pictures; the figures under them are ours.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -202,6 +203,8 @@ def _aspect(row: ShownRow) -> float:
 
 def error_text(error: ErrorEstimate) -> str:
     """`12.3 ± 0.4 %`, with as many digits as the uncertainty allows; an exact error stands alone."""
+    if not math.isfinite(error.rmse_rel):
+        return "no relative error: black"
     if error.uncertainty == 0.0:
         return f"{100.0 * error.rmse_rel:.1f} %"
     digits = 1 if error.uncertainty >= 5e-4 or error.rmse_rel >= 0.1 else 2
@@ -215,7 +218,10 @@ def file_name(row: int, column: int, shown: Shown) -> str:
 
 
 def records(figure: Figure) -> list[dict[str, Any]]:
-    """What the pictures of a figure are, how far from which reference, and their files."""
+    """What the pictures of a figure are, how far from which reference, and their files.
+
+    An error is None of references, and where the reference is black and a picture is not.
+    """
     found = []
     for number, row in enumerate(figure.rows):
         for column, shown in enumerate(row.pictures):
@@ -226,10 +232,14 @@ def records(figure: Figure) -> list[dict[str, Any]]:
                     "name": figure.name,
                     "panel": f"{row.heading}, {shown.panel}",
                     "knobs": dict(shown.knobs),
-                    "error_rmse_rel": shown.error.rmse_rel if shown.error else None,
-                    "error_uncertainty": shown.error.uncertainty if shown.error else None,
+                    "error_rmse_rel": _finite(shown.error.rmse_rel) if shown.error else None,
+                    "error_uncertainty": _finite(shown.error.uncertainty) if shown.error else None,
                     "radiance": file_name(number, column, shown),
                     "reference": truth if shown.error else None,
                 }
             )
     return found
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -115,7 +115,8 @@ def _lights(environment: EnvironmentMap, columns: list[Column]) -> ShownRow:
     for words, knobs, light in columns:
         approximation = evaluate(knobs["order"], directions.reshape(-1, 3)) @ light
         apart = approximation.reshape(true.shape) - true
-        error = np.sqrt(np.sum(apart**2 * area[..., None]) / np.sum(true**2 * area[..., None]))
+        whole_power = float(np.sum(true**2 * area[..., None]))
+        error = np.sqrt(np.sum(apart**2 * area[..., None]) / whole_power) if whole_power > 0.0 else 0.0
         picture = _opaque(np.maximum(approximation.reshape(true.shape), 0.0))
         shown.append(Shown(words, picture, knobs, ErrorEstimate(float(error), 0.0), stops))
     return ShownRow("Light", (*shown, Shown("map", whole, exposure_ev=stops)))

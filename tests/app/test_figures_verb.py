@@ -81,6 +81,21 @@ def test_cancelling_leaves_no_figure(
     assert list((tmp_path / "out").iterdir()) == []
 
 
+def test_cancelling_later_keeps_the_figures_that_are_complete(
+    lightarc: Command, mesh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("engine.figures.wang_3.compared", interrupted)
+    ran = lightarc("figures", "wang-2", "wang-3", "--mesh", mesh, "--quick", "-o", tmp_path / "out", "--json")
+    assert ran.code == 4
+    found = json.loads(ran.out)
+    assert found["cancelled"]
+    assert [figure["name"] for figure in found["figures"]] == ["wang-2"]
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["wang-2"]
+
+
 def test_every_figure_says_what_it_shows(lightarc: Command) -> None:
     said = " ".join(lightarc("figures", "-h").out.split())
     assert all(name in said for name in FIGURES)

@@ -13,6 +13,7 @@ import pytest
 from engine.accuracy.compare import ErrorEstimate
 from engine.brdf.brdf import brdf_from_text
 from engine.camera import frame
+from engine.environment import EnvironmentMap
 from engine.environment_file import open_environment
 from engine.errors import OutputError
 from engine.factor.errors import reference
@@ -223,3 +224,17 @@ def test_a_picture_of_nothing_is_shown_and_has_no_error() -> None:
     pictures = figures.compared([("empty", {}, nothing)], reference, "reference")
     assert pictures[0].error == ErrorEstimate(0.0, 0.0)
     assert sheet_of(Figure("a", "b", "c", (ShownRow("Row", pictures),))).any()
+
+
+def test_a_black_reference_gives_no_relative_error_and_a_file_all_the_same(tmp_path: Path) -> None:
+    nothing = np.concatenate([np.zeros((4, 4, 3)), np.ones((4, 4, 1))], axis=2).astype(np.float32)
+    reference = figures.ReferencePicture(nothing, None, 1, 1, 0, 0)
+    pictures = figures.compared([("lit", {}, np.ones((4, 4, 4), np.float32))], reference, "reference")
+    record = drain(drawn_into(tmp_path, "test-1", steps_of(Figure("test-1", "b", "c", (ShownRow("Row", pictures),)))))
+    assert [picture["error_rmse_rel"] for picture in record["pictures"]] == [None, None]
+
+
+def test_a_black_light_is_drawn_exactly() -> None:
+    black = EnvironmentMap(np.zeros((8, 16, 3), np.float32))
+    figure = drain(kautz_6(small(mesh=shape("plane"), environment=black)))
+    assert set(errors_of(figure)) == {0.0}
