@@ -175,6 +175,10 @@ class Baking(QObject):
         """Whether the picture shows a bake, if one of other choices."""
         return self._usable(self._wanted)
 
+    def is_drawable(self, scene: Scene) -> bool:
+        """Whether the bake that there is can be drawn of `scene`."""
+        return self._usable(Wanted(scene.mesh, scene.ground, scene.brdf, self.choices.baked))
+
     def _usable(self, wanted: Wanted | None) -> bool:
         return self.made is not None and wanted is not None and not self._why_stale(self.made, wanted)
 
@@ -201,8 +205,7 @@ class Baking(QObject):
         """What can be drawn of `scene`: its light, or the light before while its own is on the way."""
         if self._lit is None or self.made is None or self._lit[0] is not self.made.wanted:
             return None
-        usable = self._usable(Wanted(scene.mesh, scene.ground, scene.brdf, self.choices.baked))
-        return self._lit[1] if usable else None
+        return self._lit[1] if self.is_drawable(scene) else None
 
     def _ask(self, wanted: Wanted) -> None:
         if not wanted.is_as(self._asked):

@@ -27,6 +27,9 @@ HANDLE_REACH = 0.46
 #: How near to the line between two pictures the mouse must be to move it.
 WIPE_PX = 6
 
+#: Radius of the ring around a chosen point of the model.
+MARK_PX = 6
+
 #: The warm white of a lamp whose colour is none.
 SUN = (255, 236, 190)
 
@@ -54,6 +57,7 @@ class Overlay(QWidget):
         self.wipe: float | None = None
         self.names = ("", "")
         self.scale: float | None = None
+        self.mark: tuple[float, float, float] | None = None
         self.is_preparing = False
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
@@ -131,6 +135,19 @@ class Overlay(QWidget):
         if self.camera is not None:
             for handle in self.handles:
                 self._paint_handle(painter, handle)
+            if self.mark is not None:
+                self._paint_mark(painter, self.camera, self.mark)
+
+    def _paint_mark(self, painter: QPainter, camera: Camera, point: tuple[float, float, float]) -> None:
+        """A ring around a point of the model, behind what hides it or not."""
+        clip = camera.clip_from_model(point, 1.0, self.width() / max(1, self.height())) @ (0.0, 0.0, 0.0, 1.0)
+        if clip[3] <= 0.0:
+            return
+        place = QPointF((0.5 + 0.5 * clip[0] / clip[3]) * self.width(), (0.5 - 0.5 * clip[1] / clip[3]) * self.height())
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for ink, width in ((QColor(0, 0, 0, 170), 3.5), (QColor(235, 235, 235), 1.5)):
+            painter.setPen(QPen(ink, width))
+            painter.drawEllipse(place, MARK_PX, MARK_PX)
 
     def _paint_wipe(self, painter: QPainter, x: int) -> None:
         """The line, a grip half way down, and the names of the pictures on either side."""

@@ -29,13 +29,17 @@ from engine.scene import Scene
 
 STILL_AFTER_MS = 180
 
+#: Pixels that the mouse may move between press and release of a click.
+CLICK_PX = 3
+
 
 class Viewport(QWidget):
     """Shows a scene with its own camera.
 
     `light_moved(theta_deg, phi_deg, final)` asks to move the light, `lamp_moved(number, theta_deg, phi_deg, final)` a
     lamp beside it, `environment_turned(angle_deg, final)` to turn what lights the model instead. `camera_moved` says
-    that the model is seen from elsewhere or in another size, `rested` that nothing has moved for a while.
+    that the model is seen from elsewhere or in another size, `rested` that nothing has moved for a while, `clicked`
+    that the left button went down and up at one place.
     """
 
     light_moved = Signal(float, float, bool)
@@ -44,6 +48,7 @@ class Viewport(QWidget):
     rested = Signal()
     environment_turned = Signal(float, bool)
     camera_moved = Signal()
+    clicked = Signal(QPointF)
     drawn = Signal(float)
     broken = Signal(object)
 
@@ -59,6 +64,7 @@ class Viewport(QWidget):
         self._mesh: Mesh | None = None
         self._framed = True
         self._grab: tuple[str, QPointF, Handle | None] | None = None
+        self._pressed: QPointF | None = None
         self._exposure: tuple[float, str] = (0.0, "neutral")
         self._still = QTimer(self)
         self._still.setSingleShot(True)
@@ -207,6 +213,7 @@ class Viewport(QWidget):
         else:
             kind = "pan" if event.button() == Qt.MouseButton.MiddleButton else ""
         self._grab = (kind, event.position(), handle)
+        self._pressed = event.position() if kind == "orbit" else None
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         shape = self.overlay.show_near(event.position())
@@ -232,8 +239,11 @@ class Viewport(QWidget):
         elif kind == "wipe":
             self.wipe_moved.emit(min(1.0, max(0.0, event.position().x() / max(1, self.width()))))
 
-    def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         grabbed, self._grab = self._grab, None
+        pressed, self._pressed = self._pressed, None
+        if pressed is not None and (event.position() - pressed).manhattanLength() <= CLICK_PX:
+            self.clicked.emit(pressed)
         if grabbed is not None and "light" in grabbed[0]:
             lamp = grabbed[2].lamp if grabbed[2] is not None and grabbed[0] == "drag light" else None
             for handle in self.overlay.handles:
