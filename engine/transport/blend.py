@@ -79,9 +79,8 @@ def mixture(
     are more or fewer sources; InputError for what is no picture.
     """
     if len(sources) != len(terms) - 1:
-        raise ValueError(
-            f"{len(sources)} weights do not fit {len(terms)} reflectances, of which the first has the rest"
-        )
+        count = "one reflectance" if len(terms) == 1 else f"{len(terms)} reflectances, of which the first has the rest"
+        raise ValueError(f"{len(sources)} weights do not fit {count}")
     others = np.stack([vertex_values(mesh, source) for source in sources], axis=-1) if sources else None
     weights = np.ones((len(mesh.positions), 1))
     if others is not None:

@@ -96,6 +96,7 @@ def _on_cluster(remote: Remote, numbers: list[int]) -> Generator[Chunk, None, No
         except (
             distributed.KilledWorker,
             distributed.CancelledError,
+            OSError,
             ImportError,
             AttributeError,
             RuntimeError,

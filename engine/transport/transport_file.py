@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from engine.errors import InputError
-from engine.files.atomic import Resumable, atomic_file, resumable_file
+from engine.files.atomic import Resumable, atomic_file, discard_unfinished, resumable_file
 from engine.health import Health
 from engine.mesh import Mesh
 from engine.transport.transport_check import REMEDY as REMEDY
@@ -158,6 +158,7 @@ class TransportWriter:
             self._table = np.zeros(plan.chunks, "<u8")
             for name, array in plan.whole.items():
                 output.write_at(self._arrays[name].offset, array.data)
+        self.put_any = False
         self.missing = [chunk for chunk in range(plan.chunks) if not self._holds(chunk)]
 
     def put(self, chunk: int, rows: Mapping[str, NDArray[Any]]) -> None:
@@ -172,6 +173,7 @@ class TransportWriter:
             checksum = zlib.crc32(part.data, checksum)
         self._table[chunk] = DONE | checksum
         self._output.write_at(self._plan.header.table_offset + 8 * chunk, self._table[chunk : chunk + 1].data)
+        self.put_any = True
 
     def get(self, chunk: int) -> dict[str, NDArray[Any]]:
         """The rows of one chunk that is not missing, as they were put."""
@@ -208,13 +210,23 @@ class TransportWriter:
 def writing(path: str | os.PathLike[str], plan: TransportPlan) -> Iterator[TransportWriter]:
     """Write the file that `plan` describes; it appears at `path` when the block ends without an exception.
 
-    What was written stays for a later call with an equal plan if the block is left early. OutputError where the disk
-    has no room or another run writes the same file.
+    What was written stays for a later call with an equal plan if the block is left early with any chunk done.
+    OutputError where the disk has no room or another run writes the same file.
     """
-    with resumable_file(path, plan.size_bytes, plan.beginning) as output:
-        writer = TransportWriter(output, plan)
-        yield writer
-        writer.finish()
+    in_vain = False
+    try:
+        with resumable_file(path, plan.size_bytes, plan.beginning) as output:
+            writer = TransportWriter(output, plan)
+            try:
+                yield writer
+            except BaseException:
+                in_vain = len(writer.missing) == plan.chunks and not writer.put_any
+                raise
+            writer.finish()
+    except BaseException:
+        if in_vain:
+            discard_unfinished(path)
+        raise
 
 
 def write_transport(path: str | os.PathLike[str], plan: TransportPlan) -> None:

@@ -126,6 +126,15 @@ def test_what_workers_cannot_do_is_said_and_leaves_them_alive(cluster: Any, monk
     assert set(worker_processes(cluster)) == set(before)
 
 
+def test_a_scheduler_that_goes_away_is_said(cluster: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(*_words: Any) -> None:
+        raise distributed.comm.CommClosedError("it went away")
+
+    monkeypatch.setattr(distributed.Client, "nthreads", gone)
+    with pytest.raises(InputError, match=r"could not do its part .it went away.*goes on where it stopped"):
+        list(run(nothing, [0], Remote(cluster.scheduler_address, maker("numbered"), {"factor": 1.0})))
+
+
 def test_a_cluster_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(chunks, "PATIENCE_S", 0.3)
     with pytest.raises(InputError, match="no scheduler of a cluster answers"):

@@ -97,6 +97,19 @@ def test_an_interrupted_bake_goes_on_with_what_is_missing(tmp_path: Path) -> Non
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["sphere.transport", "whole.transport"]
 
 
+def test_what_ends_before_its_first_chunk_leaves_nothing(tmp_path: Path) -> None:
+    def ended(chunks: list[int]) -> None:
+        with writing(tmp_path / "sphere.transport", planned()) as writer:
+            for chunk in chunks:
+                writer.put(chunk, rows(chunk))
+            raise KeyboardInterrupt
+
+    for chunks, left in ([], 0), ([2], 1), ([], 1):
+        with pytest.raises(KeyboardInterrupt):
+            ended(chunks)
+        assert len(list(tmp_path.iterdir())) == left
+
+
 def test_other_settings_begin_anew(tmp_path: Path) -> None:
     path = tmp_path / "sphere.transport"
     with pytest.raises(ValueError, match="missing"):
