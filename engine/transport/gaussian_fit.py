@@ -73,7 +73,7 @@ class FitSettings:
     data: float = 1.0
     mean_alignment: float = 0.01
     sigma_alignment: float = 0.01
-    spatial: float = 0.1
+    spatial: float = 1.0
     sweeps: int = 8
     relaxations: int = 2
 
