@@ -80,6 +80,8 @@ MEASURES = {
     "transport-paid-off": "engine.bench.paid_off:transport_paid_off",
     "transport-paid-off-sh": "engine.bench.paid_off:transport_paid_off_sh",
     "gl-lobe": "engine.bench.lobe:gl_lobe",
+    "plan-50k": "engine.bench.plan:plan_50k",
+    "plan-convex": "engine.bench.plan:plan_convex",
     "sh-rotate": "engine.bench.sh:sh_rotate",
     "sh-project": "engine.bench.sh:sh_project",
     "sh-project-15": "engine.bench.sh:sh_project_15",
@@ -115,6 +117,7 @@ ACCURACIES = {
     "directions": "engine.bench.directions:directions",
     "ray-misses": "engine.bench.rays:ray_misses",
     "transport-errors": "engine.bench.wavelet:transport_errors",
+    "cost-model": "engine.bench.plan:cost_model",
     "gaussian-fit-quality": "engine.bench.gaussian_fit:gaussian_fit_quality",
     "gaussian-errors": "engine.bench.gaussian_bake:gaussian_errors",
 }

@@ -40,7 +40,7 @@ from engine.transport.wavelet_codes import encode_light
 Array = NDArray[np.float64]
 
 #: Terms and coefficients that are tried, and points at which: one in so many.
-TERMS, KEPT, FEWER = (1, 2, 4, 8), (24, 96, 384), 1
+TERMS, KEPT, FEWER = (1, 2, 4, 8), (24, 96, 384), 2
 
 #: An error that nothing lies below: float32, packed codes, and tables.
 FLOOR = 1e-4

@@ -23,7 +23,7 @@ from engine.effects.cost_model import Cost, CostModel, Load
 from engine.effects.estimates import EFFECTS, LOW_ORDER, Estimate, Scenery, estimates, percent, scenery, seen_as
 from engine.effects.mode_error import ModeErrors, mode_errors
 from engine.effects.setting import KNOBS, Setting
-from engine.effects.simplified import Brushed, Glossy, Unbrushed, WithoutRetro, WithoutRise, albedos, matt
+from engine.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise, albedos, matt
 from engine.environment import EnvironmentMap
 from engine.ground import Ground
 from engine.material import Material
@@ -391,7 +391,7 @@ def brdf_of(chosen: EffectsPlan, brdf: Any) -> Any:
     """The reflectance that the plan draws: without what it leaves out, and as general as what is forced on needs."""
     diffuse = is_diffuse(brdf)
     if chosen.decision("glossy") == "forced on":
-        return Glossy(brdf) if diffuse else brdf
+        return GlossyLambert(brdf.albedo) if diffuse else brdf
     if not diffuse and not chosen.shows("glossy"):
         return matt(brdf)
     if diffuse:

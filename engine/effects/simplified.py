@@ -151,6 +151,10 @@ class Glossy(_Without):
         return np.asarray(self.brdf.f(wi, wo))
 
 
+class GlossyLambert(Lambert):
+    """Lambert's reflectance, with its exact harmonics, that is baked as if it depended on the view."""
+
+
 @dataclass(frozen=True)
 class Brushed(Glossy):
     """A reflectance that is looked up as if it depended on turns about the normal, whether or not it does."""

@@ -294,5 +294,5 @@ def with_table(transport: ShTransport, table: Table) -> ShTransport:
 
 
 def is_diffuse(brdf: Any) -> bool:
-    """Whether a reflectance is Lambert's, for which vectors do."""
-    return isinstance(brdf, Lambert)
+    """Whether a reflectance is Lambert's, for which vectors do; not so of what is derived from it."""
+    return type(brdf) is Lambert

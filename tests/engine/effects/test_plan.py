@@ -20,7 +20,7 @@ from engine.effects import bake as planned
 from engine.effects.cost_model import CostModel
 from engine.effects.estimates import EFFECTS, Scenery, estimates, scenery
 from engine.effects.plan import FRAMES, LIGHTS, SHARE, EffectsPlan, brdf_of, plan, plan_of
-from engine.effects.simplified import Brushed, Glossy, Unbrushed, WithoutRetro, WithoutRise
+from engine.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise
 from engine.ground import Ground
 from engine.steps import drain
 from engine.transport import visibility
@@ -231,7 +231,7 @@ def test_reflectances_lose_what_a_plan_leaves_out() -> None:
     assert isinstance(drawn(dust, "retro-reflection", "forced off"), WithoutRetro)
     assert isinstance(drawn(dust, "fresnel", "forced off"), WithoutRise)
     assert isinstance(drawn(brushed, "anisotropy", "skipped"), Unbrushed)
-    assert isinstance(drawn("lambert", "glossy", "forced on"), Glossy)
+    assert isinstance(drawn("lambert", "glossy", "forced on"), GlossyLambert)
     assert isinstance(drawn(dust, "anisotropy", "forced on"), Brushed)
 
 
