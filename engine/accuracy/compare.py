@@ -7,8 +7,9 @@ Over the pixels p of the mask and the three channels, with a the picture and b t
 Pixels that are not finite in either picture are left out and counted.
 
 A Monte Carlo reference b = t + n is itself uncertain: E ‖a − b‖² = ‖a − t‖² + Σ v, where v is the variance of each of
-its values. `error_against` takes that bias off and states what is left: with normal n the squared distance has the
-variance Σ (4 (a − t)² v + 2 v²).
+its values. `error_against` takes that bias off and states what is left: with normal n the squared distance of a pixel
+has at most the variance 4 ‖a − t‖² Σ v + 2 (Σ v)², sums over its channels, which it has where they rise and fall
+together, as those of Monte Carlo do; pixels are independent.
 """
 
 from __future__ import annotations
@@ -100,7 +101,8 @@ def error_against(
     apart = (first - second) ** 2
     total = max(float(np.sum(second**2 - noise)), 0.0)
     squared = max(float(np.sum(apart - noise)), 0.0)
-    spread = max(float(np.sum(4.0 * (apart - noise) * noise)), 0.0) + float(np.sum(2.0 * noise**2))
+    of_pixel, noise_of_pixel = np.sum(apart - noise, axis=-1), np.sum(noise, axis=-1)
+    spread = max(float(np.sum(4.0 * of_pixel * noise_of_pixel)), 0.0) + float(np.sum(2.0 * noise_of_pixel**2))
     spread = DEVIATIONS * float(np.sqrt(spread))
     low, middle, high = (np.sqrt(max(value, 0.0)) for value in (squared - spread, squared, squared + spread))
     scale = float(np.sqrt(total))

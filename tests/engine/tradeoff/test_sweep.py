@@ -11,17 +11,21 @@ import numpy as np
 import pytest
 import trimesh
 
+from engine.accuracy.compare import DEVIATIONS
 from engine.brdf.brdf import brdf_from_text
 from engine.camera import frame
 from engine.effects.setting import Setting
 from engine.environment_file import open_environment
+from engine.factor.errors import reference as random_pairs
 from engine.mesh import Mesh, read_mesh
+from engine.render.reference import reference
 from engine.scene import Scene
 from engine.shapes import shape
 from engine.steps import Step, drain
 from engine.tradeoff.baked import bake_group, groups, lit
 from engine.tradeoff.front import front
 from engine.tradeoff.sweep import Tradeoff, ladders_of, modes_of, settings_of, sweep
+from engine.tradeoff.truth import Truth
 from engine.tradeoff.write import label_of, write
 from engine.transport import sh_bake, wavelet_bake
 from tests.engine.scenes import weave
@@ -151,3 +155,31 @@ def test_cancelling_leaves_nothing_behind(scene: Scene) -> None:
     steps.close()
     with pytest.raises(StopIteration):
         next(steps)
+
+
+def test_T8_the_reported_error_covers_the_true_one(scene: Scene) -> None:
+    """Against forty references of few paths by other random numbers; of the truth, noise is a sixteenth of theirs."""
+    size = (24, 18)
+    truth = drain(reference(scene, size, samples=4096, seed=12345)).picture
+    wrong = truth.copy()
+    wrong[..., :3] *= 1.05
+    told = [drain(reference(scene, size, samples=16, seed=seed)) for seed in range(40)]
+    mask = np.logical_and.reduce([each.picture[..., 3] >= 0.999 for each in told])
+    picked, right = (picture[mask][:, :3].astype(float) for picture in (wrong, truth))
+    true = np.linalg.norm(picked - right) / np.linalg.norm(right)
+    errors = [Truth(each, mask, 0.0).error(wrong) for each in told]
+    assert np.mean([error.rmse_rel + error.uncertainty >= true for error in errors]) >= 0.95
+    assert np.median([error.uncertainty for error in errors]) < 2.0 * true
+
+
+@pytest.mark.parametrize("terms", [1, 3])
+def test_T8_the_error_of_factors_holds_on_directions_that_they_were_not_told_by(terms: int) -> None:
+    """80,000 random pairs each time, as Wang et al. 2004, section 4.3, within what so many pairs leave open."""
+    brdf = brdf_from_text("phong:exponent=10")
+    factors = drain(wavelet_bake.factors_for(brdf, terms))
+    pairs = random_pairs(brdf)
+    reported = pairs.rms(factors)[0]
+    square = (((factors.f(pairs.wi, pairs.wo) - pairs.value) * pairs.wi[:, 2:]) ** 2).mean(axis=1)
+    unsure = DEVIATIONS * np.sqrt(2.0) * square.std() / np.sqrt(len(square)) / (2.0 * reported)
+    held_out = [random_pairs(brdf, seed=seed).rms(factors)[0] for seed in range(2, 22)]
+    assert np.mean([reported + unsure >= each for each in held_out]) >= 0.95
