@@ -1,0 +1,47 @@
+"""`lightarc render` of baked Gaussians, as a person types it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.app.test_bake_gaussian import QUICK, Command, mesh, result  # noqa: F401 - a fixture
+from tests.app.test_render_verb import exr
+
+SIZE = ("--width", "60", "--height", "40", "--json")
+
+
+@pytest.fixture
+def baked(lightarc: Command, mesh: Path, tmp_path: Path) -> Path:  # noqa: F811
+    path = tmp_path / "a.transport"
+    words = ("--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--ground", "--ground-cells", "4")
+    result(lightarc("bake", mesh, *words, "-o", path, *QUICK))
+    return path
+
+
+def test_any_light_falls_on_baked_gaussians(lightarc: Command, baked: Path, tmp_path: Path) -> None:
+    means = {}
+    for name, light in {
+        "studio": ("--env", "studio"),
+        "turned": ("--env", "studio", "--env-rotation-deg", "120"),
+        "twice": ("--env", "studio", "--intensity", "2"),
+        "lamp": ("--light-deg", "30,40"),
+        "disc": ("--lamp", "theta_deg=30,phi_deg=40,radius_deg=10"),
+    }.items():
+        found = result(lightarc("render", baked, *light, "--renderer", "cpu", "-o", tmp_path / f"{name}.exr", *SIZE))
+        assert found["mode"] == "gaussian"
+        assert found["lobes"] == 1
+        means[name] = found["mean_radiance"]
+        assert means[name] > 0.0
+    assert means["twice"] == pytest.approx(2.0 * means["studio"], rel=1e-4)
+    assert means["turned"] != pytest.approx(means["studio"], rel=1e-3)
+    assert np.isfinite(exr(tmp_path / "lamp.exr")).all()
+
+
+def test_what_was_baked_cannot_be_chosen_again(lightarc: Command, baked: Path, tmp_path: Path) -> None:
+    for words in (("--brdf", "lambert"), ("--window", "hanning"), ("--near-lamp", "x=1,y=1,z=1")):
+        made = lightarc("render", baked, *words, "--env", "studio", "-o", tmp_path / "a.png", *SIZE)
+        assert made.code == 2, made.err
+        assert words[0] in made.err
