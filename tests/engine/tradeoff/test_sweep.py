@@ -83,7 +83,7 @@ def test_the_noise_of_a_reference_halves_with_four_times_the_samples(found: Trad
     assert coarse / fine == pytest.approx(2.0, rel=0.25)
 
 
-def test_errors_fall_along_ladders(found: Tradeoff) -> None:
+def test_T7_errors_fall_along_ladders(found: Tradeoff) -> None:
     assert found.not_monotone("sh", "order") == []
     assert found.not_monotone("wavelet", "terms") == []
 
