@@ -20,7 +20,7 @@ BRDF = "ggx:kd=0.1,alpha=0.2,f0=0.5"
 def green_6(settings: Settings) -> Steps[Figure]:
     """The two pictures and the reference, which has shadows."""
     environment = settings.environment or open_environment("studio")
-    mesh = settings.mesh or coarse_knot(*((8, 24) if settings.quick else (4, 8)))
+    mesh = settings.mesh or coarse_knot(*((8, 24) if settings.quick else (4, 6)))
     brdf, camera = brdf_from_text(BRDF), camera_of(mesh, settings.size)
     truth = yield from part(truth_of(Scene(mesh, camera, brdf, environment=environment), settings), 0.0, 0.1)
     surface = glossy_surface(mesh, brdf)
