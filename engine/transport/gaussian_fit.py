@@ -65,6 +65,8 @@ class FitSettings:
     lobes : for each vertex and view, 1 to 3.
     data, mean_alignment, sigma_alignment, spatial : the weights alpha, beta, gamma, delta of equation 6. The distance
         to the data is relative to the square of the transport, so the others do not depend on how bright a material is.
+        With delta 1 in place of 0.1, 5 % fewer pairs of vertices and 13 % fewer of views were flipped, at 0.2 % more
+        distance (two lobes, GGX of alpha 0.3, 250 vertices of a head).
     sweeps : over the views of a vertex, at most; fewer where nothing changes any more.
     relaxations : passes over vertices that disagree with neighbours once all are fitted.
     """
