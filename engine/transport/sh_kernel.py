@@ -219,6 +219,12 @@ def _row_of(rows: int, wo: Array) -> tuple[int, float, float, float]:
     return low, place - low, 1.0, 0.0
 
 
+@scalar
+def _between(table: Array, low: int, share: float, i: int, k: int) -> float:
+    """Coefficient `i` of channel `k` between two rows of `table`."""
+    return (1.0 - share) * table[low, i, k] + share * table[low + 1, i, k]
+
+
 @parallel
 def isotropic_rows(order: int, table: Array, wo: Array, out: Array) -> None:
     """Coefficients (N, order^2, 3) towards `wo` (N, 3) of a `table` (R, order^2, 3) at azimuth 0, m >= 0."""
@@ -232,7 +238,7 @@ def isotropic_rows(order: int, table: Array, wo: Array, out: Array) -> None:
             for degree in range(m, order):
                 at = degree * (degree + 1)
                 for k in range(3):
-                    value = (1.0 - share) * table[low, at + m, k] + share * table[low + 1, at + m, k]
+                    value = _between(table, low, share, at + m, k)
                     out[n, at + m, k] = cosine * value
                     if m > 0:
                         out[n, at - m, k] = sine * value
@@ -252,7 +258,7 @@ def isotropic_radiance(order: int, table: Array, wo: Array, light: Array, out: A
             for degree in range(m, order):
                 at = degree * (degree + 1)
                 for k in range(3):
-                    value = (1.0 - share) * table[low, at + m, k] + share * table[low + 1, at + m, k]
+                    value = _between(table, low, share, at + m, k)
                     lit = cosine * light[n, at + m, k]
                     if m > 0:
                         lit += sine * light[n, at - m, k]
