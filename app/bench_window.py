@@ -9,7 +9,8 @@ JSON object on standard output: `window_start_s`, `longest_block_ms`, `blocks_ov
 the view `turning_block_ms`, `turning_frame_ms` (median from picture to picture), `refining_block_ms`,
 `refining_blocks_over_50_ms` and `refined_s`. Last, the reference refines beside the shading map while both are
 compared, for 5 s, and the model is turned in between: `reference_block_ms`, `reference_blocks_over_50_ms` and
-`reference_samples`.
+`reference_samples`. Before that, each baked mode of a small ball is baked and its light turned for 3 s:
+`relight_sh_block_ms` and so on, and how many blocks were over 50 ms.
 """
 
 from __future__ import annotations
@@ -31,6 +32,9 @@ LIMIT_MS = 50.0
 PATIENCE_S = 300.0
 TURNING_S = 3.0
 REFERENCE_S = 5.0
+
+#: Name of the model that is baked.
+RELIT = "ball"
 
 
 def main() -> int:
@@ -57,9 +61,13 @@ def main() -> int:
             lambda: application.exit() if bench.document.project.has_map and not bench.jobs.active else None
         )
         watch.start(100)
-        QTimer.singleShot(round(1000 * PATIENCE_S), application.exit)
+        patience = QTimer()
+        patience.setSingleShot(True)
+        patience.timeout.connect(application.exit)
+        patience.start(round(1000 * PATIENCE_S))
         application.exec()  # left by exit, because quit closes the window
         watch.stop()
+        patience.stop()
         jobs_s = time.perf_counter() - begun
         complete = bench.document.project.has_map
         view = _look(window) if complete else {}
@@ -118,6 +126,8 @@ def _look(window: Any) -> dict[str, float]:
     refining = _Gaps(lambda: True)
     refined_s = until(lambda: viewport.surface.is_finished)
     refining.stop()
+    relit = {key: value for method in view.bakings for key, value in _relight(window, method, until).items()}
+    view.choose_mode("shading-map")
     reference = _refer(view, until)
     return {
         "turning_block_ms": round(max(turning.gaps_ms), 1),
@@ -125,8 +135,56 @@ def _look(window: Any) -> dict[str, float]:
         "refining_block_ms": round(max(refining.gaps_ms), 1),
         "refining_blocks_over_50_ms": sum(gap > LIMIT_MS for gap in refining.gaps_ms),
         "refined_s": round(refined_s, 2),
+        **relit,
         **reference,
     }
+
+
+def _relight(window: Any, method: str, until: Callable[..., float]) -> dict[str, float]:
+    """Bake a mode, and turn the light with every tick of a hand."""
+    import dataclasses
+
+    from PySide6.QtCore import QTimer
+
+    view, document = window.view, window.bench.document
+    if document.project.mesh is None or document.project.mesh.name != RELIT:
+        material = dataclasses.replace(document.project.material, brdf="ggx:kd=0.5,alpha=0.3,f0=0.04")
+        document.change("Model", mesh=_ball(), material=material)
+    view.choose_mode(method)
+    baking = view.bakings[method]
+    until(lambda: baking.estimate is not None)
+    baking.bake()
+    until(lambda: baking.made is not None and view.viewport.scene is not None and view.viewport.scene.lit is not None)
+    until(lambda: view.viewport.surface.is_finished)
+    gaps, angle = _Gaps(lambda: True), [0.0]
+
+    def turn() -> None:
+        angle[0] = (angle[0] + 2.0) % 180.0
+        view.viewport.environment_turned.emit(angle[0], False)
+
+    hand = QTimer()
+    hand.timeout.connect(turn)
+    hand.start(16)
+    until(lambda: True, TURNING_S)
+    hand.stop()
+    gaps.stop()
+    return {
+        f"relight_{method}_block_ms": round(max(gaps.gaps_ms), 1),
+        f"relight_{method}_blocks_over_50_ms": sum(gap > LIMIT_MS for gap in gaps.gaps_ms),
+    }
+
+
+def _ball() -> Any:
+    """A sphere of 642 vertices."""
+    import numpy as np
+    import trimesh
+
+    from engine.mesh import Mesh
+
+    made = trimesh.creation.icosphere(subdivisions=3)
+    positions = np.asarray(made.vertices, np.float64)
+    normals, uv = positions.astype(np.float32), np.zeros((len(positions), 2), np.float32)
+    return Mesh(positions, normals, uv, np.asarray(made.faces, np.int32), RELIT)
 
 
 def _refer(view: Any, until: Callable[..., float]) -> dict[str, float]:
