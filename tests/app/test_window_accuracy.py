@@ -34,7 +34,9 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
     document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
     window.show_workspace("view")
-    qtbot.waitUntil(lambda: window.view.scene(document.project) is not None, timeout=LONG)
+    dock = window.accuracy_dock
+    qtbot.waitUntil(lambda: window.view.scene(document.project) is not None and dock.isVisible(), timeout=LONG)
+    qtbot.waitUntil(lambda: dock.plot.width() > 200, timeout=LONG)
     return window
 
 
@@ -48,6 +50,7 @@ def measured(window: MainWindow) -> Accuracy:
 
 def click(window: MainWindow, qtbot: Any, setting: Setting) -> None:
     plot = window.accuracy_dock.plot
+    qtbot.wait(50)
     place = plot.place_of(setting)
     assert place is not None
     qtbot.mouseMove(plot.viewport(), QPoint(2, 2))
