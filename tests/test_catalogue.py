@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.catalogue import (
+    WITHOUT_TEST,
     Figure,
     all_ids,
     array_figure,
@@ -18,6 +20,8 @@ from tests.catalogue import (
     ids_of,
     nearest,
 )
+
+TESTS = Path(__file__).parent
 
 
 def test_names_tell_their_ids():
@@ -76,3 +80,12 @@ def test_a_failed_test_fails_its_case_and_what_has_none_says_so():
     table = as_table(list(cases.values()))
     assert "| X4 | failed | 0.5 ≤ 1.5 | `a`<br>`b` |" in table
     assert len(re.findall(r"^\| [A-Z]+\d+ \|", table, re.MULTILINE)) == len(all_ids()) == 231
+
+
+def test_every_hard_case_has_a_test_or_a_reason():
+    names = re.compile(r"def (test_\w+)")
+    tested = {
+        name for file in TESTS.rglob("test_*.py") for test in names.findall(file.read_text()) for name in ids_of(test)
+    }
+    assert set(all_ids()) - tested == set(WITHOUT_TEST)
+    assert tested <= set(all_ids()), "an id that the catalogue does not know"
