@@ -17,7 +17,7 @@ from engine.bench.measure import Measure, best_of
 from engine.brdf.brdf import brdf_from_text
 from engine.camera import frame
 from engine.effects import bake as planned
-from engine.effects.calibration import calibrate
+from engine.effects.calibration import MAP_ROWS, calibrate
 from engine.effects.cost_model import CostModel, Load
 from engine.effects.plan import plan
 from engine.effects.setting import Setting
@@ -36,8 +36,8 @@ from engine.transport.wavelet_lighting import lighting_of
 
 BRDF = "ggx:kd=0.5,alpha=0.3,f0=0.04"
 
-#: Vertices that settings are baked of to compare, spread over the torus knot.
-BAKED = 600
+#: Rows of the balls that settings are baked of to compare: some 700 vertices.
+ROWS = 14
 
 
 @cache
@@ -98,7 +98,8 @@ def cost_model(_folder: Path) -> Steps[list[Accuracy]]:
     A figure of 0.41 is a factor of 1.5.
     """
     costs = _costs()
-    mesh, light, brdf = _some(shape("torus-knot"), BAKED), open_environment("studio"), brdf_from_text(BRDF)
+    mesh, brdf = _balls(), brdf_from_text(BRDF)
+    light = EnvironmentMap(np.random.default_rng(0).random((MAP_ROWS, 2 * MAP_ROWS, 3), np.float32))
     of = receivers(mesh)
     load = Load(len(mesh.positions), 256 * 256, len(mesh.faces), float(1.0 - np.mean(of.free)))
     found = []
@@ -120,10 +121,12 @@ def _settings() -> Iterator[Setting]:
     yield from (Setting("wavelet", {"cube": cube}) for cube in (16, 32))
 
 
-def _some(mesh: Mesh, vertices: int) -> Mesh:
-    """A model of fewer vertices, of the first triangles of `mesh`."""
-    faces = mesh.faces[(mesh.faces < vertices).all(axis=1)]
-    return Mesh(mesh.positions[:vertices], mesh.normals[:vertices], mesh.uv[:vertices], faces, mesh.name)
+def _balls() -> Mesh:
+    """Two spheres that cut each other."""
+    one = ball(ROWS)
+    points = np.concatenate([one.positions, 0.5 * one.positions + np.array([1.3, 0.4, 0.0])])
+    faces = np.concatenate([one.faces, one.faces + np.int32(len(one.positions))])
+    return Mesh(points, np.concatenate([one.normals] * 2), np.concatenate([one.uv] * 2), faces, "balls")
 
 
 def _measured(setting: Setting, mesh: Mesh, light: EnvironmentMap, brdf: Any) -> dict[str, float]:

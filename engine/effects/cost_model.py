@@ -58,7 +58,9 @@ NAMES = (
 
 @dataclass(frozen=True)
 class Cost:
-    """What a setting takes: seconds of bake, of a changed light (from its map to rows that can be drawn) and a frame.
+    """What a setting takes: seconds of bake, of a changed light and of a frame.
+
+    A changed light is a map of 1024 × 512 texels that becomes rows which can be drawn; smaller ones take less.
 
     `memory_bytes` are held while it is drawn, `size_bytes` are the transport file's.
     """
