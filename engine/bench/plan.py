@@ -6,6 +6,7 @@ import math
 import tempfile
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from engine.bench.measure import Measure, best_of
 from engine.brdf.brdf import brdf_from_text
 from engine.camera import frame
 from engine.effects import bake as planned
-from engine.effects.calibration import MAP_ROWS, calibrate
+from engine.effects.calibration import MAP_ROWS, calibrate, ray_scale
 from engine.effects.cost_model import CostModel, Load
 from engine.effects.plan import plan
 from engine.effects.setting import Setting
@@ -102,6 +103,7 @@ def cost_model(_folder: Path) -> Steps[list[Accuracy]]:
     light = EnvironmentMap(np.random.default_rng(0).random((MAP_ROWS, 2 * MAP_ROWS, 3), np.float32))
     of = receivers(mesh)
     load = Load(len(mesh.positions), 256 * 256, len(mesh.faces), float(1.0 - np.mean(of.free)))
+    load = replace(load, ray_scale=ray_scale(costs, of))
     found = []
     settings = list(_settings())
     for number, setting in enumerate(settings):

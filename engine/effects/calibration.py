@@ -11,7 +11,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -53,6 +53,9 @@ from engine.transport.wavelet_lighting import lighting_of
 #: Vertices at which bakes are measured, and vertices of the small and the large mesh of frames.
 SAMPLED, FEW, MANY = 64, 2_000, 12_000
 
+#: Vertices by which the cost of rays on a mesh is told.
+PROBES = 32
+
 #: Sides of the small and the large picture.
 SMALL, LARGE = 64, 256
 
@@ -76,7 +79,7 @@ def calibrate() -> Steps[CostModel]:
     mesh = shape("torus-knot")
     tables: dict[str, Rates] = {}
     yield Step(0.0, "measuring rays")
-    of, prepare_s = _timed(lambda: receivers(mesh))
+    prepare_s, of = best_of(lambda: receivers(mesh), 1), receivers(mesh)
     tables["receivers"] = ((1.0, prepare_s / len(mesh.positions)),)
     vertices = np.unique(np.linspace(0, len(mesh.positions) - 1, SAMPLED).astype(np.int64))
     some = _Some(mesh, of, vertices[~of.free[vertices]])
@@ -105,6 +108,22 @@ def _timed(work: Callable[[], Result]) -> tuple[Result, float]:
     return result, time.perf_counter() - started
 
 
+@lru_cache(maxsize=4)
+def ray_s(of: Receivers) -> float:
+    """Seconds of visibility at an edge of 32 for a vertex of this mesh that is not open; 0 where all are."""
+    vertices = np.flatnonzero(~of.free)
+    if not vertices.size:
+        return 0.0
+    some = vertices[np.linspace(0, len(vertices) - 1, min(PROBES, len(vertices))).astype(np.int64)]
+    return best_of(lambda: list(visibility_shares(of, 32, 4, some)), 1) / len(some)
+
+
+def ray_scale(costs: CostModel, of: Receivers) -> float:
+    """How much dearer rays are on this mesh than on that of the calibration; for `Load.ray_scale`."""
+    usual = costs.rate("visibility", 32)
+    return ray_s(of) / usual if usual > 0.0 else 1.0
+
+
 class _Some:
     """Some vertices of a mesh and what they see, which is worked out once for each edge."""
 
@@ -126,8 +145,8 @@ class _Some:
 
 
 def _harmonics(some: _Some, tables: dict[str, Rates]) -> Steps[None]:
-    products_s = _timed(lambda: products.__wrapped__(TABLE_ORDER))[1]
-    basis_s = _timed(lambda: texel_basis.__wrapped__(64, 2 * TABLE_ORDER - 1))[1]
+    products_s = best_of(lambda: products.__wrapped__(TABLE_ORDER), 1)
+    basis_s = best_of(lambda: texel_basis.__wrapped__(64, 2 * TABLE_ORDER - 1), 1)
     tables["sh-fixed"] = tuple(
         (n, products_s * (n / TABLE_ORDER) ** 8 + basis_s * _basis_values(n) / _basis_values(TABLE_ORDER))
         for n in (3, 5, 8, 9, 10, 12, HIGHEST)

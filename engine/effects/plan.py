@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+from engine.effects.calibration import ray_scale
 from engine.effects.cost_model import Cost, CostModel, Load
 from engine.effects.estimates import EFFECTS, LOW_ORDER, Estimate, Scenery, estimates, percent, scenery, seen_as
 from engine.effects.mode_error import ModeErrors, mode_errors
@@ -316,6 +317,7 @@ class _Choices:
             self._diffuse(skipped) and "glossy" not in asked,
             (bool(self._scene.brdf.isotropic) and "anisotropy" not in asked) or "anisotropy" in skipped,
             self._coloured,
+            ray_scale=ray_scale(self._cost, sample_.of),
             lamps=len(sample_.lamp_direction) if "sun-split" not in skipped else 0,
         )
 
