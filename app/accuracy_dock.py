@@ -64,6 +64,8 @@ class AccuracyDock(QDockWidget):
         left.setSpacing(0)
         left.addWidget(self.legend)
         left.addWidget(self.plot, 1)
+        self.words = text("", "secondary", wrap=True)
+        left.addWidget(self.words)
         self.layout_.addLayout(left, 1)
         self.controls = Rows()
         self._fill(self.controls)
@@ -82,8 +84,6 @@ class AccuracyDock(QDockWidget):
         self.budget.textChanged.connect(lambda _words: self._show_choice())
         self.budget.returnPressed.connect(self._apply_choice)
         rows.row("Budget", self.budget, "At most so much: the best setting within it is named, Enter applies it")
-        self.words = text("", "secondary", wrap=True)
-        rows.wide(self.words)
         self.modes = QComboBox()
         self.time = QComboBox()
         for seconds, words in TIMES:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from PySide6.QtCore import QSize, Qt, Signal, SignalInstance
 from PySide6.QtGui import QAction, QResizeEvent
@@ -38,6 +38,8 @@ class Panel(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedWidth(width)
         inside = role(QWidget(), "panel")
+        # scrolls rather than squeezes its rows
+        inside.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
         self.column = QVBoxLayout(inside)
         self.column.setContentsMargins(PADDING, PADDING, PADDING, PADDING)
         self.column.setSpacing(STEP)
@@ -167,9 +169,11 @@ class Segments(QWidget):
 
     chosen = Signal(str)
 
-    def __init__(self, choices: Sequence[tuple[str, str, str]]) -> None:
-        """`choices` are (value, label, hint)."""
+    def __init__(self, choices: Sequence[tuple[str, str, str]], shorter: Mapping[str, str] | None = None) -> None:
+        """`choices` are (value, label, hint); `shorter` labels by value stand where the whole ones have no room."""
         super().__init__()
+        self.shorter = dict(shorter or {})
+        self.whole = {value: label for value, label, _ in choices}
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(0)
@@ -186,6 +190,24 @@ class Segments(QWidget):
             self.group.addButton(button)
             self.buttons[value] = button
             layout.addWidget(button)
+        if self.shorter:
+            self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        """Room for the whole labels."""
+        return super().sizeHint() + QSize(self._lost(), 0)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        is_narrow = self.width() < self.sizeHint().width()
+        for value, label in self.shorter.items():
+            self.buttons[value].setText(label if is_narrow else self.whole[value])
+
+    def _lost(self) -> int:
+        """How much narrower the labels are now than the whole ones."""
+        metrics = self.fontMetrics()
+        pairs = ((self.whole[value], self.buttons[value].text()) for value in self.shorter)
+        return sum(metrics.horizontalAdvance(whole) - metrics.horizontalAdvance(now) for whole, now in pairs)
 
     @property
     def value(self) -> str:

@@ -115,7 +115,8 @@ class ViewTab(QWidget):
         return panel
 
     def _make_centre(self) -> QWidget:
-        self.mode = Segments([(mode.value, mode.label, f"{mode.hint} ({mode.key})") for mode in MODES])
+        labels = [(mode.value, mode.label, f"{mode.hint} ({mode.key})") for mode in MODES]
+        self.mode = Segments(labels, {"shading-map": "Map"})
         self.mode.chosen.connect(self.choose_mode)
         bar = role(QWidget(), "bar")
         bar.setFixedHeight(36)
