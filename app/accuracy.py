@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from app.document import Look
+from app.number_field import plain
 from engine.effects.setting import KNOBS, Setting
 from engine.scene import Scene
 from engine.steps import Step, Steps
@@ -22,6 +23,19 @@ MOST_PIXELS = 120_000
 
 #: Fields of the choices for a bake (`app.baking.BakeChoices`) that are called otherwise than knobs.
 SPELLED = {"edge": "cube"}
+
+#: What the modes are called.
+NAMES = {
+    "sh": "SH",
+    "wavelet": "Wavelet",
+    "gaussian": "Gaussian",
+    "shading-map": "Shading map",
+    "direct": "Direct",
+    "reference": "Reference",
+}
+
+#: Knobs that are on or off, as they are called where they are on.
+FLAGS = {"interreflection": "bounced light", "power_law": "power law"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,11 +138,29 @@ def share_text(value: float) -> str:
     return f"{100.0 * value:.2g} %" if value < 0.995 else f"{100.0 * value:.0f} %"
 
 
+def frame_text(seconds: float) -> str:
+    """'8.2 ms', '130 ms', '1.3 s' or '4 min'."""
+    if seconds >= 120.0:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{_two(1e3 * seconds)} ms" if seconds < 0.995 else f"{_two(seconds)} s"
+
+
+def _two(value: float) -> str:
+    """Two digits, or the whole part where that has more."""
+    return plain(float(f"{value:.2g}")) if value < 99.5 else f"{value:.0f}"
+
+
+def setting_text(setting: Setting) -> str:
+    """'SH, order 15, bounced light'."""
+    knobs = [FLAGS.get(name, f"{name} {value}") for name, value in setting.knobs.items() if value]
+    return ", ".join((NAMES[setting.mode], *knobs))
+
+
 def describe(point: Point, accuracy: Accuracy | None = None) -> str:
     """A point in a few lines: what it is, how exact, and what it takes."""
     error = f"error {100.0 * point.error_rmse_rel:.2f} ± {100.0 * point.error_uncertainty:.2f} %"
     lines = [
-        str(point.setting),
+        setting_text(point.setting),
         f"{error}, FLIP {point.error_flip:.3f}",
         f"frame {1e3 * point.frame_s:.1f} ms, relighting {1e3 * point.relight_s:.1f} ms",
         f"bake {point.bake_s:.1f} s, memory {point.memory_bytes / 1e6:.1f} MB",

@@ -8,13 +8,24 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QComboBox, QDockWidget, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
-from app.accuracy import Accuracy, accuracy_of, measured, same_key, scene_key, share_text, size_of
+from app.accuracy import (
+    NAMES,
+    Accuracy,
+    accuracy_of,
+    frame_text,
+    measured,
+    same_key,
+    scene_key,
+    setting_text,
+    share_text,
+    size_of,
+)
 from app.document import Project
 from app.jobs import Job
 from app.modes import MODES, why_not
 from app.panels import Rows, button, enable, text
 from app.theme import PADDING, STEP, role
-from app.tradeoff_plot import AXES, MARKS, NAMES, TradeoffPlot, colour_of
+from app.tradeoff_plot import AXES, MARKS, TradeoffPlot, colour_of
 from app.view_tab import ViewTab
 from app.workbench import Workbench
 from engine.steps import Step
@@ -166,8 +177,8 @@ class AccuracyDock(QDockWidget):
             if point is None:
                 self.words.setText(f"{self.choice.reason}.")
             else:
-                error = f"{share_text(point.error_rmse_rel)} in {1e3 * point.frame_s:.3g} ms"
-                self.words.setText(f"{point.setting}: {error}. Enter applies it.")
+                error = f"{share_text(point.error_rmse_rel)} in {frame_text(point.frame_s)}"
+                self.words.setText(f"{setting_text(point.setting)}: {error}. Enter applies it.")
             return
         self.words.setText(self._state())
 

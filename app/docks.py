@@ -109,6 +109,8 @@ class LogDock(QDockWidget):
         self.setObjectName("log")
         self.words = QPlainTextEdit()
         self.words.setReadOnly(True)
+        self.words.setAccessibleName("Log")
+        self.words.setPlaceholderText("Nothing has been logged yet.")
         self.words.setMaximumBlockCount(LINES_KEPT)
         fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
         fixed.setPixelSize(12)
@@ -170,6 +172,8 @@ class DocksOf(QObject):
         self._open[dock] = is_open
         self.actions[self.docks.index(dock)].setChecked(is_open)
         dock.setVisible(is_open and self._in_front)
+        if is_open and self._in_front:
+            dock.raise_()
 
 
 class _Lines(QObject):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QColor
+from PySide6.QtGui import QColor, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -22,10 +22,11 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.accuracy import share_text
+from app.accuracy import frame_text, setting_text, share_text
 from app.document import Look, Project
 from app.latest import Latest
 from app.panels import button, enable, text
+from app.status_bar import size_text
 from app.theme import PADDING, ROW, STEP, role
 from app.view_tab import ViewTab
 from app.workbench import Workbench
@@ -59,6 +60,12 @@ AT_REST_MS = 500
 #: Seconds and bytes below these are not worth a word.
 LEAST_S, LEAST_BYTES = 0.05, 1e5
 
+#: Pixels between the words of a row and the edge of their column.
+CELL = 12
+
+#: Width of the dock below which the shortest words would be cut.
+NARROWEST = 352
+
 
 @dataclass(frozen=True, eq=False)
 class Asked:
@@ -87,7 +94,7 @@ class EffectsDock(QDockWidget):
         self.setObjectName("effects")
         self.bench, self.view = bench, view
         self.plan: EffectsPlan | None = None
-        self.latest = Latest(bench.jobs, "Planning effects")
+        self.latest = Latest(bench.jobs, "Planning effects", self._told)
         self._asked: Asked | None = None
         self.at_rest = QTimer(self)
         self.at_rest.setSingleShot(True)
@@ -107,11 +114,12 @@ class EffectsDock(QDockWidget):
 
     def _inside(self) -> QWidget:
         holder = role(QWidget(), "panel")
+        holder.setMinimumWidth(NARROWEST)
         holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         column = QVBoxLayout(holder)
         column.setContentsMargins(PADDING, STEP, PADDING, STEP)
         column.setSpacing(STEP)
-        self.table = QTableWidget(0, 3)
+        self.table = _Table(0, 3)
         self.table.setAccessibleName("Effects that the scene calls for")
         self.table.horizontalHeader().hide()
         self.table.verticalHeader().hide()
@@ -122,11 +130,12 @@ class EffectsDock(QDockWidget):
         self.table.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.table.setWordWrap(False)
         header = self.table.horizontalHeader()
-        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Fixed)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
         header.setSectionResizeMode(2, QHeaderView.ResizeMode.Fixed)
-        header.resizeSection(0, 152)
-        header.resizeSection(2, 92)
+        header.resizeSection(2, 88)
+        header.sectionResized.connect(lambda *_sizes: self._fit_words())
+        self.table.resized.connect(self._fit_words)
         column.addWidget(self.table, 1)
         self.budget = QLineEdit()
         self.budget.setText(self.bench.document.project.look.plan_budget)
@@ -185,6 +194,11 @@ class EffectsDock(QDockWidget):
         if wanted is not None:
             self.latest.ask(lambda: planned(wanted, width * height), lambda plan: self._take(wanted, plan))
 
+    def _told(self, step: Step) -> None:
+        """Say what takes so long while a new plan is on the way: the first on a machine measures it."""
+        if self._asked is not None and self.latest.busy and step.note:
+            self.words.setText(f"{step.note[:1].upper()}{step.note[1:]}…")
+
     def _take(self, wanted: Asked, plan: EffectsPlan) -> None:
         if wanted is self._asked:
             self.plan = plan
@@ -196,6 +210,7 @@ class EffectsDock(QDockWidget):
             self._make_rows(effects)
         for place, effect in enumerate(effects):
             self._show_row(place, effect)
+        self._fit_words()
         self._show_choice()
 
     def _make_rows(self, effects: tuple[Effect, ...]) -> None:
@@ -219,7 +234,7 @@ class EffectsDock(QDockWidget):
         assert words is not None
         name.setText(f"{'●' if effect.on else '○'}  {NAMES.get(effect.effect, effect.effect)}")
         name.setForeground(QColor(colours.text if effect.on else colours.secondary))
-        words.setText(row_text(effect))
+        words.setData(Qt.ItemDataRole.UserRole, row_forms(effect))
         words.setForeground(QColor(colours.secondary))
         for item in (name, words):
             item.setToolTip(f"{effect.decision}: {effect.reason}\n{row_text(effect)}")
@@ -227,14 +242,26 @@ class EffectsDock(QDockWidget):
         value = "on" if effect.effect in look.forced else "off" if effect.effect in look.skipped else ""
         wish.setCurrentIndex(wish.findData(value))
 
+    def _fit_words(self) -> None:
+        """As much in every row as there is room for."""
+        taken = self.table.columnWidth(0) + self.table.columnWidth(2) + 2 * CELL
+        metrics, room = self.table.fontMetrics(), self.table.viewport().width() - taken
+        for place in range(self.table.rowCount()):
+            words = self.table.item(place, 1)
+            forms = (words.data(Qt.ItemDataRole.UserRole) if words is not None else None) or ("",)
+            fitting = next((form for form in forms if metrics.horizontalAdvance(form) <= room), forms[-1])
+            if words is not None and words.text() != fitting:
+                words.setText(fitting)
+
     def _show_choice(self) -> None:
         plan = self.plan
         if plan is None:
             enable(self.apply, self.words.text() or "There is no plan yet")
             return
-        within = "" if plan.satisfied else "Nothing keeps within the budget; the nearest is: "
-        error, frame_ms = share_text(plan.predicted_error_rel), 1e3 * plan.predicted_frame_s
-        self.words.setText(f"{within}{plan.setting}: about {error} and {frame_ms:.2g} ms")
+        within = "" if plan.satisfied else "Nothing keeps within the budget. Nearest is "
+        error, frame = share_text(plan.predicted_error_rel), frame_text(plan.predicted_frame_s)
+        about = f"about {error} and {frame}".replace(" ", "\u00a0")
+        self.words.setText(f"{within}{setting_text(plan.setting)}: {about}.")
         is_shown = plan.setting == self.view.setting
         enable(self.apply, "The plan is what is shown" if is_shown else "")
 
@@ -264,17 +291,34 @@ class EffectsDock(QDockWidget):
         self._show()
 
 
+class _Table(QTableWidget):
+    """`resized` follows when there is another width for its words."""
+
+    resized = Signal()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.resized.emit()
+
+
 def row_text(effect: Effect) -> str:
     """'needed, 12 % without it' or 'skipped, 0.2 % for 41 s'."""
-    error = share_text(effect.estimated_error_rel) if effect.estimated_error_rel >= 1e-5 else "nothing"
+    return row_forms(effect)[0]
+
+
+def row_forms(effect: Effect) -> tuple[str, ...]:
+    """The same and shorter, the longest first."""
+    error = share_text(effect.estimated_error_rel) if effect.estimated_error_rel >= 1e-5 else "no loss"
+    short = (f"{effect.decision}, {error}", error)
     if effect.on:
-        return f"{effect.decision}, {error} without it"
+        return (f"{effect.decision}, {error} without it", *short)
     saved = []
     if effect.saves_s >= LEAST_S:
         saved.append(f"{effect.saves_s:.2g} s" if effect.saves_s < 100.0 else f"{effect.saves_s:.0f} s")
     if effect.saves_bytes >= LEAST_BYTES:
-        saved.append(f"{effect.saves_bytes / 1e6:.2g} MB")
-    return f"{effect.decision}, {error}" + (f" for {' and '.join(saved)}" if saved else "")
+        saved.append(size_text(effect.saves_bytes))
+    longer = [" and ".join(saved[:count]) for count in range(len(saved), 0, -1)]
+    return (*(f"{effect.decision}, {error} for {words}" for words in longer), *short)
 
 
 def planned(asked: Asked, pixels: int) -> Steps[Any]:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 from app.document import Project
 from app.number_field import plain
+from app.status_bar import size_text
 from engine.health import Health, Verdict
 
 #: Units at the end of a figure's name, and how they are written; the longest that fits is taken.
@@ -18,7 +20,7 @@ UNITS = (
     ("_px", "px"),
     ("_ms", "ms"),
     ("_s", "s"),
-    ("_rel", "relative"),
+    ("_rel", "%"),
     ("_percent", "%"),
 )
 
@@ -78,9 +80,15 @@ def figures_of(health: Health) -> Iterator[tuple[str, str, bool]]:
     """Each figure as a person reads it: its name, its value with the unit, and whether it counts what is wrong."""
     for name, value in sorted(health.figures.items()):
         words, unit = _named(name)
-        shown = plain(float(f"{value:.4g}")) if value == value else "not known"
         is_doubtful = bool(COUNTS.search(name)) and value > 0
-        yield words, f"{shown} {unit}".strip(), is_doubtful
+        yield words, _valued(100.0 * value if name.endswith("_rel") else value, unit), is_doubtful
+
+
+def _valued(value: float, unit: str) -> str:
+    """A number with its unit, in digits that are read at a glance."""
+    if not isfinite(value):
+        return "not known" if value != value else "infinite"
+    return size_text(value) if unit == "B" else f"{plain(float(f'{value:.4g}'))} {unit}".strip()
 
 
 def _named(name: str) -> tuple[str, str]:

@@ -6,13 +6,15 @@ from collections.abc import Callable
 from typing import Any
 
 from app.jobs import Job, Jobs, Work
+from engine.steps import Step
 
 
 class Latest:
     """Runs the newest work that was asked for and drops what it overtakes."""
 
-    def __init__(self, jobs: Jobs, title: str) -> None:
-        self.jobs, self.title = jobs, title
+    def __init__(self, jobs: Jobs, title: str, told: Callable[[Step], None] | None = None) -> None:
+        """`told` hears how far the work is that runs."""
+        self.jobs, self.title, self.told = jobs, title, told
         self._running: Job | None = None
         self._next: tuple[Work, Callable[[Any], None]] | None = None
 
@@ -39,6 +41,8 @@ class Latest:
         (work, done), self._next = self._next, None
         job = self.jobs.submit(self.title, work, heavy=False)
         self._running = job
+        if self.told is not None:
+            job.progressed.connect(self.told)
         job.succeeded.connect(lambda result: self._ended(lambda: done(result)))
         job.failed.connect(lambda _error: self._ended(None))
         job.cancelled.connect(lambda: self._ended(None))

@@ -84,6 +84,7 @@ class LobeInspector(QDockWidget):
         self._kept = _Kept()
         self._asking = Latest(bench.jobs, "Inspecting a vertex")
         self.words = Fitting()
+        self.words.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self.words.say(ASK, SHORT[ASK])
         self.towards = QComboBox()
         self.towards.addItem("The camera", None)
@@ -237,7 +238,9 @@ class HemispherePicture(QWidget):
         for line, (words, colour) in enumerate(((self.title, colours.text), (self.figure, colours.secondary))):
             painter.setPen(QColor(colour))
             row = QRectF(0, edge + 2 + 17 * line, self.width(), 17)
-            fitted = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, self.width())
+            metrics = painter.fontMetrics()
+            shorter = (words, words.removesuffix(" numbers"), words.split(",")[0], words.split()[0])
+            fitted = next((form for form in shorter if metrics.horizontalAdvance(form) <= self.width()), shorter[-1])
             painter.drawText(row, Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignVCenter, fitted)
 
 

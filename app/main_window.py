@@ -6,6 +6,7 @@ import dataclasses
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QSize, Qt, QTimer
@@ -76,7 +77,7 @@ BOTTOM, RIGHT = Qt.DockWidgetArea.BottomDockWidgetArea, Qt.DockWidgetArea.RightD
 WIDE = 1700
 
 #: Across, in pixels, and the share of each of the two along the window.
-DOCK_HEIGHT, DOCK_WIDTH, SHARES = 216, 360, (0.42, 0.58)
+DOCK_HEIGHT, DOCK_WIDTH, SHARES = 216, 400, (0.42, 0.58)
 
 #: A job's thread gives the interpreter to the window's after this long; Python's own 5 ms add up to stutter.
 SWITCH_S = 0.0005
@@ -133,22 +134,28 @@ class MainWindow(QMainWindow):
         self.health_dock = HealthDock(self.bench, self.view, self)
         self.lobe_dock = LobeInspector(self.bench, self.view, self)
         self.of_view = DocksOf(self, (self.effects_dock, self.accuracy_dock))
-        others = (self.health_dock, self.lobe_dock, self.jobs_dock, self.log_dock)
-        for dock in (self.effects_dock, self.accuracy_dock, *others):
+        self.other_docks = (self.health_dock, self.lobe_dock, self.jobs_dock, self.log_dock)
+        for dock in (self.effects_dock, self.accuracy_dock, *self.other_docks):
             self.addDockWidget(BOTTOM, dock)
             dock.hide()
         self._place_docks(BOTTOM)
-        for behind in (self.log_dock, self.health_dock, self.lobe_dock):
-            self.tabifyDockWidget(self.jobs_dock, behind)
+        for dock in self.other_docks:
+            dock.toggleViewAction().triggered.connect(lambda shown, dock=dock: dock.raise_() if shown else None)
 
     def _place_docks(self, area: Qt.DockWidgetArea) -> None:
-        """Effects and accuracy beside each other below the picture, or above each other right of it."""
+        """Effects and accuracy beside each other below the picture, or above each other right of it.
+
+        What else lies below shares the place of accuracy: three beside each other are too narrow for their words.
+        """
         lying = area == BOTTOM
         first, second = self.effects_dock, self.accuracy_dock
         for dock in (first, second):
             self.addDockWidget(area, dock)
         direction = Qt.Orientation.Horizontal if lying else Qt.Orientation.Vertical
         self.splitDockWidget(first, second, direction)
+        others = [dock for dock in self.other_docks if self.dockWidgetArea(dock) == BOTTOM and not dock.isFloating()]
+        for before, behind in pairwise([second, *others] if lying else others):
+            self.tabifyDockWidget(before, behind)
         self._sized = False
         self._show_docks_of_view()
 
@@ -293,6 +300,7 @@ class MainWindow(QMainWindow):
         bench.said.connect(self.status.say)
         bench.wanted.connect(self.show_workspace)
         self.status.health_clicked.connect(self._show_health)
+        self.health_dock.told.connect(self.status.show_health)
         self.view.viewport.broken.connect(lambda error: self.failures.report("The model cannot be drawn", error))
         self.brdf.broken.connect(lambda error: self.failures.report("The sphere cannot be drawn", error))
         self.factor.broken.connect(lambda error: self.failures.report("The preview cannot be drawn", error))
@@ -388,8 +396,7 @@ class MainWindow(QMainWindow):
 
     def _changed(self, _old: Project, new: Project) -> None:
         shown = new.has_map or new.stack is not None
-        health = new.material.health if new.has_map else new.stack.health if new.stack is not None else None
-        self.status.show_health(health if shown else None)
+        self.status.show_health(self.health_dock.health)
         power_law = new.material.power_law
         self.status.show_error(*((power_law.rms, power_law.r_max) if power_law is not None else (None,)))
         self.title.setText(new.name if shown or new.sources is not None else "")

@@ -244,6 +244,9 @@ QTableView {{ gridline-color: transparent; }}
 QTableView::item {{ padding: 0 9px; }}
 QTableView::item:selected {{ background: {theme.hover}; color: {theme.text}; }}
 QTableView QLineEdit {{ border-radius: 0; min-height: 0; padding: 0 4px; }}
+QTableView QComboBox {{ background: transparent; border-color: transparent; }}
+QTableView QComboBox:hover {{ border-color: {theme.disabled}; }}
+QTableView QComboBox:focus {{ border-color: {theme.accent}; }}
 QHeaderView {{ background: {theme.panel}; }}
 QHeaderView::section {{ background: {theme.panel}; color: {theme.secondary}; border: none;
   border-bottom: 1px solid {theme.line}; padding: 4px 12px; }}
@@ -266,6 +269,11 @@ QSplitter::handle:hover {{ background: {theme.accent}; }}
 
 QDockWidget {{ titlebar-close-icon: url({icons}/close-small.svg); titlebar-normal-icon: url({icons}/float-small.svg); }}
 QDockWidget::title {{ background: {theme.panel}; padding: 6px 12px; font-weight: 600; }}
+QMainWindow QTabBar::tab {{ background: {theme.window}; color: {theme.secondary}; border: none; padding: 5px 12px;
+  border-top: 2px solid transparent; }}
+QMainWindow QTabBar::tab:hover {{ color: {theme.text}; }}
+QMainWindow QTabBar::tab:selected {{ background: {theme.panel}; color: {theme.text};
+  border-top-color: {theme.accent}; }}
 QStatusBar {{ background: {theme.window}; border-top: 1px solid {theme.line}; }}
 QStatusBar::item {{ border: none; }}
 """

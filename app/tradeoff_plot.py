@@ -43,15 +43,6 @@ MARKS = {
     "reference": ("star", -1),
 }
 
-NAMES = {
-    "sh": "SH",
-    "wavelet": "Wavelet",
-    "gaussian": "Gaussian",
-    "shading-map": "Shading map",
-    "direct": "Direct",
-    "reference": "Reference",
-}
-
 #: Errors below this are drawn on it: a logarithm needs an end.
 LEAST = 1e-6
 
@@ -153,6 +144,8 @@ class TradeoffPlot(Plot):
 
     def _fit(self) -> None:
         if not self.shown:
+            for side in ("bottom", "left"):
+                self.getPlotItem().getAxis(side).setTicks([])  # numbers would be of nothing
             return
         places = [self._place(point) for point in self.shown]
         for at, (side, least) in enumerate((("bottom", 0.5), ("left", 0.4))):

@@ -151,8 +151,9 @@ class Viewport(QWidget):
         self.camera_moved.emit()
 
     def redraw(self) -> None:
-        """Draw again, as after a change of theme."""
+        """Draw again, as after a change of theme, also where there is nothing but the background yet."""
         self._draw(moving=False)
+        self.surface.update()
 
     def _draw(self, *, moving: bool) -> None:
         if self.scene is None or self.camera is None:

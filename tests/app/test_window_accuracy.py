@@ -8,7 +8,16 @@ from typing import Any
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
-from app.accuracy import Accuracy, choices_with, describe, look_with, scene_key, setting_of
+from app.accuracy import (
+    Accuracy,
+    choices_with,
+    describe,
+    frame_text,
+    look_with,
+    scene_key,
+    setting_of,
+    setting_text,
+)
 from app.baking import BakeChoices, Baking
 from app.document import Look
 from app.main_window import MainWindow
@@ -106,7 +115,7 @@ def test_a_budget_names_the_best_setting(view: MainWindow, qtbot: Any, words: st
     dock = view.accuracy_dock
     dock.applied.disconnect(view.view.apply_setting)
     dock.budget.setText(words)
-    assert str(setting) in dock.words.text()
+    assert setting_text(setting) in dock.words.text()
     with qtbot.waitSignal(dock.applied) as applied:
         qtbot.keyClick(dock.budget, Qt.Key.Key_Return)
     assert applied.args == [setting]
@@ -168,3 +177,32 @@ def test_settings_go_to_the_window_and_back() -> None:
     for setting in (Setting("direct", {"directions": 16}), Setting("shading-map", {"directions": 4, "power_law": 1})):
         assert setting_of(setting.mode, dataclasses.replace(look, **look_with(setting, look)), choices) == setting
     assert "± 0.10 %" in describe(POINTS[0])
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.0082, "8.2 ms"), (0.1309, "131 ms"), (0.9949, "995 ms"), (1.26, "1.3 s"), (250.0, "4 min")],
+)
+def test_frames_of_all_lengths_are_told_in_plain_digits(seconds: float, words: str) -> None:
+    assert frame_text(seconds) == words
+
+
+def test_settings_are_told_in_words() -> None:
+    assert setting_text(Setting("sh", {"order": 15, "interreflection": 1})) == "SH, order 15, bounced light"
+    assert setting_text(Setting("shading-map", {"directions": 16})) == "Shading map, directions 16"
+
+
+def test_before_anything_is_measured_the_axes_have_no_numbers(view: MainWindow) -> None:
+    axes = [view.accuracy_dock.plot.getPlotItem().getAxis(side) for side in ("bottom", "left")]
+    assert all(axis._tickLevels == [] for axis in axes)
+    measured(view)
+    assert all(axis._tickLevels != [] for axis in axes)
+
+
+def test_what_lies_below_shares_the_place_of_accuracy_in_a_narrow_window(view: MainWindow) -> None:
+    for dock in view.other_docks:
+        dock.show()
+    view.resize(1280, 800)
+    assert set(view.other_docks) <= set(view.tabifiedDockWidgets(view.accuracy_dock))
+    view.resize(1920, 1000)
+    assert not set(view.other_docks) & set(view.tabifiedDockWidgets(view.accuracy_dock))

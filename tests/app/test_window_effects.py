@@ -6,8 +6,10 @@ import dataclasses
 from typing import Any
 
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
 
-from app.effects_dock import NAMES, row_text
+from app.effects_dock import CELL, NAMES, row_forms, row_text
 from app.main_window import MainWindow
 from engine.effects.estimates import EFFECTS
 from engine.effects.plan import Effect
@@ -86,9 +88,28 @@ def test_without_an_environment_it_says_what_is_needed(planned: MainWindow) -> N
     [
         (Effect("glossy", "needed", "", 0.12, 3.0, 10**7), "needed, 12 % without it"),
         (Effect("glossy", "skipped", "", 0.002, 41.0, 0), "skipped, 0.2 % for 41 s"),
-        (Effect("glossy", "skipped", "", 0.0, 0.0, 0), "skipped, nothing"),
-        (Effect("glossy", "forced off", "", 0.5, 250.0, 2 * 10**6), "forced off, 50 % for 250 s and 2 MB"),
+        (Effect("glossy", "skipped", "", 0.0, 0.0, 0), "skipped, no loss"),
+        (Effect("glossy", "forced off", "", 0.5, 250.0, 2 * 10**6), "forced off, 50 % for 250 s and 2.0 MB"),
     ],
 )
 def test_rows_say_what_is_lost_and_saved(effect: Effect, words: str) -> None:
     assert row_text(effect) == words
+
+
+def test_rows_have_shorter_forms_for_narrow_docks() -> None:
+    effect = Effect("glossy", "skipped", "", 0.002, 41.0, 0)
+    assert row_forms(effect) == ("skipped, 0.2 % for 41 s", "skipped, 0.2 %", "0.2 %")
+
+
+def test_a_narrow_dock_cuts_no_words(planned: MainWindow) -> None:
+    dock = planned.effects_dock
+    for width in (300, 420, 640):
+        dock.setFloating(True)
+        dock.resize(width, 300)
+        QApplication.processEvents()
+        room = dock.table.columnWidth(1) - 2 * CELL
+        shown = [dock.table.item(place, 1) for place in range(dock.table.rowCount())]
+        assert all(
+            dock.table.fontMetrics().horizontalAdvance(item.text()) <= room for item in shown if item is not None
+        )
+        assert all(item.text() in item.data(Qt.ItemDataRole.UserRole) for item in shown if item is not None)

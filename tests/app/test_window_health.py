@@ -51,6 +51,14 @@ def test_the_status_bar_opens_it(window: MainWindow) -> None:
     assert window.health_dock.isVisible()
 
 
+def test_the_status_bar_tells_of_all_results(window: MainWindow) -> None:
+    assert not window.status.health.isVisibleTo(window)
+    window.bench.document.change("Ball", mesh=dataclasses.replace(ball(), health=DOUBTFUL))
+    assert window.status.health.isVisibleTo(window)
+    assert window.status.health.text() == "Health: check"
+    assert window.status.health.toolTip() == "12 texels are clipped"
+
+
 def test_bakes_and_reflectances_are_among_the_parts() -> None:
     from app.document import Project
 
@@ -63,7 +71,20 @@ def test_bakes_and_reflectances_are_among_the_parts() -> None:
 
 
 def test_figures_that_are_not_known_are_said_to_be() -> None:
-    assert [*figures_of(Health({"noise_rel": float("nan")}))] == [("Noise", "not known relative", False)]
+    assert [*figures_of(Health({"noise_rel": float("nan")}))] == [("Noise", "not known", False)]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("noise_rel", 0.0125, "1.25 %"),
+        ("table_bytes", 123_456_789.0, "123 MB"),
+        ("condition", float("inf"), "infinite"),
+        ("angle_deg", 12.5, "12.5 °"),
+    ],
+)
+def test_figures_have_units_that_people_read(name: str, value: float, words: str) -> None:
+    assert [shown for _, shown, _ in figures_of(Health({name: value}))] == [words]
 
 
 @pytest.mark.parametrize("fails", [False, True])
