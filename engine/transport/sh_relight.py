@@ -4,6 +4,9 @@ A light that stays keeps its coefficients at the vertices (the paper's fixed lig
 nothing else. A view that stays while lights change gets the reflectance turned into the world once (its fixed view): a
 new light is then 3 order² products for each vertex in place of order⁴, and a frame looks no table up. For 50,000
 vertices at order 5 a new light and its frame with software GL take a third of the time.
+
+The window does not use it: its camera moves between two lights without waiting for one, and what holds for one view
+would show the highlights of the view before until the next light is there.
 """
 
 from __future__ import annotations
