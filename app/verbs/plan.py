@@ -20,6 +20,9 @@ EXAMPLE = "lightarc plan torus-knot --brdf ggx:alpha=0.3 --env studio --error 0.
 #: Pixels of a picture that frames are predicted for.
 WIDTH, HEIGHT = 960, 540
 
+#: Pictures that a bake is spread over (`engine.effects.plan.FRAMES`).
+FRAMES = 20_000
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob")
@@ -34,7 +37,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--width", type=int, default=WIDTH, metavar="PX", help=f"of the pictures ({WIDTH})")
     parser.add_argument("--height", type=int, default=HEIGHT, metavar="PX", help=f"of the pictures ({HEIGHT})")
-    parser.add_argument("--calibrate", action="store_true", help="measure this machine anew (some 10 s)")
+    parser.add_argument(
+        "--calibrate",
+        action="store_true",
+        help="measure this machine anew: about half a minute, more while other programs work or kernels are being "
+        "compiled; kept until Lightarc, Python or the machine's name changes",
+    )
+    parser.add_argument(
+        "--frames",
+        type=int,
+        default=FRAMES,
+        metavar="N",
+        help=f"pictures that a bake is for; 1: a single one ({FRAMES})",
+    )
 
 
 def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
@@ -68,6 +83,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "rotation": math.radians(arguments.env_rotation_deg),
         "material": material,
         "pixels": arguments.width * arguments.height,
+        "frames": arguments.frames,
     }
     found = plan_for(arguments, mesh, brdf, environment, show, anew=arguments.calibrate, **options)
     return {
@@ -114,6 +130,7 @@ def record(found: EffectsPlan) -> dict[str, Any]:
     return {
         "effects": [asdict(effect) for effect in found.effects],
         "mode": found.mode,
+        "max_depth": found.max_depth if found.mode == "reference" else None,
         "knobs": found.knobs,
         "predicted_error_rel": found.predicted_error_rel,
         "predicted_frame_s": found.cost.frame_s,
@@ -153,6 +170,8 @@ def _check(arguments: argparse.Namespace) -> None:
         value = getattr(arguments, name)
         if value is not None and not 0.0 < value < math.inf:
             raise ValueError(f"--{name.replace('_', '-')} {value} is not above 0")
+    if arguments.frames < 1:
+        raise ValueError(f"--frames {arguments.frames} is below 1")
     if not math.isfinite(arguments.env_rotation_deg):
         raise ValueError(f"--env-rotation-deg {arguments.env_rotation_deg} is not finite")
     if not (1 <= arguments.width <= 1 << 15 and 1 <= arguments.height <= 1 << 15):

@@ -16,19 +16,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from engine.effects.plan import EffectsPlan, brdf_of
+from engine.effects.cost_model import MATT_ORDER
+from engine.effects.plan import BAKED, EffectsPlan, brdf_of
 from engine.ground import Ground
 from engine.mesh import Mesh
 from engine.steps import Steps
-from engine.transport import sh_bake, wavelet_bake
+from engine.transport import gaussian_bake, sh_bake, wavelet_bake
 from engine.transport.occluder import Occluder
 from engine.transport.visibility import Receivers, every_ray
 
 #: Bounces between parts of the model, where there are any.
 BOUNCES = 3
 
-#: The modes that are baked.
-BAKED = ("sh", "wavelet")
+__all__ = ["BAKED", "PlannedBake", "prepare"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,4 +82,13 @@ def prepare(
         if forced:
             laid = replace(laid, occluder=_EveryRay(laid.occluder.caster, 0.0, wanted.edge, fine))
         return PlannedBake(laid, plan.cost.bake_s, lambda path: wavelet_bake.bake(path, laid))
+    if setting.mode == "gaussian":
+        edge = sh_bake.default_edge(MATT_ORDER)
+        asked = gaussian_bake.BakeSettings(
+            setting["lobes"], bool(setting["interreflection"]), order=MATT_ORDER, edge=edge, fine=fine
+        )
+        cut = yield from gaussian_bake.prepare(mesh, reflectance, asked, ground)
+        if forced:
+            cut = replace(cut, model=replace(cut.model, of=every_ray(cut.model.of, edge, fine)))
+        return PlannedBake(cut, gaussian_bake.estimate_s(cut), lambda path: gaussian_bake.bake(path, cut))
     raise ValueError(f"the mode {setting.mode} is not baked")

@@ -1,4 +1,4 @@
-"""Measuring what this machine takes for each part of a bake, of a changed light and of a frame, in a few seconds.
+"""Measuring what this machine takes for each part of a bake, of a changed light and of a frame, in half a minute.
 
 Every part runs on the built-in torus knot of 50,000 vertices, at `SAMPLED` of them where it is done vertex by vertex,
 through the code that bakes and pictures run, and at several values of its knob. The shortest of some runs counts. The
@@ -8,10 +8,12 @@ tables of high orders, which take seconds, are not made: what order 10 takes is 
 from __future__ import annotations
 
 import math
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -27,17 +29,24 @@ from engine.factor.maps import DirectionMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
 from engine.render.reference import reference
-from engine.render.transported import transported
+from engine.render.transported import picture_of
 from engine.scene import Scene
 from engine.shapes import shape
 from engine.steps import Step, Steps, drain, part
-from engine.transport import sh_kernel
-from engine.transport.lit import Lit, LitHarmonics, LitWavelets
+from engine.transport import sh_kernel, wavelet_bake
+from engine.transport.gaussian import GaussianTransport
+from engine.transport.gaussian_atlas import atlas_of
+from engine.transport.gaussian_fit import Fit, FitSettings, fit_vertices
+from engine.transport.gaussian_lighting import filtered, levels_between
+from engine.transport.gaussian_samples import GlossySurface, direct_samples
+from engine.transport.lit import Lit, LitGaussians, LitHarmonics, LitWavelets, lit_gaussians
 from engine.transport.sh_bake import BakeSettings, Work, baker_of, default_edge, prepare
 from engine.transport.sh_bounces import gathered
 from engine.transport.sh_lighting import project
 from engine.transport.sh_table import BrdfTable, lambert_table
-from engine.transport.sh_transfer import ShTransport, products, texel_basis
+from engine.transport.sh_transfer import ShTransport, products, tangent_frames, texel_basis
+from engine.transport.spherical_gaussian import Lobes
+from engine.transport.view_directions import VIEWS
 from engine.transport.visibility import Receivers, receivers, visibility_shares
 from engine.transport.wavelet import (
     Vectors16,
@@ -62,6 +71,10 @@ SMALL, LARGE = 64, 256
 #: Orders, terms, directions, edges and coefficients that are measured.
 ORDERS, TERMS, LIGHTS, EDGES, KEPT = (3, 5, 8, 10), (1, 4, 8), (4, 32, 128), (16, 32, 64), (24, 96, 384)
 
+#: Lobes that are measured, vertices that they are fitted at with so many directions, and widths in rad of the levels
+#: that a changed light is filtered to.
+LOBES, FITTED, DIRECTIONS, WIDTHS = (1, 2, 3), 8, 128, (0.06, 0.5)
+
 #: The order whose tables and matrices are made for those of all above, by the counts of their operations.
 TABLE_ORDER, HIGHEST = 10, 15
 
@@ -75,7 +88,7 @@ MAP_ROWS = 512
 
 
 def calibrate() -> Steps[CostModel]:
-    """Measure this machine; some 10 s, of which drawing takes half. Without OpenGL, frames are the processor's."""
+    """Measure this machine; half a minute where other programs work too, of which drawing takes a third. Without OpenGL, frames are the processor's."""
     mesh = shape("torus-knot")
     tables: dict[str, Rates] = {}
     yield Step(0.0, "measuring rays")
@@ -87,7 +100,9 @@ def calibrate() -> Steps[CostModel]:
     yield from part(_harmonics(some, tables), 0.15, 0.4)
     yield Step(0.4, "measuring bakes of wavelets")
     _wavelets(some, tables)
-    yield Step(0.5, "measuring changed light")
+    yield Step(0.46, "measuring bakes of Gaussians")
+    tables["gaussian-fit"] = _gaussian_fits(mesh, of)
+    yield Step(0.52, "measuring changed light")
     _lights(mesh, tables)
     yield Step(0.6, "measuring the reference")
     tables["reference"] = ((1.0, _reference_s(mesh)),)
@@ -208,8 +223,32 @@ def _wavelets(some: _Some, tables: dict[str, Rates]) -> None:
         run = partial(transport_vectors, frames, counts, 16, texels, factors.chart, maps, kept)
         return best_of(run) / (4 * len(some.vertices))
 
+    tables["wavelet-fixed"] = ((1.0, _fixed_s()),)
     tables["wavelet-row"] = tuple((float(edge), row_s(edge, 96)) for edge in EDGES)
     tables["wavelet-coefficients"] = tuple((float(kept), row_s(64, kept)) for kept in KEPT)
+
+
+def _fixed_s() -> float:
+    """Seconds of a bake of wavelets that do not grow with the mesh: its file, tables of texels, and threads."""
+    least = _sphere(8)
+    work = wavelet_bake.prepare(least, _factors(4), wavelet_bake.BakeSettings(max(EDGES), 96))
+    with tempfile.TemporaryDirectory() as folder:
+        return best_of(lambda: drain(wavelet_bake.bake(Path(folder) / "least.transport", work)), 2)
+
+
+def _gaussian_fits(mesh: Mesh, of: Receivers) -> Rates:
+    """Seconds for a vertex, its transport being tabulated and fitted towards all views, by the number of lobes."""
+    brdf = brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04")
+    surface = GlossySurface(mesh, len(mesh.positions), 0.0, brdf, {}, of, tangent_frames(mesh))
+    vertices = np.linspace(0, len(mesh.positions) - 1, FITTED).astype(np.int64)
+    around = [np.zeros(0, np.int64)] * FITTED
+
+    def fit_all(lobes: int) -> None:
+        samples, alone = direct_samples(surface, vertices, DIRECTIONS), Fit.empty(1, lobes).lobes
+        fit_vertices(samples, around, alone, FitSettings(lobes=lobes))
+
+    fit_all(1)  # waits for kernels to be made ready
+    return tuple((float(lobes), _timed(partial(fit_all, lobes))[1] / FITTED) for lobes in LOBES)
 
 
 def _lights(mesh: Mesh, tables: dict[str, Rates]) -> None:
@@ -218,6 +257,8 @@ def _lights(mesh: Mesh, tables: dict[str, Rates]) -> None:
     environment = EnvironmentMap(random.random((MAP_ROWS, 2 * MAP_ROWS, 3), np.float32))
     tables["light-sh"] = tuple((n, best_of(partial(project, environment, n))) for n in (3, 5, 8, 15))
     tables["light-wavelet"] = tuple((edge, best_of(partial(lighting_of, environment, edge))) for edge in EDGES)
+    widths = levels_between(*WIDTHS)
+    tables["light-gaussian"] = ((1.0, best_of(lambda: atlas_of(filtered(environment, widths)), 1)),)
     rows = random.random((20_000 * 25, 1, 25), np.float32)
     light, out = np.ones((25, 3), np.float32), np.empty((len(rows), 3), np.float32)
     tables["relight-sh"] = ((1.0, best_of(lambda: sh_kernel.transfer(rows, light, out)) / rows.size),)
@@ -282,6 +323,8 @@ def _drawn(mode: str, knob: int, mesh: Mesh) -> Lit | Scene:
             np.zeros(rows, np.uint16),
         )
         return LitWavelets(WaveletTransport(mesh, count, _factors(knob), 0.0, 64, nothing), random.random((rows, 3)))
+    if mode == "gaussian":
+        return _lit_gaussians(mesh, knob)
     flat = mode == "sh-flat"
     table = lambert_table(MATT, knob)
     if not flat:
@@ -291,11 +334,21 @@ def _drawn(mode: str, knob: int, mesh: Mesh) -> Lit | Scene:
     return LitHarmonics(ShTransport(mesh, count, flat, 0.0, table, False, nothing_yet), random.random((rows, 3)))
 
 
+def _lit_gaussians(mesh: Mesh, lobes: int) -> LitGaussians:
+    """Lobes that point up, all alike."""
+    count = len(mesh.positions)
+    up = np.broadcast_to(np.array([0.0, 1.0, 0.0], np.float32), (count, VIEWS, lobes, 3))
+    alike = Lobes(np.ones_like(up), up, np.full(up.shape[:3], 0.2, np.float32))
+    environment = EnvironmentMap(np.ones((64, 128, 3), np.float32))
+    transport = GaussianTransport(mesh, count, 0.0, (alike,), None)
+    return lit_gaussians(transport, environment)
+
+
 def _frames(tables: dict[str, Rates]) -> Steps[str]:
     """Fill the tables of frames; the name of what draws."""
     from engine.gl.context import create_context, renderer_name
 
-    knobs = {"direct": LIGHTS, "sh": (3, 5, 8, 15), "sh-flat": (5,), "wavelet": TERMS}
+    knobs = {"direct": LIGHTS, "sh": (3, 5, 8, 15), "sh-flat": (5,), "wavelet": TERMS, "gaussian": LOBES}
     whole = sum(map(len, knobs.values()))
     meshes = _sphere(FEW), _sphere(MANY)
     done = 0
@@ -361,4 +414,4 @@ def _cpu_frame_s(mode: str, knob: int, mesh: Mesh, side: int) -> float:
     what: Any = _drawn(mode, knob, mesh)
     if isinstance(what, Scene):
         return best_of(lambda: drain(radiance(what, (side, side), samples=1)), 1)
-    return best_of(lambda: drain(transported(what.transport, what.rows, frame(mesh.positions), (side, side), 1)), 1)
+    return best_of(lambda: drain(picture_of(what, frame(mesh.positions), (side, side), 1)), 1)

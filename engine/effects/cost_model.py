@@ -1,11 +1,12 @@
-"""What a setting costs on this machine: predicted from a few seconds of measuring, before anything is baked.
+"""What a setting costs on this machine: predicted from half a minute of measuring, before anything is baked.
 
 Every cost is a product of counts that are known (vertices, rays, coefficients, pixels) and of rates that
 `engine.effects.calibration` has measured over the range of a knob; between its points a rate is a power law. Bakes:
 
     visibility(edge) per vertex that is not open, + rows of transport per vertex, + tables that are made once
 
-relighting is bound by the bytes that it reads, and a frame is a base, a share for each vertex and one for each pixel.
+Gaussians take a fit for each vertex instead of rows. Relighting is bound by the bytes that it reads, and a frame is a
+base, a share for each vertex and one for each pixel.
 Rays cost what they cost on the mesh: `Load.ray_scale` tells by how much it differs from the mesh of the calibration.
 """
 
@@ -26,15 +27,25 @@ from engine.errors import FileError
 from engine.files.atomic import make_folder, write_json
 from engine.files.untrusted import read_bytes
 from engine.transport.sh_bake import default_edge
+from engine.transport.view_directions import VIEWS
 
 #: A table of rates: value of a knob → seconds, in rising order.
 Rates = tuple[tuple[float, float], ...]
 
 #: Changes when the rates of a kept model no longer mean what they did.
-FORMAT = 1
+FORMAT = 2
 
 #: Bytes of a kept model at most.
 FILE_LIMIT_BYTES = 1 << 16
+
+#: Bytes of a Gaussian for one view: three heights, its mean and its width, in float32; and where it is drawn from.
+LOBE_BYTES, DRAWN_BYTES = 28, 12
+
+#: Order of the matt part beside Gaussians, and how many times as long a bake with light from the model itself takes.
+MATT_ORDER, INDIRECT = 8, 3.0
+
+#: How many times as long a path takes that may touch more of the surface: most leave the model before the fourth point.
+BOUNCED = 2.0
 
 #: What each table of a model is called; a kept model that lacks one is measured anew.
 NAMES = (
@@ -45,14 +56,21 @@ NAMES = (
     "sh-vector",
     "bounce-matrix",
     "bounce-vector",
+    "wavelet-fixed",
     "wavelet-row",
     "wavelet-coefficients",
     "light-sh",
     "light-wavelet",
+    "light-gaussian",
     "relight-sh",
     "relight-wavelet",
+    "gaussian-fit",
     "reference",
-    *(f"{mode}-{part}" for mode in ("direct", "sh", "sh-flat", "wavelet") for part in ("base", "vertex", "pixel")),
+    *(
+        f"{mode}-{part}"
+        for mode in ("direct", "sh", "sh-flat", "wavelet", "gaussian")
+        for part in ("base", "vertex", "pixel")
+    ),
 )
 
 
@@ -83,6 +101,7 @@ class Load:
     diffuse, isotropic : of the reflectance. coloured : whether what it reflects on has a colour.
     ray_scale : cost of a ray on this mesh over that of the calibration.
     lamps : directions of suns and lamps, which cost a ray for each vertex when the light changes.
+    bounced : whether paths of the reference go on from part to part of the model.
     """
 
     vertices: int
@@ -94,6 +113,7 @@ class Load:
     coloured: bool = True
     ray_scale: float = 1.0
     lamps: int = 0
+    bounced: bool = False
 
     def __post_init__(self) -> None:
         if min(self.vertices, self.pixels) < 1 or not 0.0 <= self.occluded <= 1.0:
@@ -149,6 +169,7 @@ class CostModel:
             "shading-map": self._direct,
             "sh": self._harmonics,
             "wavelet": self._wavelets,
+            "gaussian": self._gaussians,
         }
         if setting.mode not in predictions:
             raise ValueError(f"nothing is known of the cost of {setting.mode}")
@@ -164,7 +185,8 @@ class CostModel:
         return load.vertices * (seen + self.rate("receivers", 1))
 
     def _reference(self, setting: Setting, load: Load) -> Cost:
-        frame_s = setting["samples"] * load.pixels * self.rate("reference", 1) * load.ray_scale
+        touched = (BOUNCED if load.bounced else 1.0) * (load.ray_scale or 1.0)  # 0: no vertex of it needs any ray
+        frame_s = setting["samples"] * load.pixels * self.rate("reference", 1) * touched
         return Cost(0.0, 0.0, frame_s, load.mesh_bytes + 240 * load.pixels, 0)
 
     def _direct(self, setting: Setting, load: Load) -> Cost:
@@ -192,11 +214,27 @@ class CostModel:
         kept = min(kept, 6 * edge * edge)
         rows = load.vertices * terms
         cutting = self.rate("wavelet-coefficients", kept) / self.rate("wavelet-coefficients", 96)
-        bake_s = self._rays(edge, load) + rows * self.rate("wavelet-row", edge) * cutting
+        bake_s = self.rate("wavelet-fixed", edge) + self._rays(edge, load)
+        bake_s += rows * self.rate("wavelet-row", edge) * cutting
         relight_s = self.rate("light-wavelet", edge) + self.rate("relight-wavelet", kept) * rows
         relight_s += load.lamps * load.vertices * self.rate("receivers", 1)
         size = rows * (6 * kept + 14) + load.mesh_bytes
         return Cost(bake_s, relight_s, self._frame("wavelet", terms, load), size + 12 * rows, size)
+
+    def _gaussians(self, setting: Setting, load: Load) -> Cost:
+        """Lobes of all views of a vertex, and vectors of the matt part."""
+        lobes, bounces = setting["lobes"], bool(setting["interreflection"])
+        fitted_s = self.rate("gaussian-fit", lobes) * (INDIRECT if bounces else 1.0)
+        bake_s = load.vertices * (fitted_s + self.rate("sh-vector", MATT_ORDER))
+        bake_s += self._rays(default_edge(MATT_ORDER), load)
+        matt = load.vertices * MATT_ORDER**2 * (3 if bounces else 1)
+        relight_s = self.rate("light-gaussian", 1) + self.rate("light-sh", MATT_ORDER)
+        relight_s += self.rate("relight-sh", 1) * matt
+        drawn = lobes * (2 if bounces else 1)
+        count = load.vertices * VIEWS * drawn
+        size = count * LOBE_BYTES + 4 * matt + load.mesh_bytes
+        frame_s = self._frame("gaussian", drawn, load)
+        return Cost(bake_s, relight_s, frame_s, size + count * DRAWN_BYTES + 12 * load.vertices, size)
 
 
 def machine_name() -> str:

@@ -1,10 +1,11 @@
 """How far each setting would be from the truth, told from a sample of a scene before anything is baked.
 
 Harmonics of an order are the truncated sums of `engine.effects.radiance`; directional lights are summed as they are
-drawn; wavelets run through the factors, the transform and the codes of a bake, at some of the points. Between the
-settings that are tried an error is a power law of the knob, and along a ladder it never rises. What a method cannot
-show (shadows of directional lights, light between parts of the model in wavelets) is not in these figures: the plan
-adds the estimate of that effect.
+drawn; wavelets run through the factors, the transform and the codes of a bake, at some of the points, and Gaussians
+through the fit of a bake (`engine.effects.lobe_error`). The error of the reference is its noise, which falls with the
+root of the samples. Between the settings that are tried an error is a power law of the knob, and along a ladder it
+never rises. What a method cannot show (shadows of directional lights, light between parts of the model in wavelets) is
+not in these figures: the plan adds the estimate of that effect.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.effects.estimates import Scenery, relative_error
+from engine.effects.lobe_error import lobe_error
 from engine.effects.radiance import LIGHTS, ORDERS
 from engine.effects.sample import FINE
 from engine.effects.setting import Setting
@@ -25,6 +27,7 @@ from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
 from engine.one_thread import one_thread
 from engine.steps import drain
+from engine.transport.matt_part import parts
 from engine.transport.wavelet import (
     WaveletTransport,
     cube_texels,
@@ -73,10 +76,22 @@ class ModeErrors:
             }
             texels = self.coarse * (0.5 * FINE[2]) / setting["cube"]
             return max(FLOOR, math.hypot(_between(rows, setting["terms"]), texels))
+        if setting.mode == "gaussian":
+            found = [lobe_error(self.scene, lobes) for lobes in range(1, setting["lobes"] + 1)]
+            return max(FLOOR, min(error for error in found if error is not None))
         raise ValueError(f"nothing is known of the error of {setting.mode}")
 
     def knows(self, mode: str) -> bool:
-        return mode in ("sh", "direct", "shading-map") or (mode == "wavelet" and bool(self.wavelet))
+        """Whether settings of a mode can draw the scene at all."""
+        return (
+            mode in ("sh", "direct", "shading-map")
+            or (mode == "wavelet" and bool(self.wavelet))
+            or (mode == "gaussian" and self._glossy)
+        )
+
+    @property
+    def _glossy(self) -> bool:
+        return parts(self.scene.brdf)[1] is not None
 
 
 @lru_cache(maxsize=8)

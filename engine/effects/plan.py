@@ -8,21 +8,29 @@ budget, so that a larger budget offers every choice of a smaller one and never e
     budget of error   the cheapest within it, a bake being spread over `FRAMES` frames and a light over `LIGHTS`
     budget of time    the least error whose frame is within it
 
+What does not fit into free memory is never offered. A bake of more than `LONG_S` is chosen only where nothing else
+meets the budget of error, and the reference, whose samples follow from the noise of a tiny picture, where no other mode
+does, or where few frames are wanted.
+
 An effect whose estimate is 0 is always left out, one that the user forces never. Where nothing satisfies the budget,
 the plan is the nearest to it and says so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
+
+import psutil
 
 from engine.effects.calibration import ray_scale
 from engine.effects.cost_model import Cost, CostModel, Load
 from engine.effects.estimates import EFFECTS, LOW_ORDER, Estimate, Scenery, estimates, percent, scenery, seen_as
 from engine.effects.mode_error import ModeErrors, mode_errors
+from engine.effects.noise import REFERENCE_DEPTH, probed
 from engine.effects.setting import KNOBS, Setting
 from engine.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise, albedos, matt
 from engine.environment import EnvironmentMap
@@ -34,11 +42,20 @@ from engine.transport.sh_transfer import is_diffuse
 #: Frames over which a bake is spread, and over which a changed light is.
 FRAMES, LIGHTS = 20_000, 50
 
+#: Seconds of a bake that is long, and pictures up to which a reference is a mode as any other.
+LONG_S, FEW_FRAMES = 1200.0, 1
+
+#: Share of free memory that a setting may take.
+MEMORY_SHARE = 0.75
+
 #: Share of an error budget that all effects together that are left out may take.
 SHARE = 0.5
 
 #: Pixels of a picture where nobody says.
 PIXELS = 720 * 760
+
+#: The modes that are baked.
+BAKED = ("sh", "wavelet", "gaussian")
 
 #: What left out or not is seen in the cost of a setting.
 COSTING = ("self-shadowing", "interreflection", "glossy", "anisotropy", "sun-split")
@@ -95,6 +112,11 @@ class EffectsPlan:
     def predicted_frame_s(self) -> float:
         return self.cost.frame_s
 
+    @property
+    def max_depth(self) -> int:
+        """Points of the surface that light of the reference may touch."""
+        return REFERENCE_DEPTH if self.shows("interreflection") else 1
+
     def shows(self, effect: str) -> bool:
         """Whether pictures of this plan have the effect."""
         return next(each.on for each in self.effects if each.effect == effect)
@@ -105,16 +127,27 @@ class EffectsPlan:
 
 @dataclass(frozen=True)
 class _Choice:
-    """A setting, what is left out, and what both come to."""
+    """A setting, what is left out, and what both come to; the error is found when it is first asked for."""
 
     setting: Setting
     skipped: frozenset[str]
-    error: float
+    told: Callable[[], float]
     cost: Cost
+    frames: int
+
+    @cached_property
+    def error(self) -> float:
+        return self.told()
 
     @property
     def price(self) -> float:
-        return self.cost.frame_s + self.cost.relight_s / LIGHTS + self.cost.bake_s / FRAMES
+        return self.cost.frame_s + self.cost.relight_s / LIGHTS + self.cost.bake_s / self.frames
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """What is chosen first, being within a budget of error."""
+        last = self.setting.mode == "reference" and self.frames > FEW_FRAMES
+        return 2 if last else int(self.cost.bake_s > LONG_S), self.price
 
 
 def plan(
@@ -132,10 +165,13 @@ def plan(
     rotation: float = 0.0,
     material: Material | None = None,
     pixels: int = PIXELS,
+    frames: int = FRAMES,
+    memory_bytes: int | None = None,
 ) -> EffectsPlan:
     """The plan for a budget: `error` relative (0.01 where neither is given) or `time_ms` of a frame.
 
-    `modes` narrows the choice. ValueError for both budgets, budgets that are not positive, and effects that are not
+    `modes` narrows the choice. A bake is spread over `frames`, and `memory_bytes` may be taken, most of what is free
+    where that is None. ValueError for both budgets, budgets that are not positive, and effects that are not
     known or both forced and skipped. Less than a second for 50,000 vertices once mesh and reflectance are known.
     """
     check_effects(force, skip)
@@ -146,7 +182,13 @@ def plan(
         if value is not None and not 0.0 < value < float("inf"):
             raise ValueError(f"a budget of {name} of {value} is not above 0")
     scene = scenery(mesh, brdf, environment, rotation=rotation, ground=ground, material=material)
-    return plan_of(scene, cost, budget, time_ms, frozenset(force), frozenset(skip), modes, pixels)
+    place = {"environment": environment, "environment_rotation": rotation, "ground": ground}
+
+    def noise(depth: int) -> float:
+        return probed(mesh, brdf, depth, **place)
+
+    wishes = frozenset(force), frozenset(skip)
+    return plan_of(scene, cost, budget, time_ms, *wishes, modes, pixels, frames, memory_bytes, noise)
 
 
 def check_effects(force: Collection[str], skip: Collection[str]) -> None:
@@ -168,14 +210,24 @@ def plan_of(
     skip: frozenset[str] = frozenset(),
     modes: Collection[str] | None = None,
     pixels: int = PIXELS,
+    frames: int = FRAMES,
+    memory_bytes: int | None = None,
+    noise: Callable[[int], float] | None = None,
 ) -> EffectsPlan:
-    """As `plan`, of a scene that has been looked at."""
+    """As `plan`, of a scene that has been looked at.
+
+    `noise` tells that of a reference of one sample, by the points of the surface that light may touch; without it there
+    is no reference to choose.
+    """
+    if frames < 1:
+        raise ValueError(f"{frames} frames are too few")
     found = estimates(scene)
-    choices = list(_Choices(scene, found, cost, force, skip, modes, pixels).all(error))
+    room = int(MEMORY_SHARE * psutil.virtual_memory().available) if memory_bytes is None else memory_bytes
+    offers = _Choices(scene, found, cost, force, skip, modes, pixels, frames, noise)
+    choices = [each for each in offers.all(error) if each.cost.memory_bytes <= room]
     if not choices:
-        raise ValueError("no mode is left to choose from")
+        raise ValueError(f"no mode is left to choose from in {room / 1e9:.2g} GB of memory")
     chosen, satisfied = _best(choices, error, None if time_ms is None else 1e-3 * time_ms)
-    offers = _Choices(scene, found, cost, force, skip, modes, pixels)
     effects = tuple(_effect(name, found[name], chosen, offers, force, skip) for name in EFFECTS)
     return EffectsPlan(effects, chosen.setting, chosen.error, chosen.cost, satisfied, scene.sample.free_share)
 
@@ -186,9 +238,9 @@ def _best(choices: list[_Choice], error: float | None, time_s: float | None) -> 
         if within:
             return min(within, key=lambda each: (each.error, each.price)), True
         return min(choices, key=lambda each: (each.cost.frame_s, each.error)), False
-    within = [each for each in choices if error is not None and each.error <= error]
-    if within:
-        return min(within, key=lambda each: (each.price, each.error)), True
+    for each in sorted(choices, key=lambda each: each.rank):
+        if error is not None and each.error <= error:
+            return each, True
     return min(choices, key=lambda each: (each.error, each.price)), False
 
 
@@ -204,8 +256,11 @@ class _Choices:
         skip: frozenset[str],
         modes: Collection[str] | None,
         pixels: int,
+        frames: int,
+        noise: Callable[[int], float] | None,
     ) -> None:
         self._scene, self._found, self._cost, self._pixels = scene, found, cost, pixels
+        self._frames, self._noise = frames, noise
         self._force, self._skip, self._modes = force, skip, modes
         self._errors: dict[bool, ModeErrors] = {}
         colours = albedos(scene.brdf).mean
@@ -215,9 +270,13 @@ class _Choices:
         for skipped in self._skipped_sets(error):
             for setting in self._settings(skipped):
                 yield self.choice(setting, skipped)
+            if self._noise is not None:
+                for setting in self._references(skipped, error):
+                    yield self.choice(setting, skipped)
 
     def choice(self, setting: Setting, skipped: frozenset[str]) -> _Choice:
-        return _Choice(setting, skipped, self._error(setting, skipped), self.cost(setting, skipped))
+        told = partial(self._error, setting, skipped)
+        return _Choice(setting, skipped, told, self.cost(setting, skipped), self._frames)
 
     def cost(self, setting: Setting, skipped: frozenset[str], asked: frozenset[str] = frozenset()) -> Cost:
         """What `setting` costs; with `asked`, effects that the scene may not have, but that are worked out."""
@@ -256,6 +315,8 @@ class _Choices:
                 for cube in KNOBS["wavelet"]["cube"].ladder:
                     knobs = {"terms": terms, "coefficients": min(kept, 6 * int(cube) ** 2), "cube": cube}
                     yield from self._allowed(skipped, Setting("wavelet", knobs))
+        for lobes in KNOBS["gaussian"]["lobes"].ladder:
+            yield from self._allowed(skipped, Setting("gaussian", {"lobes": lobes, "interreflection": bounces}))
         mode = "direct" if "mesostructure" in skipped else "shading-map"
         for directions in (4, 16, 64, 256):
             yield from self._allowed(skipped, Setting(mode, {"directions": directions}))
@@ -267,18 +328,40 @@ class _Choices:
         if ("all-frequency-light" in self._force and low) or ("all-frequency-light" in self._skip and not low):
             return
         unshaded = "self-shadowing" in skipped and self.estimated("self-shadowing") > 0.0
-        if setting.mode == "wavelet" and (unshaded or not self._knows_wavelets):
+        if setting.mode == "wavelet" and (unshaded or not self._mode_errors(frozenset()).knows("wavelet")):
             return
-        baked = setting.mode in ("sh", "wavelet")
-        if not baked and {"self-shadowing", "interreflection"} & self._force:
+        if setting.mode == "gaussian" and (unshaded or not self._is_for_gaussians(skipped)):
             return
-        if setting.mode != "sh" and "interreflection" in self._force:
+        if setting.mode in ("direct", "shading-map") and {"self-shadowing", "interreflection"} & self._force:
+            return
+        if "interreflection" in self._force and not _bounces(setting, skipped):
             return
         yield setting
 
-    @property
-    def _knows_wavelets(self) -> bool:
-        return self._mode_errors(frozenset()).knows("wavelet")
+    def _references(self, skipped: frozenset[str], error: float | None) -> Iterator[Setting]:
+        """The reference with samples that bring its noise below what the budget leaves for it, or in steps."""
+        knob = KNOBS["reference"]["samples"]
+        unshaded = "self-shadowing" in skipped and self.estimated("self-shadowing") > 0.0
+        if unshaded or self._noise is None or (self._modes is not None and "reference" not in self._modes):
+            return
+        steps: tuple[int | float, ...] = knob.ladder
+        if error is not None:
+            left = error - self._missing(Setting("reference"), skipped)
+            wanted = (self._noise(_depth(skipped)) / left) ** 2 if left > 0.0 else math.inf
+            steps = (min(max(math.ceil(min(wanted * (1.0 + 1e-9), knob.high)), knob.low), knob.high),)
+        for samples in steps:
+            yield Setting("reference", {"samples": samples})
+
+    def _is_for_gaussians(self, skipped: frozenset[str]) -> bool:
+        """Whether the reflectance that is left has a model's own parts, without which nothing is cut into lobes."""
+        changed = skipped - {name for name in skipped if self.estimated(name) == 0.0}
+        if changed & {"glossy", "anisotropy", "fresnel", "retro-reflection"}:
+            return False
+        if {"glossy", "anisotropy"} & self._force and (
+            is_diffuse(self._scene.brdf) or ("anisotropy" in self._force and self._scene.brdf.isotropic)
+        ):
+            return False
+        return self._mode_errors(frozenset()).knows("gaussian")
 
     def _diffuse(self, skipped: frozenset[str]) -> bool:
         return is_diffuse(self._scene.brdf) or "glossy" in skipped
@@ -294,8 +377,15 @@ class _Choices:
         return self._errors[flat]
 
     def _error(self, setting: Setting, skipped: frozenset[str]) -> float:
+        missing = self._missing(setting, skipped)
+        if setting.mode == "reference" and self._noise is not None:
+            return self._noise(_depth(skipped)) / math.sqrt(setting["samples"]) + missing
+        return self._mode_errors(skipped).of(setting) + missing
+
+    def _missing(self, setting: Setting, skipped: frozenset[str]) -> float:
+        """What the effects add that the setting does not show."""
         missing = {name: self._found[name].error_rel for name in skipped if name != "all-frequency-light"}
-        if setting.mode != "sh":
+        if not _bounces(setting, skipped):
             missing["interreflection"] = self._found["interreflection"].error_rel
         if setting.mode in ("direct", "shading-map"):
             missing["self-shadowing"] = self._found["self-shadowing"].error_rel
@@ -304,7 +394,7 @@ class _Choices:
             missing["mesostructure"] = self._found["mesostructure"].error_rel
         if setting.mode != "wavelet":
             missing.pop("sun-split", None)
-        return self._mode_errors(skipped).of(setting) + sum(missing.values())
+        return sum(missing.values())
 
     def _load(self, skipped: frozenset[str], asked: frozenset[str]) -> Load:
         sample_ = self._scene.sample
@@ -319,7 +409,20 @@ class _Choices:
             self._coloured,
             ray_scale=ray_scale(self._cost, sample_.of),
             lamps=len(sample_.lamp_direction) if "sun-split" not in skipped else 0,
+            bounced="interreflection" not in skipped,
         )
+
+
+def _bounces(setting: Setting, skipped: frozenset[str]) -> bool:
+    """Whether pictures have light from the model itself."""
+    if setting.mode == "reference":
+        return "interreflection" not in skipped
+    return bool(setting.knobs.get("interreflection"))
+
+
+def _depth(skipped: frozenset[str]) -> int:
+    """Points of the surface that light of the reference may touch."""
+    return 1 if "interreflection" in skipped else REFERENCE_DEPTH
 
 
 @lru_cache(maxsize=8)
@@ -341,7 +444,7 @@ def _effect(
     if name == "all-frequency-light":
         shown = not (setting.mode == "sh" and setting["order"] <= LOW_ORDER)
     elif (name in ("self-shadowing", "interreflection") and setting.mode in ("direct", "shading-map")) or (
-        name == "interreflection" and setting.mode != "sh"
+        name == "interreflection" and not _bounces(setting, chosen.skipped)
     ):
         shown = False
     elif name == "mesostructure":
@@ -370,15 +473,15 @@ def _savings(name: str, chosen: _Choice, offers: _Choices) -> tuple[float, int]:
     """Seconds of the bake and bytes of the file that leaving the effect out saves, beside the chosen setting."""
     setting = chosen.setting
     if name == "all-frequency-light":
-        if setting.mode not in ("sh", "wavelet"):
+        if setting.mode not in BAKED:
             return 0.0, 0
         low = Setting("sh", {"order": LOW_ORDER})
         high = Setting("sh", {"order": 15}) if setting.mode == "sh" and setting["order"] <= LOW_ORDER else setting
         without, with_it = offers.cost(low, chosen.skipped), offers.cost(high, chosen.skipped)
-    elif name not in COSTING or setting.mode not in ("sh", "wavelet"):
+    elif name not in COSTING or setting.mode not in BAKED:
         return 0.0, 0
     elif name == "interreflection":
-        if setting.mode != "sh":
+        if "interreflection" not in setting.knobs:
             setting = Setting("sh")
         without = offers.cost(setting.replaced(interreflection=0), chosen.skipped | {name})
         with_it = offers.cost(setting.replaced(interreflection=1), chosen.skipped - {name})

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.effects.cost_model import NAMES, CostModel, Load, load_model, machine_name, save
+from engine.effects.cost_model import MATT_ORDER, NAMES, CostModel, Load, load_model, machine_name, save
 from engine.effects.setting import KNOBS, Setting, ladder
 
 
@@ -36,19 +36,21 @@ def test_a_rate_of_zero_is_interpolated_too(model: CostModel) -> None:
     assert replace(model, tables=tables).rate("visibility", 8) == 0.0
 
 
-@pytest.mark.parametrize("mode", ["sh", "wavelet"])
+@pytest.mark.parametrize("mode", ["sh", "wavelet", "gaussian"])
 def test_T7_sizes_are_those_of_the_files(model: CostModel, mode: str) -> None:
-    """By counting: 4 bytes for a number of a matrix, 6 for a wavelet and 14 for the vector it is in."""
+    """By counting: 4 bytes for a number of a matrix, 6 for a wavelet and 14 for the vector it is in, 28 for a lobe."""
     load = Load(1000, 10_000, faces=2000)
-    for setting in ladder(mode, {"sh": "order", "wavelet": "terms"}[mode]):
+    for setting in ladder(mode, {"sh": "order", "wavelet": "terms", "gaussian": "lobes"}[mode]):
         own = model.predict(setting, 1000, 10_000, load=load).size_bytes - load.mesh_bytes
         if mode == "sh":
             assert own == 1000 * 4 * setting["order"] ** 4
+        elif mode == "gaussian":
+            assert own == 1000 * (92 * 28 * setting["lobes"] + 4 * MATT_ORDER**2)
         else:
             assert own == 1000 * setting["terms"] * (6 * 96 + 14)
 
 
-@given(st.sampled_from(["reference", "direct", "shading-map", "sh", "wavelet"]), st.data())
+@given(st.sampled_from(["reference", "direct", "shading-map", "sh", "wavelet", "gaussian"]), st.data())
 def test_T7_a_turned_up_knob_never_costs_less(mode: str, data: st.DataObject) -> None:
     tables = dict.fromkeys(NAMES, ((1.0, 1e-06), (16.0, 1.6e-05)))
     model = CostModel("machine", "processor", tables)
