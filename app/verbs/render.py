@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from app.verbs import render_transport
+from app.verbs import render_auto, render_transport
 from engine.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -90,10 +90,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--mode",
-        choices=("shading-map", "direct", "reference", *render_transport.MODES),
+        choices=("auto", "shading-map", "direct", "reference", *render_transport.MODES),
         help="'direct' leaves the material out; 'reference' traces paths of light, with shadows and the whole --env; "
+        "'auto' takes of these two what the plan of the scene calls for; "
         "'wavelet', 'sh' and 'gaussian' draw what lightarc bake made, given in place of the MESH",
     )
+    render_auto.add_arguments(parser.add_argument_group("--mode auto"))
     render_transport.add_arguments(parser)
     parser.add_argument("--from", dest="source", default="slices", choices=("slices", "power-law"))
     parser.add_argument("--lookup", default="radiance", choices=("radiance", "texture", "outgoing", "angle"))
@@ -140,7 +142,10 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if render_transport.is_baked(arguments):
         return render_transport.run(arguments, display, show)
     usage(render_transport.check_absent, arguments)
-    scene = _scene(arguments)
+    scene, plan = _scene(arguments), {}
+    if arguments.mode == "auto":
+        scene, arguments, plan = render_auto.planned(scene, arguments, show)
+        usage(_check, arguments)
     draw = _draw_reference if arguments.mode == "reference" else _draw
     picture, layers, drawn = draw(scene, arguments, show)
     error = _error(scene, arguments, show) if arguments.measure_error else {}
@@ -149,6 +154,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "image": arguments.output,
         "width_px": arguments.width,
         "height_px": arguments.height,
+        **plan,
         **drawn,
         "mean_radiance": float(luminance(picture[..., :3].astype("f8")).mean()),
         "covered_fraction": float(picture[..., 3].mean(dtype="f8")),
@@ -173,11 +179,12 @@ def _check(arguments: argparse.Namespace) -> None:
         raise ValueError(f"{arguments.output!r} must end in .png or .exr")
     if arguments.width < 1 or arguments.height < 1 or arguments.width * arguments.height > MOST_PIXELS:
         raise ValueError(f"a picture of {arguments.width} × {arguments.height} pixels is not possible")
+    render_auto.check(arguments)
     is_reference = arguments.mode == "reference"
-    if arguments.samples is None:
+    if arguments.samples is None and arguments.mode != "auto":
         arguments.samples = PATHS if is_reference else SUB_PIXELS
     most = MOST_PATHS if is_reference else MOST_SUB_PIXELS
-    if not 1 <= arguments.samples <= most:
+    if arguments.samples is not None and not 1 <= arguments.samples <= most:
         raise ValueError(f"--samples {arguments.samples} is outside 1 … {most}")
     if not 1 <= arguments.max_depth <= MOST_DEPTH:
         raise ValueError(f"--max-depth {arguments.max_depth} is outside 1 … {MOST_DEPTH}")

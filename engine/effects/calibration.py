@@ -88,7 +88,7 @@ MAP_ROWS = 512
 
 
 def calibrate() -> Steps[CostModel]:
-    """Measure this machine; half a minute where other programs work too, of which drawing takes a third. Without OpenGL, frames are the processor's."""
+    """Measure this machine; half a minute where other programs work too. Without OpenGL, frames are the processor's."""
     mesh = shape("torus-knot")
     tables: dict[str, Rates] = {}
     yield Step(0.0, "measuring rays")

@@ -85,6 +85,24 @@ def test_a_bake_follows_its_plan(mesh: str, tmp_path: Path, capsys: pytest.Captu
     assert "--env" in capsys.readouterr().err
 
 
+def test_a_picture_follows_its_plan(mesh: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A tetrahedron shades nothing and needs no path; with shadows forced, paths are all that is left."""
+    words = ["render", mesh, *LOOK, "--mode", "auto", "--width", "40", "--height", "30", "--renderer", "cpu"]
+    output = ["-o", str(tmp_path / "a.png")]
+    found = record([*words, *output, "--error", "0.3"], capsys)
+    assert found["mode"] == "direct"
+    assert found["directions"] == found["knobs"]["directions"]
+    assert any(line.startswith("No self-shadowing:") for line in found["skipped"])
+    forced = record([*words, *output, "--error", "0.3", "--force", "self-shadowing"], capsys)
+    assert forced["mode"] == "reference"
+    assert forced["samples"] == forced["knobs"]["samples"]
+    assert {each["effect"]: each["decision"] for each in forced["effects"]}["self-shadowing"] == "forced on"
+    for wrong in (["--lamp", "theta_deg=3,phi_deg=0"], ["--samples", "4"], ["--error", "0"], ["--force", "shine"]):
+        assert main([*words, *output, *wrong]) == 2
+    assert main(["render", mesh, *LOOK, *output, "--error", "0.1"]) == 2
+    assert "--mode auto" in capsys.readouterr().err
+
+
 def test_damaged_costs_are_measured_anew(kept_costs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from engine.effects import calibration
     from engine.steps import Step, Steps, drain
