@@ -142,7 +142,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if render_transport.is_baked(arguments):
         return render_transport.run(arguments, display, show)
     usage(render_transport.check_absent, arguments)
-    scene, plan = _scene(arguments), {}
+    scene = _scene(arguments)
+    plan: dict[str, Any] = {}
     if arguments.mode == "auto":
         scene, arguments, plan = render_auto.planned(scene, arguments, show)
         usage(_check, arguments)

@@ -54,7 +54,7 @@ def planned(
         pixels=arguments.width * arguments.height,
         frames=1,
     )
-    spent = {"mode": found.mode, "error": None, "time_ms": None, "force": [], "skip": []}
+    spent: dict[str, Any] = {"mode": found.mode, "error": None, "time_ms": None, "force": [], "skip": []}
     chosen = argparse.Namespace(**{**vars(arguments), **spent})
     if found.mode == "reference":
         chosen.samples, chosen.max_depth = found.setting["samples"], found.max_depth
