@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.verbs.brdf import BRDF_HELP
-from engine.steps import Step, drain
+from engine.steps import Step, drain, part
 
 if TYPE_CHECKING:
     from engine.effects.setting import Setting
@@ -66,6 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.cli import CANCELLED, DONE, usage
+    from app.cost import cost_model
     from engine.tradeoff.choose import Budget, budget_from_text
     from engine.tradeoff.sweep import sweep
     from engine.tradeoff.write import write
@@ -74,8 +75,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     budget: Budget | None = usage(budget_from_text, arguments.choose) if arguments.choose else None
     scene = _scene(arguments)
     settings = usage(_settings, arguments, scene)
+    costs = drain(part(cost_model(), 0.0, 0.05), show)
     latest: list[Tradeoff] = []
-    options = {"seconds": arguments.budget_s, "max_depth": arguments.max_depth, "seed": arguments.seed}
+    options = {"seconds": arguments.budget_s, "max_depth": arguments.max_depth, "seed": arguments.seed, "costs": costs}
 
     def keep(step: Step) -> None:
         if step.partial is not None:
@@ -121,6 +123,7 @@ def report(result: dict[str, Any]) -> str:
         lines.append(f"Against the reference at equal error, {name} has paid off after {result['break_even_frames']}.")
     rising = [f"{each['mode']} {each['knob']}" for each in result["ladders"] if not each["monotone"]]
     lines.append(f"The error rises along {', '.join(rising)}." if rising else "The error falls along every ladder.")
+    lines += _predictions(result["predictions"])
     if "choice_reason" in result:
         chosen = setting_of(result["choice"]) if result["choice"] else "none"
         lines.append(f"Choice: {chosen} ({result['choice_reason']})")
@@ -128,6 +131,23 @@ def report(result: dict[str, Any]) -> str:
     lines += [f"Not measured: {words}" for words in left[:6]]
     lines += [f"Not measured: {len(left) - 6} more, see tradeoff.json"] if len(left) > 6 else []
     return "\n".join([*lines, f"{result['output']}: {', '.join(result['files'])}", *result["warnings"]])
+
+
+def _predictions(found: dict[str, Any]) -> list[str]:
+    """How far the cost model was right, and where it was furthest off."""
+    from engine.effects.setting import setting_of
+
+    if not found["compared"]:
+        return []
+    lines = [f"{found['within']} of {found['compared']} predicted costs are within a factor {found['factor']}."]
+    if found["misses"]:
+        worst = found["misses"][0]
+        unit = "bytes" if worst["figure"].endswith("_bytes") else "s"
+        lines.append(
+            f"Furthest off: {worst['figure'].rsplit('_', 1)[0]} of {setting_of(worst)}, predicted "
+            f"{worst['predicted']:.3g} {unit}, measured {worst['measured']:.3g} {unit}"
+        )
+    return lines
 
 
 def _check(arguments: argparse.Namespace) -> None:

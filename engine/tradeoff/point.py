@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 from engine.effects.setting import Number, Setting, setting_of
+from engine.tradeoff.prediction import FIGURES, predicted_json
 
 #: What a setting can cost, the name of the figure in JSON, and what it is called beside an axis.
 COSTS: Mapping[str, tuple[str, str]] = {
@@ -42,6 +44,7 @@ class Point:
     frame_s : a frame from another camera; relight_s : what comes before it under a turned light; bake_s : what comes
         before any of it, from the model and the reflectance on.
     memory_bytes : held while frames are drawn, beside the model; size_bytes : of the file that keeps the bake.
+    predicted : what the cost model said beforehand of some of these (`engine.tradeoff.prediction.FIGURES`).
     """
 
     setting: Setting
@@ -53,12 +56,17 @@ class Point:
     bake_s: float
     memory_bytes: int
     size_bytes: int
+    predicted: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         for name in _FIGURES:
             value = getattr(self, name)
             if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0):
                 raise ValueError(f"{name} = {value!r} is not a number from 0")
+        strange = [name for name in self.predicted if name not in FIGURES]
+        if strange or not all(isinstance(x, int | float) and 0 <= x < math.inf for x in self.predicted.values()):
+            raise ValueError(f"{dict(self.predicted)} are no predicted figures")
+        object.__setattr__(self, "predicted", MappingProxyType(dict(self.predicted)))
 
     @property
     def mode(self) -> str:
@@ -73,12 +81,15 @@ class Point:
         return float(getattr(self, COSTS[axis][0]))
 
     def as_json(self) -> dict[str, Any]:
-        return {**self.setting.as_json(), **{name: getattr(self, name) for name in _FIGURES}}
+        figures = {name: getattr(self, name) for name in _FIGURES}
+        return {**self.setting.as_json(), **figures, **predicted_json(self.predicted)}
 
 
 def point_of(record: Any) -> Point:
     """The point that `as_json` wrote; ValueError for anything else."""
     try:
-        return Point(setting_of(record), *(record[name] for name in _FIGURES))
-    except (KeyError, TypeError) as problem:
+        said = {name: record.get(f"predicted_{name}") for name in FIGURES}
+        predicted = {name: value for name, value in said.items() if value is not None}
+        return Point(setting_of(record), predicted=predicted, **{name: record[name] for name in _FIGURES})
+    except (AttributeError, KeyError, TypeError) as problem:
         raise ValueError(f"not a measured point ({problem})") from None

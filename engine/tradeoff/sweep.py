@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.effects.cost_model import CostModel
 from engine.effects.setting import KNOBS, Setting, ladder
 from engine.render.path import check_scene
 from engine.render.reference import BYTES_PER_PIXEL, reference
@@ -23,9 +24,10 @@ from engine.shading.power_law import PowerLawMap
 from engine.steps import Step, Steps, part
 from engine.tradeoff.baked import Bake, LeftOut, bake_gaussians, bake_group, groups, lit
 from engine.tradeoff.break_even import break_even_frames, effort
-from engine.tradeoff.drawing import Drawer, drawing, shortest
+from engine.tradeoff.drawing import SAMPLES, Drawer, drawing, shortest
 from engine.tradeoff.front import front, rises
 from engine.tradeoff.point import Point
+from engine.tradeoff.predicting import Predictions
 from engine.tradeoff.truth import FEW_PASSES, QUIET, Refining, Truth
 
 #: Shares of the time that the first reference and the last refinement of it may take.
@@ -143,15 +145,16 @@ def sweep(
     seconds: float = 120.0,
     max_depth: int = 1,
     seed: int = 0,
+    costs: CostModel | None = None,
 ) -> Steps[Tradeoff]:
     """Measure `settings` on `scene` in pictures of `size` (width, height), in about so many `seconds`.
 
-    `max_depth` is the number of points of the surface that light of the reference may touch. ValueError where the scene
-    has no reference, or shows nothing.
+    `max_depth` is the number of points of the surface that light of the reference may touch. With `costs` every point
+    has what they predict of it. ValueError where the scene has no reference, or shows nothing.
     """
     check_scene(scene)
     with closing(Refining(scene, size, max_depth, seed)) as refining, drawing(size) as drawer:
-        run = _Run(scene, size, refining, drawer, seconds, max_depth, seed)
+        run = _Run(scene, size, refining, drawer, seconds, max_depth, seed, costs)
         yield from _without_pictures(run.measure(settings))
         return run.result()
 
@@ -185,6 +188,7 @@ class _Run:
         seconds: float,
         max_depth: int,
         seed: int,
+        costs: CostModel | None,
     ) -> None:
         self.scene, self.size, self.refining, self.drawer = scene, size, refining, drawer
         self.seconds, self.max_depth, self.seed = seconds, max_depth, seed
@@ -192,6 +196,8 @@ class _Run:
         self.found: list[_Measured] = []
         self.left_out: list[LeftOut] = []
         self.truth: Truth | None = None
+        self._costs = costs
+        self._predictions: Predictions | None = None
         self._has_bakes = False
 
     def left_s(self, share: float = 1.0) -> float:
@@ -316,9 +322,18 @@ class _Run:
         flip = yield from self.truth.flip(picture)
         error = self.truth.error(picture)
         costs = (frame_s, relight_s, bake_s, int(memory_bytes), int(size_bytes))
-        point = Point(setting, error.rmse_rel, flip, error.uncertainty, *costs)
+        point = Point(setting, error.rmse_rel, flip, error.uncertainty, *costs, self._predicted(setting))
         self.found.append(_Measured(point, picture))
         yield self._step(f"{setting}: {100.0 * error.rmse_rel:.2g} %")
+
+    def _predicted(self, setting: Setting) -> dict[str, float]:
+        """What the cost model says of a setting; nothing without one."""
+        if self._costs is None:
+            return {}
+        if self._predictions is None:
+            pixels = self.size[0] * self.size[1]
+            self._predictions = Predictions(self._costs, self.scene, SAMPLES**2 * pixels, pixels, self.max_depth)
+        return self._predictions.of(setting)
 
     def _again(self) -> Steps[None]:
         """Refine the reference until it is quiet beside the least error, and tell all errors by it."""

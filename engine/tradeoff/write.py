@@ -16,6 +16,7 @@ from engine.plot import Dot, save, scatter_front
 from engine.steps import Step, Steps
 from engine.tradeoff.front import front
 from engine.tradeoff.point import COSTS, Point
+from engine.tradeoff.prediction import checked
 from engine.tradeoff.sweep import Tradeoff
 
 #: What is written under the axis of a cost, and how many of its units are a second or a byte.
@@ -56,6 +57,7 @@ def record_of(found: Tradeoff, **scene: Any) -> dict[str, Any]:
         "break_even_frames": paid_off[0] if paid_off else None,
         "break_even_setting": paid_off[1].setting.as_json() if paid_off else None,
         "ladders": ladders(found),
+        "predictions": checked(found.points),
         "left_out": [{**each.setting.as_json(), "reason": each.reason} for each in found.left_out],
         "reference_samples": found.samples,
         "reference_noise_rel": found.noise,

@@ -10,11 +10,24 @@ from types import SimpleNamespace
 import pytest
 
 from app.verbs import tradeoff
+from engine.effects.cost_model import NAMES, CostModel
 from engine.effects.setting import MODES
+from engine.steps import Step, Steps
 from engine.tradeoff.point import COSTS
 
 Command = Callable[..., SimpleNamespace]
 QUICK = ("--width", "24", "--height", "18", "--budget-s", "3", "--modes", "direct")
+
+
+@pytest.fixture(autouse=True)
+def _known_costs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What this machine costs is made up: measuring it takes longer than the tests."""
+
+    def costs() -> Steps[CostModel]:
+        yield Step(1.0, "the costs of this machine are made up")
+        return CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-6),)))
+
+    monkeypatch.setattr("app.cost.cost_model", costs)
 
 
 @pytest.fixture
@@ -50,7 +63,11 @@ def test_points_are_measured_and_one_is_chosen(lightarc: Command, mesh: Path, tm
             "size_bytes",
             "on_front",
         }
+        assert point["predicted_frame_s"] > 0.0
+        assert point["predicted_bake_s"] is None
     assert "break_even_frames" in found
+    told = found["predictions"]
+    assert told["compared"] == len(found["points"]) == told["within"] + len(told["misses"])
     assert found["choice"]["error_rmse_rel"] == min(point["error_rmse_rel"] for point in found["points"])
     assert {"tradeoff.json", "tradeoff.csv", "tradeoff.png", "tradeoff.svg"} <= {
         path.name for path in (tmp_path / "out").iterdir()
