@@ -52,6 +52,9 @@ GROUPS = (
     ("T", 8, "effects, accuracy and time"),
 )
 
+#: Figures taken of one test: one that draws many examples would spend its time on being explained.
+MOST_FIGURES = 200
+
 #: Why a case has no test.
 WITHOUT_TEST: dict[str, str] = {}
 
@@ -255,18 +258,17 @@ def _words(figure: dict[str, Any] | None) -> str:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--catalogue", metavar="FOLDER", help="write the catalogue of hard cases into this folder")
-    parser.addoption("--every-test", action="store_true", help="run tests that stand for no hard case as well")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if config.getoption("--every-test"):
-        return
     kept = [item for item in items if ids_of(item.name)]
     config.hook.pytest_deselected(items=[item for item in items if not ids_of(item.name)])
     items[:] = kept
 
 
 def pytest_assertion_pass(item: pytest.Item, lineno: int, orig: str, expl: str) -> None:
+    if len(item.user_properties) >= MOST_FIGURES:
+        return
     where = f"{item.location[0]}:{lineno}"
     figure = figure_of(expl, where)
     if figure is None and (frame := _frame_of(item)) is not None:
@@ -282,6 +284,8 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
 
     def checked(actual: Any, desired: Any, rtol: float = 1e-7, atol: float = 0.0, **options: Any) -> None:
         check(actual, desired, rtol=rtol, atol=atol, **options)
+        if len(item.user_properties) >= MOST_FIGURES:
+            return
         figure = close_figure(actual, desired, rtol, atol, item.location[0])
         if figure is not None:
             item.user_properties.append(("figure", asdict(figure)))
