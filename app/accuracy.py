@@ -11,7 +11,7 @@ from app.document import Look
 from app.number_field import plain
 from engine.effects.setting import KNOBS, Setting
 from engine.scene import Scene
-from engine.steps import Step, Steps
+from engine.steps import Step, Steps, part
 from engine.tradeoff.break_even import break_even_frames, effort
 from engine.tradeoff.point import Point
 
@@ -127,10 +127,13 @@ def measured(
 ) -> Steps[Tradeoff]:
     """The sweep of all ladders of some modes; slow modules are imported on the thread that asks for it."""
     yield Step(0.0, "preparing kernels")
+    from app.cost import cost_model
     from engine.tradeoff.sweep import settings_of, sweep
 
     settings = settings_of(scene, modes, bases, bounces=bounces > 0)
-    return (yield from sweep(scene, settings, size, seconds=seconds, max_depth=bounces + 1))
+    costs = yield from part(cost_model(), 0.0, 0.05)
+    steps = sweep(scene, settings, size, seconds=seconds, max_depth=bounces + 1, costs=costs)
+    return (yield from part(steps, 0.05, 1.0))
 
 
 def share_text(value: float) -> str:
@@ -156,6 +159,12 @@ def setting_text(setting: Setting) -> str:
     return ", ".join((NAMES[setting.mode], *knobs))
 
 
+def _predicted_text(point: Point) -> str:
+    """What the cost model said of the seconds: 'frame 8.2 ms, bake 4.1 s'."""
+    words = {"frame_s": "frame", "relight_s": "relighting", "bake_s": "bake"}
+    return ", ".join(f"{words[name]} {frame_text(said)}" for name, said in point.predicted.items() if name in words)
+
+
 def describe(point: Point, accuracy: Accuracy | None = None) -> str:
     """A point in a few lines: what it is, how exact, and what it takes."""
     error = f"error {100.0 * point.error_rmse_rel:.2f} ± {100.0 * point.error_uncertainty:.2f} %"
@@ -165,6 +174,8 @@ def describe(point: Point, accuracy: Accuracy | None = None) -> str:
         f"frame {1e3 * point.frame_s:.1f} ms, relighting {1e3 * point.relight_s:.1f} ms",
         f"bake {point.bake_s:.1f} s, memory {point.memory_bytes / 1e6:.1f} MB",
     ]
+    if point.predicted:
+        lines.append(f"predicted: {_predicted_text(point)}")
     frames = accuracy.break_even(point) if accuracy is not None else None
     if frames is not None:
         lines.append(f"pays off after {frames} frame{'s' if frames != 1 else ''} against the reference")

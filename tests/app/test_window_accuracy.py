@@ -177,6 +177,9 @@ def test_settings_go_to_the_window_and_back() -> None:
     for setting in (Setting("direct", {"directions": 16}), Setting("shading-map", {"directions": 4, "power_law": 1})):
         assert setting_of(setting.mode, dataclasses.replace(look, **look_with(setting, look)), choices) == setting
     assert "± 0.10 %" in describe(POINTS[0])
+    assert "predicted" not in describe(POINTS[0])
+    told = dataclasses.replace(POINTS[2], predicted={"frame_s": 0.0082, "bake_s": 4.1, "size_bytes": 2e6})
+    assert "predicted: frame 8.2 ms, bake 4.1 s" in describe(told)
 
 
 @pytest.mark.parametrize(
