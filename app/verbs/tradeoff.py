@@ -122,7 +122,12 @@ def report(result: dict[str, Any]) -> str:
         name = setting_of(result["break_even_setting"])
         lines.append(f"Against the reference at equal error, {name} has paid off after {result['break_even_frames']}.")
     rising = [f"{each['mode']} {each['knob']}" for each in result["ladders"] if not each["monotone"]]
-    lines.append(f"The error rises along {', '.join(rising)}." if rising else "The error falls along every ladder.")
+    if rising:
+        lines.append(f"The error rises along {', '.join(rising)}.")
+    elif result["ladders"]:
+        lines.append("The error falls along every ladder.")
+    else:
+        lines.append("No two settings that were measured differ in one knob alone, so no ladder can be told.")
     lines += _predictions(result["predictions"])
     if "choice_reason" in result:
         chosen = setting_of(result["choice"]) if result["choice"] else "none"
