@@ -37,11 +37,8 @@ HARMLESS = ("propagateSizeHints", "XDG_RUNTIME_DIR", "QStandardPaths", "Detected
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if (
-            NO_DISPLAY
-            and Path(item.path).parent == Path(__file__).parent
-            and "qtbot" in getattr(item, "fixturenames", ())
-        ):
+        needs_display = {"qapp", "qtbot"} & set(getattr(item, "fixturenames", ()))
+        if NO_DISPLAY and Path(item.path).parent == Path(__file__).parent and needs_display:
             item.add_marker(pytest.mark.skip(reason="DISPLAY is not set: window tests need an X display (Xvfb)"))
 
 
