@@ -19,6 +19,13 @@ Vector = tuple[float, float, float]
 #: From where an object is looked at unless something else is asked for: a little above and to the right.
 FRAMING_DIRECTION = world_direction(np.radians(72.0), np.radians(20.0))
 
+#: Radii of an object beyond which an eye does not go: from there it covers 2e-9 rad, less than a pixel of any picture, and
+#: the near and far planes still differ in double precision and fit into single precision.
+FARTHEST = 1e9
+
+#: Largest coordinate of `eye`, `target` and `up`: products of three of them are finite.
+LARGEST = 1e100
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -34,6 +41,8 @@ class Camera:
             value = tuple(float(number) for number in getattr(self, name))
             if len(value) != 3 or not np.isfinite(value).all():
                 raise ValueError(f"{name} needs three finite numbers, got {getattr(self, name)!r}")
+            if max(map(abs, value)) > LARGEST:
+                raise ValueError(f"{name} has coordinates beyond ±{LARGEST:g}, got {getattr(self, name)!r}")
             object.__setattr__(self, name, value)
         if not 0.01 <= self.fov_deg <= 179.0:
             raise ValueError(f"fov_deg = {self.fov_deg:g} is outside [0.01, 179] °")
@@ -56,10 +65,11 @@ class Camera:
         """(4, 4) matrix for positions relative to `origin`, with near and far planes around a sphere of `radius`.
 
         `aspect` is width over height. Taking positions relative to the centre of the mesh keeps float32 exact for a
-        mesh that lies far from the origin of its file.
+        mesh that lies far from the origin of its file. An eye beyond `FARTHEST` radii is taken for one at them.
         """
         rotation = self.camera_from_world
         offset = rotation @ (np.asarray(origin, np.float64) - self.eye)
+        offset *= min(1.0, FARTHEST * radius / max(float(np.abs(offset).max()), np.finfo(np.float64).tiny))
         far = max(-offset[2] + 1.01 * radius, 1e-3 * radius)
         near = max(-offset[2] - 1.01 * radius, 1e-3 * far)
         focal = 1.0 / np.tan(np.radians(self.fov_deg) / 2.0)

@@ -50,6 +50,9 @@ ABOVES: tuple[Above, ...] = ("clamp", "scale")
 #: Most directions of an environment: four times what the smoothest picture needs.
 MOST_DIRECTIONS = 4096
 
+#: Most irradiance: times the brightest texel and squared it is still a number.
+MOST_IRRADIANCE = 1e100
+
 #: Most lamps beside it; a texture of all lights then still fits every graphics device.
 MOST_LAMPS = 64
 
@@ -94,8 +97,10 @@ class Scene:
     def __post_init__(self) -> None:
         if self.source not in SOURCES or self.lookup not in LOOKUPS or self.above not in ABOVES:
             raise ValueError(f"unknown source {self.source!r}, lookup {self.lookup!r} or above {self.above!r}")
-        if not (0.0 <= self.irradiance < float("inf") and 0.0 < self.repeats < float("inf")):
-            raise ValueError(f"irradiance {self.irradiance!r} or repeats {self.repeats!r} is not a positive number")
+        if not 0.0 <= self.irradiance <= MOST_IRRADIANCE:
+            raise ValueError(f"an irradiance of {self.irradiance!r} is outside 0 … {MOST_IRRADIANCE:g}")
+        if not 0.0 < self.repeats < float("inf"):
+            raise ValueError(f"{self.repeats!r} repeats are not a positive number")
         if not (isfinite(self.environment_rotation) and 1 <= self.directions <= MOST_DIRECTIONS):
             raise ValueError(
                 f"a rotation of {self.environment_rotation} or {self.directions} directions (1 … {MOST_DIRECTIONS}) "

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from engine.transport.lit import Lit
     from engine.transport.sh_near_light import NearLamp
 
+#: Most radiance: what was baked is multiplied in single precision, which ends at 3e38.
+BRIGHTEST = 1e30
+
 
 @dataclass(frozen=True, eq=False)
 class Light:
@@ -61,6 +64,8 @@ def light_of(arguments: argparse.Namespace) -> Light:
     lamps, near_lamps = tuple(arguments.lamp), tuple(arguments.near_lamp)
     usage(_check, arguments)
     environment = open_environment(arguments.env) if arguments.env else None
+    if environment is not None:
+        usage(_check_brightness, environment, arguments.intensity)
     if environment is None and (arguments.light_deg is not None or not (lamps or near_lamps)):
         x, y, z = world_direction(*map(math.radians, arguments.light_deg or LIGHT_DEG))
         lamps = (usage(Lamp, (x, y, z), (arguments.intensity,) * 3), *lamps)
@@ -69,7 +74,16 @@ def light_of(arguments: argparse.Namespace) -> Light:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    if not (math.isfinite(arguments.intensity) and arguments.intensity >= 0.0):
-        raise ValueError(f"--intensity {arguments.intensity} is not a number from 0")
+    if not 0.0 <= arguments.intensity <= BRIGHTEST:
+        raise ValueError(f"--intensity {arguments.intensity} is outside 0 … {BRIGHTEST:g}")
     if not math.isfinite(arguments.env_rotation_deg):
         raise ValueError(f"--env-rotation-deg {arguments.env_rotation_deg} is not finite")
+
+
+def _check_brightness(environment: EnvironmentMap, factor: float) -> None:
+    radiance = factor * float(environment.radiance.max())
+    if radiance > BRIGHTEST:
+        raise ValueError(
+            f"{environment.name} is as bright as {radiance:.3g}, which is more than baked transport can be lit with "
+            f"({BRIGHTEST:g}); a smaller --intensity makes it darker"
+        )

@@ -268,7 +268,9 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
     warnings = _warnings(scene)
     if found.rejected:
         warnings.append(f"{found.rejected} samples were not finite and count as black.")
-    layers = {} if found.variance is None else {"standard_error": np.sqrt(found.variance).astype(np.float32)}
+    layers = {}
+    if found.variance is not None:
+        layers["standard_error"] = np.sqrt(found.variance).clip(0.0, np.finfo(np.float32).max).astype(np.float32)
     figures = {
         "frame_s": frame_s,
         "gl_renderer": "none (drawn on the processor)",

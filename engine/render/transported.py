@@ -100,7 +100,8 @@ def _picture(mesh: Mesh, camera: Camera, size: tuple[int, int], samples: int, sh
         kept, cut = kept + float(np.maximum(value, 0.0).sum()), cut + float(np.maximum(-value, 0.0).sum())
         pixels = np.zeros((len(rays), 4))
         pixels[seen, :3], pixels[seen, 3] = np.maximum(value, 0.0), 1.0
-        picture[top:stop] = pixels.reshape(stop - top, samples, width, samples, 4).mean(axis=(1, 3))
+        mean = pixels.reshape(stop - top, samples, width, samples, 4).mean(axis=(1, 3))
+        picture[top:stop] = np.minimum(mean, np.finfo(np.float32).max)
         yield Step(stop / height, "drawing on the processor", picture)
     return Transported(picture, cut / kept if kept > 0.0 else 0.0)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from engine.images.encode import rgb_channels, write_exr
 from tests.app.test_bake_gaussian import QUICK, Command, mesh, result  # noqa: F401 - a fixture
 from tests.app.test_render_verb import exr
 
@@ -38,6 +39,20 @@ def test_any_light_falls_on_baked_gaussians(lightarc: Command, baked: Path, tmp_
     assert means["twice"] == pytest.approx(2.0 * means["studio"], rel=1e-4)
     assert means["turned"] != pytest.approx(means["studio"], rel=1e-3)
     assert np.isfinite(exr(tmp_path / "lamp.exr")).all()
+
+
+def test_light_that_is_too_bright_for_what_was_baked_gets_a_sentence(
+    lightarc: Command, baked: Path, tmp_path: Path
+) -> None:
+    bright, output = tmp_path / "bright.exr", tmp_path / "a.png"
+    write_exr(bright, rgb_channels(np.full((8, 16, 3), 1e38, np.float32)), half=False)
+    for light in (("--intensity", "1e39"), ("--env", bright), ("--env", "studio", "--intensity", "nan")):
+        made = lightarc("render", baked, *light, "-o", output, *SIZE)
+        assert made.code == 2, made.err
+        assert made.err.count("1e+30") == 1
+    for light in (("--intensity", "1e30"), ("--env", bright, "--intensity", "1e-10")):
+        drawn = result(lightarc("render", baked, *light, "--renderer", "cpu", "-o", output, *SIZE))
+        assert np.isfinite(drawn["mean_radiance"])
 
 
 def test_what_was_baked_cannot_be_chosen_again(lightarc: Command, baked: Path, tmp_path: Path) -> None:

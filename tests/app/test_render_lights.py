@@ -84,6 +84,24 @@ def test_light_beyond_what_a_picture_holds_is_cut_and_stays_finite(
     assert 1e37 < result["mean_radiance"] <= np.finfo(np.float32).max
 
 
+def test_the_error_of_a_reference_is_cut_like_its_light(capsys: Any, tmp_path: Path) -> None:
+    path = tmp_path / "a.exr"
+    words = ("--mode", "reference", "--samples", "2", "--env", "studio", "--intensity", "1e40")
+    render(capsys, "sphere", "-o", path, *SMALL, *words)
+    file = OpenEXR.File(str(path))
+    error = [channel.pixels for name, channel in file.channels().items() if name.startswith("standard_error")]
+    assert len(error) > 0
+    assert all(np.isfinite(pixels).all() for pixels in error)
+    assert max(pixels.max() for pixels in error) > 1e37
+
+
+@pytest.mark.parametrize("renderer", ["cpu", "gl"])
+def test_a_model_is_lost_from_sight_a_world_away(capsys: Any, tmp_path: Path, renderer: str) -> None:
+    words = ("sphere", "-o", tmp_path / "a.png", *SMALL, "--renderer", renderer)
+    assert render(capsys, *words, "--camera", "eye=1e90,0,0")["covered_fraction"] < 0.01
+    assert "beyond" in render(capsys, *words, "--camera", "eye=1e300,0,0", code=2)
+
+
 def test_help_names_every_built_in_environment_and_model(capsys: Any) -> None:
     parser = argparse.ArgumentParser()
     add_arguments(parser)

@@ -54,6 +54,17 @@ def test_framing_shows_the_whole_object_and_fills_the_picture(
     assert 0.9 <= reach <= 1.0
 
 
+@pytest.mark.parametrize("distance", [1e12, 1e30, 1e80])
+@pytest.mark.parametrize("radius", [1e-3, 1.0, 1e15])
+def test_from_however_far_the_matrix_fits_single_precision_and_shows_a_point(distance: float, radius: float) -> None:
+    camera = Camera((distance * radius, distance * radius, 0.0))
+    with np.errstate(all="raise"):
+        matrix = camera.clip_from_model((0.0, 0.0, 0.0), radius, 1.5).astype(np.float32)
+    clip = np.array([[radius, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0]]) @ matrix.astype(np.float64).T
+    assert np.abs(clip[:, :2] / clip[:, 3:]).max() < 1e-8
+    assert (np.abs(clip[:, 2] / clip[:, 3]) <= 1.0 + 1e-6).all()
+
+
 def test_text_round_trip_and_defaults() -> None:
     camera = Camera((1.5, 2.0, 4.0), (0.1, 0.2, 0.3), (0.0, 0.0, 1.0), 42.0)
     assert parse(unparse(camera), CAMERA) == camera
@@ -63,7 +74,18 @@ def test_text_round_trip_and_defaults() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["eye=1,2", "eye=a,b,c", "lens=3", "fov_deg=0", "fov_deg=nan", "eye=nan,0,1", "eye=0,0,0", "up=0,0,1", "eye"],
+    [
+        "eye=1,2",
+        "eye=a,b,c",
+        "lens=3",
+        "fov_deg=0",
+        "fov_deg=nan",
+        "eye=nan,0,1",
+        "eye=1e101,0,1",
+        "eye=0,0,0",
+        "up=0,0,1",
+        "eye",
+    ],
 )
 def test_bad_text_is_a_value_error(text: str) -> None:
     with pytest.raises(ValueError, match=r"\w"):
