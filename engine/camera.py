@@ -19,8 +19,8 @@ Vector = tuple[float, float, float]
 #: From where an object is looked at unless something else is asked for: a little above and to the right.
 FRAMING_DIRECTION = world_direction(np.radians(72.0), np.radians(20.0))
 
-#: Radii of an object beyond which an eye does not go: from there it covers 2e-9 rad, less than a pixel of any picture, and
-#: the near and far planes still differ in double precision and fit into single precision.
+#: Radii of an object beyond which an eye does not go: from there it covers 2e-9 rad, less than a pixel of any picture,
+#: and the near and far planes still differ in double precision and fit into single precision.
 FARTHEST = 1e9
 
 #: Largest coordinate of `eye`, `target` and `up`: products of three of them are finite.

@@ -142,6 +142,7 @@ def _error(work: Work) -> dict[str, Any]:
     return {
         "error_env": work.tested,
         "error_rmse_rel": error.of(taken),
+        "error_mean_rel": error.mean_of(taken),
         "error_plain_rmse_rel": error.plain_rmse_rel,
         "error_preserving_rmse_rel": error.preserving_rmse_rel,
         "error_glossy_plain_rmse_rel": error.glossy_plain_rmse_rel,

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from engine.cube_map import CubeMap
     from engine.ground import Ground
     from engine.mesh import Mesh
+    from engine.transport.radiance_error import RadianceError
 
 
 class Work(Protocol):
@@ -124,19 +125,8 @@ def carry_out(
     }
 
 
-class Error(Protocol):
-    """How far a bake is from the sum over all texels: of the radiance, what was clamped, from so many pairs."""
-
-    @property
-    def rmse_rel(self) -> float: ...
-    @property
-    def negative_rel(self) -> float: ...
-    @property
-    def pairs(self) -> int: ...
-
-
 def error_under(
-    name: str | None, edge: int, measure: Callable[[CubeMap], Steps[Error]], show: Callable[[Step], None]
+    name: str | None, edge: int, measure: Callable[[CubeMap], Steps[RadianceError]], show: Callable[[Step], None]
 ) -> dict[str, Any]:
     """The record of the error under the environment `name`, as a cube map of `edge`; nothing where none is named."""
     from engine.cube_map import cube_of
@@ -149,6 +139,7 @@ def error_under(
     return {
         "error_env": environment.name,
         "error_rmse_rel": found.rmse_rel,
+        "error_mean_rel": found.mean_rel,
         "error_negative_rel": found.negative_rel,
         "error_pairs": found.pairs,
     }
@@ -158,9 +149,11 @@ def error_lines(result: dict[str, Any]) -> list[str]:
     """What there is to say of the error, where it was measured."""
     if "error_rmse_rel" not in result:
         return []
+    mean = result.get("error_mean_rel", 0.0)
+    brighter = f"; {100.0 * abs(mean):.1f} % {'brighter' if mean > 0.0 else 'darker'} in the mean"
     return [
         f"error under {result['error_env']}: {100.0 * result['error_rmse_rel']:.1f} % of the radiance "
-        f"(RMS, {result['error_pairs']:,} pairs of vertex and view)"
+        f"(RMS, {result['error_pairs']:,} pairs of vertex and view){brighter if abs(mean) >= 1e-3 else ''}"
     ]
 
 

@@ -1,13 +1,9 @@
 """How far lobes are from the sum over all texels in radiance, by either way to weigh them.
 
-At some vertices and from some directions far away, the direct radiance is compared with
-
-    B = Σ f(wi, wo) V(wi) cos θ_i L dω          over the texels of a cube map, with the reflectance itself,
-
-as `sh_error` and `wavelet_error` do, for the glossy part alone and for the whole; the error is the root mean square of
-the difference over that of B, channels together, each pair weighted by n · wo. It holds the distance of the fit and
-what mixing between the 92 views adds. Lobes fitted by least squares lose energy; scaled to the energy of the transport
-they are further from it. Which has the lower error depends on the light: `GaussianError.better` says.
+What is compared is told in `radiance_error`; here it is direct light, for the glossy part alone and for the whole. The
+error holds the distance of the fit and what mixing between the 92 views adds. Lobes fitted by least squares lose
+energy; scaled to the energy of the transport they are further from it. Which has the lower error depends on the light:
+`GaussianError.better` says.
 """
 
 from __future__ import annotations
@@ -29,6 +25,7 @@ from engine.transport.gaussian_fit import Fit
 from engine.transport.gaussian_lighting import GaussianLight, levels_for, lobe_radiance
 from engine.transport.gaussian_matt import Matt
 from engine.transport.gaussian_samples import GlossySurface, density_local, direct, products
+from engine.transport.radiance_error import Deviation
 from engine.transport.sh_lighting import project
 from engine.transport.spherical_gaussian import NARROWEST, Lobes
 from engine.transport.visibility import visibility_shares
@@ -49,12 +46,14 @@ DRAWN = 256
 class GaussianError:
     """Errors of the radiance relative to it, root mean square, with the weights of least squares and with all energy.
 
-    `plain_rmse_rel`, `preserving_rmse_rel` of the whole radiance, `glossy_plain_rmse_rel` and so on of the glossy part
-    alone; of so many `pairs` of vertex and view.
+    `plain_rmse_rel`, `preserving_rmse_rel` of the whole radiance, `plain_mean_rel` and so on how much brighter it is in
+    the mean, `glossy_plain_rmse_rel` and so on of the glossy part alone; of so many `pairs` of vertex and view.
     """
 
     plain_rmse_rel: float
     preserving_rmse_rel: float
+    plain_mean_rel: float
+    preserving_mean_rel: float
     glossy_plain_rmse_rel: float
     glossy_preserving_rmse_rel: float
     pairs: int
@@ -66,6 +65,10 @@ class GaussianError:
     def of(self, weighting: Weighting) -> float:
         """The error of the whole radiance."""
         return self.plain_rmse_rel if weighting == "plain" else self.preserving_rmse_rel
+
+    def mean_of(self, weighting: Weighting) -> float:
+        """How much brighter the whole radiance is in the mean."""
+        return self.plain_mean_rel if weighting == "plain" else self.preserving_mean_rel
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +95,7 @@ def gaussian_error(
     flat = np.einsum("bcj,jc->bc", np.broadcast_to(known.rows, (len(chosen), 3, matt.order**2)), light)
     flat *= np.asarray(matt.albedo)
     incident = cube.radiance.reshape(-1, 3).astype(np.float64)
-    sums, pairs = np.zeros((2, 3)), 0
+    deviations = [[Deviation(), Deviation()], [Deviation(), Deviation()]]  # glossy and whole, plain and preserving
     for number, vertex in enumerate(chosen):
         frame = surface.frames[vertex]
         cosine = towards @ frame[:, 2]
@@ -101,13 +104,19 @@ def gaussian_error(
         gain = surface.material.matt.gain(cosine[seen])[:, None]
         flats = np.maximum(flat[number] * gain, 0.0)
         for row, value in enumerate((exact[0], exact[0] + exact[1])):
-            total = [each[seen, number] + row * flats for each in found]
-            squares = [((some - value) ** 2).sum(axis=1) for some in total] + [(value**2).sum(axis=1)]
-            sums[row] += [float(cosine[seen] @ square) for square in squares]
-        pairs += len(seen)
+            for deviation, each in zip(deviations[row], found, strict=True):
+                deviation.add(cosine[seen], each[seen, number] + row * flats, value)
         yield Step((number + 1) / len(chosen), "comparing with the sum over all texels")
-    glossy, whole = ([math.sqrt(each / row[2]) if row[2] > 0.0 else 0.0 for each in row[:2]] for row in sums)
-    return GaussianError(whole[0], whole[1], glossy[0], glossy[1], pairs)
+    (glossy_plain, glossy_preserving), (plain, preserving) = deviations
+    return GaussianError(
+        plain.rmse_rel,
+        preserving.rmse_rel,
+        plain.mean_rel,
+        preserving.mean_rel,
+        glossy_plain.rmse_rel,
+        glossy_preserving.rmse_rel,
+        plain.pairs,
+    )
 
 
 def _glossy(surface: GlossySurface, chosen: Indices, lobes: Lobes, cube: CubeMap, towards: Vectors) -> Floats:

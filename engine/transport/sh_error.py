@@ -1,26 +1,15 @@
-"""How far transport in harmonics is from the sum over all texels, as `wavelet_error` for wavelets.
-
-At some vertices and from some directions far away, the radiance is compared with
-
-    B = Σ f(wi, wo) V(wi) cos θ_i L dω          over the texels of a cube map, with the reflectance itself,
-
-and the error is the root mean square of the difference over that of B, channels together, each pair weighted by n · wo:
-about what pixels show. What the texels themselves leave out is not part of it.
-"""
+"""How far transport in harmonics is from the sum over all texels; what is compared is told in `radiance_error`."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.cube_map import CubeMap, cube_directions, cube_solid_angles
-from engine.directions import Vectors, normalize
 from engine.steps import Step, Steps
+from engine.transport.radiance_error import Deviation, RadianceError, exact_radiance, tried_pairs
 from engine.transport.sh import Window, windowed
 from engine.transport.sh_bake import Work, baker_of
 from engine.transport.sh_lighting import project
@@ -28,15 +17,6 @@ from engine.transport.sh_transfer import tangent_frames
 from engine.transport.sh_varied import VariedTable
 from engine.transport.variation import Variation, varied_brdfs
 from engine.transport.visibility import receivers
-
-
-@dataclass(frozen=True)
-class ShError:
-    """`rmse_rel` of the radiance, of so many `pairs`; `negative_rel`, what was clamped over what is left."""
-
-    rmse_rel: float
-    negative_rel: float
-    pairs: int
 
 
 def sh_error(
@@ -49,7 +29,7 @@ def sh_error(
     views: int = 20,
     window: Window = "none",
     seed: int = 1,
-) -> Steps[ShError]:
+) -> Steps[RadianceError]:
     """The error of the bake `work` of the reflectance `brdf` under a cube map, on vertices of the model.
 
     Where the reflectance varies, each vertex is compared with its own.
@@ -58,9 +38,7 @@ def sh_error(
     """
     if cube.edge != work.settings.edge:
         raise ValueError(f"a cube map of edge {cube.edge} does not fit visibility over {work.settings.edge}")
-    rng = np.random.default_rng(seed)
-    chosen = np.sort(rng.choice(work.ground_vertex, min(vertices, work.ground_vertex), replace=False))
-    towards = normalize(rng.standard_normal((views, 3)))
+    chosen, towards = tried_pairs(work.ground_vertex, vertices, views, seed)
     yield Step(0.0, "casting rays")
     of = receivers(work.surface, work.caster)
     baker = baker_of(work, of)
@@ -72,8 +50,7 @@ def sh_error(
     albedo = np.broadcast_to(work.table.even_albedo, (work.ground_vertex, 3))
     directions = cube_directions(cube.edge).reshape(-1, 3)
     incident = cube.radiance.reshape(-1, 3) * np.tile(cube_solid_angles(cube.edge).reshape(-1), 6)[:, None]
-    difference = total = kept = cut = 0.0
-    pairs = 0
+    deviation, kept, cut = Deviation(), 0.0, 0.0
     for start in range(0, len(chosen), step):
         some = chosen[start : start + step]
         rows = baker.rows(some, counts[start : start + step])
@@ -83,7 +60,8 @@ def sh_error(
             local = towards @ frame
             seen = local[local[:, 2] > 0.0]
             visible = counts[start + number] / work.settings.fine**2
-            exact = _exact(_brdf_at(work, brdf, variations, int(vertex)), directions @ frame, visible, incident, seen)
+            base = _brdf_at(work, brdf, variations, int(vertex))
+            exact = exact_radiance(base, directions @ frame, visible, incident, seen)
             own = lit[number * count : (number + 1) * count]
             if work.table.diffuse:
                 signed = np.broadcast_to(own * albedo[vertex], exact.shape)
@@ -92,11 +70,9 @@ def sh_error(
                 signed = work.table.radiance(np.broadcast_to(own, (len(seen), *own.shape)), seen, same)
             value = np.maximum(signed, 0.0)
             kept, cut = kept + float(value.sum()), cut + float((value - signed).sum())
-            difference += float(seen[:, 2] @ ((value - exact) ** 2).sum(axis=1))
-            total += float(seen[:, 2] @ (exact**2).sum(axis=1))
-            pairs += len(seen)
+            deviation.add(seen[:, 2], value, exact)
         yield Step((start + len(some)) / len(chosen), "comparing with the sum over all texels")
-    return ShError(math.sqrt(difference / total) if total > 0.0 else 0.0, cut / kept if kept > 0.0 else 0.0, pairs)
+    return deviation.error(cut / kept if kept > 0.0 else 0.0)
 
 
 def _brdf_at(work: Work, brdf: Brdf, variations: Sequence[Variation], vertex: int) -> Brdf:
@@ -104,12 +80,3 @@ def _brdf_at(work: Work, brdf: Brdf, variations: Sequence[Variation], vertex: in
     if not isinstance(work.table, VariedTable):
         return brdf
     return varied_brdfs(brdf, variations, [[number] for number in work.table.numbers[vertex]])[0]
-
-
-def _exact(
-    brdf: Brdf, wi: Vectors, visible: NDArray[np.float64], incident: NDArray[np.float64], views: Vectors
-) -> NDArray[np.float64]:
-    """(views, 3) the sums with the reflectance itself."""
-    lit = np.flatnonzero((wi[:, 2] > 0.0) & (visible > 0.0))
-    weights = incident[lit] * (wi[lit, 2] * visible[lit])[:, None]
-    return np.array([(brdf.f(wi[lit], wo[None]) * weights).sum(axis=0) for wo in views]).reshape(-1, 3)

@@ -1,27 +1,26 @@
 """How far wavelet transport is from the sum over all texels: by its terms, its coefficients and its bits together.
 
-At some vertices and from some directions far away, the radiance is compared with
+What is compared is told in `radiance_error`. A small light that many vertices see at a slant brightens or darkens them
+all, which is no noise: what is cut off a vector spreads transport over whole squares of texels, for neighbours in the
+same way. On Spot under Grace Cathedral with 96 coefficients, the side that the camera sees is 2.5 % brighter, and with
+the map turned by a quarter at a time 0.9 %, −1.1 % and −0.4 %; with 32, 200 and 1000 coefficients 8.5, 1.3 and 0.3 %.
+Larger and softer lights are within 0.3 %.
 
-    B = Σ f(wi, wo) V(wi) cos θ_i L dω          over the same texels, with the reflectance itself.
-
-The error is the root mean square of the difference over that of B, channels together, each pair weighted by n · wo:
-about what pixels show. Pairs at grazing angles would dominate otherwise. What the texels themselves leave out is not
-part of it. Cost: one evaluation of the reflectance for each lit texel and pair, some 5 s for 400 vertices and 20 views.
+Cost: one evaluation of the reflectance for each lit texel and pair, some 5 s for 400 vertices and 20 views.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
-from engine.directions import Vectors, normalize
 from engine.steps import Step, Steps
 from engine.transport.blend import Mixture
+from engine.transport.radiance_error import Deviation, RadianceError, exact_radiance, tried_pairs
 from engine.transport.visibility import visibility_shares
 from engine.transport.wavelet import (
     WaveletTransport,
@@ -37,23 +36,6 @@ from engine.transport.wavelet_bake import Work
 from engine.transport.wavelet_codes import THRESHOLD, encode_light
 
 
-@dataclass(frozen=True)
-class WaveletError:
-    """`rmse_rel` of the radiance, of so many `pairs`; `negative_rel`, what was clamped over what is left.
-
-    `mean_rel` is how much brighter the mean is. It is no noise: what is cut off a vector spreads transport over whole
-    squares of texels, for neighbours in the same way, so a small light that many vertices see at a slant brightens or
-    darkens them all. On Spot under Grace Cathedral with 96 coefficients, the side that the camera sees is 2.5 %
-    brighter, and with the map turned by a quarter at a time 0.9 %, −1.1 % and −0.4 %; with 32, 200 and 1000
-    coefficients 8.5, 1.3 and 0.3 %. Larger and softer lights are within 0.3 %.
-    """
-
-    rmse_rel: float
-    negative_rel: float
-    pairs: int
-    mean_rel: float
-
-
 def wavelet_error(
     work: Work,
     brdf: Brdf | Sequence[Brdf],
@@ -63,15 +45,13 @@ def wavelet_error(
     views: int = 20,
     threshold: int = THRESHOLD,
     seed: int = 1,
-) -> Steps[WaveletError]:
+) -> Steps[RadianceError]:
     """The error of the bake `work` of the reflectance `brdf` under a cube map (6, N, N, 3), on vertices of the model.
 
     Where reflectances are mixed, `brdf` has all of them in order. ValueError where the cube map does not fit the
     settings of the bake.
     """
-    rng = np.random.default_rng(seed)
-    chosen = np.sort(rng.choice(work.ground_vertex, min(vertices, work.ground_vertex), replace=False))
-    towards = normalize(rng.standard_normal((views, 3)))
+    chosen, towards = tried_pairs(work.ground_vertex, vertices, views, seed)
     light = encode_light(radiance, threshold)
     texels = cube_texels(work.settings.edge)
     incident = np.asarray(radiance, np.float64).reshape(-1, 3) * texels.area[:, None]
@@ -83,35 +63,18 @@ def wavelet_error(
     rows = mixed.applied(relit(transport, light))
     bases = list(brdf) if isinstance(brdf, Sequence) else [brdf]
     found = [radiance_towards(transport, rows, np.broadcast_to(wo, (len(chosen), 3))) for wo in towards]
-    difference = total = brighter = mean = 0.0
-    pairs = 0
+    deviation = Deviation()
     for number, frame in enumerate(transport.frames):
         local, cosine = towards @ frame, towards @ frame[:, 2]
         seen = np.flatnonzero(cosine > 0.0)
         open_share = visible[number] / work.settings.fine**2
-        own = [_exact(base, texels.direction @ frame, open_share, incident, local[seen]) for base in bases]
+        own = [exact_radiance(base, texels.direction @ frame, open_share, incident, local[seen]) for base in bases]
         exact = np.einsum("b,bvc->vc", mixed.weights[number], np.stack(own))
         exact *= 1.0 if mixed.albedo is None else mixed.albedo[number]
         values = np.stack([found[view].value[number] for view in seen]) if seen.size else exact
-        difference += float(cosine[seen] @ ((values - exact) ** 2).sum(axis=1))
-        total += float(cosine[seen] @ (exact**2).sum(axis=1))
-        brighter += float(cosine[seen] @ (values - exact).sum(axis=1))
-        mean += float(cosine[seen] @ exact.sum(axis=1))
-        pairs += len(seen)
+        deviation.add(cosine[seen], values, exact)
         yield Step((number + 1) / len(chosen), "comparing with the sum over all texels")
-    negative = float(np.mean([each.negative_rel for each in found]))
-    if total <= 0.0:
-        return WaveletError(0.0, negative, pairs, 0.0)
-    return WaveletError(math.sqrt(difference / total), negative, pairs, brighter / mean)
-
-
-def _exact(
-    brdf: Brdf, wi: Vectors, visible: NDArray[np.float64], incident: NDArray[np.float64], views: Vectors
-) -> NDArray[np.float64]:
-    """(views, 3) the sums with the reflectance itself."""
-    lit = np.flatnonzero((wi[:, 2] > 0.0) & (visible > 0.0))
-    weights = incident[lit] * (wi[lit, 2] * visible[lit])[:, None]
-    return np.array([(brdf.f(wi[lit], wo[None]) * weights).sum(axis=0) for wo in views]).reshape(-1, 3)
+    return deviation.error(float(np.mean([each.negative_rel for each in found])))
 
 
 def _transport(work: Work, chosen: NDArray[np.int64], visible: NDArray[np.uint8]) -> WaveletTransport:

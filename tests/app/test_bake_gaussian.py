@@ -47,6 +47,7 @@ def test_a_model_is_baked_with_its_errors_told(lightarc: Command, mesh: Path, tm
     assert found["weights_taken"] in ("plain", "preserving")
     errors = [found[f"error_{name}_rmse_rel"] for name in ("plain", "preserving")]
     assert found["error_rmse_rel"] == min(errors)
+    assert 0.0 < abs(found["error_mean_rel"]) < found["error_rmse_rel"]
     assert 0.0 < found["direct_error_rel_mean"] < 1.0
     assert found["direct_flipped_pairs"] == 0.0
     assert any("--indirect" in text for text in found["skipped"])

@@ -92,6 +92,7 @@ def test_a_reflectance_varies_over_a_model_in_the_bake_and_again_in_the_picture(
     assert len(made["tables"]) == 2
     assert made["interpolation_rel"] < 0.02
     assert 0.0 < made["error_rmse_rel"] < 0.5
+    assert 0.0 < abs(made["error_mean_rel"]) < made["error_rmse_rel"]
     lit = ("--env", "sky", "-o", image, *SMALL)
     baked = result(lightarc("render", output, *lit))["mean_radiance"]
     again = result(lightarc("render", output, "--vary", "alpha=0.4:0.5:y", "--vary", "kd=0:0.8:x", *lit))

@@ -1,0 +1,87 @@
+"""How far baked transport is from the sum over all texels of a cube map in radiance, whatever its mode.
+
+At some vertices and from some directions far away, the radiance is compared with
+
+    B = Σ f(wi, wo) V(wi) cos θ_i L dω          over the same texels, with the reflectance itself.
+
+The error is the root mean square of the difference over that of B, channels together, each pair of vertex and view
+weighted by n · wo: about what pixels show. Pairs at grazing angles would dominate otherwise. What the texels themselves
+leave out is not part of it. `wavelet_error`, `sh_error` and `gaussian_error` are this for their modes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import Brdf
+from engine.directions import Vectors, normalize
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RadianceError:
+    """How far radiance is from what it should be, relative to it.
+
+    Attributes
+    ----------
+    rmse_rel : root mean square. mean_rel : how much brighter the mean is.
+    negative_rel : what was clamped at 0, over what is left.
+    pairs : of vertex and view that this is known from.
+    """
+
+    rmse_rel: float
+    mean_rel: float
+    negative_rel: float
+    pairs: int
+
+
+class Deviation:
+    """Sums over pairs of vertex and view of how far one radiance is from another."""
+
+    def __init__(self) -> None:
+        self.pairs = 0
+        self._difference = self._total = self._brighter = self._mean = 0.0
+
+    def add(self, cosine: Floats, value: Floats, exact: Floats) -> None:
+        """Count pairs with these n · wo (n,) > 0, where the radiance is `value` (n, 3) and should be `exact`."""
+        self.pairs += len(cosine)
+        self._difference += float(cosine @ ((value - exact) ** 2).sum(axis=1))
+        self._total += float(cosine @ (exact**2).sum(axis=1))
+        self._brighter += float(cosine @ (value - exact).sum(axis=1))
+        self._mean += float(cosine @ exact.sum(axis=1))
+
+    @property
+    def rmse_rel(self) -> float:
+        """0 where all is dark."""
+        return math.sqrt(self._difference / self._total) if self._total > 0.0 else 0.0
+
+    @property
+    def mean_rel(self) -> float:
+        """0 where all is dark."""
+        return self._brighter / self._mean if self._mean > 0.0 else 0.0
+
+    def error(self, negative_rel: float) -> RadianceError:
+        return RadianceError(self.rmse_rel, self.mean_rel, negative_rel, self.pairs)
+
+
+def tried_pairs(count: int, vertices: int, views: int, seed: int) -> tuple[NDArray[np.int64], Vectors]:
+    """Rising indices of up to `vertices` of `count`, and directions (views, 3) from which they are seen."""
+    rng = np.random.default_rng(seed)
+    chosen = np.sort(rng.choice(count, min(vertices, count), replace=False))
+    return chosen, normalize(rng.standard_normal((views, 3)))
+
+
+def exact_radiance(brdf: Brdf, wi: Vectors, visible: Floats, incident: Floats, views: Vectors) -> Floats:
+    """(views, 3) the sums with the reflectance itself over texels in the directions `wi` (T, 3) of a tangent frame.
+
+    `visible` (T,) are the shares of them that are open, `incident` (T, 3) their radiance times solid angle, `views`
+    (views, 3) unit vectors in the same frame.
+    """
+    lit = np.flatnonzero((wi[:, 2] > 0.0) & (visible > 0.0))
+    weights = incident[lit] * (wi[lit, 2] * visible[lit])[:, None]
+    return np.array([(brdf.f(wi[lit], wo[None]) * weights).sum(axis=0) for wo in views]).reshape(-1, 3)
