@@ -57,7 +57,7 @@ def add_arguments(parser: Any) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from app.cli import usage
+    from app.cli import WrongUsage, usage
     from engine.factor.factor_file import open_reflectance
     from engine.transport.blend import blend_from_text, mixture, together
     from engine.transport.wavelet import MOST_TERMS
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
     edge = EDGE if arguments.cube is None else arguments.cube
     if not 1 <= arguments.terms <= MOST_TERMS:
-        usage(_refuse, f"--terms {arguments.terms} is outside 1 … {MOST_TERMS}")
+        raise WrongUsage(f"--terms {arguments.terms} is outside 1 … {MOST_TERMS}.")
     settings = usage(lambda: BakeSettings(edge, arguments.coefficients, arguments.fine, arguments.occluder_cells))
     blends = [usage(blend_from_text, text) for text in arguments.blend]
     subject = subject_of(arguments)
@@ -121,10 +121,6 @@ def lines(result: dict[str, Any]) -> list[str]:
             f"{100.0 * result['occluder_open_rms']:.2g} % RMS, rays take {result['occluder_time_rel']:.2f} of the time"
         )
     return found
-
-
-def _refuse(problem: str) -> None:
-    raise ValueError(problem)
 
 
 def _occluder(work: Work) -> dict[str, Any]:

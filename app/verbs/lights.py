@@ -1,4 +1,4 @@
-"""The light of a picture of baked transport, as the command line names it, and what it makes of what was baked."""
+"""Light as the command line of `lightarc render` names it, and what it makes of what was baked."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     from engine.camera import Vector
@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from engine.lamps import Lamp
     from engine.transport.lit import Lit
     from engine.transport.sh_near_light import NearLamp
+
+#: Where the light is unless something else is said.
+LIGHT_DEG = (50.0, 30.0)
 
 #: Most radiance: what was baked is multiplied in single precision, which ends at 3e38.
 BRIGHTEST = 1e30
@@ -53,10 +56,44 @@ class Illuminated:
     warnings: tuple[str, ...] = ()
 
 
+def angles_argument(text: str) -> tuple[float, float]:
+    """Two finite numbers, THETA,PHI in degrees; the parser's error otherwise."""
+    try:
+        theta, phi = (float(number) for number in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not THETA,PHI such as 50,30") from None
+    if not (math.isfinite(theta) and math.isfinite(phi)):
+        raise argparse.ArgumentTypeError(f"{text!r} is not finite")
+    return theta, phi
+
+
+def lamp_argument(text: str) -> Lamp:
+    """What --lamp names; the parser's error otherwise."""
+    from engine.lamps import lamp_from_text
+
+    return _argument(lamp_from_text, text)
+
+
+def near_lamp_argument(text: str) -> NearLamp:
+    """What --near-lamp names; the parser's error otherwise."""
+    from engine.transport.sh_near_light import near_lamp_from_text
+
+    return _argument(near_lamp_from_text, text)
+
+
+Read = TypeVar("Read")
+
+
+def _argument(read: Callable[[str], Read], text: str) -> Read:
+    try:
+        return read(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 def light_of(arguments: argparse.Namespace) -> Light:
     """The light of --env, --light-deg, --lamp, --near-lamp and --intensity; wrong usage where it cannot be."""
     from app.cli import usage
-    from app.verbs.render import LIGHT_DEG
     from engine.directions import world_direction
     from engine.environment_file import open_environment
     from engine.lamps import Lamp

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from app.verbs import render_auto, render_transport
+from app.verbs.lights import LIGHT_DEG, angles_argument, lamp_argument
+from app.verbs.pictures import ON_PROCESSOR, off_screen, record_of, write_picture
 from engine.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -32,9 +34,6 @@ PATHS, MOST_PATHS = 64, 2**20
 #: Most points of the surface that a path may touch.
 MOST_DEPTH = 1000
 
-#: Where the light is unless something else is said.
-LIGHT_DEG = (50.0, 30.0)
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("mesh", metavar="MESH", help="a file, or one of sphere, plane, torus-knot, cloth, blob")
@@ -45,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--light-deg",
-        type=_two_numbers,
+        type=angles_argument,
         metavar="THETA,PHI",
         help="where the light is, in the world: THETA from +Y (up), PHI from +Z (the viewer's side of the plane) "
         "towards +X (right); 90,0 shines along -Z (50,30; no such light where there is a --lamp)",
@@ -68,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--lamp",
-        type=_lamp,
+        type=lamp_argument,
         action="append",
         default=[],
         metavar="TEXT",
@@ -133,7 +132,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.cli import usage
-    from engine.colour import luminance
     from engine.render.display import Display
 
     start = time.perf_counter()
@@ -150,15 +148,12 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     draw = _draw_reference if arguments.mode == "reference" else _draw
     picture, layers, drawn = draw(scene, arguments, show)
     error = _error(scene, arguments, show) if arguments.measure_error else {}
-    _write(arguments.output, picture, layers, display)
+    write_picture(arguments.output, picture, display, layers)
     return {
         "image": arguments.output,
-        "width_px": arguments.width,
-        "height_px": arguments.height,
         **plan,
         **drawn,
-        "mean_radiance": float(luminance(picture[..., :3].astype("f8")).mean()),
-        "covered_fraction": float(picture[..., 3].mean(dtype="f8")),
+        **record_of(picture),
         "sigma": scene.sigma,
         **_light(scene),
         **error,
@@ -249,16 +244,15 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
     import numpy as np
     import psutil
 
-    from app.cli import usage
+    from app.cli import WrongUsage, usage
     from engine.render.path import check_scene
     from engine.render.reference import BYTES_PER_PIXEL, reference
 
     size = (arguments.width, arguments.height)
     needed, available = size[0] * size[1] * BYTES_PER_PIXEL, psutil.virtual_memory().available
     if needed > available:
-        usage(
-            _refuse,
-            f"a reference of {size[0]} × {size[1]} pixels needs {needed / 1e9:.1f} GB of memory, more than free",
+        raise WrongUsage(
+            f"A reference of {size[0]} × {size[1]} pixels needs {needed / 1e9:.1f} GB of memory, more than free."
         )
     usage(check_scene, scene)
     start = time.perf_counter()
@@ -273,7 +267,7 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
         layers["standard_error"] = np.sqrt(found.variance).clip(0.0, np.finfo(np.float32).max).astype(np.float32)
     figures = {
         "frame_s": frame_s,
-        "gl_renderer": "none (drawn on the processor)",
+        "gl_renderer": ON_PROCESSOR,
         "warnings": warnings,
         **options,
         "passes": found.passes,
@@ -286,10 +280,6 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
     return found.picture, layers, figures
 
 
-def _refuse(problem: str) -> None:
-    raise ValueError(problem)
-
-
 def _warnings(scene: Scene) -> list[str]:
     warnings = list(scene.mesh.health.warnings)
     if scene.environment is not None:
@@ -300,35 +290,23 @@ def _warnings(scene: Scene) -> list[str]:
 def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
     """The picture, and how it was made: frame_s, gl_renderer, warnings."""
     from engine.brdf.brdf import MODELS
-    from engine.errors import MissingCapability
-    from engine.gl.context import create_context
     from engine.gl.draw import draw_off_screen
     from engine.gl.factor_textures import factor_source
     from engine.render.direct import radiance
 
     size = (arguments.width, arguments.height)
-    warnings = _warnings(scene)
-    on_processor = arguments.renderer == "cpu"
+    warnings, renderer = _warnings(scene), arguments.renderer
     has_shader = type(scene.brdf) in MODELS.values() or factor_source(scene.brdf) is not None
-    if arguments.renderer == "auto" and not scene.brdf.isotropic and not has_shader:
-        on_processor = True
+    if renderer == "auto" and not scene.brdf.isotropic and not has_shader:
+        renderer = "cpu"
         warnings.append("The measured reflectance is anisotropic and drawn on the processor, which shows it as it is.")
-    if not on_processor:
-        try:
-            context = create_context()
-        except MissingCapability as missing:
-            if arguments.renderer == "gl":
-                raise
-            warnings.append(str(missing))
-        else:
-            with context:
-                picture, frame_s, name, messages = draw_off_screen(context, scene, size, arguments.samples)
-            context.release()
-            return picture, {}, {"frame_s": frame_s, "gl_renderer": name, "warnings": warnings + messages}
+    drawn = off_screen(renderer, lambda context: draw_off_screen(context, scene, size, arguments.samples), warnings)
+    if drawn is not None:
+        return drawn[0], {}, drawn[1]
     start = time.perf_counter()
     picture = drain(radiance(scene, size, samples=arguments.samples), show)
     frame_s = time.perf_counter() - start
-    return picture, {}, {"frame_s": frame_s, "gl_renderer": "none (drawn on the processor)", "warnings": warnings}
+    return picture, {}, {"frame_s": frame_s, "gl_renderer": ON_PROCESSOR, "warnings": warnings}
 
 
 def _light(scene: Scene) -> dict[str, Any]:
@@ -369,37 +347,3 @@ def _error(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], N
         "error_reference_width_texels": error.reference_size[0],
         "error_reference_height_texels": error.reference_size[1],
     }
-
-
-def _write(path: str, picture: NDArray[np.float32], layers: dict[str, NDArray[np.float32]], display: Display) -> None:
-    """Tone-mapped, or the radiance: in half, as float where `layers` are stored beside it to measure by."""
-    from engine.files.atomic import write_bytes
-    from engine.images.encode import encode_png, rgb_channels, write_exr
-    from engine.render.display import displayed
-
-    if path.lower().endswith(".exr"):
-        channels = rgb_channels(picture[..., :3])
-        for name, layer in layers.items():
-            channels |= rgb_channels(layer, name)
-        write_exr(path, channels, half=not layers)
-    else:
-        write_bytes(path, encode_png(displayed(picture, display)))
-
-
-def _two_numbers(text: str) -> tuple[float, float]:
-    try:
-        theta, phi = (float(number) for number in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not THETA,PHI such as 50,30") from None
-    if not (math.isfinite(theta) and math.isfinite(phi)):
-        raise argparse.ArgumentTypeError(f"{text!r} is not finite")
-    return theta, phi
-
-
-def _lamp(text: str) -> Lamp:
-    from engine.lamps import lamp_from_text
-
-    try:
-        return lamp_from_text(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None

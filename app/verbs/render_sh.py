@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from app.verbs.lights import Illuminated, Light
+from app.verbs.lights import Illuminated, Light, near_lamp_argument
 from engine.steps import Step, drain, part
 
 if TYPE_CHECKING:
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from engine.camera import Vector
-    from engine.transport.sh_near_light import NearLamp
     from engine.transport.sh_transfer import ShTransport
     from engine.transport.transport_file import TransportFile
 
@@ -29,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--near-lamp",
-        type=_near_lamp,
+        type=near_lamp_argument,
         action="append",
         default=[],
         metavar="TEXT",
@@ -97,27 +96,18 @@ def illuminate(
     )
 
 
-def _near_lamp(text: str) -> NearLamp:
-    from engine.transport.sh_near_light import near_lamp_from_text
-
-    try:
-        return near_lamp_from_text(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-
-
 def _nearby(
     transport: ShTransport, light: Light, points: int | None
 ) -> tuple[NDArray[np.float32] | None, dict[str, Any]]:
     """(V, order², 3) of near lamps, and how they were found: by a grid about the model and one on the ground."""
     import numpy as np
 
-    from app.cli import usage
+    from app.cli import WrongUsage, usage
     from engine.transport.sh_near_light import near_light
 
     if not light.near_lamps:
         if points is not None:
-            usage(_refuse, "--near-points needs --near-lamp")
+            raise WrongUsage("--near-points needs --near-lamp.")
         return None, {}
     places, first = transport.mesh.positions, transport.ground_vertex
     found = [
@@ -138,7 +128,7 @@ def _warnings(figures: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _with_brdf(transport: ShTransport, text: str, varied: Sequence[str], show: Callable[[Step], None]) -> ShTransport:
-    from app.cli import usage
+    from app.cli import WrongUsage, usage
     from engine.factor.factor_file import open_reflectance
     from engine.transport.sh_transfer import with_table
     from engine.transport.sh_varied import table_of
@@ -152,13 +142,7 @@ def _with_brdf(transport: ShTransport, text: str, varied: Sequence[str], show: C
     try:
         return with_table(transport, table)
     except ValueError as reason:
-        problem = f"the reflectance cannot be changed without another bake: {reason}"
-        refused: ShTransport = usage(_refuse, problem)
-        return refused
-
-
-def _refuse(problem: str) -> None:
-    raise ValueError(problem)
+        raise WrongUsage(f"The reflectance cannot be changed without another bake: {reason}.") from None
 
 
 def _coefficients(light: Light, order: int) -> NDArray[np.float64]:

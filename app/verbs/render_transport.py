@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.verbs import render_gaussian, render_sh, render_wavelet
 from app.verbs.lights import light_of
+from app.verbs.pictures import ON_PROCESSOR, off_screen, record_of, write_picture
 from engine.steps import Step, drain, part
 
 if TYPE_CHECKING:
@@ -32,10 +33,8 @@ def is_baked(arguments: argparse.Namespace) -> bool:
 
 
 def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], None]) -> dict[str, Any]:
-    from app.cli import usage
-    from app.verbs.render import _write
+    from app.cli import WrongUsage, usage
     from engine.camera import frame, parse
-    from engine.colour import luminance
     from engine.transport.transport_file import open_transport
 
     usage(_check, arguments)
@@ -44,7 +43,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     file = open_transport(arguments.mesh)
     mode = arguments.mode or file.kind
     if mode not in MODES:
-        usage(_refuse, f"{arguments.mesh} holds transport of the mode {mode}, which cannot be drawn")
+        raise WrongUsage(f"{arguments.mesh} holds transport of the mode {mode}, which cannot be drawn.")
     usage(check_absent, arguments, mode)
     found = MODES[mode].illuminate(file, arguments, light_of(arguments), show)
     lit: Lit = found.lit
@@ -53,18 +52,15 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     picture, drawn = _draw(lit, camera, arguments, show)
     negative_rel = drawn.pop("negative_rel", None)
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
-    _write(arguments.output, picture, {}, display)
+    write_picture(arguments.output, picture, display)
     return {
         "image": arguments.output,
-        "width_px": arguments.width,
-        "height_px": arguments.height,
         "mode": mode,
         "vertices": len(lit.mesh.positions),
         **found.figures,
         **drawn,
         "negative_rel": negative_rel,
-        "mean_radiance": float(luminance(picture[..., :3].astype("f8")).mean()),
-        "covered_fraction": float(picture[..., 3].mean(dtype="f8")),
+        **record_of(picture),
         "warnings": [*found.warnings, *drawn["warnings"], *_negative(negative_rel, found.remedy)],
         "time_s": time.perf_counter() - started,
     }
@@ -111,30 +107,21 @@ Drawn = tuple["NDArray[np.float32]", dict[str, Any]]
 
 
 def _draw(lit: Lit, camera: Camera, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
-    from engine.errors import MissingCapability
-    from engine.gl.context import create_context
     from engine.gl.draw import lit_off_screen
     from engine.render.transported import picture_of
 
-    size, warnings = (arguments.width, arguments.height), []
-    if arguments.renderer != "cpu":
-        try:
-            context = create_context()
-        except MissingCapability as missing:
-            if arguments.renderer == "gl":
-                raise
-            warnings.append(str(missing))
-        else:
-            with context:
-                picture, frame_s, name, messages = lit_off_screen(context, lit, camera, size, arguments.samples)
-            context.release()
-            return picture, {"frame_s": frame_s, "gl_renderer": name, "warnings": messages}
+    size = (arguments.width, arguments.height)
+    warnings: list[str] = []
+    drawn = off_screen(
+        arguments.renderer, lambda context: lit_off_screen(context, lit, camera, size, arguments.samples), warnings
+    )
+    if drawn is not None:
+        return drawn
     start = time.perf_counter()
-    drawing = picture_of(lit, camera, size, arguments.samples)
-    found = drain(part(drawing, 0.3, 1.0), show)
+    found = drain(part(picture_of(lit, camera, size, arguments.samples), 0.3, 1.0), show)
     return found.picture, {
         "frame_s": time.perf_counter() - start,
-        "gl_renderer": "none (drawn on the processor)",
+        "gl_renderer": ON_PROCESSOR,
         "warnings": warnings,
         "negative_rel": found.negative_rel,
     }
@@ -144,7 +131,3 @@ def _negative(negative_rel: float, remedy: str) -> list[str]:
     if negative_rel < 0.01:
         return []
     return [f"Sums below 0 were taken as 0, which adds {100.0 * negative_rel:.1f} % to the light; {remedy}."]
-
-
-def _refuse(problem: str) -> None:
-    raise ValueError(problem)

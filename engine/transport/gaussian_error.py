@@ -107,15 +107,15 @@ def gaussian_error(
             for deviation, each in zip(deviations[row], found, strict=True):
                 deviation.add(cosine[seen], each[seen, number] + row * flats, value)
         yield Step((number + 1) / len(chosen), "comparing with the sum over all texels")
-    (glossy_plain, glossy_preserving), (plain, preserving) = deviations
+    (glossy_plain, glossy_preserving), (whole_plain, whole_preserving) = deviations
     return GaussianError(
-        plain.rmse_rel,
-        preserving.rmse_rel,
-        plain.mean_rel,
-        preserving.mean_rel,
+        whole_plain.rmse_rel,
+        whole_preserving.rmse_rel,
+        whole_plain.mean_rel,
+        whole_preserving.mean_rel,
         glossy_plain.rmse_rel,
         glossy_preserving.rmse_rel,
-        plain.pairs,
+        whole_plain.pairs,
     )
 
 

@@ -1,0 +1,72 @@
+"""What all modes of `lightarc render` do with a picture: draw it on a device where there is one, and write it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from engine.gl.draw import OffScreen
+    from engine.render.display import Display
+
+#: What `gl_renderer` says where no device has drawn.
+ON_PROCESSOR = "none (drawn on the processor)"
+
+
+def off_screen(
+    renderer: str, draw: Callable[[Any], OffScreen], warnings: list[str]
+) -> tuple[NDArray[np.float32], dict[str, Any]] | None:
+    """What `draw` makes with a context, and how it was made: frame_s, gl_renderer, warnings.
+
+    None with the `renderer` "cpu", and with "auto" where there is no OpenGL, which is added to `warnings`.
+    MissingCapability with "gl" where there is none.
+    """
+    from engine.errors import MissingCapability
+    from engine.gl.context import create_context
+
+    if renderer == "cpu":
+        return None
+    try:
+        context = create_context()
+    except MissingCapability as missing:
+        if renderer == "gl":
+            raise
+        warnings.append(str(missing))
+        return None
+    with context:
+        picture, frame_s, name, messages = draw(context)
+    context.release()
+    return picture, {"frame_s": frame_s, "gl_renderer": name, "warnings": [*warnings, *messages]}
+
+
+def record_of(picture: NDArray[np.float32]) -> dict[str, Any]:
+    """Size, mean and coverage of a picture (height, width, 4)."""
+    from engine.colour import luminance
+
+    height, width = picture.shape[:2]
+    return {
+        "width_px": width,
+        "height_px": height,
+        "mean_radiance": float(luminance(picture[..., :3].astype("f8")).mean()),
+        "covered_fraction": float(picture[..., 3].mean(dtype="f8")),
+    }
+
+
+def write_picture(
+    path: str, picture: NDArray[np.float32], display: Display, layers: dict[str, NDArray[np.float32]] | None = None
+) -> None:
+    """Tone-mapped, or the radiance: in half, as float where `layers` are stored beside it to measure by."""
+    from engine.files.atomic import write_bytes
+    from engine.images.encode import encode_png, rgb_channels, write_exr
+    from engine.render.display import displayed
+
+    if path.lower().endswith(".exr"):
+        channels = rgb_channels(picture[..., :3])
+        for name, layer in (layers or {}).items():
+            channels |= rgb_channels(layer, name)
+        write_exr(path, channels, half=not layers)
+    else:
+        write_bytes(path, encode_png(displayed(picture, display)))
