@@ -206,7 +206,8 @@ def close_figure(actual: Any, desired: Any, rtol: float, atol: float, where: str
     usable = np.isfinite(first) & np.isfinite(second)
     if not usable.any():
         return None
-    apart, bound = np.abs(first - second)[usable], (atol + rtol * np.abs(second))[usable]
+    first, second = first[usable], second[usable]
+    apart, bound = np.abs(first - second), atol + rtol * np.abs(second)
     place = int(np.argmax(apart / np.maximum(bound, np.finfo(float).tiny)))
     return Figure(float(apart[place]), "<=", float(bound[place]), where)
 

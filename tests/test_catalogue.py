@@ -61,6 +61,9 @@ def test_arrays_are_compared_where_they_come_nearest():
 def test_close_arrays_give_the_largest_share_of_what_is_allowed():
     figure = close_figure([1.0, 2.0, np.nan], [1.5, 2.1, np.nan], 0.0, 1.0, "here")
     assert (figure.measured, figure.bound) == (0.5, 1.0)
+    figure = close_figure([np.inf, 1.0], [np.inf, 1.5], 0.0, 1.0, "here")
+    assert figure is not None
+    assert figure.measured == 0.5
     assert close_figure(["a"], ["a"], 0.0, 1.0, "here") is None
 
 

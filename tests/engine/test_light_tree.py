@@ -24,7 +24,7 @@ def sky():
     )
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(1, 9), st.integers(1, 12), st.integers(1, 200), st.integers(0, 2**32 - 1))
 def test_the_lights_carry_the_whole_flux_in_every_channel(height, width, count, seed):
     rng = np.random.default_rng(seed)

@@ -124,7 +124,7 @@ def test_V9_one_triangle_is_a_mesh_and_no_face_is_none() -> None:
         complete(SQUARE[:1], np.array([[0, 0, 0]]), None, None, "point")
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.integers(3, 12), st.integers(1, 30))
 def test_counts_are_those_of_brute_force(seed: int, points: int, count: int) -> None:
     rng = np.random.default_rng(seed)
@@ -146,7 +146,7 @@ def test_counts_are_those_of_brute_force(seed: int, points: int, count: int) -> 
     assert found.components == len({root(vertex) for vertex in faces.ravel().tolist()})
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.integers(0, 60), st.integers(1, 4))
 def test_equal_rows_are_found_as_numpy_finds_them(seed: int, rows: int, columns: int) -> None:
     table = np.random.default_rng(seed).integers(-1, 2, (rows, columns)) * 0.1

@@ -123,7 +123,7 @@ def test_V12_polygons_with_inward_corners_are_cut_right(
     assert directed[:-1, 1].sum() == pytest.approx(shoelace(outline))
 
 
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 @given(st.integers(0, 2**32 - 1), st.integers(3, 40))
 def test_any_polygon_gives_two_triangles_less_than_corners(seed: int, corners: int) -> None:
     rng = np.random.default_rng(seed)
@@ -399,7 +399,7 @@ def reply_or_sentence(read_one: Callable[[], Any]) -> Any:
         return str(error)
 
 
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(st.lists(WORDS, max_size=60).map(" ".join), st.sampled_from(["obj", "off", "ply"]))
 def test_text_of_any_kind_is_read_or_refused(text: str, kind: str) -> None:
     start = {"obj": TRIANGLE.decode() + "f 1 2 3\n", "off": "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"}

@@ -34,7 +34,7 @@ def light_of_both(environment: EnvironmentMap, lamps: tuple[Lamp, ...]) -> np.nd
     return light(environment) + sum((np.array(lamp.flux) for lamp in lamps), np.zeros(3))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 63), st.integers(0, 127), st.floats(2e3, 1e6))
 def test_a_sun_of_one_texel_becomes_a_lamp_where_it_was(row, column, sun):
     radiance = sky()

@@ -97,7 +97,7 @@ def test_what_cannot_be_compared_is_refused(a: Any, b: Any, mask: Any, words: st
         compare(a, b, mask)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(gain=st.floats(1e-3, 1e3), seed=st.integers(0, 9), turns=st.integers(0, 3))
 def test_the_unit_of_radiance_and_the_orientation_change_nothing(gain: float, seed: int, turns: int) -> None:
     one, other = picture(24, 24, seed).astype(np.float64), picture(24, 24, seed + 50).astype(np.float64)

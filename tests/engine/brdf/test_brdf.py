@@ -86,7 +86,7 @@ def test_BR7_normal_distribution_integrates_to_one(alpha: float) -> None:
 
 @pytest.mark.parametrize("name", MODELS)
 @given(data=st.data())
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_BR9_every_allowed_parameter_gives_finite_values_that_are_reciprocal(name: str, data: st.DataObject) -> None:
     model = MODELS[name]
     values = {}

@@ -94,7 +94,7 @@ def test_BR10_models_that_do_not_are_flagged(text: str) -> None:
 
 @pytest.mark.parametrize("name", MODELS)
 @given(data=st.data())
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 def test_BR10_whatever_the_parameters_a_model_that_says_so_conserves_energy(name: str, data: st.DataObject) -> None:
     values = {}
     for p in parameters(MODELS[name]):

@@ -49,7 +49,7 @@ def test_what_cannot_be_told_from_creep_is_left_and_doubted():
 
 
 @given(st.integers(0, 10_000), st.integers(5, 14))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_the_order_of_axes_and_the_sign_do_not_matter(seed, count):
     random = np.random.default_rng(seed)
     moved, distance = random.normal(0, 1, (count, 2)), np.cumsum(random.uniform(0.05, 0.4, count))

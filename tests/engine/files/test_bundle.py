@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -177,7 +177,7 @@ def materials(draw: st.DrawFn) -> Material:
     return Material(shading_map, law, brdf, sigma, (90.0,), draw(st.text(max_size=20)))
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=15)
 @given(material=materials(), packed=st.booleans())
 def test_CO8_every_material_comes_back_bit_for_bit(
     material: Material, packed: bool, tmp_path_factory: pytest.TempPathFactory

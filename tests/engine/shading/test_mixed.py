@@ -78,7 +78,7 @@ def test_an_infinite_bound_is_the_power_law_bit_for_bit(power_law, shading_map, 
     assert np.array_equal(form.lookup(*where, above), power_law.lookup(*where, above))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(0.0, 0.6), st.sampled_from([1, 5, 16, 64]))
 def test_the_error_is_below_the_bound_everywhere(bound, size):
     shading_map = patched_map()

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 import pywt
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.transport.haar import (
@@ -157,7 +157,6 @@ def test_Z8_a_single_spike_is_kept_alone() -> None:
     assert strongest(values, 96).tolist() == [24_575]
 
 
-@settings(deadline=None)
 @given(
     st.lists(st.integers(0, 6), min_size=1, max_size=60),
     st.integers(0, 70),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -38,7 +38,6 @@ def test_codes_that_do_not_fit_are_refused() -> None:
             pack(codes)
 
 
-@settings(deadline=None)
 @given(arrays(np.float32, (7, 3), elements=st.floats(-1e6, 1e6, width=32)))
 def test_Z9_values_err_by_half_a_step_and_never_change_sign(values: np.ndarray) -> None:
     words, peaks = quantise(values)
