@@ -43,7 +43,7 @@ def price(found: EffectsPlan) -> float:
     return found.cost.frame_s + found.cost.relight_s / LIGHTS + found.cost.bake_s / FRAMES
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(1e-3, 1.0), st.floats(1.0, 10.0))
 def test_T7_a_larger_budget_of_error_never_costs_more(error: float, factor: float) -> None:
     scene = looked_at()
@@ -56,7 +56,7 @@ def test_T7_a_larger_budget_of_error_never_costs_more(error: float, factor: floa
         assert one.predicted_error_rel > error
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.floats(0.1, 1e4), st.floats(1.0, 10.0))
 def test_T7_more_time_never_ends_in_a_larger_error(time_ms: float, factor: float) -> None:
     scene = looked_at()
