@@ -85,6 +85,13 @@ def face_coordinates(
     return face, 0.5 * (across + 1.0), 0.5 * (down + 1.0)
 
 
+def texel_numbers(direction: NDArray[np.float64], n: int) -> NDArray[np.int64]:
+    """(...) flat numbers, in (6, N, N), of the texels that directions (..., 3) of any length but 0 fall into."""
+    face, s, t = face_coordinates(direction)
+    row, column = (np.minimum((place * n).astype(np.int64), n - 1) for place in (t, s))
+    return np.asarray((face * n + row) * n + column)
+
+
 def cube_solid_angles(n: int) -> NDArray[np.float64]:
     """(N, N) exact solid angle in sr of the texels of a face; the six faces sum to 4 π.
 
@@ -199,7 +206,5 @@ def texels_beside(n: int, depth: int = 0) -> NDArray[np.int64]:
     face, found = np.arange(6)[:, None], []
     for s, t in ((along, low), (along, high), (low, along), (high, along)):
         place = np.broadcast_arrays(face, np.asarray(s)[None], np.asarray(t)[None])
-        other, s_there, t_there = face_coordinates(direction_on_face(*place))
-        i, j = (np.clip((v * n).astype(np.int64), 0, n - 1) for v in (t_there, s_there))
-        found.append((other * n + i) * n + j)
+        found.append(texel_numbers(direction_on_face(*place), n))
     return np.stack(found, axis=1)

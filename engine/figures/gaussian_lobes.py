@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from engine.brdf.brdf import brdf_from_text
 from engine.brdf.diffuse import Lambert
 from engine.camera import Camera
 from engine.environment import EnvironmentMap
-from engine.figures.figure import Picture, error_of
+from engine.figures.figure import Picture, Settings, ShownRow, camera_of, compared, error_of, truth_of
 from engine.mesh import Mesh
 from engine.render.reference import ReferencePicture
 from engine.render.transported import picture_of
+from engine.scene import Scene
 from engine.shapes import grid_mesh, shape
-from engine.steps import Step, Steps, part
+from engine.steps import Steps, part
 from engine.transport.gaussian import GaussianTransport
 from engine.transport.gaussian_fit import Fit, FitSettings, fit
-from engine.transport.gaussian_matt import Matt
-from engine.transport.gaussian_samples import GlossySurface, direct_samples
+from engine.transport.gaussian_matt import Matt, rows_of_all
+from engine.transport.gaussian_samples import GlossySurface, direct_samples, glossy_surface
 from engine.transport.lit import lit_gaussians
 from engine.transport.sh_table import lambert_table
 from engine.transport.sh_transfer import ShTransport
@@ -27,9 +30,6 @@ from engine.transport.spherical_gaussian import Lobes
 
 #: Order of the matt part's harmonics, edge of the cube maps its visibility is counted over, and parts of a texel.
 ORDER, EDGE, FINE = 5, 32, 4
-
-#: Vertices whose matt part is found at once.
-CHUNK = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,21 +70,17 @@ def fitted(surface: GlossySurface, lobes: int, samples: int) -> Steps[Fitted]:
     settings = FitSettings(lobes=lobes)
     steps = fit(surface.mesh, lambda vertices: direct_samples(surface, vertices, samples), settings)
     found = yield from part(steps, 0.0, 0.9)
-    matt, rows = Matt(surface, ORDER, EDGE, FINE), []
-    for start in range(0, len(surface.mesh.positions), CHUNK):
-        rows.append(matt.rows(np.arange(start, min(start + CHUNK, len(surface.mesh.positions)))))
-        yield Step(0.9 + 0.1 * min(1.0, (start + CHUNK) / len(surface.mesh.positions)), "the matt part")
+    matt = Matt(surface, ORDER, EDGE, FINE)
+    rows = yield from part(rows_of_all(matt), 0.9, 1.0)
     red, green, blue = matt.albedo
     table = lambert_table(Lambert((red, green, blue)), ORDER)
-    transport = ShTransport(
-        surface.mesh, surface.ground_vertex, True, 0.0, table, False, np.concatenate(rows).astype(np.float32)
-    )
+    transport = ShTransport(surface.mesh, surface.ground_vertex, True, 0.0, table, False, rows)
     return Fitted(surface, found, transport)
 
 
 def nearer_picture(
     own: Fitted, environment: EnvironmentMap, camera: Camera, size: tuple[int, int], truth: ReferencePicture
-) -> Steps[tuple[Picture, dict[str, Any]]]:
+) -> Steps[tuple[Picture, str]]:
     """The picture with those weights, of least squares or with all energy, that have the lower error, and their name.
 
     `lightarc bake` chooses likewise, and judges by some vertices.
@@ -95,4 +91,36 @@ def nearer_picture(
         steps = picture_of(lit, camera, size)
         pictures[name] = (yield from part(steps, 0.5 * number, 0.5 * number + 0.5)).picture
     best = min(pictures, key=lambda name: error_of(pictures[name], truth).rmse_rel)
-    return pictures[best], {"weights": best}
+    return pictures[best], best
+
+
+@dataclass(frozen=True)
+class Way:
+    """One way to draw a glossy model: what is said of it, its knobs, its lobes, and whether with shadows."""
+
+    words: str
+    knobs: Mapping[str, Any]
+    lobes: int = 1
+    shadows: bool = True
+
+
+def compared_ways(
+    mesh: Mesh, brdf: str, environment: EnvironmentMap, settings: Settings, ways: Sequence[Way]
+) -> Steps[ShownRow]:
+    """A picture by each way, with its error against the reference, which is the last."""
+    reflectance, camera = brdf_from_text(brdf), camera_of(mesh, settings.size)
+    scene = Scene(mesh, camera, reflectance, environment=environment)
+    truth = yield from part(truth_of(scene, settings), 0.0, 0.1)
+    surface = glossy_surface(mesh, reflectance)
+    # a fit takes about as long again for each lobe
+    ends = 0.1 + 0.9 * np.cumsum([0, *(way.lobes for way in ways)]) / sum(way.lobes for way in ways)
+    panels = []
+    for way, start, stop in zip(ways, ends[:-1], ends[1:], strict=True):
+        seen = surface if way.shadows else without_shadows(surface)
+        own = yield from part(fitted(seen, way.lobes, settings.directions), start, stop - 0.05)
+        drawing = nearer_picture(own, environment, camera, settings.size, truth)
+        picture, weights = yield from part(drawing, stop - 0.05, stop)
+        flips = own.fit.health.figures.get("flipped_pairs", 0.0)
+        knobs = {"lobes": way.lobes, **way.knobs, "weights": weights, "flipped_pairs": flips}
+        panels.append((way.words, knobs, picture))
+    return ShownRow(brdf, compared(panels, truth, "reference"))

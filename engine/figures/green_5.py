@@ -20,7 +20,7 @@ from engine.accuracy.compare import ErrorEstimate
 from engine.brdf.brdf import brdf_from_text
 from engine.directions import Vectors, normalize, surface_direction, world_from_tangent
 from engine.figures.figure import Figure, Picture, Settings, Shown, ShownRow
-from engine.figures.lobe_fit import Floats, Sum, Tabulated, gaussians, harmonics, texels, wavelets
+from engine.figures.lobe_fit import NUMBERS, Floats, Sum, Tabulated, gaussians, harmonics, order_for, texels, wavelets
 from engine.mesh import Mesh
 from engine.plot import Curve, curves
 from engine.ray_caster import caster_of
@@ -28,8 +28,8 @@ from engine.steps import Step, Steps, part
 from engine.transport.sh import evaluate
 from engine.transport.visibility import occlusion, receivers
 
-#: Numbers that a Gaussian takes, and Gaussians that are shown.
-NUMBERS, MOST = 7, 10
+#: Gaussians that are shown.
+MOST = 10
 
 #: Texels along an edge of the cube map that functions are tabulated at.
 EDGE = 64
@@ -152,11 +152,6 @@ def errors_of(table: Tabulated, sums: list[Sum]) -> dict[str, list[float]]:
             for order in map(order_for, numbers)
         ],
     }
-
-
-def order_for(numbers: int) -> int:
-    """The lowest order of at least so many harmonics."""
-    return math.isqrt(numbers - 1) + 1
 
 
 def _row(typical: Typical, function: Function, table: Tabulated, best: Sum, errors: dict[str, float]) -> ShownRow:

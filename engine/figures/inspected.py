@@ -7,24 +7,23 @@ are of the lowest order with at least as many. Pictures show the hemisphere abov
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.colour import luminance
-from engine.cube_map import face_coordinates
+from engine.cube_map import texel_numbers
 from engine.directions import Vectors, dot, normalize
-from engine.figures.lobe_fit import Floats, Sum, Tabulated, gaussians, harmonics, texels, wavelets
+from engine.figures.lobe_fit import NUMBERS, Floats, Sum, Tabulated, gaussians, harmonics, order_for, texels, wavelets
 from engine.prefilter import gaussian_integral
 from engine.steps import Step, Steps, part
 from engine.transport.gaussian import GaussianTransport, lobes_towards
 from engine.transport.gaussian_samples import GlossySurface, transport_at
 from engine.transport.sh import evaluate
 
-#: Numbers that a lobe takes; texels along an edge of the cube map; pixels of a picture.
-NUMBERS, EDGE, PIXELS = 7, 64, 192
+#: Texels along an edge of the cube map; pixels of a picture.
+EDGE, PIXELS = 64, 192
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +76,12 @@ def inspect(
     yield Step(0.4, "fitting lobes")
     sums = yield from part(_lobes(table, vertex, wo, transport, lobes), 0.4, 0.8)
     numbers = NUMBERS * len(sums.sigma)
-    order = math.isqrt(max(numbers - 1, 0)) + 1
+    order = order_for(numbers)
     yield Step(0.8, "keeping wavelets and harmonics")
     wavelet, coefficients = wavelets(table, [numbers])[0], harmonics(table, order)
     ways = (
         ("Gaussian" if len(sums.sigma) == 1 else "Gaussians", numbers, sums.at(direction), sums.at(above)),
-        ("Haar wavelets", numbers, wavelet, wavelet[_texel(above)]),
+        ("Haar wavelets", numbers, wavelet, wavelet[texel_numbers(above, EDGE)]),
         ("Harmonics", order**2, evaluate(order, direction) @ coefficients, evaluate(order, above) @ coefficients),
     )
     found = []
@@ -126,10 +125,3 @@ def _disc(frame: Vectors) -> tuple[Vectors, NDArray[np.bool_]]:
     scale = np.sqrt(np.maximum(2.0 - square, 0.0))
     local = np.stack([x * scale, y * scale, 1.0 - square], axis=-1)[inside]
     return np.asarray(local @ frame.T), inside
-
-
-def _texel(direction: Vectors) -> NDArray[np.int64]:
-    """(n,) numbers of the texels that unit vectors (n, 3) fall into."""
-    face, s, t = face_coordinates(direction)
-    column, row = (np.minimum((at * EDGE).astype(np.int64), EDGE - 1) for at in (s, t))
-    return np.asarray((face * EDGE + row) * EDGE + column)

@@ -51,6 +51,9 @@ EXPONENTS = ((12, 4), (24, 8), (48, 16))
 #: Rows of the picture of the light.
 LIGHT_ROWS = 180
 
+#: Vertices whose radiance is found at once.
+AT_ONCE = 4096
+
 #: Share of the free memory that light at vertices may take.
 SHARE = 0.5
 
@@ -150,12 +153,8 @@ def _row(
 
 def _radiance(table: BrdfTable, light: NDArray[np.float32], local: NDArray[np.float64]) -> NDArray[np.float64]:
     """(V, 3) towards `local` (V, 3), a few vertices at a time: a row of a table of order 15 takes 5 kB."""
-    parts = [table.radiance(light[start : start + 4096], local[start : start + 4096]) for start in _starts(local)]
-    return np.concatenate(parts)
-
-
-def _starts(local: NDArray[np.float64]) -> range:
-    return range(0, len(local), 4096)
+    some = [slice(start, start + AT_ONCE) for start in range(0, len(local), AT_ONCE)]
+    return np.concatenate([table.radiance(light[each], local[each]) for each in some])
 
 
 def _plot(rows: list[ShownRow], orders: tuple[int, ...]) -> Any:

@@ -10,6 +10,7 @@ the lowest; but no sum of more Gaussians is farther than one of fewer.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,9 @@ from engine.transport.sh import evaluate
 from engine.transport.spherical_gaussian import NARROWEST, WIDEST_LOBE
 
 Floats = NDArray[np.float64]
+
+#: Numbers that a Gaussian takes.
+NUMBERS = 7
 
 #: Places where the next Gaussian is tried, and how wide it is there in rad.
 PLACES, WIDTHS = 24, (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
@@ -204,6 +208,11 @@ def wavelets(table: Tabulated, counts: list[int]) -> list[Floats]:
         values: Floats = np.asarray(inverse_haar(kept.reshape(6, edge, edge)), np.float64).reshape(-1) / root
         found.append(values)
     return found
+
+
+def order_for(numbers: int) -> int:
+    """The lowest order of at least so many harmonics."""
+    return math.isqrt(max(numbers - 1, 0)) + 1
 
 
 def harmonics(table: Tabulated, order: int) -> Floats:

@@ -38,7 +38,7 @@ from engine.transport.gaussian import GaussianTransport
 from engine.transport.gaussian_compress import NAMES, check, compressed, restored, size_bytes
 from engine.transport.gaussian_error import GaussianError, Known, Weighting, change, gaussian_error
 from engine.transport.gaussian_fit import Block, Fit, FitSettings, TransportSamples, blocks, fit, fit_vertices
-from engine.transport.gaussian_matt import Matt, sent_light
+from engine.transport.gaussian_matt import Matt, rows_of_all, sent_light
 from engine.transport.gaussian_samples import GlossySurface, direct_samples, glossy_surface
 from engine.transport.glossy_paths import indirect_samples
 from engine.transport.sh_bake import LEAST_ORDER, MOST_ORDER
@@ -386,15 +386,10 @@ def _matt_rows(work: Work) -> Steps[NDArray[np.float32]]:
     """(V, C, order²) the matt part of all vertices, and the ground."""
     model, settings = work.model, work.settings
     matt = Matt(model, settings.order, settings.edge, settings.fine)
-    share = 0.0
-    if settings.indirect:
-        share = 0.4
-        matt = replace(matt, sent=(yield from part(sent_light(matt), 0.0, share)))
-    count, step, rows = work.vertices, 256, []
-    for start in range(0, count, step):
-        rows.append(matt.rows(np.arange(start, min(start + step, count))))
-        yield Step(share + (1.0 - share) * min(start + step, count) / count, "baking the matt part")
-    return np.concatenate(rows)
+    if not settings.indirect:
+        return (yield from rows_of_all(matt))
+    matt = replace(matt, sent=(yield from part(sent_light(matt), 0.0, 0.4)))
+    return (yield from part(rows_of_all(matt), 0.4, 1.0))
 
 
 def figures_of(work: Work, fits: Sequence[Fit]) -> dict[str, float]:

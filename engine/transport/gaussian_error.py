@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.cube_map import CubeMap, cube_directions, cube_solid_angles, face_coordinates
+from engine.cube_map import CubeMap, cube_directions, cube_solid_angles, texel_numbers
 from engine.directions import Vectors, normalize
 from engine.mesh import Mesh
 from engine.prefilter import gaussian_integral, prefiltered
@@ -187,16 +187,8 @@ def _exact(
             value = products(material.glossy, wi, np.broadcast_to(wo, wi.shape))
             density = density_local(material, wi, np.broadcast_to(wo, wi.shape), DRAWN)
         glossy[number] = (value * incident / (1.0 / area + density)[:, None]).sum(axis=0)
-        texel = _texels(drawn.direction[number], edge)
+        texel = texel_numbers(drawn.direction[number], edge)
         weight = 1.0 / (1.0 / drawn.weight[number] + 1.0 / cube_solid_angles(edge).reshape(-1)[texel % (edge * edge)])
         glossy[number] += (drawn.value[number] * light[texel] * weight[:, None]).sum(axis=0)
         matt[number] = (material.matt.f(wi, wo) * wi[:, 2:] * incident * area[:, None]).sum(axis=0)
     return glossy, matt
-
-
-def _texels(direction: Vectors, edge: int) -> Indices:
-    """(N,) the texels of a cube map that directions (N, 3) lie in."""
-    face, s, t = face_coordinates(direction)
-    row, column = (np.minimum((place * edge).astype(np.int64), edge - 1) for place in (t, s))
-    texel: Indices = (face * edge + row) * edge + column
-    return texel

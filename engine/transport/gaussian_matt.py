@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from engine.cube_map import cube_directions
 from engine.directions import surface_direction
 from engine.one_thread import one_thread
-from engine.steps import Steps
+from engine.steps import Step, Steps
 from engine.transport.gaussian_samples import GlossySurface, Material, draw_local, products
 from engine.transport.matt_part import MattPart
 from engine.transport.sh_bounces import Surroundings, gathered, reflections
@@ -34,8 +34,8 @@ Indices = NDArray[np.int64]
 #: Rays from each vertex for a bounce, and bounces.
 GATHER, BOUNCES = 512, 3
 
-#: Vertices whose bounces are followed at once.
-BLOCK = 512
+#: Vertices whose bounces are followed at once, and whose rows are found between two steps.
+BLOCK, CHUNK = 512, 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +104,16 @@ class Matt:
         gain = MattPart((1.0, 1.0, 1.0), grazing=True).gain(cosine)
         shares = (counts * (gain * cosine / (np.pi * self.fine**2))).astype(np.float32)
         return np.asarray(shares @ texel_basis(self.edge, self.order), np.float32)
+
+
+def rows_of_all(matt: Matt) -> Steps[NDArray[np.float32]]:
+    """(V, C, order²) the rows of all vertices, of the model and of the ground."""
+    count, found = len(matt.surface.mesh.positions), []
+    for start in range(0, count, CHUNK):
+        stop = min(start + CHUNK, count)
+        found.append(matt.rows(np.arange(start, stop)))
+        yield Step(stop / count, "baking the matt part")
+    return np.concatenate(found)
 
 
 def _around(surface: GlossySurface, order: int) -> Surroundings:

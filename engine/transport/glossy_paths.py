@@ -22,7 +22,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.cube_map import cube_directions, cube_solid_angles, face_coordinates
+from engine.cube_map import cube_directions, cube_solid_angles, texel_numbers
 from engine.directions import Vectors, dot, normalize
 from engine.ray_caster import offset_origins
 from engine.tangents import frames_along
@@ -180,9 +180,7 @@ def _materials(surface: GlossySurface, front: _Front) -> list[tuple[Material | N
 
 def binned(found: Arrivals, views: int, edge: int) -> Floats:
     """(views, 6 edge², 3) mean transport over each texel of a cube map."""
-    face, s, t = face_coordinates(found.direction)
-    row, column = (np.minimum((place * edge).astype(np.int64), edge - 1) for place in (t, s))
-    texel = (found.view * 6 + face) * edge * edge + row * edge + column
+    texel = found.view * (6 * edge * edge) + texel_numbers(found.direction, edge)
     count = views * 6 * edge * edge
     sums = np.stack([np.bincount(texel, found.value[:, k], count) for k in range(3)], axis=-1)
     area = np.tile(cube_solid_angles(edge).reshape(-1), 6)

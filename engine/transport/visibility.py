@@ -20,7 +20,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.cube_map import cube_directions, direction_on_face, face_coordinates
+from engine.cube_map import cube_directions, direction_on_face, texel_numbers
 from engine.directions import normalize
 from engine.mesh import Mesh
 from engine.ray_caster import CHUNK, RayCaster, caster_of, in_chunks, offset_origins
@@ -280,9 +280,7 @@ def _neighbours(edge: int) -> NDArray[np.int64]:
     beside = []
     for down, right in ((0, 1), (0, -1), (1, 0), (-1, 0)):
         s, t = (column + right + 0.5) / edge, (row + down + 0.5) / edge
-        other, s, t = face_coordinates(direction_on_face(face, s, t))
-        rows, columns = (np.minimum((place * edge).astype(np.int64), edge - 1) for place in (t, s))
-        beside.append((other * edge + rows) * edge + columns)
+        beside.append(texel_numbers(direction_on_face(face, s, t), edge))
     return np.stack(beside, axis=-1).reshape(-1, 4)
 
 

@@ -17,6 +17,7 @@ from engine.cube_map import (
     face_coordinates,
     mean_radiance,
     resized,
+    texel_numbers,
 )
 from engine.environment import EnvironmentMap, map_coordinates, solid_angles, texel_directions
 
@@ -99,6 +100,13 @@ def test_EN13_six_colours_go_to_the_cube_and_back() -> None:
     at = back.radiance[np.minimum((v * 256).astype(int), 255), (u * 512).astype(int)]
     assert np.allclose(at, colours, atol=1e-6)
     assert np.mean(np.abs(back.radiance - painted.radiance)) < 0.02
+
+
+@pytest.mark.parametrize("n", [1, 3, 16])
+def test_texels_hold_the_directions_through_them(n: int) -> None:
+    assert (texel_numbers(cube_directions(n).reshape(-1, 3), n) == np.arange(6 * n * n)).all()
+    assert set(texel_numbers(SIDES, n)) <= set(range(6 * n * n))
+    assert (texel_numbers(5.0 * AXES, n) // (n * n) == np.arange(6)).all()
 
 
 @pytest.mark.parametrize("n", [1, 2, 5, 64])

@@ -10,8 +10,8 @@ from scipy.optimize import minimize
 
 from engine.directions import normalize
 from engine.figures.figure import Settings, coarse_bust
-from engine.figures.green_5 import TYPICAL, errors_of, function_of, green_5, order_for, verdict
-from engine.figures.lobe_fit import Sum, Tabulated, condensed, gaussians, harmonics, texels, wavelets
+from engine.figures.green_5 import TYPICAL, errors_of, function_of, green_5, verdict
+from engine.figures.lobe_fit import Sum, Tabulated, condensed, gaussians, harmonics, order_for, texels, wavelets
 from engine.steps import drain
 from engine.transport.sh import evaluate
 
