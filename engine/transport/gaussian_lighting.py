@@ -42,6 +42,10 @@ COARSE = 2.1
 #: One width over the next: look-ups between two of them are right to 1.5 % of the height of the lobe.
 RATIO = 2.0**0.375
 
+#: This over N is one of the widths: from there on a level is summed over half as many texels, and from the width before
+#: it on over half as many nodes (`engine.prefilter`). A little narrower, either would take twice as long.
+THRIFTY = 5.5
+
 #: Share of the light of all lobes that may be narrower, or wider, than the levels.
 LEFT_OUT = 1e-3
 
@@ -128,15 +132,23 @@ def levels_between(narrow: float, wide: float, most: int = MOST_EDGE) -> Levels:
     """Levels for lobes of `narrow` … `wide` rad, and the least map, of `most` texels along an edge, that shows them.
 
     They are `RATIO` apart; those that are hardly wider than a texel, which are the dearest and off by what texels are
-    anyway, twice as far.
+    anyway, twice as far. The first is at most `narrow`, for all have `THRIFTY` / N among them or would if they went on.
     """
     edge = LEAST_EDGE
     while edge < most and narrow * edge < NARROW:
         edge *= 2
-    sigma = [min(max(narrow, 0.5 * texel_width(edge)), WIDEST / RATIO)]
-    last = min(max(wide, RATIO * sigma[0]), WIDEST)
+    least, thrifty = 0.5 * texel_width(edge), THRIFTY / edge
+    first = min(max(narrow, least), WIDEST / RATIO)
+    last = min(max(wide, RATIO * first), WIDEST)
+    step = max(math.floor(math.log(first / thrifty, RATIO) + 1e-9), -2 if first * edge < COARSE else -9)
+    sigma = [thrifty * RATIO**step]
     while sigma[-1] < last * (1.0 - 1e-9):
-        sigma.append(sigma[-1] * (2.0 if sigma[-1] * edge < COARSE else RATIO))
+        step += 1
+        sigma.append(thrifty * RATIO**step)
+    while sigma[0] > first * (1.0 + 1e-9):
+        sigma.insert(0, max(0.5 * sigma[0], least))
+    if sigma[1] < 1.1 * sigma[0]:  # the narrowest of all, and one that is hardly wider
+        del sigma[1]
     return Levels(edge, tuple(sigma))
 
 

@@ -14,7 +14,7 @@ from engine.environment import EnvironmentMap, texel_directions
 from engine.ground import Ground
 from engine.lamps import Lamp, lights_of
 from engine.mesh import Mesh
-from engine.prefilter import PrefilteredCube, gaussian_integral, prefiltered, texel_width
+from engine.prefilter import PrefilteredCube, _grid, gaussian_integral, prefiltered, texel_width
 from engine.render.transported import picture_of
 from engine.shapes import plane
 from engine.steps import drain
@@ -31,6 +31,7 @@ from engine.transport.gaussian_lighting import (
     LEAST_EDGE,
     MOST_EDGE,
     RATIO,
+    THRIFTY,
     GaussianLight,
     filtered_for,
     levels_between,
@@ -284,6 +285,22 @@ def test_levels_are_those_that_lobes_need() -> None:
         assert levels.sigma[-1] >= 0.999 * wide
         assert levels.sigma[-1] < 3.0
     assert not (np.array(matt.sigma) * matt.edge < 2.1).any()
+
+
+@pytest.mark.parametrize("texels", [0.0, 0.79, 0.9, 1.7, 2.2, 3.0, 4.2, 5.5, 6.0, 9.0])
+def test_levels_lie_where_they_are_cheapest_and_none_is_missing(texels: float) -> None:
+    levels = levels_between(texels / MOST_EDGE, 0.1)
+    sigma, half = np.array(levels.sigma), 0.5 * texel_width(levels.edge)
+    assert half <= sigma[0] <= max(texels / MOST_EDGE, half) * (1.0 + 1e-9)
+    assert (sigma[1:] / sigma[:-1]).max() < 2.1
+    assert (sigma[1:] / sigma[:-1]).min() > 1.1
+    if sigma[0] * levels.edge <= THRIFTY:
+        grids = [_grid(width, levels.edge) for width in sigma]
+        assert [grid.summed for width, grid in zip(sigma, grids, strict=True) if width == THRIFTY / levels.edge] == [
+            levels.edge // 2
+        ]
+        whole = [grid for width, grid in zip(sigma, grids, strict=True) if 3.5 < width * levels.edge < THRIFTY]
+        assert all(grid.dense == 1 for grid in whole)
 
 
 def test_maps_are_cut_no_finer_than_their_texels() -> None:
