@@ -11,7 +11,7 @@ or a light does not have the effect at all, the estimate is exactly 0.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
@@ -74,15 +74,17 @@ class Estimate:
 
 
 def relative_error(
-    values: Array, wanted: Array, seen: NDArray[np.bool_], *, difference: Array | None = None, margin: bool = True
+    values: Array, wanted: Array, shares: Sequence[Array], *, difference: Array | None = None, margin: bool = True
 ) -> float:
     """The root mean square of `values` − `wanted` (N, K, 3) over that of `wanted`, with its margin.
+
+    Pairs count for `shares` (N, K), of which the one with the largest error is told.
 
     `difference` (N, K) may hold the squares of the differences instead, where their noise has been taken off.
     """
     apart = ((values - wanted) ** 2).sum(axis=-1) if difference is None else difference
     whole = (wanted**2).sum(axis=-1)
-    return max(_with_margin((apart * w).sum(axis=1), (whole * w).sum(axis=1), margin) for w in (1.0 + 0.0 * seen, seen))
+    return max(_with_margin((apart * w).sum(axis=1), (whole * w).sum(axis=1), margin) for w in shares)
 
 
 def _with_margin(apart: Array, whole: Array, margin: bool) -> float:
@@ -178,7 +180,7 @@ def self_shadowing(scene: Scenery) -> Estimate:
     looked = scene.sample
     if looked.free_share == 1.0:
         return Estimate("self-shadowing", 0.0, "Every vertex sees its whole hemisphere: nothing shades anything.")
-    error = relative_error(scene.radiances.unshadowed, scene.radiances.full, looked.seen)
+    error = relative_error(scene.radiances.unshadowed, scene.radiances.full, looked.shares)
     text = (
         f"{percent(1.0 - looked.free_share)} of the vertices see less than their hemisphere, on average "
         f"{percent(looked.open_share)} of it; without shadows direct light is off by {percent(error)}."
@@ -194,7 +196,7 @@ def interreflection(scene: Scenery) -> Estimate:
     one, other = scene.bounced
     squares = (one * other).sum(axis=-1)
     error = relative_error(
-        scene.radiances.full, scene.radiances.full + scene.indirect, scene.sample.seen, difference=squares
+        scene.radiances.full, scene.radiances.full + scene.indirect, scene.sample.shares, difference=squares
     )
     albedo, closed = float(albedos(scene.brdf).mean.mean()), 1.0 - scene.sample.open_share
     text = (
@@ -208,7 +210,7 @@ def glossy(scene: Scenery) -> Estimate:
     """Of the Lambertian reflectance of equal albedo."""
     if is_diffuse(scene.brdf):
         return Estimate("glossy", 0.0, "The reflectance is Lambert's: it looks the same from every side.")
-    error = relative_error(scene.radiances.matt, scene.radiances.full, scene.sample.seen)
+    error = relative_error(scene.radiances.matt, scene.radiances.full, scene.sample.shares)
     return Estimate("glossy", error, f"A matt surface of equal albedo is off by {percent(error)}.")
 
 
@@ -219,13 +221,13 @@ def anisotropy(scene: Scenery) -> Estimate:
         text = "The reflectance stays the same when both directions turn about the normal."
         return Estimate("anisotropy", 0.0, text)
     rows = slice(None, None, FEWER)
-    error = relative_error(found[rows], scene.radiances.full[rows], scene.sample.seen[rows])
+    error = relative_error(found[rows], scene.radiances.full[rows], [each[rows] for each in scene.sample.shares])
     return Estimate("anisotropy", error, f"The mean over all directions of brushing is off by {percent(error)}.")
 
 
 def all_frequency_light(scene: Scenery) -> Estimate:
     """Of harmonics of `LOW_ORDER`."""
-    error = relative_error(scene.methods.harmonics[LOW_ORDER], scene.methods.full, scene.fine.seen)
+    error = relative_error(scene.methods.harmonics[LOW_ORDER], scene.methods.full, scene.fine.shares)
     text = f"{LOW_ORDER**2} harmonics of this light with this reflectance are off by {percent(error)}."
     return Estimate("all-frequency-light", error, text)
 
@@ -235,7 +237,7 @@ def sun_split(scene: Scenery) -> Estimate:
     suns = scene.sample.light.suns
     if scene.methods.unsplit is None:
         return Estimate("sun-split", 0.0, "The light has no tiny source that is many times as bright as all around it.")
-    error = relative_error(scene.methods.unsplit, scene.methods.full, scene.fine.seen)
+    error = relative_error(scene.methods.unsplit, scene.methods.full, scene.fine.shares)
     what = "One tiny bright source brings" if suns == 1 else f"{suns} tiny bright sources bring"
     share = _share_of_suns(scene.sample)
     text = f"{what} {percent(share)} of the light; left in the map, the picture is off by {percent(error)}."
@@ -269,7 +271,8 @@ def mesostructure(scene: Scenery) -> Estimate:
         value = np.einsum("tkjc,jc->tkc", looked.astype(np.float64), lights.irradiance)
         apart[number] = ((value - value.mean(axis=0)) ** 2).sum(axis=-1).mean(axis=0)
         whole[number] = (value**2).sum(axis=-1).mean(axis=0)
-    error = _with_margin(apart.sum(axis=1), whole.sum(axis=1), True)
+    cosine = scene.sample.shares[0]
+    error = _with_margin((apart * cosine).sum(axis=1), (whole * cosine).sum(axis=1), True)
     return Estimate("mesostructure", error, f"The texels of the material differ from their mean by {percent(error)}.")
 
 
@@ -285,7 +288,7 @@ def spatially_varying_gloss(scene: Scenery) -> Estimate:
 
 def fresnel(scene: Scenery) -> Estimate:
     """Of an albedo that stays what it is at the normal."""
-    error = relative_error(scene.radiances.risen, scene.radiances.full, scene.sample.seen)
+    error = relative_error(scene.radiances.risen, scene.radiances.full, scene.sample.shares)
     if error < NOISE:
         return Estimate("fresnel", 0.0, "The reflectance does not rise towards grazing views.")
     text = f"Its rise towards grazing views changes the picture by {percent(error)}; it costs nothing."
@@ -297,6 +300,6 @@ def retro_reflection(scene: Scenery) -> Estimate:
     found = scene.radiances.unretro
     if found is None:
         return Estimate("retro-reflection", 0.0, "Nothing is sent back towards the light more than across it.")
-    error = relative_error(found, scene.radiances.full, scene.sample.seen)
+    error = relative_error(found, scene.radiances.full, scene.sample.shares)
     text = f"What is sent back towards the light changes the picture by {percent(error)}; it costs nothing."
     return Estimate("retro-reflection", error, text)

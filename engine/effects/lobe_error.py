@@ -1,42 +1,55 @@
 """How far Gaussians would be from the truth on a scene, by fitting some of them: no table, and nothing is baked.
 
-At `POINTS` points of the finer sample, transport towards the views of the 92 that are mixed for the sample's own views
-is tabulated and fitted by the code of a bake, with as many directions; the matt part is taken at the order of a bake.
-What they make of the light and its lamps is compared with the sum over the texels, as every other method is. Lobes
-narrower than its texels (`engine.effects.sample.FINE`) are therefore judged too badly, lamps smaller than them too
-well: half of what a bake finds under a finer map. What neighbours do to each other in a bake, and mixing across
-triangles, is not in the figure.
+For some pairs of point and view, transport towards the three of the 92 views that are mixed for it is tabulated and
+fitted by the code of a bake, with as many directions; the matt part is taken at the order of a bake. What they make of
+the light and its lamps is compared with the sum over texels that are the finer the less even the light is, and over
+directions drawn from the reflectance (the balance heuristic, as in `engine.transport.gaussian_error`): lamps smaller
+than any texel and lobes narrower than one are then seen as they are. Pairs are drawn by what they weigh, by
+their share of the squares of the radiance, and of those of the glossy part, a third each, because a few at grazing
+angles make most of the error. What neighbours do to each other in a bake, and mixing across triangles, is not in the
+figure.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.directions import Vectors
 from engine.effects.cost_model import MATT_ORDER
 from engine.effects.estimates import Scenery, relative_error
+from engine.effects.fine_light import FineLight, fine_light
 from engine.effects.radiance import coefficients
 from engine.effects.sample import Sample
+from engine.effects.simplified import matt
 from engine.one_thread import one_thread
-from engine.prefilter import prefiltered
-from engine.transport.gaussian import GaussianTransport, lobes_towards
+from engine.prefilter import gaussian_integral
+from engine.transport.gaussian import GaussianTransport, SeenLobes, lobes_towards
 from engine.transport.gaussian_error import part_of
 from engine.transport.gaussian_fit import Fit, FitSettings, TransportSamples, fit_vertices
-from engine.transport.gaussian_lighting import GaussianLight, levels_for, lobe_radiance
-from engine.transport.gaussian_samples import GlossySurface, direct, gathered, on_threads
+from engine.transport.gaussian_lighting import GaussianLight, lobe_radiance
+from engine.transport.gaussian_samples import (
+    GlossySurface,
+    density_local,
+    direct,
+    gathered,
+    on_threads,
+    products,
+)
+from engine.transport.matt_part import parts
 from engine.transport.sh import evaluate
-from engine.transport.spherical_gaussian import NARROWEST, Lobes
+from engine.transport.spherical_gaussian import Lobes
 from engine.transport.view_directions import nearest_views, view_directions
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
-#: Points that are fitted, and directions for each view.
-POINTS, DIRECTIONS = 32, 128
+#: Pairs that are fitted, directions for each view, and directions drawn for each pair beside the texels.
+PAIRS, DIRECTIONS, DRAWN = 96, 128, 256
 
 
 @lru_cache(maxsize=24)
@@ -45,69 +58,156 @@ def lobe_error(scene: Scenery, lobes: int) -> float | None:
 
     None where nothing about the reflectance is glossy.
     """
-    rows = np.unique(np.linspace(0, len(scene.fine.vertices) - 1, POINTS).astype(np.int64))
-    surface = _surface(scene.fine, scene.brdf, rows)
-    if surface.material.glossy is None:
+    pairs = _pairs(scene)
+    if pairs.surface.material.glossy is None:
         return None
-    views = np.einsum("nij,nkj->nki", surface.frames, scene.fine.views[rows])
     with one_thread():
-        matt = _matt(scene.fine, surface, rows)
-        fitted = _fitted(surface, views, lobes)
-        wanted, seen = scene.methods.full[rows], scene.fine.seen[rows]
-        found = [matt + _glossy(scene.fine, surface, each, views) for each in (fitted.lobes, fitted.preserving())]
-    return min(relative_error(np.maximum(value, 0.0), wanted, seen) for value in found)
+        fitted = fit_vertices(pairs.samples, pairs.alone, Fit.empty(1, lobes).lobes, FitSettings(lobes=lobes))
+        found = [np.maximum(pairs.matt + _glossy(pairs, each), 0.0) for each in (fitted.lobes, fitted.preserving())]
+    return min(relative_error(value[:, None], pairs.wanted[:, None], pairs.shares) for value in found)
 
 
-def _surface(sample: Sample, brdf: Any, rows: NDArray[np.int64]) -> GlossySurface:
+@dataclass(frozen=True, eq=False)
+class _Pairs:
+    """M pairs, each as if its point were a vertex of a model of its own.
+
+    Attributes
+    ----------
+    points : (M,) of the `sample`. views : (M, 3) in the world. shares : what each pair counts for, twice (M, 1).
+    """
+
+    sample: Sample
+    points: Indices
+    views: Vectors
+    shares: tuple[Array, Array]
+    surface: GlossySurface
+
+    @property
+    def alone(self) -> list[Indices]:
+        """No neighbours that are done."""
+        return [np.zeros(0, np.int64)] * len(self.points)
+
+    @cached_property
+    def light(self) -> FineLight:
+        return fine_light(self.sample.light)
+
+    @cached_property
+    def samples(self) -> TransportSamples:
+        """Transport towards the views that are mixed for the pair's own; nothing towards the others."""
+        asked = nearest_views(self.views)[0]
+
+        def of_pair(pair: int) -> Any:
+            wanted = np.zeros(len(view_directions()), np.bool_)
+            wanted[asked[pair]] = True
+            wanted &= view_directions() @ self.surface.frames[pair, :, 2] > 0.0
+            return wanted, direct(self.surface, pair, view_directions()[wanted], DIRECTIONS)
+
+        return gathered(on_threads(of_pair, np.arange(len(self.points))))
+
+    @cached_property
+    def both(self) -> tuple[Array, Array]:
+        """(M, 3) radiance, and that of the matt part at the order of a bake."""
+        towards = evaluate(MATT_ORDER, self.light.direction) @ coefficients(self.sample.light)[: MATT_ORDER**2]
+        found = on_threads(lambda pair: _summed(self, pair, towards), np.arange(len(self.points)))
+        whole, matt = zip(*found, strict=True)
+        return np.array(whole), np.array(matt)
+
+    @property
+    def wanted(self) -> Array:
+        return self.both[0]
+
+    @property
+    def matt(self) -> Array:
+        return self.both[1]
+
+
+@lru_cache(maxsize=2)
+def _pairs(scene: Scenery) -> _Pairs:
+    """The pairs of a scene that are looked at, the same for any number of lobes."""
+    sample = scene.sample
+    weight = sample.shares[0]
+    chance = _chance(scene, weight)
+    reached = np.cumsum(chance.ravel())
+    drawn = np.searchsorted(reached, (np.arange(PAIRS) + 0.5) / PAIRS * reached[-1])
+    points, view = np.divmod(np.minimum(drawn, reached.size - 1), weight.shape[1])
+    counts = [(each[points, view] / chance[points, view])[:, None] for each in sample.shares]
+    views = np.einsum("nij,nj->ni", sample.frames[points], sample.views[points, view])
+    return _Pairs(sample, points, views, (counts[0], counts[1]), _surface(sample, scene.brdf, points))
+
+
+def _chance(scene: Scenery, weight: Array) -> Array:
+    """(N, K) how often a pair is drawn: by `weight`, by what it weighs of the light, and of what is glossy."""
+    flat = np.asarray(parts(scene.brdf)[0].colour) / np.maximum(matt(scene.brdf).albedo, 1e-9)
+    glossy = np.maximum(scene.radiances.full - flat * scene.radiances.matt, 0.0)
+    squares = [(weight * (each**2).sum(axis=-1)) for each in (scene.radiances.full, glossy)]
+    shares = [each / each.sum() for each in (weight, *squares) if each.sum() > 0.0]
+    return np.asarray(np.mean(shares, axis=0))
+
+
+def _surface(sample: Sample, brdf: Any, points: Indices) -> GlossySurface:
     """The chosen points as if they were the vertices of the model."""
-    vertices, of = sample.vertices[rows], sample.of
+    vertices, of = sample.vertices[points], sample.of
     some = replace(of, origin=of.origin[vertices], normal=of.normal[vertices], free=of.free[vertices])
     mesh = part_of(sample.surface, vertices)
-    return GlossySurface(mesh, len(rows), 0.0, brdf, {}, some, sample.frames[rows])
+    return GlossySurface(mesh, len(points), 0.0, brdf, {}, some, sample.frames[points])
 
 
-def _fitted(surface: GlossySurface, views: Array, lobes: int) -> Fit:
-    samples = _tabulated(surface, views)
-    alone, around = Fit.empty(1, lobes).lobes, [np.zeros(0, np.int64)] * len(views)
-    return fit_vertices(samples, around, alone, FitSettings(lobes=lobes))
+def _summed(pairs: _Pairs, pair: int, towards: Array) -> tuple[Array, Array]:
+    """(3,) the radiance of a pair, and what the matt part makes of light of low order, `towards` (T, 3)."""
+    surface, light, frame = pairs.surface, pairs.light, pairs.surface.frames[pair]
+    material = surface.material_at(pair)
+    wi = light.direction @ frame
+    up = np.flatnonzero(wi[:, 2] > 0.0)
+    up = up[_open(surface, pair, light.direction[up])]
+    wi, area = wi[up], light.area[up]
+    view = pairs.views[pair]
+    wo = np.broadcast_to(view @ frame, wi.shape)
+    drawn = direct(surface, pair, view[None], DRAWN)
+    with surface.guard:
+        value = products(material.glossy, wi, wo)
+        density = density_local(material, wi, wo, DRAWN)
+        flat = np.asarray(material.matt.f(wi, wo)) * wi[:, 2:]
+    whole = (light.radiance[up] * (value / (1.0 / area + density)[:, None] + flat * area[:, None])).sum(axis=0)
+    texel = light.at(drawn.direction[0])
+    counts = 1.0 / (1.0 / drawn.weight[0] + 1.0 / light.area[texel])
+    whole += (drawn.value[0] * light.radiance[texel] * counts[:, None]).sum(axis=0)
+    low = (towards[up] * flat * area[:, None]).sum(axis=0)
+    return whole + _of_lamps(pairs, pair), np.maximum(low, 0.0)
 
 
-def _tabulated(surface: GlossySurface, views: Array) -> TransportSamples:
-    """Transport towards the views that are mixed for `views` (N, K, 3); nothing towards the others."""
-    asked = nearest_views(views)[0]
-
-    def of_point(point: int) -> Any:
-        wanted = np.zeros(len(view_directions()), np.bool_)
-        wanted[asked[point].reshape(-1)] = True
-        wanted &= view_directions() @ surface.frames[point, :, 2] > 0.0
-        return wanted, direct(surface, point, view_directions()[wanted], DIRECTIONS)
-
-    return gathered(on_threads(of_point, np.arange(len(views))))
+def _open(surface: GlossySurface, pair: int, direction: Vectors) -> NDArray[np.bool_]:
+    if surface.of.free[pair]:
+        return np.ones(len(direction), np.bool_)
+    origin = np.broadcast_to(surface.of.origin[pair], direction.shape)
+    return ~np.asarray(surface.of.caster.occluded(origin, direction))
 
 
-def _glossy(sample: Sample, surface: GlossySurface, lobes: Lobes, views: Array) -> Array:
-    """(N, K, 3) what lobes make of the light."""
-    transport = GaussianTransport(surface.mesh, len(views), 0.0, (lobes,), None)
-    cube = sample.light.cube
-    least = NARROWEST * 512 / cube.edge
-    widths = [width for width in levels_for((lobes,)).sigma if width >= least] or [least]
-    light = GaussianLight(prefiltered(cube, np.array(widths)), lamps=sample.light.lamps)
-    values = []
-    for wo in np.moveaxis(views, 1, 0):
-        towards = lobes_towards(transport, wo)
-        values.append(lobe_radiance(light, towards.energy, towards.mean, towards.sigma))
-    return np.stack(values, axis=1)
+def _of_lamps(pairs: _Pairs, pair: int) -> Array:
+    """(3,) the radiance of a pair by lamps."""
+    sample, point, frame = pairs.sample, pairs.points[pair], pairs.surface.frames[pair]
+    lit = np.flatnonzero(sample.lamp_lit[point])
+    wi = sample.lamp_direction[lit] @ frame
+    if not lit.size:
+        return np.zeros(3)
+    value = pairs.surface.brdf.f(wi, np.broadcast_to(pairs.views[pair] @ frame, wi.shape)) * np.maximum(wi[:, 2:], 0.0)
+    return np.asarray((value * sample.lamp_irradiance[lit]).sum(axis=0))
 
 
-def _matt(sample: Sample, surface: GlossySurface, rows: NDArray[np.int64]) -> Array:
-    """(N, K, 3) the matt part under light of `MATT_ORDER`."""
-    light = evaluate(MATT_ORDER, sample.texels.direction) @ coefficients(sample.light)[: MATT_ORDER**2]
-    incident = light * sample.texels.area[:, None]
-    part, views = surface.material.matt, sample.views[rows]
-    values = np.zeros(views.shape)
-    for number, frame in enumerate(surface.frames):
-        cosine = sample.texels.direction @ frame[:, 2]
-        gain = part.gain(cosine) * np.maximum(cosine, 0.0) * sample.visible[rows[number]]
-        flat = np.asarray(part.colour) / math.pi * (gain @ incident)
-        values[number] = part.gain(views[number, :, 2])[:, None] * np.maximum(flat, 0.0)
-    return values
+def _glossy(pairs: _Pairs, lobes: Lobes) -> Array:
+    """(M, 3) what lobes make of the light."""
+    count = len(pairs.points)
+    transport = GaussianTransport(pairs.surface.mesh, count, 0.0, (lobes,), None)
+    seen = lobes_towards(transport, pairs.views)
+    lamps = GaussianLight(lamps=pairs.sample.light.lamps)
+    value = lobe_radiance(lamps, seen.energy, seen.mean, seen.sigma)
+    for pair in range(count):
+        value[pair] += _under(pairs.light, seen, pair)
+    return value
+
+
+def _under(light: FineLight, seen: SeenLobes, pair: int) -> Array:
+    """(3,) of the lobes of a pair; each is made wider by what a texel is wide, as if that were a Gaussian."""
+    sigma = seen.sigma[pair]
+    square = sigma[:, None] ** 2 + light.area / 12.0
+    height = np.exp((seen.mean[pair] @ light.direction.T - 1.0) / square) / gaussian_integral(np.sqrt(square))
+    return np.asarray(np.einsum("kt,tc,kc->c", height, light.incident, seen.energy[pair]))

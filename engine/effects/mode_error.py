@@ -97,10 +97,10 @@ class ModeErrors:
 @lru_cache(maxsize=8)
 def mode_errors(scene: Scenery) -> ModeErrors:
     """The errors of all modes on `scene`, remembered; some 0.1 s once the reflectance is factored."""
-    found, seen = scene.methods, scene.fine.seen
-    harmonics = {order: relative_error(found.harmonics[order], found.full, seen) for order in ORDERS}
-    lights = {number: relative_error(found.lights[number], found.unshadowed, seen) for number in LIGHTS}
-    coarse = relative_error(found.coarse, found.full, seen)
+    found, shares = scene.methods, scene.fine.shares
+    harmonics = {order: relative_error(found.harmonics[order], found.full, shares) for order in ORDERS}
+    lights = {number: relative_error(found.lights[number], found.unshadowed, shares) for number in LIGHTS}
+    coarse = relative_error(found.coarse, found.full, shares)
     return ModeErrors(scene, _falling(harmonics), _falling(lights), coarse)
 
 
@@ -147,7 +147,7 @@ def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
                 tuples = relit(transport, light) + _of_lamps(scene, rows, factors)
                 signed = signed_radiance(transport, tuples, sample.views[rows].reshape(-1, 3), vertices)
             value = np.maximum(signed, 0.0).reshape(wanted.shape)
-            found[terms, kept] = relative_error(value, wanted, sample.seen[rows])
+            found[terms, kept] = relative_error(value, wanted, [each[rows] for each in sample.shares])
     for terms in TERMS:
         for kept, error in _falling({kept: found[terms, kept] for kept in KEPT}).items():
             found[terms, kept] = error

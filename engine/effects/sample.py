@@ -1,10 +1,12 @@
 """Some points of a scene and what they see: enough to tell within a second what each effect adds to its pictures.
 
-Vertices are drawn by the area around them, evenly along the list of vertices, which neighbours share; views of each as
-dense as the cosine. A mean over such pairs is a mean over pixels of pictures from all around, save that parts of the
-model hide others: pairs whose view is blocked are told by `seen`. Light is a cube map of the environment without its
-suns, which are lamps; visibility is asked once for each texel. Effects are told from many pairs under a coarse map,
-because few pairs make most of a highlight; the errors of methods from fewer under a finer one.
+Vertices are drawn by the area around them, evenly along the list of vertices, which neighbours share; views of each
+evenly over its hemisphere, and a pair weighs as its cosine: pairs at grazing angles, where highlights are brightest,
+are few in pictures, but make much of their errors. A mean over such pairs is a mean over pixels of pictures from all
+around, save that parts of the model hide others: pairs whose view is blocked are told by `seen`. Light is a cube map of
+the environment without its suns, which are lamps; visibility is asked once for each texel. Effects are told from many
+pairs under a coarse map, because few pairs make most of a highlight; the errors of methods from fewer under a finer
+one.
 """
 
 from __future__ import annotations
@@ -99,6 +101,12 @@ class Sample:
         return cube_texels(self.edge)
 
     @property
+    def shares(self) -> tuple[Array, Array]:
+        """(N, K) what each pair counts for, without and with those whose view is blocked."""
+        cosine = self.views[..., 2]
+        return cosine, cosine * self.seen
+
+    @property
     def incident(self) -> Array:
         """(6 edge², 3) radiance times solid angle."""
         return np.asarray(self.light.cube.radiance.reshape(-1, 3) * self.texels.area[:, None])
@@ -129,10 +137,9 @@ def sample(
     chosen = _drawn(areas, points, rng)
     own = frames[chosen]
     u, turn = rng.random((2, len(chosen), views))
-    stratum = (np.arange(views) + u) / views
-    radius, phi = np.sqrt(stratum), 2.0 * math.pi * turn
-    local = np.stack([radius * np.cos(phi), radius * np.sin(phi), np.sqrt(np.maximum(1.0 - radius**2, 1e-6))], axis=-1)
-    local = normalize(local)
+    cosine, phi = np.maximum((np.arange(views) + u) / views, 1e-3), 2.0 * math.pi * turn
+    radius = np.sqrt(1.0 - cosine**2)
+    local = normalize(np.stack([radius * np.cos(phi), radius * np.sin(phi), cosine], axis=-1))
     world = np.einsum("nij,nkj->nki", own, local)
     origin = of.origin[chosen]
     blocked = of.caster.occluded(np.repeat(origin, views, axis=0), world.reshape(-1, 3)).reshape(-1, views)
