@@ -19,12 +19,8 @@ Logarithm: highlights over six decades do not ring. It is taken of XYZ where the
 negative, and of RGB otherwise; in that space f cannot be negative. c is a tenth of the median value. Results are held
 between 0 and the largest sample of the channel there, so extrapolation towards grazing angles is bounded.
 Samples are met to rounding unless `smoothing` adds a ridge; samples that coincide are replaced by their mean in log f.
-Above `PATCH_SAMPLES` samples the domain is split into overlapping boxes, each with its own expansion, blended by a
-smooth partition of unity (Wendland 2005, ch. 29); boxes are split only along coordinates that no symmetry negates,
-so that the blend is as symmetric as K. Interpolation and the leave-one-out formula carry over exactly.
+Above `radial_basis.PATCH_SAMPLES` samples the domain is split into boxes, which are blended.
 
-scipy's RBFInterpolator knows neither symmetries nor leave-one-out errors nor condition numbers, and its only remedy
-for many samples, nearest neighbours, is not continuous.
 Cost on two cores: 1,439 samples of Cornell 2.3 s of processor time and then 5e5 values per second, 7,405 samples of a
 tape 2.6 s and 4e5 per second, 30,000 samples 5 s and 1e5 per second; below 100 MB. Evaluation is bound
 by the distances to the samples, and their images, of one to four boxes, about 1.2 ns each.
@@ -33,31 +29,24 @@ by the distances to the samples, and their images, of one to four boxes, about 1
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import lapack
 
+from engine.brdf.radial_basis import Expansion, Patches, blended_residual, boxes, expanded, kernel_matrix, solved
 from engine.brdf.samples import BrdfSamples
 from engine.directions import Vectors, dot
 from engine.health import Finding, Health, Verdict
-from engine.kernels import parallel, prange, scalar
-from engine.one_thread import one_thread
-from engine.steps import Step, Steps, drain
+from engine.steps import Step, Steps
 
 Floats = NDArray[np.float64]
 
-#: Most samples that choose kernel and scales, and most that one expansion is made of.
+#: Most samples that choose kernel and scales.
 SEARCH_SAMPLES = 800
-PATCH_SAMPLES = 1600
-
-#: How many samples a box is split down to, and how far it reaches beyond its sides, in their length.
-_LEAF_SAMPLES = 600
-_OVERLAP = 0.15
 
 #: Mirroring and exchange may cost this factor in the logarithmic leave-one-out error.
 SYMMETRY_SLACK = 1.05
@@ -65,9 +54,6 @@ SYMMETRY_SLACK = 1.05
 #: Points closer than this in the coordinates are one direction pair; values that differ by more are a contradiction.
 _SAME_POINT = 1e-6
 _SAME_VALUE = 1e-4
-
-#: Reach of the kernels in the coordinates, several times the domain.
-_REACH = 4.0
 
 #: Half angles in radians below which the stretch is linear, and weights of the difference angle, that are tried.
 _BENDS = (0.05, 0.5)
@@ -139,7 +125,7 @@ class ScatteredBrdf:
     health: Health
     _offset: float
     _mean: Floats
-    _patches: _Patches
+    _patches: Patches
 
     @property
     def isotropic(self) -> bool:
@@ -186,11 +172,6 @@ class ScatteredBrdf:
         return values
 
 
-def scattered_brdf(samples: BrdfSamples, smoothing: float = 0.0) -> ScatteredBrdf:
-    """`fit_scattered`, run to its end."""
-    return drain(fit_scattered(samples, smoothing))
-
-
 def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0) -> Steps[ScatteredBrdf]:
     """The smooth BRDF through `samples`.
 
@@ -208,14 +189,14 @@ def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0) -> Steps[Scatter
     points, logs_kept, merged = _merged(coordinates(samples.wi, samples.wo, shape), logs, shape)
     mean = logs_kept.mean(axis=0)
     targets = logs_kept - mean
-    boxes = list(_boxes(points, _fixed_axes(shape)))
-    fitted: list[_Expansion] = []
-    for number, box in enumerate(boxes):
-        yield Step(0.4 + 0.6 * number / len(boxes), f"interpolation, box {number + 1} of {len(boxes)}")
+    tiles = list(boxes(points, shape.signs))
+    fitted: list[Expansion] = []
+    for number, box in enumerate(tiles):
+        yield Step(0.4 + 0.6 * number / len(tiles), f"interpolation, box {number + 1} of {len(tiles)}")
         members = np.flatnonzero(box.weight(points) > 0.0)
-        fitted.append(_expanded(points[members], targets[members], shape, smoothing, box, members))
-    patches = _Patches.of(points, fitted, shape.signs)
-    residual = _blended_residual(points, fitted)
+        fitted.append(expanded(points[members], targets[members], shape.signs, shape.smooth, smoothing, box, members))
+    patches = Patches.of(points, fitted, shape.signs)
+    residual = blended_residual(points, fitted)
     predicted = np.clip(np.exp(logs_kept - residual) - offset, 0.0, values.max(axis=0))
     truth = np.exp(logs_kept) - offset
     scale = float(np.linalg.norm(truth))
@@ -227,7 +208,7 @@ def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0) -> Steps[Scatter
         "leave-one-out, relative": left_out,
         "leave-one-out, logarithmic": left_out_log,
         "samples merged": float(merged),
-        "boxes": float(len(boxes)),
+        "boxes": float(len(tiles)),
     }
     findings = []
     if condition > _ILL_CONDITIONED:
@@ -274,9 +255,9 @@ def _chosen_shape(samples: BrdfSamples, logs: Floats, smoothing: float) -> Steps
             yield Step(0.4 * (number + len(errors) / 8) / len(possible), "choice of coordinates and kernel")
             shape = Shape(symmetry, bend, weight, smooth)
             points, values, _ = _merged(coordinates(wi, wo, shape), targets, shape)
-            solved = _solved(_kernel_matrix(points, shape.signs, smooth), values, smoothing)
-            if solved is not None:
-                errors.append((float(np.sqrt((solved.residual**2).mean())), shape))
+            tried = solved(kernel_matrix(points, shape.signs, smooth), values, smoothing)
+            if tried is not None:
+                errors.append((float(np.sqrt((tried.residual**2).mean())), shape))
         found.append(min(errors, key=lambda error: error[0], default=(np.inf, shape)))
     best, winner = min(found, key=lambda pair: pair[0])
     alike = [pair for pair in found if pair[1].symmetry.isotropic == winner.symmetry.isotropic]
@@ -339,259 +320,3 @@ def _merged(points: Floats, logs: Floats, shape: Shape) -> tuple[Floats, Floats,
     sums = np.zeros((len(kept), logs.shape[1]))
     np.add.at(sums, place, logs)
     return points[kept], sums / counts[:, None], len(points) - len(kept)
-
-
-class _Solved(NamedTuple):
-    weights: Floats
-    residual: Floats
-    condition: float
-
-
-def _solved(matrix: Floats, targets: Floats, smoothing: float) -> _Solved | None:
-    """Weights, leave-one-out residuals and condition number; None where the matrix is singular to rounding."""
-    matrix[np.diag_indices_from(matrix)] += smoothing
-    # Threads that wait for each other take ten times as long where the processors are busy otherwise.
-    with one_thread():
-        factor, failed = lapack.dpotrf(matrix, lower=1, clean=1)
-        if failed:
-            return None
-        inverse = lapack.dpotrs(factor, np.eye(len(matrix)), lower=1)[0]
-        if not np.isfinite(inverse).all():
-            return None
-        weights = lapack.dpotrs(factor, targets, lower=1)[0]
-        weights += lapack.dpotrs(factor, targets - matrix @ weights, lower=1)[0]
-    condition = float(np.abs(matrix).sum(axis=0).max() * np.abs(inverse).sum(axis=0).max())
-    return _Solved(weights, weights / np.diag(inverse)[:, None], condition)
-
-
-class _Box(NamedTuple):
-    """A box with sides `low` to `high` (D,), endless where infinite, that fades out over `margin` (D,) beyond them."""
-
-    low: Floats
-    high: Floats
-    margin: Floats
-
-    def weight(self, points: Floats) -> Floats:
-        """Weights (N,) before they are made to sum to 1."""
-        outside = np.maximum(np.maximum(self.low - points, points - self.high), 0.0) / self.margin
-        rest = np.maximum(1.0 - outside, 0.0)
-        weights: Floats = np.prod(rest * rest * (3.0 - 2.0 * rest), axis=1)
-        return weights
-
-
-@scalar
-def _fade(outside: float) -> float:
-    """1 at the side of a box, 0 where its margin ends, with slope 0 at both."""
-    rest = max(1.0 - outside, 0.0)
-    return rest * rest * (3.0 - 2.0 * rest)
-
-
-def _fixed_axes(shape: Shape) -> NDArray[np.intp]:
-    """Coordinates that no symmetry negates."""
-    return np.flatnonzero((shape.signs > 0.0).all(axis=0))
-
-
-def _boxes(points: Floats, axes: NDArray[np.intp]) -> Iterator[_Box]:
-    """Boxes that tile all space, split at medians until each holds at most `_LEAF_SAMPLES` points."""
-    dimensions = points.shape[1]
-    endless = np.full(dimensions, np.inf)
-    if len(points) <= PATCH_SAMPLES:
-        yield _Box(-endless, endless, np.ones(dimensions))
-        return
-    stack = [(-endless, endless, np.arange(len(points)))]
-    while stack:
-        low, high, members = stack.pop()
-        inside = points[members]
-        extent = np.ptp(inside, axis=0)
-        axis = axes[np.argmax(extent[axes])]
-        middle = float(np.median(inside[:, axis]))
-        left = inside[:, axis] <= middle
-        if len(members) <= _LEAF_SAMPLES or left.all():
-            yield _Box(low, high, np.maximum(_OVERLAP * extent, 1e-3))
-            continue
-        below, above = high.copy(), low.copy()
-        below[axis] = above[axis] = middle
-        stack += [(low, below, members[left]), (above, high, members[~left])]
-
-
-class _Expansion(NamedTuple):
-    """The expansion of one box: its samples by number, their weights, and what each misses the others by."""
-
-    box: _Box
-    members: NDArray[np.intp]
-    weights: Floats
-    residual: Floats
-    condition: float
-
-
-def _expanded(
-    points: Floats, targets: Floats, shape: Shape, smoothing: float, box: _Box, members: NDArray[np.intp]
-) -> _Expansion:
-    """The expansion in one box; where the matrix is singular to rounding, with the least ridge that mends it."""
-    ridge = 0.0
-    while True:
-        solved = _solved(_kernel_matrix(points, shape.signs, shape.smooth), targets, smoothing + ridge)
-        if solved is not None:
-            return _Expansion(box, members, solved.weights, solved.residual, solved.condition)
-        ridge = max(10.0 * ridge, 1e-13 * len(points))
-
-
-def _blended_residual(points: Floats, expansions: list[_Expansion]) -> Floats:
-    """What each sample misses the prediction from all others by, in the blend of all boxes."""
-    channels = expansions[0].residual.shape[1]
-    sums, weights = np.zeros((len(points), channels)), np.zeros((len(points), 1))
-    for expansion in expansions:
-        weight = expansion.box.weight(points[expansion.members])[:, None]
-        sums[expansion.members] += weight * expansion.residual
-        weights[expansion.members] += weight
-    return sums / weights
-
-
-@dataclass(frozen=True, eq=False)
-class _Patches:
-    """All boxes in one piece, as the kernel wants them.
-
-    `centres` (5, M) are the samples of box after box with all their images, weights (3, M) divided by the number of
-    images; those of box b are starts[b] … starts[b + 1]. Sides and margins are (B, 5).
-    """
-
-    low: Floats
-    high: Floats
-    margin: Floats
-    starts: NDArray[np.int64]
-    centres: Floats
-    weights: Floats
-
-    @staticmethod
-    def of(points: Floats, expansions: list[_Expansion], signs: Floats) -> _Patches:
-        centres = [(points[part.members] * image) for part in expansions for image in signs]
-        weights = [part.weights / len(signs) for part in expansions for _ in signs]
-        counts = [len(signs) * len(part.members) for part in expansions]
-        return _Patches(
-            _five(np.array([part.box.low for part in expansions]), -np.inf),
-            _five(np.array([part.box.high for part in expansions]), np.inf),
-            _five(np.array([part.box.margin for part in expansions]), 1.0),
-            np.cumsum([0, *counts]).astype(np.int64),
-            np.ascontiguousarray(_five(np.concatenate(centres), 0.0).T),
-            np.ascontiguousarray(np.concatenate(weights).T),
-        )
-
-    def evaluate(self, points: Floats, smooth: bool) -> Floats:
-        """The blended sums (N, 3) at points (N, D); neighbours are taken together, for they share their boxes."""
-        points = _five(points, 0.0)
-        order = np.argsort(_homes(points, self.low, self.high), kind="stable")
-        sums = np.empty((len(points), 3))
-        _blend(points[order], self.low, self.high, self.margin, self.starts, self.centres, self.weights, smooth, sums)
-        out = np.empty_like(sums)
-        out[order] = sums
-        return out
-
-
-def _five(points: Floats, filling: float) -> Floats:
-    """Points (N, D) with `filling` for the coordinates that they have not."""
-    return np.pad(points, ((0, 0), (0, 5 - points.shape[1])), constant_values=filling)
-
-
-def _kernel_matrix(points: Floats, signs: Floats, smooth: bool) -> Floats:
-    """K (N, N) of points (N, D) with each other."""
-    out = np.zeros((len(points), len(points)))
-    images = np.stack([np.ascontiguousarray(_five(points * image, 0.0).T) for image in signs])
-    _matrix(_five(points, 0.0), images, smooth, out)
-    return out
-
-
-@scalar
-def _phi(squared: float, smooth: bool) -> float:
-    """The kernel for a squared distance."""
-    r = np.sqrt(squared) / _REACH
-    q = max(1.0 - r, 0.0)
-    cube = q * q * q
-    return cube * q * q * (5.0 * r + 1.0) if smooth else cube
-
-
-@parallel
-def _matrix(points: Floats, images: Floats, smooth: bool, out: Floats) -> None:
-    for row in prange(points.shape[0]):
-        a, b, c, d, e = points[row]
-        for image in range(images.shape[0]):
-            for column in range(points.shape[0]):
-                squared = (
-                    (a - images[image, 0, column]) ** 2
-                    + (b - images[image, 1, column]) ** 2
-                    + (c - images[image, 2, column]) ** 2
-                    + (d - images[image, 3, column]) ** 2
-                    + (e - images[image, 4, column]) ** 2
-                )
-                out[row, column] += _phi(squared, smooth) / images.shape[0]
-
-
-@parallel
-def _homes(points: Floats, low: Floats, high: Floats) -> NDArray[np.int64]:
-    """The first box (N,) in which each point lies."""
-    homes = np.zeros(points.shape[0], np.int64)
-    for query in prange(points.shape[0]):
-        for box in range(low.shape[0]):
-            inside = True
-            for axis in range(5):
-                inside &= low[box, axis] <= points[query, axis] <= high[box, axis]
-            if inside:
-                homes[query] = box
-                break
-    return homes
-
-
-@parallel
-def _blend(
-    points: Floats,
-    low: Floats,
-    high: Floats,
-    margin: Floats,
-    starts: NDArray[np.int64],
-    centres: Floats,
-    weights: Floats,
-    smooth: bool,
-    out: Floats,
-) -> None:
-    # Sixteen points at a time: the inner loop over them has no sum across its turns and becomes vector instructions.
-    for tile in prange((points.shape[0] + 15) // 16):
-        first, count = 16 * tile, min(16, points.shape[0] - 16 * tile)
-        x, sums, share, total = np.zeros((5, 16)), np.zeros((3, 16)), np.zeros(16), np.zeros(16)
-        blended = np.zeros((3, 16))
-        for lane in range(count):
-            for axis in range(5):
-                x[axis, lane] = points[first + lane, axis]
-        for box in range(low.shape[0]):
-            touched = False
-            for lane in range(count):
-                share[lane] = 1.0
-                for axis in range(5):
-                    outside = max(low[box, axis] - x[axis, lane], x[axis, lane] - high[box, axis])
-                    if outside > 0.0:
-                        share[lane] *= _fade(outside / margin[box, axis])
-                touched |= share[lane] > 0.0
-            if not touched:
-                continue
-            sums[:] = 0.0
-            for centre in range(starts[box], starts[box + 1]):
-                a, b, c = centres[0, centre], centres[1, centre], centres[2, centre]
-                d, e = centres[3, centre], centres[4, centre]
-                red, green, blue = weights[0, centre], weights[1, centre], weights[2, centre]
-                for lane in range(16):
-                    squared = (
-                        (x[0, lane] - a) ** 2
-                        + (x[1, lane] - b) ** 2
-                        + (x[2, lane] - c) ** 2
-                        + (x[3, lane] - d) ** 2
-                        + (x[4, lane] - e) ** 2
-                    )
-                    value = _phi(squared, smooth)
-                    sums[0, lane] += value * red
-                    sums[1, lane] += value * green
-                    sums[2, lane] += value * blue
-            for lane in range(count):
-                total[lane] += share[lane]
-                for channel in range(3):
-                    blended[channel, lane] += share[lane] * sums[channel, lane]
-        for lane in range(count):
-            for channel in range(3):
-                out[first + lane, channel] = blended[channel, lane] / total[lane]

@@ -18,7 +18,7 @@ from engine.brdf.cornell import read_cornell
 from engine.brdf.csv_samples import read_csv_samples, read_directions
 from engine.brdf.curet import read_curet
 from engine.brdf.samples import BrdfSamples
-from engine.brdf.scattered import scattered_brdf
+from tests.engine.brdf.fitted import scattered_brdf
 from tests.engine.brdf.test_scattered_files import curet
 from tests.engine.damage import COUNT
 from tests.engine.test_damage import each_written

@@ -19,10 +19,10 @@ from engine.brdf.lobes import (
 from engine.brdf.resample import table_from
 from engine.brdf.samples import BrdfSamples
 from engine.brdf.sampling import sampler_of
-from engine.brdf.scattered import scattered_brdf
 from engine.brdf.table import DirectionTable
 from engine.brdf.tabulated_lobes import TabulatedHalfVectors, TabulatedLobe
 from engine.directions import surface_direction
+from tests.engine.brdf.fitted import scattered_brdf
 
 #: Cells of the test over the hemisphere, and points a side of each for the expected counts. The edges and the viewers
 #: lie on those of the tables, inside whose cells the density is constant.

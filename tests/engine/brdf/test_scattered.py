@@ -9,15 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from engine.brdf import scattered
+from engine.brdf import radial_basis, scattered
 from engine.brdf.alta import read_alta
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.cornell import read_cornell
 from engine.brdf.microfacet import Ggx
 from engine.brdf.samples import BrdfSamples
-from engine.brdf.scattered import SYMMETRIES, ScatteredBrdf, Shape, coordinates, fit_scattered, scattered_brdf
+from engine.brdf.scattered import SYMMETRIES, ScatteredBrdf, Shape, coordinates, fit_scattered
 from engine.directions import Vectors, surface_direction
 from engine.steps import drain
+from tests.engine.brdf.fitted import scattered_brdf
 
 RANDOM = np.random.default_rng(7)
 MODEL = Ggx(kd=0.2, alpha=0.4, f0=0.3)
@@ -138,7 +139,7 @@ def test_highlights_over_six_decades_do_not_ring() -> None:
 def refitted(points: Vectors, logs: Vectors, shape: Shape, left_out: int) -> Vectors:
     """What all samples but one say about that one, by solving without it."""
     rest = np.arange(len(points)) != left_out
-    matrix = scattered._kernel_matrix(points, shape.signs, shape.smooth)
+    matrix = radial_basis.kernel_matrix(points, shape.signs, shape.smooth)
     return matrix[left_out, rest] @ np.linalg.solve(matrix[np.ix_(rest, rest)], logs[rest])
 
 
@@ -147,7 +148,7 @@ def test_leave_one_out_in_closed_form_is_what_leaving_out_gives() -> None:
     shape = Shape(SYMMETRIES[0], 0.5, 1.5, False)
     points = coordinates(samples.wi, samples.wo, shape)
     logs = np.log(samples.value)
-    solved = scattered._solved(scattered._kernel_matrix(points, shape.signs, False), logs, 0.0)
+    solved = radial_basis.solved(radial_basis.kernel_matrix(points, shape.signs, False), logs, 0.0)
     assert solved is not None
     for one in range(0, 90, 9):
         np.testing.assert_allclose(solved.residual[one], logs[one] - refitted(points, logs, shape, one), rtol=1e-6)
@@ -156,8 +157,8 @@ def test_leave_one_out_in_closed_form_is_what_leaving_out_gives() -> None:
 def test_condition_number_is_that_of_the_matrix() -> None:
     samples = model_samples(200)
     shape = Shape(SYMMETRIES[1], 0.5, 1.5, False)
-    matrix = scattered._kernel_matrix(coordinates(samples.wi, samples.wo, shape), shape.signs, False)
-    solved = scattered._solved(matrix.copy(), samples.value, 0.0)
+    matrix = radial_basis.kernel_matrix(coordinates(samples.wi, samples.wo, shape), shape.signs, False)
+    solved = radial_basis.solved(matrix.copy(), samples.value, 0.0)
     assert solved is not None
     assert solved.condition == pytest.approx(np.linalg.cond(matrix, 1), rel=1e-6)
 
@@ -171,7 +172,7 @@ def test_kernels_are_positive_definite_and_equal_plain_sums(symmetry: scattered.
     apart = np.stack([points[:, None] - points[None] * signs for signs in shape.signs])
     r = np.minimum(np.linalg.norm(apart, axis=-1) / 4.0, 1.0)
     expected = ((1 - r) ** 5 * (5 * r + 1) if is_smooth else (1 - r) ** 3).mean(axis=0)
-    matrix = scattered._kernel_matrix(points, shape.signs, is_smooth)
+    matrix = radial_basis.kernel_matrix(points, shape.signs, is_smooth)
     np.testing.assert_allclose(matrix, expected, atol=1e-14)
     assert np.linalg.eigvalsh(matrix)[0] > 0.0
 
@@ -179,8 +180,8 @@ def test_kernels_are_positive_definite_and_equal_plain_sums(symmetry: scattered.
 def test_boxes_change_neither_exactness_nor_symmetry_and_predict_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     samples = model_samples(500)
     whole = scattered_brdf(samples)
-    monkeypatch.setattr(scattered, "PATCH_SAMPLES", 300)
-    monkeypatch.setattr(scattered, "_LEAF_SAMPLES", 90)
+    monkeypatch.setattr(radial_basis, "PATCH_SAMPLES", 300)
+    monkeypatch.setattr(radial_basis, "_LEAF_SAMPLES", 90)
     boxed = scattered_brdf(samples)
     assert boxed.health.figures["boxes"] >= 6
     np.testing.assert_allclose(boxed.f(samples.wi, samples.wo), samples.value, rtol=1e-6)

@@ -16,10 +16,10 @@ from engine.brdf.csv_samples import read_csv_samples, read_directions
 from engine.brdf.curet import read_curet
 from engine.brdf.half_difference import half_difference
 from engine.brdf.samples import BrdfSamples
-from engine.brdf.scattered import scattered_brdf
 from engine.brdf.spectrum import srgb_from_spectra
 from engine.directions import surface_direction
 from engine.errors import InputError
+from tests.engine.brdf.fitted import scattered_brdf
 
 TABLE = """# a paint
 3

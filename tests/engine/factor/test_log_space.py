@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.samples import BrdfSamples
-from engine.brdf.scattered import scattered_brdf
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.directions import surface_direction
 from engine.factor.data import FactorData, factor_data
 from engine.factor.errors import metrics, reference, rms_cosine_weighted
 from engine.factor.log_space import LogSpace
+from tests.engine.brdf.fitted import scattered_brdf
 from tests.engine.factor.factored import blue_paint
 
 U = 2.0**-53
