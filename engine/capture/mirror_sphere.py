@@ -30,18 +30,6 @@ class Circle:
     radius: float
 
 
-def sphere_from_mask(mask: NDArray[np.bool_]) -> Circle:
-    """The circle of equal area and centroid as the True pixels of `mask` (H, W); ValueError where it is no disk."""
-    rows, columns = np.nonzero(mask)
-    if rows.size < 50:
-        raise ValueError("the mask of the sphere is empty or smaller than 50 pixels")
-    circle = Circle(float(columns.mean()) + 0.5, float(rows.mean()) + 0.5, float(np.sqrt(rows.size / np.pi)))
-    reach = np.hypot(columns + 0.5 - circle.column, rows + 0.5 - circle.row).max()
-    if reach > 1.15 * circle.radius:
-        raise ValueError("the mask of the sphere is not a disk")
-    return circle
-
-
 def find_sphere(mean_image: NDArray[np.float32]) -> Circle:
     """The most circular outline in `mean_image` (H, W) luminance (Hough transform); ValueError if there is none."""
     scale = min(1.0, 640 / max(mean_image.shape))

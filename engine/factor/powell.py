@@ -15,7 +15,7 @@ several at once and evaluate what they ask for side by side.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -193,17 +193,6 @@ def _along(
             t = line.send((yield compose(raised(direction, t), current)))
     except StopIteration as finished:
         return finished.value, used
-
-
-def minimise(asked: Asked[Result], error: Callable[[Pair], float]) -> Result:
-    """Run a search to its end on one function."""
-    try:
-        pair = next(asked)
-        while True:
-            pair = asked.send(error(pair))
-    except StopIteration as finished:
-        result: Result = finished.value
-        return result
 
 
 def _finite(value: float) -> float:

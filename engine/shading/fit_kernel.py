@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from engine.kernels import parallel, prange, scalar
 
@@ -366,21 +366,3 @@ def fit_rows(slices, excluded, least_squares, grid, log_x, start, stop, scale, e
                 scale[row, left + lane] = k
                 exponent[row, left + lane] = at
                 squares[row, left + lane] = work[VALUE + lane]
-
-
-def fit_samples(
-    samples: ArrayLike, least_squares: bool = False
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Fit texels (T, S), slice 0 included, in float64: k, K and SSE, each (T,)."""
-    values = np.maximum(np.asarray(samples, np.float64)[:, 1:].T, 0.0)
-    slices, texels = len(values) + 1, values.shape[1]
-    grid, log_x = exponent_grid(slices), log_positions(slices)
-    powers = np.exp(np.outer(log_x, grid)).astype(np.float32)
-    padded = np.pad(values, ((0, 0), (0, -texels % LANES)))
-    found = []
-    for left in range(0, padded.shape[1], LANES):
-        block = np.ascontiguousarray(padded[:, left : left + LANES])
-        work = fit_lanes(block, np.ones_like(block), least_squares, grid, log_x, powers)
-        found.append([work[part : part + LANES] for part in (SCALE, AT, VALUE)])
-    scale, exponent, squares = np.concatenate(found, axis=1)[:, :texels]
-    return scale, exponent, squares

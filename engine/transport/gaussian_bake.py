@@ -439,11 +439,6 @@ def _plan(
     return plan_transport(KIND, work.surface, settings, arrays, {}, np.zeros(1, np.int64))
 
 
-def open_gaussians(path: str | os.PathLike[str], mesh: Mesh | None = None) -> GaussianTransport:
-    """The transport in a file; InputError where it holds none, is damaged, or belongs to another mesh than `mesh`."""
-    return transport_of(open_transport(path, mesh))
-
-
 def transport_of(file: TransportFile) -> GaussianTransport:
     """The transport in an open file; InputError where it holds another kind, or what cannot be."""
     if file.kind != KIND:

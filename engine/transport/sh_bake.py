@@ -330,11 +330,6 @@ def estimate_s(work: Work) -> float:
     return total
 
 
-def open_sh(path: str | os.PathLike[str], mesh: Mesh | None = None) -> ShTransport:
-    """The transport in a file; InputError where it holds none, is damaged, or belongs to another mesh than `mesh`."""
-    return transport_of(open_transport(path, mesh))
-
-
 def transport_of(file: TransportFile) -> ShTransport:
     """The transport in an open file; InputError where it holds another kind, or what cannot be."""
     return read_as(file, KIND, _transport_of)

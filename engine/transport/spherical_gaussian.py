@@ -78,19 +78,3 @@ def gaussian(direction: ArrayLike, mean: ArrayLike, sigma: ArrayLike) -> Array:
     exponent = -0.5 * np.einsum("...i,...i->...", apart, apart) / np.asarray(sigma, np.float64) ** 2
     result: Array = np.exp(exponent)
     return result
-
-
-def product_integral(mean: ArrayLike, sigma: ArrayLike, other_mean: ArrayLike, other_sigma: ArrayLike) -> Array:
-    """∫ G(w; mean, sigma) G(w; other_mean, other_sigma) dw over the sphere, (...) for (..., 3) and (...), broadcast.
-
-    With a = 1 / sigma², b likewise and m = |a mean + b other_mean| it is 2 π (1 − exp(−2 m)) / m · exp(m − a − b),
-    where m − a − b = −a b |mean − other_mean|² / (m + a + b).
-    """
-    apart = np.asarray(mean, np.float64) - np.asarray(other_mean, np.float64)
-    square = np.einsum("...i,...i->...", apart, apart)
-    a, b = 1.0 / np.asarray(sigma, np.float64) ** 2, 1.0 / np.asarray(other_sigma, np.float64) ** 2
-    m = np.sqrt(np.maximum((a + b) ** 2 - a * b * square, 0.0))
-    tiny = m < 1e-12
-    area = np.where(tiny, 2.0, -np.expm1(-2.0 * m) / np.where(tiny, 1.0, m))
-    result: Array = 2.0 * np.pi * area * np.exp(-a * b * square / (m + a + b))
-    return result

@@ -344,11 +344,6 @@ def estimate_s(work: Work) -> float:
     return shared_s + estimated_s(baker.made, work.vertices, work.ground_vertex, size)
 
 
-def open_wavelets(path: str | os.PathLike[str], mesh: Mesh | None = None) -> WaveletTransport:
-    """The transport in a file; InputError where it holds none, is damaged, or belongs to another mesh than `mesh`."""
-    return transport_of(open_transport(path, mesh))
-
-
 def transport_of(file: TransportFile) -> WaveletTransport:
     """The wavelet transport in an open file; InputError where it holds another kind, or what cannot be."""
     return read_as(file, KIND, _transport_of)

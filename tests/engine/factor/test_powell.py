@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -11,10 +12,10 @@ from engine.factor.log_space import LogSpace
 from engine.factor.powell import (
     DEPENDENT,
     HALF_PERIOD,
+    Asked,
     Lowest,
     Minimum,
     line_minimum,
-    minimise,
     period_limit,
     powell,
     replaced,
@@ -35,6 +36,19 @@ from engine.factor.quaternions import (
 )
 from engine.factor.textures import Level, SearchSettings
 from tests.engine.factor.factored import blue_paint
+
+Result = TypeVar("Result")
+
+
+def minimise(asked: Asked[Result], error: Callable[[Pair], float]) -> Result:
+    """Run a search to its end on one function."""
+    try:
+        pair = next(asked)
+        while True:
+            pair = asked.send(error(pair))
+    except StopIteration as finished:
+        result: Result = finished.value
+        return result
 
 
 def along(

@@ -8,7 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from engine.shading.fit_kernel import exponential, fit_samples, largest_exponent
+from engine.shading.fit_kernel import (
+    AT,
+    LANES,
+    SCALE,
+    exponent_grid,
+    exponential,
+    fit_lanes,
+    largest_exponent,
+    log_positions,
+)
 from engine.shading.power_law import SCALES, PowerLawMap, fit
 from engine.shading.quantise import quantisation_bound, quantise_exponent
 from engine.shading.shading_map import ShadingMap
@@ -19,8 +28,18 @@ X = np.arange(SLICES) / (SLICES - 1)
 
 
 def fitted(samples, scale="last-slice"):
-    """(k, K) in float64 of samples (T, S), slice 0 included."""
-    k, exponent, _ = fit_samples(samples, scale == "least-squares")
+    """(k, K) of texels (T, S), slice 0 included, in the float64 of the kernel, which `fit` rounds."""
+    values = np.maximum(np.asarray(samples, np.float64)[:, 1:].T, 0.0)
+    slices, texels = len(values) + 1, values.shape[1]
+    grid, log_x = exponent_grid(slices), log_positions(slices)
+    powers = np.exp(np.outer(log_x, grid)).astype(np.float32)
+    padded = np.pad(values, ((0, 0), (0, -texels % LANES)))
+    found = []
+    for left in range(0, padded.shape[1], LANES):
+        block = np.ascontiguousarray(padded[:, left : left + LANES])
+        work = fit_lanes(block, np.ones_like(block), scale == "least-squares", grid, log_x, powers)
+        found.append([work[part : part + LANES] for part in (SCALE, AT)])
+    k, exponent = np.concatenate(found, axis=1)[:, :texels]
     return k, exponent
 
 

@@ -22,7 +22,6 @@ from engine.transport.gaussian_bake import (
     Work,
     bake,
     estimate_s,
-    open_gaussians,
     prepare,
     transport_of,
 )
@@ -59,7 +58,7 @@ def file(work: Work, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_bake_holds_what_was_announced(work: Work, file: Path) -> None:
     assert file.stat().st_size == work.size_bytes
     assert estimate_s(work) > 0.0
-    transport = open_gaussians(file, work.surface)
+    transport = transport_of(open_transport(file, work.surface))
     (lobes,) = transport.components
     assert lobes.sigma.shape == (len(ball(4).positions), VIEWS, 1)
     assert transport.ground_vertex == len(ball(4).positions)
@@ -112,7 +111,7 @@ def test_one_thread_and_two_make_the_same_bytes(work: Work, file: Path, tmp_path
 
 def test_the_matt_part_is_the_sum_over_the_light(file: Path) -> None:
     """Against a brute sum over texels with the reflectance's own matt part, of an open vertex."""
-    transport = open_gaussians(file)
+    transport = transport_of(open_transport(file))
     cube = cube_of(open_environment("sky"), 32)
     matt = matt_part(brdf_from_text(GLOSSY))
     assert matt.grazing
@@ -185,7 +184,7 @@ def test_damaged_files_and_other_kinds_are_refused(file: Path, tmp_path: Path) -
     content[len(content) // 2] ^= 1
     (tmp_path / "damaged").write_bytes(content)
     with pytest.raises(InputError, match="damaged"):
-        open_gaussians(tmp_path / "damaged")
+        transport_of(open_transport(tmp_path / "damaged"))
     opened = open_transport(file)
     for change in ({"kind": "sh"}, {"settings": {**opened.settings, "ground_vertex": 3}}, {"settings": {}}):
         with pytest.raises(InputError):

@@ -21,7 +21,7 @@ from engine.mesh import Mesh
 from engine.steps import drain
 from engine.transport.lit import LitHarmonics
 from engine.transport.sh import cosine_zonal, evaluate, turned_zonal
-from engine.transport.sh_bake import BakeSettings, bake, open_sh, prepare, reflected
+from engine.transport.sh_bake import BakeSettings, bake, prepare, reflected, transport_of
 from engine.transport.sh_error import sh_error
 from engine.transport.sh_rotation import rotated_into_frames
 from engine.transport.sh_table import lambert_table, tabulate
@@ -39,6 +39,7 @@ from engine.transport.sh_transfer import (
     visibility_harmonics,
     with_table,
 )
+from engine.transport.transport_file import open_transport
 from engine.transport.visibility import receivers
 
 EDGE = 16
@@ -305,14 +306,14 @@ def test_the_file_is_the_same_for_any_number_of_threads_and_after_a_pause(tmp_pa
 def test_files_of_other_modes_and_meshes_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.transport"
     baked(small(), Lambert(), path)
-    open_sh(path, small())
+    transport_of(open_transport(path, small()))
     with pytest.raises(InputError, match="another mesh"):
-        open_sh(path, small(10))
+        transport_of(open_transport(path, small(10)))
     content = bytearray(path.read_bytes())
     content[-5000] ^= 1
     path.write_bytes(bytes(content))
     with pytest.raises(InputError, match="damaged"):
-        open_sh(path)
+        transport_of(open_transport(path))
 
 
 def test_settings_that_cannot_be_baked_are_refused() -> None:

@@ -15,7 +15,7 @@ from engine.errors import InputError
 from engine.ground import Ground
 from engine.steps import drain
 from engine.transport import sh_varied
-from engine.transport.sh_bake import BakeSettings, bake, open_sh, prepare
+from engine.transport.sh_bake import BakeSettings, bake, prepare, transport_of
 from engine.transport.sh_error import sh_error
 from engine.transport.sh_table import BrdfTable, tabulate
 from engine.transport.sh_transfer import (
@@ -26,6 +26,7 @@ from engine.transport.sh_transfer import (
     with_table,
 )
 from engine.transport.sh_varied import TOLERANCE, VariedTable, tabulate_varied
+from engine.transport.transport_file import open_transport
 from engine.transport.variation import Variation, varied_brdfs, vertex_values
 from tests.engine.transport.test_sh_transfer import small
 
@@ -144,7 +145,7 @@ def test_a_varied_bake_is_read_back_as_it_was_and_each_vertex_shows_its_own_refl
     work = drain(prepare(mesh, brdf, QUICK, Ground(cells=4), (ALPHA, KD)))
     done = drain(bake(tmp_path / "t", work))
     assert done.file.settings["variations"] == ["alpha=0.2:0.6:y", "kd=0.0:0.8:x"]
-    transport = open_sh(tmp_path / "t")
+    transport = transport_of(open_transport(tmp_path / "t"))
     assert isinstance(transport.table, VariedTable)
     np.testing.assert_array_equal(transport.table.numbers[:, 0], vertex_values(mesh, "y"))
     light = np.random.default_rng(5).normal(size=(16, 3))

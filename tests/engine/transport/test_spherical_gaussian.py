@@ -8,7 +8,7 @@ import pytest
 
 from engine.cube_map import cube_directions, cube_solid_angles
 from engine.prefilter import gaussian_integral
-from engine.transport.spherical_gaussian import NARROWEST, Lobes, gaussian, product_integral
+from engine.transport.spherical_gaussian import NARROWEST, Lobes, gaussian
 
 
 def test_G3_near_its_mean_a_narrow_gaussian_is_right() -> None:
@@ -35,24 +35,6 @@ def test_G4_the_floor_is_half_a_texel_and_keeps_the_energy() -> None:
         unit = mean / np.linalg.norm(mean)
         summed = (gaussian(some, unit, NARROWEST) * solid[corner, corner]).sum()
         assert summed == pytest.approx(float(gaussian_integral(NARROWEST)), rel=1e-3)
-
-
-@pytest.mark.parametrize("sigma", [0.15, 0.6, 2.0])
-def test_the_integral_of_a_product_is_that_over_a_cube_map(sigma: float) -> None:
-    edge = 256
-    directions, solid = cube_directions(edge), cube_solid_angles(edge)
-    mean = np.array([0.36, 0.48, 0.8])
-    for other, width in (((0.0, 0.0, 1.0), 0.3), ((-0.36, -0.48, -0.8), sigma), ((0.36, 0.48, 0.8), 0.15)):
-        product = gaussian(directions, mean, sigma) * gaussian(directions, np.array(other), width)
-        expected = (product * solid).sum()
-        assert product_integral(mean, sigma, other, width) == pytest.approx(expected, rel=1e-4, abs=1e-12)
-
-
-def test_the_integral_of_a_square_is_that_of_a_narrower_gaussian() -> None:
-    mean = np.array([0.0, 0.6, 0.8])
-    for sigma in (NARROWEST, 0.1, 1.0, 2.0):
-        square = product_integral(mean, sigma, mean, sigma)
-        assert square == pytest.approx(float(gaussian_integral(sigma / np.sqrt(2.0))), rel=1e-12)
 
 
 def test_lobes_know_their_energy_and_values() -> None:

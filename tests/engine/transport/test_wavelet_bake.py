@@ -28,8 +28,8 @@ from engine.transport.wavelet_bake import (
     bake_in_memory,
     estimate_s,
     factors_for,
-    open_wavelets,
     prepare,
+    transport_of,
 )
 from engine.transport.wavelet_codes import encode_light
 
@@ -53,7 +53,7 @@ def small(monkeypatch: pytest.MonkeyPatch, shared_data: Callable[[str], Path]) -
 def test_a_bake_is_as_large_as_was_said_and_opens_as_it_was(small: Work, tmp_path: Path) -> None:
     baked = drain(bake(tmp_path / "a.transport", small))
     assert (tmp_path / "a.transport").stat().st_size == small.size_bytes == baked.file.size_bytes
-    transport = open_wavelets(tmp_path / "a.transport", small.surface)
+    transport = transport_of(open_transport(tmp_path / "a.transport", small.surface))
     assert (transport.ground_vertex, transport.ground_albedo) == (small.ground_vertex, 0.3)
     assert len(transport.mesh.positions) == small.vertices == small.ground_vertex + 49
     assert transport.rows == small.vertices
@@ -158,7 +158,7 @@ def test_files_of_other_kinds_meshes_and_lies_are_refused(small: Work, tmp_path:
     path = tmp_path / "a.transport"
     drain(bake(path, small))
     with pytest.raises(InputError, match="another mesh"):
-        open_wavelets(path, sphere())
+        transport_of(open_transport(path, sphere()))
     found = open_transport(path)
     rows = np.array([0, len(found.arrays["words"])])
     streamed = {name: (found.arrays[name].dtype, found.arrays[name].shape[1:]) for name in ("words", "peaks", "counts")}
@@ -172,17 +172,17 @@ def test_files_of_other_kinds_meshes_and_lies_are_refused(small: Work, tmp_path:
         return other
 
     settings, indices = dict(found.settings), np.array(found.arrays["indices"])
-    open_wavelets(written("wavelet", settings, indices))
+    transport_of(open_transport(written("wavelet", settings, indices)))
     with pytest.raises(InputError, match="mode sh"):
-        open_wavelets(written("sh", settings, indices))
+        transport_of(open_transport(written("sh", settings, indices)))
     with pytest.raises(InputError, match="do not exist"):
-        open_wavelets(written("wavelet", settings, np.full_like(indices, 6 * 16 * 16)))
+        transport_of(open_transport(written("wavelet", settings, np.full_like(indices, 6 * 16 * 16))))
     with pytest.raises(InputError, match="other types"):
-        open_wavelets(written("wavelet", settings, indices.astype(np.uint32)))
+        transport_of(open_transport(written("wavelet", settings, indices.astype(np.uint32))))
     for name, lie in {"edge": 128, "ground_vertex": 3, "map": "cube", "map_size": "x", "ground_albedo": []}.items():
         if name == "ground_vertex":
             continue  # with one term all numbers of vectors are alike
         with pytest.raises(InputError, match="cannot be"):
-            open_wavelets(written("wavelet", {**settings, name: lie}, indices))
+            transport_of(open_transport(written("wavelet", {**settings, name: lie}, indices)))
     with pytest.raises(InputError, match="cannot be"):
-        open_wavelets(written("wavelet", {}, indices))
+        transport_of(open_transport(written("wavelet", {}, indices)))
