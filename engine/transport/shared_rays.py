@@ -1,0 +1,59 @@
+"""What bakes of one surface share: rays in chunks, and vectors of wavelets from the counts that rays gave.
+
+Rays are nearly all that a bake costs, so a ladder of reflectances, terms or coefficients takes little longer than its
+finest step. Counts are those of `lightarc bake`, and so are the vectors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.factor.separable_factors import SeparableFactors
+from engine.mesh import Mesh
+from engine.transport.visibility import Receivers, visibility_shares
+from engine.transport.wavelet import DIFFUSE, cube_texels, light_maps, transport_vectors, vertex_frames
+
+#: Parts along a side into which a texel is cut where visibility changes.
+FINE = 4
+
+#: Visibility counts of a chunk, about 50 ms of rays.
+CHUNK = 1 << 20
+
+Indices = NDArray[np.int64]
+
+#: Rows of a bake for some vertices, all of the model or all of the ground, and how many parts of each texel they see.
+Make = Callable[[Indices, NDArray[np.uint8]], Mapping[str, NDArray[Any]]]
+
+
+def chunks(vertices: Indices, first: int, edge: int) -> list[Indices]:
+    """`vertices`, in rising order, in chunks; none mixes the model and the ground, which begins with vertex `first`."""
+    step, of_model = max(1, CHUNK // (6 * edge * edge)), int(np.searchsorted(vertices, first))
+    parts = vertices[:of_model], vertices[of_model:]
+    return [part[start : start + step] for part in parts for start in range(0, len(part), step)]
+
+
+def counted(of: Receivers, edge: int, vertices: Indices) -> NDArray[np.uint8]:
+    """(B, 6 edge²) how many of the `FINE`² parts of each texel `vertices` (B,) see."""
+    return np.concatenate([counts for _, counts in visibility_shares(of, edge, FINE, vertices)])
+
+
+def wavelet_maker(surface: Mesh, first: int, factors: SeparableFactors, edge: int, coefficients: int) -> Make:
+    """Makes the arrays of `wavelet.Vectors16`."""
+    maps, texels, frames = light_maps(factors), cube_texels(edge), vertex_frames(surface, factors.isotropic)
+    ground = np.ones((1, 1, 1), np.float32)
+
+    def make(vertices: Indices, counts: NDArray[np.uint8]) -> Mapping[str, NDArray[Any]]:
+        chart, shown = (factors.chart, maps) if vertices[0] < first else (DIFFUSE, ground)
+        return transport_vectors(frames[vertices], counts, FINE**2, texels, chart, shown, coefficients)
+
+    return make
+
+
+def joined(parts: Iterable[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
+    """The arrays of chunks, one after the other."""
+    some = list(parts)
+    return {name: np.concatenate([part[name] for part in some]) for name in some[0]}
