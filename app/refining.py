@@ -1,18 +1,22 @@
 """One picture of a scene on the graphics device: coarse at once, then finer and finer, in pieces.
 
 The pieces leave the window's thread free between them. What is finest so far is `picture`; whoever shows it asks for
-the next piece. Everything here belongs to one OpenGL context, which is current while it is called.
+the next piece. Baked light goes to the device in pieces, too, and the picture before stays meanwhile. Everything here
+belongs to one OpenGL context, which is current while it is called.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
-from dataclasses import dataclass, fields
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from app.quality import MANY_LIGHTS, MOVING_S, ONE_LIGHT, Cost, Quality, next_rows
 from engine.scene import Scene
+
+#: Seconds that baked light is brought to the device at a time.
+LOAD_S = 0.01
 
 
 @dataclass
@@ -51,11 +55,14 @@ class Refining:
         self.quality: Quality | None = None
         self.cost = Cost()
         self._coming: _Coming | None = None
+        self._loading: tuple[Any, Iterator[None]] | None = None
 
     def wants(self, scene: Scene, screen: tuple[int, int]) -> None:
         """Draw `scene` for `screen` from now on; what is of something else is out of date."""
         if self.scene is None or screen != self.screen or not same(scene, self.scene):
             self._start_anew()
+        if self._loading is not None and (scene.lit is None or not _is_alike(scene.lit, self._loading[0])):
+            self._loading = None
         self.scene, self.screen = scene, screen
 
     def _start_anew(self) -> None:
@@ -68,6 +75,11 @@ class Refining:
     def under_way(self) -> bool:
         return self._coming is not None
 
+    @property
+    def is_loading(self) -> bool:
+        """Whether baked light is on its way to the device, and nothing of it is drawn yet."""
+        return self._loading is not None
+
     def is_finished(self, budget_s: float) -> bool:
         """Whether the picture is the finest that is going to be drawn in `budget_s`."""
         return self.quality is not None and self._coming is None and self._finer(budget_s) is None
@@ -76,6 +88,39 @@ class Refining:
         """A first picture of what is new, as good as time allows while something moves; the seconds that it took."""
         if self.scene is None or self.quality is not None:
             return None
+        lit = self.scene.lit
+        loaded = self._load(lit) if lit is not None else None
+        if lit is not None and loaded is None:
+            return None
+        if loaded is lit:
+            return self._draw_first()
+        wanted, self.scene = self.scene, replace(self.scene, lit=loaded)
+        try:
+            return self._draw_first()
+        finally:
+            self.scene, self.quality = wanted, None  # of the light before: its own is brought to the device now
+
+    def _load(self, lit: Any) -> Any:
+        """Bring `lit` to the device for a moment: the light that is there completely now, or None.
+
+        What has begun is ended first, so that a light that is turned without a pause is seen to turn.
+        """
+        from engine.gl.transported import TransportRenderer
+
+        self.baked = self.baked or TransportRenderer(self.context)
+        if self._loading is None:
+            self._loading = (lit, self.baked.load(lit))
+        begun, pieces = self._loading
+        self._loading = None
+        started = time.perf_counter()
+        for _ in pieces:
+            if time.perf_counter() - started > LOAD_S:
+                self._loading = (begun, pieces)
+                return None
+        return begun
+
+    def _draw_first(self) -> float:
+        assert self.scene is not None
         scene, levels = self.scene, self._levels()
         self.cost.about(scene.mesh, scene.shading, type(scene.brdf), scene.lookup, type(scene.lit))
         pixels, lights = self.screen[0] * self.screen[1], self._lights()
@@ -91,6 +136,8 @@ class Refining:
         """One more piece of a finer picture; the seconds that it took altogether where it is complete now."""
         if self.scene is None:
             return None
+        if self.quality is None:
+            return self.draw_first()
         if self._coming is None:
             level = self._finer(budget_s)
             if level is None:
@@ -142,9 +189,6 @@ class Refining:
         assert self.scene is not None
         if self.scene.lit is None:
             return self.renderer.bands(level.of(self.scene), framebuffer, size, samples=level.samples)
-        from engine.gl.transported import TransportRenderer
-
-        self.baked = self.baked or TransportRenderer(self.context)
         lit, camera = self.scene.lit, self.scene.camera
         bands: Generator[None, int, None] = self.baked.bands(lit, camera, framebuffer, size, samples=level.samples)
         return bands
@@ -172,12 +216,18 @@ class Refining:
     def release(self) -> None:
         """Free everything."""
         self._start_anew()
+        self._loading = None
         if self.picture is not None:
             self.picture.release()
         self.renderer.release()
         if self.baked is not None:
             self.baked.release()
         self.picture = self.baked = None
+
+
+def _is_alike(lit: Any, other: Any) -> bool:
+    """Whether two lights are of one kind of transport on one model, so that either may be seen for the other."""
+    return type(lit) is type(other) and lit.mesh is other.mesh
 
 
 def same(scene: Scene, other: Scene) -> bool:

@@ -197,10 +197,13 @@ class GlSurface(QOpenGLWidget):
             return
         framebuffer = self._context.detect_framebuffer(self.defaultFramebufferObject())
         if not self.scenes or min(framebuffer.size) < 1:
-            canvas = QColor(theme.current().canvas)
-            framebuffer.clear(canvas.redF(), canvas.greenF(), canvas.blueF(), 1.0)
+            self._clear(framebuffer)
             return
         self._guarded(lambda: self._paint(framebuffer))
+
+    def _clear(self, framebuffer: Any) -> None:
+        canvas = QColor(theme.current().canvas)
+        framebuffer.clear(canvas.redF(), canvas.greenF(), canvas.blueF(), 1.0)
 
     def _guarded(self, work: Callable[[], None]) -> None:
         try:
@@ -220,7 +223,8 @@ class GlSurface(QOpenGLWidget):
             if seconds is not None:
                 self._after(seconds)
         self._show(framebuffer)
-        if self.budget_s > MOVING_S and not self.is_finished:
+        is_loading = any(side.is_loading for side in self._sides[: len(self.scenes)])
+        if is_loading or (self.budget_s > MOVING_S and not self.is_finished):
             self._next.start()
 
     def _go_on(self) -> None:
@@ -247,8 +251,10 @@ class GlSurface(QOpenGLWidget):
         from engine.gl.screen import Screen
 
         self._screen = self._screen or Screen(self._context)
-        layers = [self._layer(at) for at in range(len(self.scenes))]
-        if len(layers) < 2:
+        layers = [self._layer(at) for at in range(len(self.scenes)) if self._sides[at].picture is not None]
+        if not layers:
+            self._clear(framebuffer)
+        elif len(layers) < 2:
             self._screen.show(layers[0], framebuffer, self.display)
         elif self.split.difference is not None:
             self._screen.show_difference(*layers, framebuffer, self.display, self.split.difference)

@@ -9,6 +9,7 @@ uploaded.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,10 +17,10 @@ from numpy.typing import NDArray
 
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
+from engine.gl.vertex_rows import PIECE_BYTES
 from engine.lamps import Lamp
 from engine.prefilter import PrefilteredCube
 from engine.scene import MOST_LAMPS
-from engine.transport.gaussian import GaussianTransport
 from engine.transport.gaussian_atlas import Atlas, atlas_of
 from engine.transport.gaussian_kernel import NODES, REACH, SHARES
 from engine.transport.gaussian_lighting import GaussianLight, chord, lamp_light
@@ -66,7 +67,8 @@ class GaussianTextures:
         self._lamps: tuple[Lamp, ...] = ()
         if transport.lobes:
             first, step = sigma_span()
-            self._lobes = _lobe_texture(context, transport, texture_limits)
+            self._lobes = _lobe_texture(context, len(transport.texels), texture_limits)
+            self._texels = transport.texels
             self._values |= {
                 "lobe_texels": LOBES_UNIT,
                 "lobes_width": self._lobes.width,
@@ -96,11 +98,26 @@ class GaussianTextures:
         return lit.transport
 
     @staticmethod
-    def rows(lit: LitGaussians) -> Any:
-        return lit.matt
+    def rows(lit: LitGaussians) -> list[Any]:
+        return [lit.matt]
 
-    def relight(self, lit: LitGaussians) -> None:
-        """Take the light of `lit`; an environment that is there already is not uploaded again."""
+    def fill(self) -> Iterator[None]:
+        """Bring the lobes to the device, piece by piece; none can be drawn before."""
+        if self._lobes is None:
+            return
+        words, width = self._texels, self._lobes.width
+        lines = max(1, PIECE_BYTES // (12 * width))
+        for first in range(0, self._lobes.height, lines):
+            part = words[first * width : (first + lines) * width]
+            whole = len(part) // width
+            if whole:
+                self._lobes.write(part[: whole * width], viewport=(0, first, width, whole))
+            if whole * width < len(part):
+                self._lobes.write(part[whole * width :], viewport=(0, first + whole, len(part) - whole * width, 1))
+            yield
+
+    def relight(self, lit: LitGaussians) -> Iterator[None]:
+        """Take the light of `lit`, piece by piece; an environment that is there already is not uploaded again."""
         if self._lobes is None:
             return
         cube = lit.light.environment
@@ -109,8 +126,16 @@ class GaussianTextures:
                 self._filtered[1].release()
             self._filtered = (None, None)
             atlas = self._atlas(lit.light)
+            texture = _atlas_texture(self.context, atlas)
+            try:
+                for face, texels in enumerate(atlas.texels):
+                    texture.write(texels, viewport=(0, 0, face, texture.width, texture.height, 1))
+                    yield
+            except BaseException:
+                texture.release()
+                raise
             self._scale = atlas.scale
-            self._filtered = (cube, _atlas_texture(self.context, atlas))
+            self._filtered = (cube, texture)
             self._light, self._uneven = _atlas_values(atlas), {} if atlas.is_even else {"UNEVEN": "1"}
         self._light |= _light_values(lit.light, self._scale)
         self._lamps = lit.light.lamps
@@ -157,7 +182,7 @@ def _atlas_values(atlas: Atlas) -> dict[str, Any]:
 
 def _atlas_texture(context: Any, atlas: Atlas) -> Any:
     faces, height, width, _ = atlas.texels.shape
-    texture = context.texture_array((width, height, faces), 4, atlas.texels, dtype="f2")
+    texture = context.texture_array((width, height, faces), 4, dtype="f2")
     texture.filter = (context.LINEAR, context.LINEAR)
     texture.repeat_x = texture.repeat_y = False
     return texture
@@ -179,19 +204,14 @@ def _light_values(light: GaussianLight, scale: float) -> dict[str, Any]:
     }
 
 
-def _lobe_texture(context: Any, transport: GaussianTransport, texture_limits: Limits) -> Any:
-    words = transport.texels
+def _lobe_texture(context: Any, count: int, texture_limits: Limits) -> Any:
+    """Room for so many lobes."""
     width = min(WIDTH, texture_limits.texture_size)
-    height = max(1, math.ceil(len(words) / width))
+    height = max(1, math.ceil(count / width))
     if height > texture_limits.texture_size:
-        raise ValueError(f"{len(words):,} lobes are more than the {width * texture_limits.texture_size:,} that fit")
+        raise ValueError(f"{count:,} lobes are more than the {width * texture_limits.texture_size:,} that fit")
     texture = context.texture((width, height), 3, dtype="u4")
     texture.filter = (context.NEAREST, context.NEAREST)
-    whole = len(words) // width
-    if whole:
-        texture.write(words[: whole * width], viewport=(0, 0, width, whole))
-    if whole < height:
-        texture.write(words[whole * width :], viewport=(0, whole, len(words) - whole * width, 1))
     return texture
 
 

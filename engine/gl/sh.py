@@ -55,12 +55,12 @@ class HarmonicTextures:
         return lit.table, lit.flat_vertex
 
     @staticmethod
-    def rows(lit: LitHarmonics) -> Any:
+    def rows(lit: LitHarmonics) -> list[Any]:
         """(R, 3) light of each vertex, radiance of the flat ones, and where the others are among the tables."""
         parts = [lit.rows[: lit.flat_vertex * lit.table.order**2], lit.flat]
         if isinstance(lit.table, VariedTable):
-            parts.append(np.pad(lit.table.places[: lit.flat_vertex], ((0, 0), (0, 1))))
-        return np.concatenate(parts)
+            parts.append(lit.table.places[: lit.flat_vertex])
+        return parts
 
     def bind(self, program: Any) -> None:
         self._texture.use(UNIT)

@@ -1,13 +1,14 @@
 """Draws baked transport under its light (`engine.transport.lit`), whichever of the methods it was baked with.
 
-The light is uploaded when it is another one; moving the camera costs a frame and nothing else. Tiles and bands are
+The light is uploaded when it is another one, in pieces where a window must go on meanwhile; moving the camera costs a
+frame and nothing else. Tiles and bands are
 those of `engine.gl.tiles`. The twin is `engine.render.transported`, which mixes the radiance of corners also where here
 each fragment looks its terms up: between vertices, not at them, the two differ as far as triangles are coarse.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from typing import Any
 
 import numpy as np
@@ -101,22 +102,43 @@ class TransportRenderer:
             self._mesh = (mesh, MeshBuffers(self.context, mesh))
         return self._mesh[1]
 
-    def _upload(self, lit: Lit) -> Textures:
-        """The textures of what was baked, and the light in the rows of its vertices."""
-        key = _owner(lit).key(lit)
+    def holds(self, lit: Lit) -> bool:
+        """Whether all of `lit` is in the device's memory."""
+        return self._lit is lit
+
+    def load(self, lit: Lit) -> Iterator[None]:
+        """Bring `lit` into the device's memory piece by piece, some milliseconds each; nothing is drawn meanwhile.
+
+        Closing the iterator early leaves nothing that could be drawn. ValueError where the device cannot hold it.
+        """
+        if self.holds(lit):
+            return
+        self._lit, key = None, _owner(lit).key(lit)
         if self._textures is None or self._textures[0] != key:
             if self._textures is not None:
                 self._textures[1].release()
                 self._textures = None
-            self._textures = (key, self._textures_of(lit))
-            self._lit = None
+            textures = self._textures_of(lit)
+            try:
+                if isinstance(textures, GaussianTextures):
+                    yield from textures.fill()
+            except BaseException:
+                textures.release()
+                raise
+            self._textures = (key, textures)
         textures = self._textures[1]
-        if self._lit is not lit:
-            self._rows.write(_owner(lit).rows(lit))
-            if isinstance(lit, LitGaussians) and isinstance(textures, GaussianTextures):
-                textures.relight(lit)
-            self._lit = lit
-        return textures
+        yield from self._rows.write(_owner(lit).rows(lit))
+        if isinstance(lit, LitGaussians) and isinstance(textures, GaussianTextures):
+            yield from textures.relight(lit)
+        self._buffers(lit.mesh)
+        self._lit = lit
+
+    def _upload(self, lit: Lit) -> Textures:
+        """The textures of what was baked, with the light in the rows of its vertices."""
+        for _ in self.load(lit):
+            pass
+        assert self._textures is not None
+        return self._textures[1]
 
     def _textures_of(self, lit: Lit) -> Textures:
         if isinstance(lit, LitGaussians):

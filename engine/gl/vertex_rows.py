@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,12 @@ UNIT = 7
 #: Colours beside each other in a line.
 WIDTH = 4096
 
+#: Bytes that are brought to the device at a time: some milliseconds of work.
+PIECE_BYTES = 2**22
+
+#: Colours of vertices (R, 3), or with a mark (R, 4).
+Colours = NDArray[np.floating[Any]]
+
 
 class VertexRows:
     """Owns the texture; `write` replaces its content where the number of colours stays."""
@@ -25,19 +32,26 @@ class VertexRows:
         self._most = self._width * texture_limits.texture_size
         self._texture: Any = None
 
-    def write(self, colours: NDArray[np.floating[Any]]) -> None:
-        """Take colours (R, 3), or with a mark (R, 4); ValueError where the device cannot hold so many."""
-        if len(colours) > self._most:
-            raise ValueError(f"{len(colours):,} colours of vertices are more than the {self._most:,} that fit")
-        height = max(1, -(-len(colours) // self._width))
-        texels = np.zeros((height * self._width, 4), np.float32)
-        texels[: len(colours), : colours.shape[1]] = colours
+    def write(self, parts: Sequence[Colours]) -> Iterator[None]:
+        """Take the colours of all `parts`, one after the other, piece by piece; nothing is to be drawn meanwhile.
+
+        ValueError where the device cannot hold so many.
+        """
+        count = sum(map(len, parts))
+        if count > self._most:
+            raise ValueError(f"{count:,} colours of vertices are more than the {self._most:,} that fit")
+        height = max(1, -(-count // self._width))
         if self._texture is not None and self._texture.height != height:
             self.release()
         if self._texture is None:
             self._texture = self.context.texture((self._width, height), 4, dtype="f4")
             self._texture.filter = (self.context.NEAREST, self.context.NEAREST)
-        self._texture.write(texels)
+        lines = max(1, PIECE_BYTES // (16 * self._width))
+        for first in range(0, height, lines):
+            here = min(lines, height - first)
+            texels = _texels(parts, first * self._width, here * self._width)
+            self._texture.write(texels, viewport=(0, first, self._width, here))
+            yield
 
     def bind(self, program: Any) -> None:
         self._texture.use(UNIT)
@@ -48,3 +62,15 @@ class VertexRows:
         if self._texture is not None:
             self._texture.release()
             self._texture = None
+
+
+def _texels(parts: Sequence[Colours], first: int, count: int) -> NDArray[np.float32]:
+    """(count, 4) from colour number `first` of all parts on; zeros after the last."""
+    texels = np.zeros((count, 4), np.float32)
+    begin = 0
+    for part in parts:
+        low, high = max(first, begin), min(first + count, begin + len(part))
+        if low < high:
+            texels[low - first : high - first, : part.shape[1]] = part[low - begin : high - begin]
+        begin += len(part)
+    return texels

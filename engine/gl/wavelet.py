@@ -54,14 +54,14 @@ class WaveletTextures:
         return lit.transport
 
     @staticmethod
-    def rows(lit: LitWavelets) -> Any:
+    def rows(lit: LitWavelets) -> list[Any]:
         """The K-tuples (R, 4), marked where the radiance of the vertex itself may be asked for."""
         transport = lit.transport
         first, terms = transport.ground_vertex, transport.factors.terms
         rows = np.zeros((transport.rows, 4), np.float32)
         rows[:, :3] = np.clip(lit.rows, -BRIGHTEST, BRIGHTEST)
         rows[: first * terms : terms, 3] = transport.turning[:first]
-        return rows
+        return [rows]
 
     def bind(self, program: Any) -> None:
         self._texture.use(UNIT)
