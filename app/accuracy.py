@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
+from app.bake_work import SPELLED, BakeChoices, setting_for
 from app.document import Look
 from app.number_field import plain
-from engine.effects.setting import KNOBS, Setting
+from engine.effects.setting import Setting
 from engine.scene import Scene
 from engine.steps import Step, Steps, part
 from engine.tradeoff.break_even import break_even_frames, effort
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
 
 #: Pixels of the pictures that are measured, at most: ꟻLIP of more would take longer than the pictures.
 MOST_PIXELS = 120_000
-
-#: Fields of the choices for a bake (`app.baking.BakeChoices`) that are called otherwise than knobs.
-SPELLED = {"edge": "cube"}
 
 #: What the modes are called.
 NAMES = {
@@ -80,16 +78,15 @@ def accuracy_of(found: Tradeoff, of: tuple[Any, ...]) -> Accuracy:
     return Accuracy(found.points, of, found.size, found.samples, found.device, words)
 
 
-def setting_of(mode: str, look: Look, choices: Mapping[str, Any]) -> Setting:
-    """The setting that the window shows: `choices` of the bake of each mode (`app.baking.Baking.choices`)."""
+def setting_of(mode: str, look: Look, choices: Mapping[str, BakeChoices]) -> Setting:
+    """The setting that the window shows: `choices` of the bake of each mode (`app.baking.Baking.chosen`)."""
     if mode == "direct":
         return Setting(mode, {"directions": look.directions})
     if mode == "shading-map":
         return Setting(mode, {"directions": look.directions, "power_law": int(look.source == "power-law")})
     if mode not in choices:
         return Setting(mode)
-    chosen = {SPELLED.get(each.name, each.name): getattr(choices[mode], each.name) for each in fields(choices[mode])}
-    return Setting(mode, {name: int(value) for name, value in chosen.items() if name in KNOBS[mode]})
+    return setting_for(mode, choices[mode])
 
 
 def look_with(setting: Setting, look: Look) -> dict[str, Any]:
@@ -103,18 +100,23 @@ def look_with(setting: Setting, look: Look) -> dict[str, Any]:
     return parts
 
 
-def choices_with(setting: Setting, choices: Any) -> Any:
+def choices_with(setting: Setting, choices: BakeChoices) -> BakeChoices:
     """`choices` for a bake with the knobs of a setting, as far as they know them."""
     known = {each.name: SPELLED.get(each.name, each.name) for each in fields(choices)}
     turned = {name: setting[knob] for name, knob in known.items() if knob in setting.knobs}
-    alike = {name: type(getattr(choices, name))(value) for name, value in turned.items()}
+    alike: dict[str, Any] = {
+        name: bool(value) if name == "interreflection" else int(value) for name, value in turned.items()
+    }
     return dataclasses.replace(choices, **alike)
 
 
 def size_of(screen: tuple[int, int]) -> tuple[int, int]:
-    """Width and height of the pictures that are measured for a screen of so many pixels."""
-    share = min(1.0, (MOST_PIXELS / max(1, screen[0] * screen[1])) ** 0.5)
-    return max(32, round(screen[0] * share)), max(32, round(screen[1] * share))
+    """Width and height of the pictures that are measured for a screen of so many pixels, as nearly of its shape."""
+    width, height = max(1, screen[0]), max(1, screen[1])
+    most = height * min(1.0, (MOST_PIXELS / (width * height)) ** 0.5)
+    rows = range(max(1, round(0.9 * most)), max(1, round(most)) + 1)
+    best = min(reversed(rows), key=lambda count: abs(round(count * width / height) * height / (count * width) - 1.0))
+    return max(32, round(best * width / height)), max(32, best)
 
 
 def measured(

@@ -7,9 +7,13 @@ from typing import Any
 
 from PySide6.QtWidgets import QComboBox
 
-from app.baking import Baking, Method
+from app.accuracy import share_text
+from app.bake_work import Method, Wanted
+from app.baking import Baking
+from app.effect_names import LEAST_ERROR, NAMES
 from app.number_field import plain
 from app.panels import Rows, button, enable, line, text
+from app.planning import LOOKING
 from app.theme import STEP
 
 #: Values of a choice and what they are called, where that is not the number itself.
@@ -20,7 +24,7 @@ def _numbers(*values: int) -> Values:
     return tuple((value, str(value)) for value in values)
 
 
-OFF_ON: Values = ((False, "Left out"), (True, "With"))
+PLANNED: Values = ((None, "As planned"), (False, "Left out"), (True, "With"))
 
 TITLES: dict[Method, str] = {"sh": "Harmonics", "wavelet": "Wavelets", "gaussian": "Gaussians"}
 
@@ -28,7 +32,7 @@ TITLES: dict[Method, str] = {"sh": "Harmonics", "wavelet": "Wavelets", "gaussian
 CHOICES: dict[Method, tuple[tuple[str, str, Values, str], ...]] = {
     "sh": (
         ("order", "Order", _numbers(3, 5, 7, 9, 12, 15), "Bands: more of them keep sharper light and highlights"),
-        ("interreflection", "Bounced light", OFF_ON, "Light that parts of the model send each other"),
+        ("interreflection", "Bounced light", PLANNED, "Light that parts of the model send each other"),
         (
             "window",
             "Window",
@@ -37,7 +41,7 @@ CHOICES: dict[Method, tuple[tuple[str, str, Values, str], ...]] = {
         ),
     ),
     "wavelet": (
-        ("terms", "Terms", _numbers(1, 2, 4, 8, 12), "Products that the reflectance is made of: glossy ones need more"),
+        ("terms", "Terms", _numbers(1, 2, 4, 8), "Products that the reflectance is made of: glossy ones need more"),
         ("coefficients", "Coefficients", _numbers(32, 64, 96, 200, 400), "Kept for each vertex: more keep more shadow"),
         ("edge", "Cube", _numbers(16, 32, 64), "Texels along a face of the map of light: more keep sharper shadows"),
         (
@@ -54,7 +58,7 @@ CHOICES: dict[Method, tuple[tuple[str, str, Values, str], ...]] = {
             _numbers(1, 2, 3),
             "Gaussians for each vertex and view: more follow partly shaded highlights",
         ),
-        ("interreflection", "Bounced light", OFF_ON, "Highlights of light that comes by way of the model"),
+        ("interreflection", "Bounced light", PLANNED, "Highlights of light that comes by way of the model"),
     ),
 }
 
@@ -96,12 +100,15 @@ class BakePanel(Rows):
         running = baking.job is not None
         self.go.setText("Stop baking" if running else "Bake")
         self.go.setVisible(running or not baking.is_made)
-        ready = running or baking.estimate is not None
-        why_not = baking.estimate.why_not if baking.estimate is not None and not running else ""
-        enable(self.go, why_not if ready else "What the bake takes is being estimated")
+        estimate = baking.ready
+        why_not = estimate.why_not if estimate is not None else "What the bake takes is being estimated"
+        enable(self.go, "" if running else why_not)
+        forced = baking.plan is not None and baking.plan.decision("interreflection").startswith("forced")
         for name, choice in self.choices.items():
-            enable(choice, "A bake is running" if running and name != "window" else "")
-            _show(choice, getattr(baking.choices, name))
+            by_plan = forced and name == "interreflection"
+            why_fixed = "Forced under Effects" if by_plan else "A bake is running" if name != "window" else ""
+            enable(choice, why_fixed if running or by_plan else "")
+            _show(choice, getattr(baking.chosen if by_plan else baking.choices, name))
 
 
 def _show(choice: QComboBox, value: Any) -> None:
@@ -115,16 +122,28 @@ def state_text(baking: Baking) -> str:
     """What a person has to know of the bake, in one to three sentences."""
     if baking.job is not None:
         return f"{baking.job.step.note.capitalize() or 'Waiting'}. Until then the picture shows {_shown(baking)}."
-    made, estimate = baking.made, baking.estimate
+    made, estimate = baking.made, baking.ready
     if baking.is_made and made is not None:
-        return f"Baked in {time_text(made.bake_s)}, {size_text(made.size_bytes)}. Light and camera move freely."
-    takes = "Estimating…"
+        words = f"Baked in {time_text(made.bake_s)}, {size_text(made.size_bytes)}."
+        return " ".join(filter(None, (words, left_out_text(made.wanted), "Light and camera move freely.")))
+    takes = LOOKING if baking.is_planning else "Estimating…"
     if estimate is not None and estimate.why_not:
         takes = estimate.why_not
     elif estimate is not None:
-        takes = f"Baking takes about {time_text(estimate.bake_s)} and {size_text(estimate.size_bytes)}."
-    reason = baking.why_stale or ("" if not baking.is_drawn else "These settings were not baked yet.")
+        words = f"Baking takes about {time_text(estimate.bake_s)} and {size_text(estimate.size_bytes)}."
+        takes = " ".join(filter(None, (words, left_out_text(estimate.wanted))))
+    reason = baking.why_stale or ("" if not baking.is_drawn else "This was not baked yet.")
     return " ".join(filter(None, (reason, takes, f"Until then the picture shows {_shown(baking)}.")))
+
+
+def left_out_text(wanted: Wanted) -> str:
+    """'The plan leaves out shadows, and gloss at 0.2 %.': what is not worked out, and what that costs."""
+    parts = [
+        NAMES[effect.effect].lower()
+        + (f" ({share_text(effect.estimated_error_rel)})" if effect.estimated_error_rel >= LEAST_ERROR else "")
+        for effect in wanted.left_out
+    ]
+    return f"Left out as planned: {', '.join(parts)}." if parts else ""
 
 
 def _shown(baking: Baking) -> str:

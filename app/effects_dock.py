@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QColor, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -17,45 +16,24 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QTableWidget,
     QTableWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
 from app import theme
 from app.accuracy import frame_text, setting_text, share_text
-from app.document import Look, Project
-from app.latest import Latest
-from app.panels import button, enable, text
+from app.document import Look
+from app.effect_names import LEAST_ERROR, NAMES
+from app.panels import button, enable, sheet, text
 from app.status_bar import size_text
-from app.theme import PADDING, ROW, STEP, role
+from app.theme import ROW, STEP
 from app.view_tab import ViewTab
 from app.workbench import Workbench
-from engine.scene import Scene
-from engine.steps import Step, Steps
-from engine.tradeoff.choose import Budget, budget_from_text
 
 if TYPE_CHECKING:
     from engine.effects.plan import Effect, EffectsPlan
 
-#: Effects as people read them; those that a later plan adds are shown by their own name.
-NAMES = {
-    "self-shadowing": "Shadows",
-    "interreflection": "Bounces",
-    "glossy": "Gloss",
-    "anisotropy": "Anisotropy",
-    "all-frequency-light": "Sharp light",
-    "sun-split": "Sun",
-    "mesostructure": "Mesostructure",
-    "spatially-varying-gloss": "Varying gloss",
-    "fresnel": "Fresnel",
-    "retro-reflection": "Retro-reflection",
-}
-
 #: What can be wished of an effect.
 WISHES = (("", "Auto"), ("on", "On"), ("off", "Off"))
-
-#: Pause after the last change before the scene is planned anew.
-AT_REST_MS = 500
 
 #: Seconds and bytes below these are not worth a word.
 LEAST_S, LEAST_BYTES = 0.05, 1e5
@@ -67,25 +45,8 @@ CELL = 12
 NARROWEST = 352
 
 
-@dataclass(frozen=True, eq=False)
-class Asked:
-    """What a plan is of."""
-
-    scene: Scene
-    budget: Budget
-    forced: tuple[str, ...]
-    skipped: tuple[str, ...]
-
-    def is_as(self, other: Asked | None) -> bool:
-        if other is None or (self.budget, self.forced, self.skipped) != (other.budget, other.forced, other.skipped):
-            return False
-        one, two = self.scene, other.scene
-        same = (one.mesh is two.mesh, one.environment is two.environment, one.material is two.material)
-        return all(same) and (one.brdf, one.ground) == (two.brdf, two.ground)
-
-
 class EffectsDock(QDockWidget):
-    """Plans anew when the scene is another one. `applied(Setting)` asks the View workspace for the plan's setting."""
+    """Shows the plan of `view`, and changes what is wished. `applied(Setting)` asks for the plan's setting."""
 
     applied = Signal(object)
 
@@ -93,32 +54,27 @@ class EffectsDock(QDockWidget):
         super().__init__("Effects", parent)
         self.setObjectName("effects")
         self.bench, self.view = bench, view
-        self.plan: EffectsPlan | None = None
-        self.latest = Latest(bench.jobs, "Planning effects", self._told)
-        self._asked: Asked | None = None
-        self.at_rest = QTimer(self)
-        self.at_rest.setSingleShot(True)
-        self.at_rest.setInterval(AT_REST_MS)
-        self.at_rest.timeout.connect(self._ask)
+        self.planning = view.planning
         self.wishes: dict[str, QComboBox] = {}
         self.setWidget(self._inside())
         self.applied.connect(view.apply_setting)
-        bench.document.changed.connect(lambda _old, _new: self.refresh())
-        view.model_ready.connect(self.refresh)
-        view.reflectance.ready.connect(self.refresh)
+        bench.document.changed.connect(lambda _old, _new: self._show_budget())
+        self.planning.changed.connect(self._show)
         view.setting_changed.connect(self._show_choice)
-        self.visibilityChanged.connect(lambda _visible: self.refresh())
+        self.visibilityChanged.connect(lambda _visible: self.planning.watch("dock", self.isVisible()))
+        self._show()
+
+    @property
+    def plan(self) -> EffectsPlan | None:
+        """The plan of the scene as it is."""
+        return self.planning.plan
 
     def sizeHint(self) -> QSize:
         return QSize(320, 300)
 
     def _inside(self) -> QWidget:
-        holder = role(QWidget(), "panel")
+        holder, column = sheet()
         holder.setMinimumWidth(NARROWEST)
-        holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        column = QVBoxLayout(holder)
-        column.setContentsMargins(PADDING, STEP, PADDING, STEP)
-        column.setSpacing(STEP)
         self.table = _Table(0, 3)
         self.table.setAccessibleName("Effects that the scene calls for")
         self.table.horizontalHeader().hide()
@@ -159,53 +115,14 @@ class EffectsDock(QDockWidget):
         column.addWidget(self.words)
         return holder
 
-    def _wanted(self, project: Project) -> Asked | None:
-        """What is to be planned; None where there is nothing that can be, and then the words say why."""
-        scene, look = self.view.scene(project), project.look
-        if scene is None or scene.environment is None:
-            self.words.setText("" if scene is None else "A plan needs light from all around: choose it under Light.")
-            return None
-        try:
-            budget = budget_from_text(look.plan_budget)
-        except ValueError:
-            self.words.setText("Say the budget as '1 %' or '8 ms'.")
-            return None
-        return Asked(scene, budget, look.forced, look.skipped)
-
-    def refresh(self) -> None:
-        """Plan, where the scene or the wishes are others and somebody looks."""
-        project = self.bench.document.project
-        if self.budget.text() != project.look.plan_budget and not self.budget.hasFocus():
-            self.budget.setText(project.look.plan_budget)
-        if not self.isVisible():
-            return
-        wanted = self._wanted(project)
-        if wanted is None:
-            self._asked = self.plan = None
-            self._show()
-        elif not wanted.is_as(self._asked):
-            self._asked = wanted
-            self.words.setText("Looking at the scene…")
-            self.at_rest.start()
-
-    def _ask(self) -> None:
-        """Plan what was wanted last, now that nothing has changed for a while."""
-        wanted, (width, height) = self._asked, self.view.viewport.screen_px()
-        if wanted is not None:
-            self.latest.ask(lambda: planned(wanted, width * height), lambda plan: self._take(wanted, plan))
-
-    def _told(self, step: Step) -> None:
-        """Say what takes so long while a new plan is on the way: the first on a machine measures it."""
-        if self._asked is not None and self.latest.busy and step.note:
-            self.words.setText(f"{step.note[:1].upper()}{step.note[1:]}…")
-
-    def _take(self, wanted: Asked, plan: EffectsPlan) -> None:
-        if wanted is self._asked:
-            self.plan = plan
-            self._show()
+    def _show_budget(self) -> None:
+        words = self.bench.document.project.look.plan_budget
+        if self.budget.text() != words and not self.budget.hasFocus():
+            self.budget.setText(words)
 
     def _show(self) -> None:
-        effects = self.plan.effects if self.plan is not None else ()
+        plan = self.planning.plan or self.planning.before
+        effects = plan.effects if plan is not None else ()
         if [*self.wishes] != [effect.effect for effect in effects]:
             self._make_rows(effects)
         for place, effect in enumerate(effects):
@@ -256,7 +173,8 @@ class EffectsDock(QDockWidget):
     def _show_choice(self) -> None:
         plan = self.plan
         if plan is None:
-            enable(self.apply, self.words.text() or "There is no plan yet")
+            self.words.setText(self.planning.words)
+            enable(self.apply, self.planning.words or "There is no plan yet")
             return
         within = "" if plan.satisfied else "Nothing keeps within the budget. Nearest is "
         error, frame = share_text(plan.predicted_error_rel), frame_text(plan.predicted_frame_s)
@@ -308,7 +226,7 @@ def row_text(effect: Effect) -> str:
 
 def row_forms(effect: Effect) -> tuple[str, ...]:
     """The same and shorter, the longest first."""
-    error = share_text(effect.estimated_error_rel) if effect.estimated_error_rel >= 1e-5 else "no loss"
+    error = share_text(effect.estimated_error_rel) if effect.estimated_error_rel >= LEAST_ERROR else "no loss"
     short = (f"{effect.decision}, {error}", error)
     if effect.on:
         return (f"{effect.decision}, {error} without it", *short)
@@ -319,29 +237,3 @@ def row_forms(effect: Effect) -> tuple[str, ...]:
         saved.append(size_text(effect.saves_bytes))
     longer = [" and ".join(saved[:count]) for count in range(len(saved), 0, -1)]
     return (*(f"{effect.decision}, {error} for {words}" for words in longer), *short)
-
-
-def planned(asked: Asked, pixels: int) -> Steps[Any]:
-    """The plan of a scene; the first of a machine measures its costs."""
-    yield Step(0.0, "preparing kernels")
-    from app.cost import cost_model
-    from engine.effects.plan import plan
-
-    scene, budget = asked.scene, asked.budget
-    model = yield from cost_model()
-    yield Step(0.9, "looking at the scene")
-    time_ms = 1e3 * budget.time_s if budget.time_s is not None and budget.error is None else None
-    return plan(
-        scene.mesh,
-        scene.brdf,
-        scene.environment,  # type: ignore[arg-type]
-        cost=model,
-        error=budget.error if time_ms is None else None,
-        time_ms=time_ms,
-        force=asked.forced,
-        skip=asked.skipped,
-        ground=scene.ground,
-        rotation=scene.environment_rotation,
-        material=scene.material,
-        pixels=max(1, pixels),
-    )

@@ -13,16 +13,14 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QTreeWidget,
     QTreeWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
 from app import icons, theme
 from app.healths import Part, figures_of, parts_of, worst_of
 from app.jobs import Job
-from app.panels import button, text
+from app.panels import button, sheet, text
 from app.status_bar import VERDICTS
-from app.theme import PADDING, STEP, role
 from app.view_tab import ViewTab
 from app.workbench import Workbench
 from engine.health import Health, Verdict
@@ -54,11 +52,7 @@ class HealthDock(QDockWidget):
         return QSize(320, 200)
 
     def _inside(self) -> QWidget:
-        holder = role(QWidget(), "panel")
-        holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        column = QVBoxLayout(holder)
-        column.setContentsMargins(PADDING, STEP, PADDING, STEP)
-        column.setSpacing(STEP)
+        holder, column = sheet()
         self.tree = QTreeWidget()
         self.tree.setColumnCount(3)
         self.tree.setHeaderHidden(True)

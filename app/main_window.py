@@ -43,6 +43,7 @@ from app.capture_tab import CaptureTab
 from app.docks import DocksOf, JobsDock, LogDock
 from app.document import Project
 from app.effects_dock import EffectsDock
+from app.error_line import ErrorLine
 from app.export_tab import ExportTab
 from app.factor_tab import FactorTab
 from app.failures import Failures
@@ -53,7 +54,6 @@ from app.jobs import Job
 from app.lobe_inspector import LobeInspector
 from app.material_tab import MaterialTab
 from app.panels import text
-from app.picture_error import PictureError
 from app.status_bar import StatusBar
 from app.surfaces import request_format
 from app.theme import PADDING, STEP, role
@@ -256,11 +256,18 @@ class MainWindow(QMainWindow):
         edit.addAction(self.undo)
         edit.addAction(self.redo)
         view = self.menu.addMenu("&View")
+        view.setToolTipsVisible(True)
         for place, (name, words) in enumerate(WORKSPACES.items()):
             self._add(view, words, f"Ctrl+{place + 1}", partial(self.show_workspace, name))
         view.addSeparator()
         self._add(view, "Dark theme", "", lambda: self.set_theme("dark"))
         self._add(view, "Light theme", "", lambda: self.set_theme("light"))
+        view.addSeparator()
+        self.measure = self._add(view, "Error of the picture", "", self._measure_or_not)
+        self.measure.setCheckable(True)
+        self.measure.setChecked(self.settings.measure_error)
+        self.measure.setToolTip("Compare what the View workspace shows with a reference, whenever nothing else is done")
+        self.view.pictures.measure(self.settings.measure_error)
         view.addSeparator()
         for action in self.of_view.actions:
             view.addAction(action)
@@ -307,7 +314,7 @@ class MainWindow(QMainWindow):
         for drawing in (self.view, self.brdf, self.factor):
             drawing.drawn.connect(self.status.show_frame_time)
         self.view.drawn.connect(lambda _seconds: self._picture_drawn())
-        self.view.error_found.connect(self._show_picture_error)
+        self.error_line = ErrorLine(self.status, self.view)
         for tab in (self.capture, self.material, self.export):
             tab.sample_wanted.connect(bench.open_sample)
         self.capture.files_wanted.connect(self.choose_folder)
@@ -321,6 +328,7 @@ class MainWindow(QMainWindow):
         self._show_docks_of_view()
         self.buttons.button(list(WORKSPACES).index(name)).setChecked(True)
         self.status.show_frame_time(None)
+        self.error_line.refresh()
 
     def open(self, paths: Sequence[Path]) -> None:
         """Open what `paths` are, and remember them."""
@@ -356,6 +364,12 @@ class MainWindow(QMainWindow):
         theme.apply(application, name)
         self.settings = dataclasses.replace(self.settings, theme=name)
         self._tint()
+
+    def _measure_or_not(self) -> None:
+        """Work out the error of the picture on screen in the background, or leave it."""
+        self.settings = dataclasses.replace(self.settings, measure_error=self.measure.isChecked())
+        self.view.pictures.measure(self.measure.isChecked())
+        self.error_line.refresh()
 
     def show_help(self) -> None:
         """Keys and gestures."""
@@ -405,11 +419,6 @@ class MainWindow(QMainWindow):
     def _show_health(self) -> None:
         self.health_dock.show()
         self.health_dock.raise_()
-
-    def _show_picture_error(self, error: PictureError | None) -> None:
-        modes = " against ".join(mode.label for mode in self.view.pictures.modes)
-        hint = f"{modes}: relative RMSE on {error.pixels:,} pixels".replace(",", " ") if error else ""
-        self.status.show_picture_error(error.text if error else "", hint)
 
     def _job_failed(self, job: Job, error: BaseException) -> None:
         self.failures.report(f"{job.title} did not work", error)

@@ -77,6 +77,16 @@ class Panel(QWidget):
             self.whole.addLayout(holder)
 
 
+def sheet() -> tuple[QWidget, QVBoxLayout]:
+    """What fills a dock, and the column of it that is to be filled."""
+    holder = role(QWidget(), "panel")
+    holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    column = QVBoxLayout(holder)
+    column.setContentsMargins(PADDING, STEP, PADDING, STEP)
+    column.setSpacing(STEP)
+    return holder, column
+
+
 def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
     """Panels and picture beside each other with a thin line between them; part number `stretch` takes the room."""
     holder = role(QWidget(), "gap")

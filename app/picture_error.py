@@ -25,12 +25,16 @@ Pixels = NDArray[np.float32]
 #: Coverage from which a pixel is taken to be covered completely.
 COVERED = 0.999
 
+#: Share of an error, and error, that may be uncertain without anybody wanting to know more.
+CERTAIN, NOTHING = 0.04, 2e-4
+
 
 @dataclass(frozen=True)
 class PictureError:
     """Relative RMSE of A against B with its uncertainty (95 %), FLIP (None before it is known), the largest difference.
 
-    `scale` is a round luminance for the picture of the difference, `pixels` how many both cover.
+    `scale` is a round luminance for the picture of the difference, `pixels` how many both cover, and `samples` those of
+    each pixel of a reference that is uncertain, 0 where there is none.
     """
 
     rmse_rel: float
@@ -39,6 +43,12 @@ class PictureError:
     max_abs: float
     pixels: int
     scale: float
+    samples: int = 0
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether what is uncertain is small beside the error, or nothing: more samples would tell nobody more."""
+        return self.uncertainty <= max(CERTAIN * self.rmse_rel, NOTHING)
 
     @property
     def text(self) -> str:
@@ -52,10 +62,11 @@ class PictureError:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """One picture (H, W, 4) and the variance of its values (H, W, 3), or 0."""
+    """One picture (H, W, 4), the variance of its values (H, W, 3), or 0, and of how many samples it is, where it is."""
 
     picture: Pixels
     variance: Any = 0.0
+    samples: int = 0
 
 
 class Comparing(QObject):
@@ -93,6 +104,16 @@ class Comparing(QObject):
         if self._rows and self._done is not None:
             self._done(np.concatenate(self._rows))
 
+    def weigh(self, a: Side) -> None:
+        """Find how far `a` is from what it is an estimate of: its own noise."""
+        asked = self._pictures
+
+        def show(error: PictureError | None) -> None:
+            if error is not None and asked == self._pictures:
+                self.found.emit(error)
+
+        self._figures.ask(lambda: _noise(a), show)
+
     def compare(self, a: Side, b: Side, *, with_flip: bool) -> None:
         """Find the error of `a` against `b`, unless something newer comes first."""
         asked = self._pictures
@@ -124,7 +145,7 @@ def _alike(a: Side, b: Side) -> tuple[Side, Side]:
 
     small = min(sizes)
     made = [
-        side if size == small else Side(cv2.resize(side.picture, small, interpolation=cv2.INTER_AREA), side.variance)
+        side if size == small else replace(side, picture=cv2.resize(side.picture, small, interpolation=cv2.INTER_AREA))
         for side, size in zip((a, b), sizes, strict=True)
     ]
     return made[0], made[1]
@@ -152,7 +173,29 @@ def _figures(a: Side, b: Side) -> Steps[PictureError | None]:
     yield Step(0.6, "comparing pictures")
     _, scale = signed_difference(first, second)
     largest = float(np.abs(first - second).max())
-    return PictureError(found.rmse_rel, found.uncertainty, None, largest, int(mask.sum()), scale)
+    samples = max(a.samples, b.samples)
+    return PictureError(found.rmse_rel, found.uncertainty, None, largest, int(mask.sum()), scale, samples)
+
+
+def _noise(a: Side) -> Steps[PictureError | None]:
+    """The error of a Monte Carlo picture, told from its own variance; None where it shows nothing.
+
+    The squared error is a sum over pixels, each of which has twice the square of its variance as variance where its
+    channels rise and fall together.
+    """
+    yield Step(0.0, "weighing noise")
+    from engine.accuracy.compare import DEVIATIONS
+
+    mask = a.picture[..., 3] >= COVERED
+    power = float(np.sum(np.square(a.picture[mask][:, :3], dtype=np.float64)))
+    if power <= 0.0:
+        return None
+    of_pixel = np.broadcast_to(a.variance, (*mask.shape, 3))[mask].sum(axis=-1)
+    squared = float(of_pixel.sum())
+    spread = DEVIATIONS * math.sqrt(2.0 * float(np.sum(of_pixel**2)))
+    low, middle, high = (math.sqrt(max(value, 0.0) / power) for value in (squared - spread, squared, squared + spread))
+    pixels = int(mask.sum())
+    return PictureError(middle, max(high - middle, middle - low), None, 0.0, pixels, 0.0, a.samples)
 
 
 def _with_flip(a: Side, b: Side, error: PictureError) -> Steps[PictureError]:

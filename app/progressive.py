@@ -1,7 +1,7 @@
 """The reference of what is on screen: begun when the picture rests, given up at once when anything changes.
 
-It is a light job, so that photographs can be imported meanwhile, and it pauses while a heavy one runs. It ends where
-its noise is below `FINE_ENOUGH` or it has `MOST_SAMPLES`.
+It is a light job, so that photographs can be imported meanwhile, and it pauses while a heavy one runs, or where who
+asked for it knows enough (`hold`). It ends where its noise is below `FINE_ENOUGH` or it has `MOST_SAMPLES`.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Progressive(QObject):
         super().__init__()
         self.jobs = jobs
         self.found: ReferencePicture | None = None
-        self.stopped = False
+        self.stopped = self.held = False
         self._wanted: _Wanted | None = None
         self._job: Job | None = None
         jobs.changed.connect(self._make_way)
@@ -54,6 +54,10 @@ class Progressive(QObject):
     @property
     def running(self) -> bool:
         return self._job is not None
+
+    def is_run_by(self, job: Job) -> bool:
+        """Whether `job` is the one that refines."""
+        return job is self._job
 
     def want(self, scene: Scene, size: tuple[int, int], bounces: int) -> None:
         """Work on the reference of `scene` with `size` (width, height); what is there of it already goes on."""
@@ -64,13 +68,24 @@ class Progressive(QObject):
         self._wanted = wanted
         self._start()
 
+    def serves(self, scene: Scene, bounces: int) -> bool:
+        """Whether what is there, or under way, is of `scene`, in whatever size."""
+        wanted = self._wanted
+        return wanted is not None and wanted.bounces == bounces and same(wanted.scene, scene)
+
     def drop(self) -> None:
         """The picture is another one: stop, and forget what was found."""
         if self._job is not None:
             job, self._job = self._job, None
             self.jobs.cancel(job)
         self.found = self._wanted = None
-        self.stopped = False
+        self.stopped = self.held = False
+
+    def hold(self, held: bool) -> None:
+        """Rest for as long as what was found is good enough; what is there goes on where it was."""
+        if held != self.held:
+            self.held = held
+            self._make_way()
 
     def stop(self) -> None:
         """Keep what was found and do no more."""
@@ -96,7 +111,7 @@ class Progressive(QObject):
         job.succeeded.connect(lambda found: self._end(job, found))
         job.failed.connect(lambda _error: self._end(job, None))
         job.cancelled.connect(lambda: self._end(job, None))
-        self._make_way(job)
+        self._make_way()
 
     def _take(self, job: Job, found: Any) -> None:
         if job is self._job and found is not None:
@@ -109,11 +124,11 @@ class Progressive(QObject):
             self.found = found or self.found
             self.improved.emit()
 
-    def _make_way(self, _job: Job) -> None:
-        """Pause while a heavy job runs or waits, and go on afterwards."""
+    def _make_way(self, _job: Job | None = None) -> None:
+        """Pause while a heavy job runs or waits, or nobody needs more, and go on afterwards."""
         if self._job is None:
             return
-        busy = any(job.heavy and job.state != "paused" for job in self.jobs.active)
+        busy = self.held or any(job.heavy and job.state != "paused" for job in self.jobs.active)
         if busy and self._job.state == "running":
             self.jobs.pause(self._job)
         elif not busy and self._job.state == "paused":

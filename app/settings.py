@@ -30,6 +30,7 @@ class Settings:
     """Remembered choices; `geometry` and `layout` are Qt's own description in hexadecimal.
 
     `closed_docks` are those of a workspace that the person has closed: Qt's description has them as they were last.
+    `measure_error` says whether the picture in the View workspace is compared with a reference in the background.
     """
 
     theme: str = "dark"
@@ -38,6 +39,7 @@ class Settings:
     last_folder: str = ""
     recent: tuple[str, ...] = ()
     closed_docks: tuple[str, ...] = ()
+    measure_error: bool = True
 
 
 def config_folder() -> Path | None:
@@ -95,4 +97,7 @@ def _from_json(values: Any) -> Settings:
     for name, words in (("recent", recent), ("closed_docks", closed)):
         if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
             raise ValueError(f"{name} is not a list of texts")
-    return Settings(**texts, recent=tuple(recent[:RECENT]), closed_docks=tuple(closed[:RECENT]))
+    measure = values.get("measure_error", True)
+    if not isinstance(measure, bool):
+        raise ValueError("measure_error is neither true nor false")
+    return Settings(**texts, recent=tuple(recent[:RECENT]), closed_docks=tuple(closed[:RECENT]), measure_error=measure)

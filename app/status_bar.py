@@ -49,8 +49,9 @@ class StatusBar(QWidget):
         self.health.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.health.setIconSize(QSize(icons.SMALL, icons.SMALL))
         self.health.clicked.connect(self.health_clicked)
-        self.error = figure(OF_MATERIAL, "error 10.0 % ± 0.1")
-        self._of_material = self._of_picture = ""
+        self.error = figure(OF_MATERIAL, "error 10.00 % ± 0.01")
+        self._of_material = ""
+        self._of_picture: tuple[str, str] | None = None
         self.frame = figure("Time of the last frame in the viewport", "1000.0 ms")
         self.memory = figure("Memory that this program holds", "99.9 GB")
         row = QHBoxLayout(self)
@@ -99,15 +100,17 @@ class StatusBar(QWidget):
         self._of_material = "" if rms is None else f"error {100 * rms / r_max:.1f} %"
         self._show_error()
 
-    def show_picture_error(self, words: str, hint: str = "") -> None:
-        """Error of the picture on screen, '1.2 % ± 0.1'; empty where none is compared, and then the material's is."""
-        self._of_picture = f"error {words}" if words else ""
-        self._show_error(hint)
+    def show_picture_error(self, words: str | None, hint: str = "") -> None:
+        """Error of the picture on screen, '1.2 % ± 0.1', or nothing; None for that of the material in its place."""
+        self._of_picture = None if words is None else (f"error {words}" if words else "", hint)
+        self._show_error()
 
-    def _show_error(self, hint: str = "") -> None:
-        self.error.setText(self._of_picture or self._of_material)
-        self.error.setToolTip(hint or OF_MATERIAL)
-        self.error.setVisible(bool(self.error.text()))
+    def _show_error(self) -> None:
+        words, hint = (self._of_material, OF_MATERIAL) if self._of_picture is None else self._of_picture
+        if words != self.error.text() or hint != self.error.toolTip():
+            self.error.setText(words)
+            self.error.setToolTip(hint)
+            self.error.setVisible(bool(words))
 
     def show_frame_time(self, seconds: float | None) -> None:
         """Time of the last frame; None where no viewport is on screen."""

@@ -77,10 +77,20 @@ class TradeoffPlot(Plot):
             marks.setZValue(4)
             item.addItem(marks, ignoreBounds=True)
             self.marks[mode] = marks
+        self._draw()
 
     def show_points(self, accuracy: Accuracy | None, axis: str, current: Setting | None) -> None:
         """Show all points against `axis` (`engine.tradeoff.point.COSTS`), a ring around the `current` setting."""
+        are_others = accuracy is not self.accuracy or axis != self.axis
+        is_other = current != self.current
         self.accuracy, self.axis, self.current = accuracy, axis, current
+        if are_others:
+            self._draw()
+        elif is_other:
+            self._ring()
+
+    def _draw(self) -> None:
+        accuracy, axis = self.accuracy, self.axis
         points = accuracy.points if accuracy is not None else ()
         self.shown = [point for point in points if point.cost(axis) > 0.0]
         self.x_label = AXES[axis][0]
@@ -163,7 +173,7 @@ class TradeoffPlot(Plot):
         """Take the colours of the current theme."""
         super().apply_theme()
         if hasattr(self, "marks"):
-            self.show_points(self.accuracy, self.axis, self.current)
+            self._draw()
 
     def mouseDoubleClickEvent(self, event: Any) -> None:
         event.accept()

@@ -1,7 +1,9 @@
 """What the View workspace shows of a project: one mode or two, the reference over its stand-in, and their error.
 
 While anything moves, OpenGL draws. When the picture has come to rest the reference begins, is laid over as it becomes
-better, and what is on screen is compared with it.
+better, and what is on screen is compared with it. Where one mode is shown alone, a small reference that nobody sees
+tells how far it is off: it begins when nothing else is to be done, and rests as soon as more samples would change
+nothing that is read.
 """
 
 from __future__ import annotations
@@ -10,11 +12,12 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
+from app.accuracy import size_of
 from app.document import Project
 from app.jobs import Jobs
-from app.modes import Mode, mode_of, scene_of
+from app.modes import MODES, Mode, mode_of, scene_of, why_not
 from app.overlay import Handle
 from app.picture_error import Comparing, PictureError, Pixels, Side
 from app.progressive import Progressive, progress_text
@@ -35,17 +38,25 @@ PASSES = 3
 #: Full colour of a difference before anything is known of it.
 FIRST_SCALE = 0.1
 
+#: Pause after the picture is complete before the reference begins that nobody sees, and its samples at most.
+SETTLED_MS = 400
+MOST_UNSEEN = 256
+
 
 class ViewPictures(QObject):
-    """`error_found(PictureError or None)` and `progressed` follow; `error` and `progress` hold what is known."""
+    """`error_found(PictureError or None)` and `progressed` follow; `error` and `progress` hold what is known.
+
+    `measuring` says whether the error of a mode that is shown alone is asked for.
+    """
 
     error_found = Signal(object)
     progressed = Signal()
 
     def __init__(self, viewport: Viewport, jobs: Jobs) -> None:
-        super().__init__()
+        super().__init__(viewport)
         self.viewport = viewport
         self.wipe = 0.5
+        self.measuring = True
         self.scale = FIRST_SCALE
         self.error: PictureError | None = None
         self.modes: tuple[Mode, ...] = ()
@@ -56,6 +67,11 @@ class ViewPictures(QObject):
         self._scene: Scene | None = None
         self._drawn: dict[int, Pixels] = {}
         self._flip_at = 0
+        self._is_small = False
+        self._settled = QTimer(self)
+        self._settled.setSingleShot(True)
+        self._settled.setInterval(SETTLED_MS)
+        self._settled.timeout.connect(self._begin_unseen)
         self.reference.improved.connect(self._improved)
         self.comparing.found.connect(self._found)
         viewport.camera_moved.connect(self._moved)
@@ -108,6 +124,7 @@ class ViewPictures(QObject):
     def _forget(self, *, keep_reference: bool) -> None:
         self._drawn.clear()
         self.comparing.drop()
+        self._settled.stop()
         self._flip_at = 0
         self.viewport.overlay.show_preparing(True)
         if not keep_reference:
@@ -130,15 +147,55 @@ class ViewPictures(QObject):
         words = f"reference {progress_text(self.reference.found)}"
         return f"{words}, stopped" if self.reference.stopped else words
 
+    @property
+    def is_unseen(self) -> bool:
+        """Whether the picture is compared with a reference that is not shown."""
+        is_alone = len(self.modes) == 1 and self.progressive is None
+        return self.measuring and is_alone and not self.why_no_error
+
+    @property
+    def why_no_error(self) -> str:
+        """Why there is nothing to compare the picture with; empty where there is."""
+        if self._project is None:
+            return ""
+        return next((why_not(mode, self._project) for mode in MODES if mode.progressive), "")
+
+    def measure(self, measuring: bool) -> None:
+        """Ask for the error of a mode that is shown alone, or no longer."""
+        if measuring == self.measuring:
+            return
+        self.measuring = measuring
+        if len(self.modes) < 2:
+            self._forget(keep_reference=self.progressive is not None)
+            self._collect()
+
     def _rested(self) -> None:
-        camera, project = self.viewport.camera, self._project
-        if self.progressive is not None and self._scene is not None and self.viewport.isVisible():
-            assert project is not None
-            assert camera is not None
-            scene = dataclasses.replace(self._scene, camera=camera)
+        scene, project = self._seen(), self._project
+        if self.progressive is not None and scene is not None and project is not None and self.viewport.isVisible():
+            self._is_small = False
             self.reference.want(scene, reference_size(self.viewport.screen_px()), project.look.bounces)
+            self.reference.hold(False)
             self._lay_over()
         self._collect()
+
+    def _seen(self) -> Scene | None:
+        """The scene with the camera that it is seen with."""
+        camera = self.viewport.camera
+        return dataclasses.replace(self._scene, camera=camera) if self._scene is not None and camera else None
+
+    def _begin_unseen(self) -> None:
+        """Tell how far the picture is off, once nothing else is to be done."""
+        scene, project = self._seen(), self._project
+        if scene is None or project is None or not self.is_unseen or not self.viewport.isVisible():
+            return
+        if any(job.state != "paused" and not self.reference.is_run_by(job) for job in self.reference.jobs.active):
+            self._settled.start()
+            return
+        if not self.reference.serves(scene, project.look.bounces):
+            self._is_small = True
+            self.reference.want(scene, size_of(self.viewport.screen_px()), project.look.bounces)
+        self.reference.hold(False)
+        self._compare()
 
     def give_up(self) -> None:
         """Nobody looks any more."""
@@ -152,7 +209,8 @@ class ViewPictures(QObject):
     def _lay_over(self) -> None:
         """Lay the reference over the picture that stands for it, and over no other."""
         found, side = self.reference.found, self.progressive
-        picture = found.picture if found is not None and found.samples >= SHOWN_FROM else None
+        is_shown = found is not None and found.samples >= SHOWN_FROM and not self._is_small
+        picture = found.picture if found is not None and is_shown else None
         for at in range(2):
             self.viewport.show_over(at, picture if at == side else None)
 
@@ -160,12 +218,15 @@ class ViewPictures(QObject):
         """Read back the picture that OpenGL has finished, once."""
         side = next((at for at, mode in enumerate(self.modes) if not mode.progressive and at not in self._drawn), None)
         surface = self.viewport.surface
-        if len(self.modes) < 2 or side is None or self.comparing.reading or not surface.is_finished:
+        is_compared = len(self.modes) == 2 or self.is_unseen
+        if not is_compared or side is None or self.comparing.reading or not surface.is_finished:
             return
 
         def keep(pixels: Pixels) -> None:
             self._drawn[side] = pixels
             self._collect()
+            if self.is_unseen:
+                self._settled.start()
             self._compare()
 
         self.comparing.read(surface.strips(side), keep)
@@ -174,25 +235,31 @@ class ViewPictures(QObject):
         """Ask for the error of the first picture against the second, if both are there."""
         sides: list[Side] = []
         found, is_new = self.reference.found, True
+        exact = found if found is not None and found.variance is not None and found.passes >= PASSES else None
         for at, mode in enumerate(self.modes):
             if not mode.progressive and at in self._drawn:
                 sides.append(Side(self._drawn[at]))
-            elif mode.progressive and found is not None and found.variance is not None and found.passes >= PASSES:
-                sides.append(Side(found.picture, found.variance))
-                is_new = found.samples >= 2 * self._flip_at or not self.reference.running
+            if (mode.progressive or self.is_unseen) and exact is not None:
+                sides.append(Side(exact.picture, exact.variance, exact.samples))
+                is_new = exact.samples >= 2 * self._flip_at or not self.reference.running
         if len(sides) == 2:
-            if is_new and found is not None:
+            with_flip = is_new and len(self.modes) == 2
+            if with_flip and found is not None:
                 self._flip_at = found.samples
-            self.comparing.compare(*sides, with_flip=is_new)
+            self.comparing.compare(*sides, with_flip=with_flip)
+        elif len(sides) == 1 and len(self.modes) == 1 and self.progressive is not None:
+            self.comparing.weigh(sides[0])
 
     def _found(self, error: PictureError) -> None:
         if error.flip is None and self.error is not None:
             error = dataclasses.replace(error, flip=self.error.flip)
         self.error = error
+        if self.is_unseen:
+            self.reference.hold(error.is_certain or error.samples >= MOST_UNSEEN)
         self.viewport.overlay.show_preparing(False)
         self.error_found.emit(error)
         is_difference = self._project is not None and self._project.look.comparing == "difference"
-        if error.scale != self.scale:
+        if error.scale not in (0.0, self.scale):
             self.scale = error.scale
             if is_difference:
                 self._split()

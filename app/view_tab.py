@@ -12,7 +12,8 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
 from app import icons
 from app.accuracy import choices_with, look_with, setting_of
 from app.bake_panel import BakePanel
-from app.baking import WORDS, Baking
+from app.bake_work import WORDS
+from app.baking import Baking
 from app.compare_panel import ComparePanel
 from app.document import Look, Project
 from app.latest import Latest
@@ -20,6 +21,8 @@ from app.light_panel import LIGHT_FIELDS, LightPanel
 from app.modes import MODES, flipped, mode_of, why_not
 from app.panels import Fitting, Panel, Segments, enable, side_by_side, text, tool
 from app.param_form import ParamForm
+from app.picture_error import PictureError
+from app.planning import Planning
 from app.reflectance_panel import LookupPanel, ReflectancePanel
 from app.scene_panel import DEFAULT_MODEL, ScenePanel
 from app.theme import PADDING, STEP, role
@@ -68,6 +71,7 @@ class ViewTab(QWidget):
         self.viewport = Viewport(bench.jobs)
         self.pictures = ViewPictures(self.viewport, bench.jobs)
         self.bakings: dict[str, Baking] = {method: Baking(bench, method) for method in WORDS}
+        self.planning = Planning(bench, self.scene, self.viewport.screen_px, self)
         self.pictures.lit_of = lambda mode, scene: self.bakings[mode].lit(scene) if mode in self.bakings else None
         self._make_actions()
         work = side_by_side(self._make_left(), self._make_centre(), self._make_right(), stretch=1)
@@ -166,7 +170,8 @@ class ViewTab(QWidget):
             baking.lit_changed.connect(self._relit)
             baking.changed.connect(self._setting_may_have_changed)
         self.pictures.progressed.connect(self._show_caption)
-        self.pictures.error_found.connect(self.compare.show_error)
+        self.planning.changed.connect(self._planned)
+        self.pictures.error_found.connect(self._show_compared)
         self.pictures.error_found.connect(self.error_found)
         self.reflectance.ready.connect(lambda: self._show(document.project))
         for form in (self.model, self.lights, self.exposure):
@@ -189,6 +194,7 @@ class ViewTab(QWidget):
     def hideEvent(self, event: object) -> None:
         super().hideEvent(event)  # type: ignore[arg-type]
         self.pictures.give_up()
+        self.planning.watch("bake", False)
 
     def want_model(self) -> None:
         """Load the model that a new project is shown on, the first time that somebody asks; `model_ready` follows."""
@@ -221,17 +227,29 @@ class ViewTab(QWidget):
         alone = "" if project.has_map else "No material yet: the model shows the reflectance alone."
         note = self.reflectance.drawable.note if material.measured is not None else ""
         self.hint.setText("\n".join(filter(None, (alone, note and f"Measured reflectance: {note}"))))
+        self.planning.refresh()
         self._want_baked(project, scene)
         self.pictures.show(project, scene, self.lights.handles(project))
 
     def _want_baked(self, project: Project, scene: Scene) -> None:
         """Have the light of those modes on screen that are baked."""
-        look = project.look
+        look, planning = project.look, self.planning
         shown = {mode_of(value, project).value for value in (look.mode, *([look.against] if look.comparing else []))}
+        planning.watch("bake", self.isVisible() and not shown.isdisjoint(self.bakings))
         for method, baking in self.bakings.items():
             self.bake_panels[method].setVisible(method in shown)
             if method in shown:
-                baking.want(scene)
+                baking.want(scene, planning.plan, is_planning=planning.is_coming)
+
+    def _planned(self) -> None:
+        """Bakes follow the new plan."""
+        project = self.bench.document.project
+        scene = self.scene(project)
+        if scene is not None:
+            self._want_baked(project, scene)
+
+    def _show_compared(self, error: PictureError | None) -> None:
+        self.compare.show_error(error if len(self.pictures.modes) > 1 else None)
 
     def _relit(self) -> None:
         self.pictures.relit()
@@ -322,7 +340,7 @@ class ViewTab(QWidget):
 
     def setting_of(self, mode: str) -> Setting:
         """What a mode is set to."""
-        choices = {method: baking.choices for method, baking in self.bakings.items()}
+        choices = {method: baking.chosen for method, baking in self.bakings.items()}
         return setting_of(mode, self.bench.document.project.look, choices)
 
     def apply_setting(self, setting: Setting) -> None:
@@ -341,13 +359,9 @@ class ViewTab(QWidget):
         baking = self.bakings.get(self._to_bake)
         if baking is not None and (baking.is_made or baking.job is not None):
             self._to_bake = ""
-        elif (
-            baking is not None
-            and baking.estimate is not None
-            and baking.estimate.wanted.choices == baking.choices.baked
-        ):
+        elif baking is not None and baking.ready is not None:
             self._to_bake = ""
-            if baking.estimate.bake_s <= AT_ONCE_S:
+            if baking.ready.bake_s <= AT_ONCE_S:
                 baking.bake()
         if self.setting != self._setting:
             self._setting = self.setting

@@ -266,6 +266,8 @@ def test_the_error_of_two_modes_is_that_of_their_pictures(view: MainWindow, qtbo
     assert view.view.pictures.error is None
     assert view.view.compare.error.text() == "–"
     change(view, comparing="")
+    assert view.status.error.toolTip().startswith("Measured against a reference")
+    view.show_workspace("material")
     assert view.status.error.toolTip().startswith("Error of the compressed")
 
 
