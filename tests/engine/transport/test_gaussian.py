@@ -317,6 +317,12 @@ def test_the_range_of_widths_is_that_of_lobes_that_carry_light() -> None:
     lobes.sigma[0, np.argmax(view_directions()[:, 2])] = 0.4
     assert sigma_range([lobes]) == pytest.approx((0.2, 0.2))
     assert sigma_range([]) == (0.5, 0.5)
+    for share, narrowest in ((3e-4, 0.2), (3e-3, 0.05)):  # of the light, of which a thousandth may be left out
+        energy = np.array([share, 1.0 - share])
+        both = np.broadcast_to(np.array([0.05, 0.2], np.float32), (10, VIEWS, 2)).copy()
+        weight = np.broadcast_to(energy / gaussian_integral(both), both.shape)[..., None].repeat(3, axis=-1)
+        means = np.broadcast_to(np.array([0.0, 0.0, 1.0], np.float32), (10, VIEWS, 2, 3)).copy()
+        assert sigma_range([Lobes(weight.astype(np.float32), means, both)])[0] == pytest.approx(narrowest)
     assert sigma_range([Lobes(0.0 * lobes.weight, lobes.mean, lobes.sigma)]) == (0.5, 0.5)
 
 

@@ -103,6 +103,7 @@ def test_points_are_as_many_as_the_error_needs() -> None:
     far, near = (near_light([NearLamp((0.0, d, 0.0), WHITE)], mesh.positions, 5) for d in (40.0, 3.0))
     assert far.points == 8
     assert 27 < near.points <= LADDER[-1] ** 3
+    assert TOLERANCE <= 0.01, "what the command line and the program promise"
     assert max(far.error_rel, near.error_rel) <= TOLERANCE
     uneven = sphere_points(200)
     x, y, z = 1.001 * uneven[40]
