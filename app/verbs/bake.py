@@ -9,7 +9,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from app.verbs import bake_auto, bake_gaussian, bake_sh, bake_wavelet
+from app.verbs import bake_auto, bake_gaussian, bake_sh, bake_wavelet, vary
 from app.verbs.baked import words_of_time
 from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step
@@ -45,8 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--cube",
         type=int,
         metavar="N",
-        help="edge of the cube map that visibility is counted over: for wavelets, and their light, 16, 32 or 64 (64); "
-        "for sh and gaussian 4 to 256 (32, above order 8 64)",
+        help="edge of the cube map that visibility is counted over: for wavelets, and their light, 16, 32 or 64, "
+        "or fewer for a quick look (64); for sh and gaussian 4 to 256 (32, above order 8 64)",
     )
     parser.add_argument(
         "--fine",
@@ -62,15 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="harmonics of N bands, 3 to 15: of everything with sh, of the matt part with gaussian (5)",
     )
-    parser.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="PARAMETER=FROM:TO:SOURCE",
-        help="let a parameter of an analytic reflectance go from one value to another over the model, by x, y or z "
-        "across its bounding box or by the luminance of a picture at its texture coordinates: alpha=0.1:0.5:y; "
-        "for sh, twice at most, and for gaussian",
-    )
+    vary.add_argument(parser, "for sh, twice at most, gaussian and auto")
     parser.add_argument(
         "--error-env",
         metavar="FILE",

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from app.verbs.baked import carry_out, error_lines, subject_of
+from app.verbs.vary import variations_of
 from engine.steps import Step, drain, part
 
 if TYPE_CHECKING:
@@ -45,7 +46,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from app.cli import usage
     from engine.transport.gaussian_bake import PROBES, BakeSettings, bake, estimate_s, prepare
     from engine.transport.sh_bake import default_edge
-    from engine.transport.variation import variation_from_text
 
     usage(_check, arguments)
     settings = usage(
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
             compress=arguments.compress,
         )
     )
-    variations = usage(lambda: [variation_from_text(text) for text in arguments.vary])
+    variations = variations_of(arguments)
     subject = subject_of(arguments)
     environment = _environment(arguments.error_env)
     probes = PROBES if environment is None else ERROR_VERTICES
@@ -121,7 +121,7 @@ def lines(result: dict[str, Any]) -> list[str]:
 
 def _check(arguments: argparse.Namespace) -> None:
     if arguments.cluster is not None:
-        raise ValueError("--cluster is for the mode wavelet")
+        raise ValueError("--cluster is for --mode wavelet and sh")
     if arguments.views != VIEWS:
         raise ValueError(f"--views {arguments.views} is not possible; there are {VIEWS}, an icosahedron cut in three")
 

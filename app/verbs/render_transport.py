@@ -27,9 +27,10 @@ MODES: dict[str, Any] = {"wavelet": render_wavelet, "sh": render_sh, "gaussian":
 
 def is_baked(arguments: argparse.Namespace) -> bool:
     """Whether the picture is one of baked transport: by its mode, or by what is to be drawn."""
-    from engine.transport.transport_file import holds_transport
+    from engine.transport.transport_file import SUFFIX, holds_transport
 
-    return arguments.mode in MODES or (arguments.mode is None and holds_transport(arguments.mesh))
+    looks_baked = holds_transport(arguments.mesh) or arguments.mesh.lower().endswith(SUFFIX)
+    return arguments.mode in MODES or (arguments.mode is None and looks_baked)
 
 
 def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], None]) -> dict[str, Any]:

@@ -28,7 +28,6 @@ from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
 from engine.brdf.diffuse import Lambert
 from engine.cube_map import CubeMap, cube_of
 from engine.environment_file import open_environment
-from engine.errors import InputError
 from engine.files.atomic import resumable_file
 from engine.ground import Ground
 from engine.mesh import Mesh
@@ -46,12 +45,12 @@ from engine.transport.sh_table import lambert_table
 from engine.transport.sh_transfer import ShTransport
 from engine.transport.spherical_gaussian import Lobes
 from engine.transport.transport_file import (
-    REMEDY,
     TransportFile,
     TransportPlan,
     TransportWriter,
     open_transport,
     plan_transport,
+    read_as,
     write_transport,
 )
 from engine.transport.variation import Variation, variation_to_text
@@ -160,8 +159,8 @@ class Work:
 class Baked:
     """An open transport and what it took.
 
-    `visibility_s` are the seconds in which transport was tabulated, rays among them, `fit_s` the rest of the fit;
-    `figures` are those of the file (`figures_of`).
+    `bake_s` are the seconds of all of it, `visibility_s` those in which transport was tabulated, rays among them, and
+    `matt_s` those of the matt part; `figures` are those of the file (`figures_of`).
     """
 
     transport: GaussianTransport
@@ -441,31 +440,23 @@ def _plan(
 
 def transport_of(file: TransportFile) -> GaussianTransport:
     """The transport in an open file; InputError where it holds another kind, or what cannot be."""
-    if file.kind != KIND:
-        raise InputError(file.path, f"holds transport of the mode {file.kind}", f"Bake with --mode {KIND}")
+    return read_as(file, KIND, _transport_of)
+
+
+def _transport_of(file: TransportFile) -> GaussianTransport:
     settings, arrays = file.settings, file.arrays
-    try:
-        asked = BakeSettings(**{name: settings[name] for name in BakeSettings.__dataclass_fields__})
-        first, albedo = int(settings["ground_vertex"]), float(settings["ground_albedo"])
-        if not 0 <= first <= len(file.mesh.positions) or not 0.0 <= albedo <= 1.0:
-            raise ValueError("its ground is none")
-        components = tuple(_lobes_of(arrays, component, asked, first) for component in asked.components)
-        red, green, blue = (float(value) for value in settings["matt_albedo"])
-        if arrays["matt"].dtype != np.float32:
-            raise ValueError("its rows are of another type")
-        matt = ShTransport(
-            file.mesh,
-            first,
-            True,
-            albedo,
-            lambert_table(Lambert((red, green, blue)), asked.order),
-            asked.indirect,
-            arrays["matt"],
-        )
-        words = (str(settings["brdf"]), bool(settings["grazing"]))
-        return GaussianTransport(file.mesh, first, albedo, components, matt, *words)
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(file.path, f"holds transport that cannot be ({str(error)[:200]})", REMEDY) from None
+    asked = BakeSettings(**{name: settings[name] for name in BakeSettings.__dataclass_fields__})
+    first, albedo = int(settings["ground_vertex"]), float(settings["ground_albedo"])
+    if not 0 <= first <= len(file.mesh.positions) or not 0.0 <= albedo <= 1.0:
+        raise ValueError("its ground is none")
+    components = tuple(_lobes_of(arrays, component, asked, first) for component in asked.components)
+    red, green, blue = (float(value) for value in settings["matt_albedo"])
+    if arrays["matt"].dtype != np.float32:
+        raise ValueError("its rows are of another type")
+    table = lambert_table(Lambert((red, green, blue)), asked.order)
+    matt = ShTransport(file.mesh, first, True, albedo, table, asked.indirect, arrays["matt"])
+    words = (str(settings["brdf"]), bool(settings["grazing"]))
+    return GaussianTransport(file.mesh, first, albedo, components, matt, *words)
 
 
 def _lobes_of(arrays: Any, component: str, asked: BakeSettings, vertices: int) -> Lobes:

@@ -21,6 +21,7 @@ REMEDY = "Bake the mesh again"
 
 
 def mapped(path: Path) -> NDArray[np.uint8]:
+    """All bytes of a file; InputError where it is no regular file, too short to be ours, or cannot be read."""
     try:
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
         with open(os.open(path, flags), "rb") as file:  # noqa: PTH123 - opened by descriptor
@@ -30,6 +31,8 @@ def mapped(path: Path) -> NDArray[np.uint8]:
             if status.st_size < len(MAGIC) + 8:
                 raise InputError(path, "is no transport file", "Give one that lightarc bake made")
             return np.memmap(file, dtype=np.uint8, mode="r")
+    except FileNotFoundError:
+        raise InputError(path, "does not exist", "Check the name") from None
     except (OSError, ValueError) as error:
         words = os.strerror(error.errno or 0) if isinstance(error, OSError) else str(error)
         raise InputError(path, f"cannot be read ({words})", "Check the name") from None

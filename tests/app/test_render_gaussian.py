@@ -55,6 +55,18 @@ def test_light_that_is_too_bright_for_what_was_baked_gets_a_sentence(
         assert np.isfinite(drawn["mean_radiance"])
 
 
+def test_a_transport_file_that_is_missing_or_damaged_is_said_to_be(
+    lightarc: Command, baked: Path, tmp_path: Path
+) -> None:
+    damaged = tmp_path / "damaged.transport"
+    damaged.write_bytes(b"x" + baked.read_bytes()[1:])
+    for path, said in ((tmp_path / "missing.transport", "does not exist"), (damaged, "transport")):
+        made = lightarc("render", path, "--env", "studio", "-o", tmp_path / "a.png", *SIZE)
+        assert made.code == 3, made.err
+        assert said in made.err
+        assert "mesh" not in made.err
+
+
 def test_what_was_baked_cannot_be_chosen_again(lightarc: Command, baked: Path, tmp_path: Path) -> None:
     for words in (("--brdf", "lambert"), ("--window", "hanning"), ("--near-lamp", "x=1,y=1,z=1")):
         made = lightarc("render", baked, *words, "--env", "studio", "-o", tmp_path / "a.png", *SIZE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,8 @@ from engine.cube_map import cube_of
 from engine.environment_file import open_environment
 from engine.errors import InputError
 from engine.ground import Ground
-from engine.steps import drain
+from engine.steps import Step, Steps, drain
+from engine.transport import gaussian_bake
 from engine.transport.gaussian import matt_gain, matt_radiance
 from engine.transport.gaussian_bake import (
     BakeSettings,
@@ -25,6 +27,7 @@ from engine.transport.gaussian_bake import (
     prepare,
     transport_of,
 )
+from engine.transport.gaussian_error import GaussianError, Weighting
 from engine.transport.gaussian_samples import glossy_surface
 from engine.transport.matt_part import matt_part
 from engine.transport.sh_lighting import project
@@ -133,6 +136,21 @@ def test_a_better_fit_is_chosen_by_the_error_of_radiance(work: Work) -> None:
     assert 0.0 < error.of(work.weights[0]) == min(error.plain_rmse_rel, error.preserving_rmse_rel)
     assert error.glossy_plain_rmse_rel < 0.5
     assert ready(BakeSettings(samples=64, weights="plain")).weights == ("plain",)
+
+
+@pytest.mark.parametrize("better", ["plain", "preserving"])
+def test_direct_light_is_weighed_by_the_lower_error_and_indirect_light_with_all_energy(
+    monkeypatch: pytest.MonkeyPatch, better: Weighting
+) -> None:
+    plain, preserving = (0.1, 0.2) if better == "plain" else (0.2, 0.1)
+    found = GaussianError(plain, preserving, 0.0, 0.0, 0.3, 0.3, 1)
+
+    def known(*_: object, **__: object) -> Steps[GaussianError]:
+        yield Step(1.0, "known")
+        return found
+
+    monkeypatch.setattr(gaussian_bake, "gaussian_error", known)
+    assert ready(replace(QUICK, indirect=True)).weights == (better, "preserving")
 
 
 def test_indirect_light_is_a_component_of_its_own(tmp_path: Path) -> None:
