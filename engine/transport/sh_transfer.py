@@ -96,7 +96,7 @@ def row_count(vertices: int, first: int, rows: int) -> int:
     return first * rows + vertices - first
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)  # orders that are baked together
 def texel_basis(edge: int, order: int) -> NDArray[np.float32]:
     """(6 N², order²) integrals of the basis over the texels of a cube map, by Gauss's rule in each."""
     nodes = max(2, math.ceil(3 * checked_order(order) / edge) + 1)
@@ -135,7 +135,7 @@ def even_in_z(order: int) -> NDArray[np.bool_]:
     return np.asarray((np.arange(order**2) - band * band) % 2 == 0)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)  # orders that are baked together
 def products(order: int) -> Products:
     """The table of `Products`, by quadrature that is exact; 5 s at order 15, once."""
     higher = 2 * checked_order(order) - 1
