@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 def report(result: dict[str, Any]) -> str:
     lines = [f"{'':4} {'case':5} {'measured':>10} {'at most':>10}  what"]
     for case in result["cases"]:
-        mark = "    " if case["pass"] else "FAIL"
+        mark = "skip" if case.get("skipped") else "    " if case["pass"] else "FAIL"
         what = case.get("problem") or case.get("skipped") or case["text"]
         lines.append(f"{mark} {case['id']:5} {case['measured']:10.2g} {case['bound']:10.2g}  {what}")
     count = len(result["cases"])

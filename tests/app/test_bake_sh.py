@@ -130,6 +130,11 @@ def test_lamps_nearby_fall_off_with_the_distance(lightarc: Command, mesh: Path, 
     total = result(lightarc("render", output, *both, "-o", image, *SMALL))
     assert total["mean_radiance"] == pytest.approx(means[0] + means[1], rel=0.02)
     assert total["near_points"] == [27, 9]
+    assert not [text for text in total["warnings"] if "near lamps" in text]
+    coarse = result(lightarc("render", output, "--near-lamp", "x=2,y=2,z=2", "--near-points", "1", "-o", image, *SMALL))
+    assert coarse["near_error_rel"] > 0.1
+    [told] = [text for text in coarse["warnings"] if "near lamps" in text]
+    assert f"{100.0 * coarse['near_error_rel']:.1f} %" in told
     for words, reason in {
         ("--near-lamp", "x=0.2,y=0.2,z=0.2,radius=0.5"): "touches the model",
         ("--near-lamp", "w=1"): "known are x, y, z",

@@ -55,6 +55,16 @@ def test_light_that_is_too_bright_for_what_was_baked_gets_a_sentence(
         assert np.isfinite(drawn["mean_radiance"])
 
 
+def test_sums_below_0_are_told_with_what_helps(lightarc: Command, mesh: Path, tmp_path: Path) -> None:  # noqa: F811
+    path = tmp_path / "low.transport"
+    words = ("--brdf", "ggx:kd=0.5,alpha=0.3,f0=0.04", "--order", "3", "--ground", "--ground-cells", "4")
+    result(lightarc("bake", mesh, *words, "-o", path, *QUICK))
+    lamp = ("--light-deg", "40,60", "--renderer", "gl")
+    drawn = result(lightarc("render", path, *lamp, "-o", tmp_path / "a.png", *SIZE))
+    assert 0.01 < drawn["negative_rel"] < 0.05
+    assert [text for text in drawn["warnings"] if "adds 1." in text and "higher --order" in text]
+
+
 def test_a_transport_file_that_is_missing_or_damaged_is_said_to_be(
     lightarc: Command, baked: Path, tmp_path: Path
 ) -> None:
