@@ -25,12 +25,14 @@ from engine.effects.bounce import bounced
 from engine.effects.radiance import FEWER, Radiances, radiances
 from engine.effects.sample import FINE, Sample, sample
 from engine.effects.simplified import albedos
+from engine.effects.varied import Varied, varied
 from engine.environment import EnvironmentMap
 from engine.ground import Ground
 from engine.light_tree import chosen_lights
 from engine.material import Material, auto_sigma
 from engine.mesh import Mesh
 from engine.transport.sh_transfer import is_diffuse
+from engine.transport.variation import Variation, with_parameters
 
 Array = NDArray[np.float64]
 
@@ -111,6 +113,7 @@ class Scenery:
     sample, radiances : many pairs under a coarse map of the light, with each effect and without it.
     fine, methods : fewer under a finer map, by each method.
     bounced : what other parts of the surface add to `sample`, twice with different noise.
+    varied : the reflectance where it is not the same all over the model; `brdf` is then the mean of it.
     """
 
     sample: Sample
@@ -120,6 +123,12 @@ class Scenery:
     methods: Radiances
     bounced: tuple[Array, Array]
     material: Material | None = None
+    varied: Varied | None = None
+
+    @property
+    def mean(self) -> Mapping[str, float]:
+        """What the parameters that vary stand at in `brdf`."""
+        return {} if self.varied is None else self.varied.mean(self.sample)
 
     @property
     def indirect(self) -> Array:
@@ -134,21 +143,35 @@ def scenery(
     rotation: float = 0.0,
     ground: Ground | None = None,
     material: Material | None = None,
+    variations: Sequence[Variation] = (),
 ) -> Scenery:
-    """Look at a scene: `mesh`, on a ground where there is one, of the reflectance `brdf`, under a turned map."""
+    """Look at a scene: `mesh`, on a ground where there is one, of the reflectance `brdf`, under a turned map.
+
+    `variations` move parameters of the reflectance over the mesh: ValueError for those that it does not have.
+    """
     place: dict[str, Any] = {"rotation": rotation, "ground": ground}
     points, views, edge = FINE
     many = sample(mesh, environment, **place)
     fine = sample(mesh, environment, points=points, views=views, edge=edge, seed=1, **place)
-    return seen_as(brdf, many, fine, bounced(many, brdf, ground.albedo if ground else 0.0), material)
+    own = varied(mesh, brdf, variations) if variations else None
+    if own is not None:
+        brdf = with_parameters(brdf, dict(own.mean(many)))
+    return seen_as(brdf, many, fine, bounced(many, brdf, ground.albedo if ground else 0.0), material, own)
 
 
 def seen_as(
-    brdf: Any, many: Sample, fine: Sample, light: tuple[Array, Array], material: Material | None = None
+    brdf: Any,
+    many: Sample,
+    fine: Sample,
+    light: tuple[Array, Array],
+    material: Material | None = None,
+    own: Varied | None = None,
 ) -> Scenery:
-    """A scene whose samples have been taken, with the reflectance `brdf`."""
-    effects = radiances(many, brdf, methods=False)
-    return Scenery(many, brdf, effects, fine, radiances(fine, brdf, effects=False), light, material)
+    """A scene whose samples have been taken, with the reflectance `brdf`; where it varies, points have their `own`."""
+    at = [None if own is None else own.at(each.vertices) for each in (many, fine)]
+    effects = radiances(many, brdf, own=at[0], methods=False)
+    methods = radiances(fine, brdf, own=at[1], effects=False)
+    return Scenery(many, brdf, effects, fine, methods, light, material, own)
 
 
 @lru_cache(maxsize=8)
@@ -282,8 +305,14 @@ def _extent(shading: Any) -> tuple[int, int]:
 
 
 def spatially_varying_gloss(scene: Scenery) -> Estimate:
-    """Of one reflectance everywhere, which is all that a scene has here."""
-    return Estimate("spatially-varying-gloss", 0.0, "One reflectance serves the whole surface.")
+    """Of parameters that stand at their mean everywhere."""
+    found = scene.radiances.even
+    if found is None or scene.varied is None:
+        return Estimate("spatially-varying-gloss", 0.0, "One reflectance serves the whole surface.")
+    error = relative_error(found, scene.radiances.full, scene.sample.shares)
+    means = " and ".join(f"{name} at its mean, {value:.3g}," for name, value in scene.mean.items())
+    text = f"The reflectance varies over the surface; with {means} everywhere the picture is off by {percent(error)}."
+    return Estimate("spatially-varying-gloss", error, text)
 
 
 def fresnel(scene: Scenery) -> Estimate:

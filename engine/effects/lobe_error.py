@@ -132,7 +132,7 @@ def _pairs(scene: Scenery) -> _Pairs:
     points, view = np.divmod(np.minimum(drawn, reached.size - 1), weight.shape[1])
     counts = [(each[points, view] / chance[points, view])[:, None] for each in sample.shares]
     views = np.einsum("nij,nj->ni", sample.frames[points], sample.views[points, view])
-    return _Pairs(sample, points, views, (counts[0], counts[1]), _surface(sample, scene.brdf, points))
+    return _Pairs(sample, points, views, (counts[0], counts[1]), _surface(scene, points))
 
 
 def _chance(scene: Scenery, weight: Array) -> Array:
@@ -144,12 +144,14 @@ def _chance(scene: Scenery, weight: Array) -> Array:
     return np.asarray(np.mean(shares, axis=0))
 
 
-def _surface(sample: Sample, brdf: Any, points: Indices) -> GlossySurface:
+def _surface(scene: Scenery, points: Indices) -> GlossySurface:
     """The chosen points as if they were the vertices of the model."""
+    sample = scene.sample
     vertices, of = sample.vertices[points], sample.of
     some = replace(of, origin=of.origin[vertices], normal=of.normal[vertices], free=of.free[vertices])
     mesh = part_of(sample.surface, vertices)
-    return GlossySurface(mesh, len(points), 0.0, brdf, {}, some, sample.frames[points])
+    values = {} if scene.varied is None else {name: each[vertices] for name, each in scene.varied.values.items()}
+    return GlossySurface(mesh, len(points), 0.0, scene.brdf, values, some, sample.frames[points])
 
 
 def _summed(pairs: _Pairs, pair: int, towards: Array) -> tuple[Array, Array]:
@@ -189,7 +191,8 @@ def _of_lamps(pairs: _Pairs, pair: int) -> Array:
     wi = sample.lamp_direction[lit] @ frame
     if not lit.size:
         return np.zeros(3)
-    value = pairs.surface.brdf.f(wi, np.broadcast_to(pairs.views[pair] @ frame, wi.shape)) * np.maximum(wi[:, 2:], 0.0)
+    wo = np.broadcast_to(pairs.views[pair] @ frame, wi.shape)
+    value = pairs.surface.material_at(pair).whole.f(wi, wo) * np.maximum(wi[:, 2:], 0.0)
     return np.asarray((value * sample.lamp_irradiance[lit]).sum(axis=0))
 
 

@@ -3,6 +3,7 @@
     full         Σ f(wi, wo) V(wi) cos θ_i L dω          over the texels of the light, and its lamps
     unshadowed   the same with V = 1
     matt         the same of the Lambertian reflectance of equal albedo
+    even         the same of one reflectance for all points, where they have their own
     harmonics    Σ P_n[f cos θ](w) V(w) P_n[L](w) dω     at each order n, P_n the projection on harmonics below n
 
 The last is what transfer matrices of order n compute, V being mirrored at the tangent plane as there; of a Lambertian
@@ -12,6 +13,7 @@ reflectance it is what vectors compute, without the first P_n. One evaluation of
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -44,9 +46,8 @@ FEWER = 3
 class Radiances:
     """Radiance (N, K, 3) of each pair of a sample, in the ways that the module names.
 
-    What was not asked for is 0. `unbrushed`, `unretro`, `lamps` and `unsplit` are None where that is no effect of the
-    reflectance or the light;
-    `unsplit` leaves the suns in the map, which is then kept in quantised wavelets.
+    What was not asked for is 0. `unbrushed`, `unretro`, `even`, `lamps` and `unsplit` are None where that is no effect
+    of the reflectance or the light; `unsplit` leaves the suns in the map, which is then kept in quantised wavelets.
     `harmonics` by order, `lights` by the number of directions; the latter cast no shadows.
     """
 
@@ -56,6 +57,7 @@ class Radiances:
     risen: Array
     unbrushed: Array | None
     unretro: Array | None
+    even: Array | None
     lamps: Array | None
     unsplit: Array | None
     coarse: Array
@@ -63,8 +65,13 @@ class Radiances:
     lights: dict[int, Array]
 
 
-def radiances(sample: Sample, brdf: Any, *, effects: bool = True, methods: bool = True) -> Radiances:
-    """Work them out, with and without `effects`, by all `methods`; most time is for values of the reflectance."""
+def radiances(
+    sample: Sample, brdf: Any, *, own: Sequence[Any] | None = None, effects: bool = True, methods: bool = True
+) -> Radiances:
+    """Work them out, with and without `effects`, by all `methods`; most time is for values of the reflectance.
+
+    Where points have their `own` reflectances, `brdf` stands for all of them where albedos are asked for.
+    """
     count, views = sample.views.shape[:2]
     shape = (count, views, 3)
     diffuse = is_diffuse(brdf)
@@ -77,13 +84,14 @@ def radiances(sample: Sample, brdf: Any, *, effects: bool = True, methods: bool 
         np.zeros(shape),
         brushed,
         retro,
+        None if own is None else np.zeros(shape),
         np.zeros(shape) if len(sample.lamp_direction) else None,
         np.zeros(shape) if sample.light.suns else None,
         np.zeros(shape),
         {order: np.zeros(shape) for order in ORDERS},
         {number: np.zeros(shape) for number in LIGHTS},
     )
-    work = _Work(sample, brdf, diffuse, found, effects, methods)
+    work = _Work(sample, brdf, own, diffuse, found, effects, methods)
     with one_thread():
         in_chunks(work, count, max(1, count // 16))
     found.risen[:] = found.full * albedos(brdf).rise(sample.views[..., 2])[..., None]
@@ -105,9 +113,16 @@ class _Work:
     """Fills the radiances of some points at a time."""
 
     def __init__(
-        self, sample: Sample, brdf: Any, diffuse: bool, found: Radiances, effects: bool, methods: bool
+        self,
+        sample: Sample,
+        brdf: Any,
+        own: Sequence[Any] | None,
+        diffuse: bool,
+        found: Radiances,
+        effects: bool,
+        methods: bool,
     ) -> None:
-        self._sample, self._brdf, self._diffuse, self._found = sample, brdf, diffuse, found
+        self._sample, self._brdf, self._own, self._diffuse, self._found = sample, brdf, own, diffuse, found
         self._effects, self._methods = effects, methods
         self._texels, self._incident = sample.texels, sample.incident
         if methods:
@@ -128,20 +143,27 @@ class _Work:
         local = self._texels.direction @ frame
         up = np.flatnonzero(local[:, 2] > 0.0)
         wi, cosine = local[up], local[up, 2]
-        f = self._brdf.f(wi[None], views[:, None])
+        brdf = self._at(point)
+        f = brdf.f(wi[None], views[:, None])
         weight = self._incident[up] * cosine[:, None]
         seen = weight * visible[up, None]
         found.unshadowed[point] = np.einsum("ktc,tc->kc", f, weight)
         found.full[point] = np.einsum("ktc,tc->kc", f, seen)
         found.matt[point] = self._colour * seen.sum(axis=0)
+        if self._effects and found.even is not None:
+            found.even[point] = np.einsum("ktc,tc->kc", self._brdf.f(wi[None], views[:, None]), seen)
         if self._effects and found.unretro is not None:
-            found.unretro[point] = np.einsum("ktc,tc->kc", WithoutRetro(self._brdf).f(wi[None], views[:, None]), seen)
+            found.unretro[point] = np.einsum("ktc,tc->kc", WithoutRetro(brdf).f(wi[None], views[:, None]), seen)
         if self._effects and found.unbrushed is not None and point % FEWER == 0:
-            value = Unbrushed(self._brdf).f(wi[None], views[:, None])
+            value = Unbrushed(brdf).f(wi[None], views[:, None])
             found.unbrushed[point] = np.einsum("ktc,tc->kc", value, seen)
         if self._methods:
             self._by_methods(point, f, cosine, up)
         self._directional(point)
+
+    def _at(self, point: int) -> Any:
+        """The reflectance of a point."""
+        return self._brdf if self._own is None else self._own[point]
 
     def _by_methods(self, point: int, f: Array, cosine: Array, up: NDArray[np.int64]) -> None:
         sample, found = self._sample, self._found
@@ -154,7 +176,7 @@ class _Work:
         for number, lights in self._lights.items():
             towards = lights.direction @ sample.frames[point]
             lit = towards[:, 2] > 0.0
-            value = self._brdf.f(towards[None, lit], views[:, None])
+            value = self._at(point).f(towards[None, lit], views[:, None])
             found.lights[number][point] = np.einsum("ktc,tc->kc", value, lights.irradiance[lit] * towards[lit, 2:])
 
     def _coarse(self, f: Array, cosine: Array, up: NDArray[np.int64], visible: NDArray[np.bool_]) -> Array:
@@ -193,7 +215,8 @@ class _Work:
         frame, views = sample.frames[point], sample.views[point]
         towards = sample.lamp_direction @ frame
         up = np.flatnonzero(towards[:, 2] > 0.0)
-        f = self._brdf.f(towards[None, up], views[:, None])
+        brdf = self._at(point)
+        f = brdf.f(towards[None, up], views[:, None])
         irradiance = sample.lamp_irradiance[up] * towards[up, 2:]
         lit = irradiance * sample.lamp_lit[point, up, None]
         value = np.einsum("ktc,tc->kc", f, lit)
@@ -205,11 +228,13 @@ class _Work:
         if found.unsplit is not None:
             beside = up >= sum(directions_for(sample.light.lamps)[: sample.light.suns])
             found.unsplit[point] += np.einsum("ktc,tc->kc", f[:, beside], lit[beside])
+        if self._effects and found.even is not None:
+            found.even[point] += np.einsum("ktc,tc->kc", self._brdf.f(towards[None, up], views[:, None]), lit)
         if self._effects and found.unretro is not None:
-            less = WithoutRetro(self._brdf).f(towards[None, up], views[:, None])
+            less = WithoutRetro(brdf).f(towards[None, up], views[:, None])
             found.unretro[point] += np.einsum("ktc,tc->kc", less, lit)
         if self._effects and found.unbrushed is not None and point % FEWER == 0:
-            less = Unbrushed(self._brdf).f(towards[None, up], views[:, None])
+            less = Unbrushed(brdf).f(towards[None, up], views[:, None])
             found.unbrushed[point] += np.einsum("ktc,tc->kc", less, lit)
 
 
