@@ -39,6 +39,7 @@ import matplotlib  # noqa: E402
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
+from matplotlib.patheffects import withStroke  # noqa: E402
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
 from scipy.optimize import isotonic_regression  # noqa: E402
 
@@ -50,6 +51,9 @@ GROUND, INK, QUIET, LINE = "#fbfbfb", "#222222", "#666666", "#dddddd"
 
 #: Pixels of a PNG, and how many of them go to an inch: at 150 the smallest text is 15 pixels high.
 WIDTH, HEIGHT, DOTS_PER_INCH = 1200, 800, 150
+
+#: Decades of an axis beyond which only whole ones have numbers.
+_MOST_DECADES = 4.5
 
 #: Points of matplotlib: of text, of a line, of a marker.
 _TEXT, _SMALL, _WIDE, _MARK = 9.0, 7.5, 1.6, 5.0
@@ -232,7 +236,7 @@ def _label_axes(axes: Any, x_label: str, y_label: str, log_x: bool, log_y: bool)
     for axis, logarithmic, set_scale in ((axes.xaxis, log_x, axes.set_xscale), (axes.yaxis, log_y, axes.set_yscale)):
         if logarithmic:
             set_scale("log", nonpositive="clip")
-            axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0), numticks=12))
+            axis.set_major_locator(_Decades())
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             axis.set_minor_formatter(NullFormatter())
     axes.grid(True, which="major", color=LINE, linewidth=0.6)
@@ -243,15 +247,28 @@ def _label_axes(axes: Any, x_label: str, y_label: str, log_x: bool, log_y: bool)
         axes.spines[side].set_color(QUIET)
 
 
+class _Decades(LogLocator):
+    """1, 2 and 5 of each decade, and over many decades the first alone, so that numbers do not run into each other."""
+
+    def __init__(self) -> None:
+        super().__init__(10.0, (1.0, 2.0, 5.0), numticks=12)
+
+    def tick_values(self, vmin: float, vmax: float) -> Any:
+        wide = vmin > 0.0 and vmax > vmin * 10.0**_MOST_DECADES
+        self.set_params(subs=(1.0,) if wide else (1.0, 2.0, 5.0))
+        return super().tick_values(vmin, vmax)
+
+
 def _draw_group(axes: Any, dots: Sequence[Dot], group: str, colour: str, marker: str) -> None:
     for dot in dots:
         if dot.spread > 0.0 and np.isfinite(dot.spread):
             axes.errorbar(dot.x, dot.y, dot.spread, fmt="none", ecolor=colour, elinewidth=0.8, capsize=2.0, zorder=2)
         if dot.current:
             axes.plot([dot.x], [dot.y], "o", markersize=3 * _MARK, fillstyle="none", color=INK, linewidth=0, zorder=2)
-    faces = [colour if dot.front else GROUND for dot in dots]
-    places = ([dot.x for dot in dots], [dot.y for dot in dots])
-    axes.scatter(*places, s=7.0**2, marker=marker, c=faces, edgecolors=colour, linewidths=1.1, zorder=3)
+    for front in (False, True):  # no other hides one of the front
+        alike = [dot for dot in dots if dot.front == front]
+        places, face = ([dot.x for dot in alike], [dot.y for dot in alike]), colour if front else GROUND
+        axes.scatter(*places, s=7.0**2, marker=marker, c=face, edgecolors=colour, linewidths=1.1, zorder=3 + front)
     axes.plot([], [], marker, color=colour, markersize=6.0, label=group)
 
 
@@ -322,6 +339,8 @@ def _name_dots(figure: Figure, axes: Any, dots: Sequence[Dot]) -> None:
                 ha="left" if right > 0 else "right",
                 va="bottom" if up > 0 else "top",
                 in_layout=False,
+                path_effects=[withStroke(linewidth=2.0, foreground=GROUND)],
+                zorder=5,
             )
             box = words.get_window_extent(renderer)
             corners = np.array([box.x0, box.y0, box.x1, box.y1])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,18 +15,26 @@ from engine.steps import Step, drain, part
 if TYPE_CHECKING:
     from engine.effects.setting import Setting
     from engine.scene import Scene
+    from engine.tradeoff.choose import Budget
     from engine.tradeoff.sweep import Tradeoff
 
 HELP = "Measure what accuracy costs: error, times and memory of many settings, and which are worth it."
 EXAMPLE = "lightarc tradeoff torus-knot --brdf ggx:alpha=0.3 --env studio --budget-s 60 -o tradeoff"
 
 #: Seconds that are measured unless something else is said, and the most of them.
-BUDGET_S, MOST_S = 120.0, 86_400.0
+BUDGET_S, MOST_S = 300.0, 86_400.0
+
+#: Settings without a measurement that are named, and after which there are only how many.
+NAMED = 12
 
 #: Most pixels: pictures of all settings are kept until the end.
 MOST_PIXELS = 1 << 20
 
 AXES = ("frame", "relight", "bake", "memory")
+
+#: Predictions that were off and are told one by one, and what the figures are called.
+MISSES = 6
+FIGURE_WORDS = {"frame_s": "frame", "relight_s": "turned light", "bake_s": "bake", "size_bytes": "file"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of sh, wavelet, gaussian, shading-map, direct, reference (those that draw all of the scene)",
     )
     parser.add_argument(
-        "--budget-s", type=float, default=BUDGET_S, metavar="S", help=f"measure for about so long ({BUDGET_S:.0f})"
+        "--budget-s", type=float, default=BUDGET_S, metavar="S", help=f"measure for so long at most ({BUDGET_S:.0f})"
     )
     parser.add_argument(
         "--choose",
@@ -65,22 +74,51 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from app.cli import CANCELLED, DONE, usage
-    from app.cost import cost_model
-    from engine.tradeoff.choose import Budget, budget_from_text
-    from engine.tradeoff.sweep import sweep
-    from engine.tradeoff.write import write
+    from app.cli import usage
+    from engine.tradeoff.choose import budget_from_text
 
     usage(_check, arguments)
     budget: Budget | None = usage(budget_from_text, arguments.choose) if arguments.choose else None
     scene = _scene(arguments)
     settings = usage(_settings, arguments, scene)
+    with _folder(arguments.output):
+        return _measured(arguments, scene, settings, budget, show)
+
+
+@contextmanager
+def _folder(path: Path) -> Iterator[None]:
+    """Make the folder before minutes are spent for what cannot be kept; where it stays empty it goes again."""
+    from engine.files.atomic import make_folder
+
+    is_new = not path.exists()
+    make_folder(path)
+    try:
+        yield
+    except BaseException:
+        if is_new:
+            with suppress(OSError):
+                path.rmdir()
+        raise
+
+
+def _measured(
+    arguments: argparse.Namespace,
+    scene: Scene,
+    settings: list[Setting],
+    budget: Budget | None,
+    show: Callable[[Step], None],
+) -> dict[str, Any]:
+    from app.cli import CANCELLED, DONE, usage
+    from app.cost import cost_model
+    from engine.tradeoff.sweep import sweep
+    from engine.tradeoff.write import write
+
     costs = drain(part(cost_model(), 0.0, 0.05), show)
     latest: list[Tradeoff] = []
     options = {"seconds": arguments.budget_s, "max_depth": arguments.max_depth, "seed": arguments.seed, "costs": costs}
 
     def keep(step: Step) -> None:
-        if step.partial is not None:
+        if step.partial is not None and step.partial.points:
             latest[:] = [step.partial]
         show(step)
 
@@ -119,40 +157,58 @@ def report(result: dict[str, Any]) -> str:
             f"{1e3 * point['relight_s']:7.1f} ms {point['bake_s']:7.1f} s {point['memory_bytes'] / 1e6:7.1f} MB"
         )
     if result["break_even_frames"] is not None:
-        name = setting_of(result["break_even_setting"])
-        lines.append(f"Against the reference at equal error, {name} has paid off after {result['break_even_frames']}.")
-    rising = [f"{each['mode']} {each['knob']}" for each in result["ladders"] if not each["monotone"]]
-    if rising:
-        lines.append(f"The error rises along {', '.join(rising)}.")
-    elif result["ladders"]:
-        lines.append("The error falls along every ladder.")
-    else:
-        lines.append("No two settings that were measured differ in one knob alone, so no ladder can be told.")
+        frames, name = result["break_even_frames"], setting_of(result["break_even_setting"])
+        times = "frame" if frames == 1 else "frames"
+        lines.append(f"Against the reference at equal error, {name} has paid off after {frames} {times}.")
+    if result["baked_share"] < 1.0:
+        share = 100.0 * result["baked_share"]
+        lines.append(f"The pictures show {share:.0f} % of the vertices; these were baked, and times are told for all.")
+    lines.append(_ladders(result["ladders"]))
     lines += _predictions(result["predictions"])
     if "choice_reason" in result:
         chosen = setting_of(result["choice"]) if result["choice"] else "none"
         lines.append(f"Choice: {chosen} ({result['choice_reason']})")
     left = [f"{setting_of(each)}: {each['reason']}" for each in result["left_out"]]
-    lines += [f"Not measured: {words}" for words in left[:6]]
-    lines += [f"Not measured: {len(left) - 6} more, see tradeoff.json"] if len(left) > 6 else []
+    lines += [f"Not measured: {words}" for words in left[:NAMED]]
+    lines += [f"Not measured: {len(left) - NAMED} more, see tradeoff.json"] if len(left) > NAMED else []
+    lines += ["Cancelled; this is what was measured until then."] if result["cancelled"] else []
     return "\n".join([*lines, f"{result['output']}: {', '.join(result['files'])}", *result["warnings"]])
 
 
+def _ladders(found: list[dict[str, Any]]) -> str:
+    """Whether errors fall along the ladders, and where they do not."""
+    if not found:
+        return "No two settings that were measured differ in one knob alone, so no ladder can be told."
+    rising = [f"{each['mode']} {each['knob']} from {low} to {high}" for each in found for low, high in each["rises"]]
+    if not rising:
+        return "The error falls along every ladder."
+    return f"The error falls along every ladder, but rises along {', '.join(dict.fromkeys(rising))}."
+
+
 def _predictions(found: dict[str, Any]) -> list[str]:
-    """How far the cost model was right, and where it was furthest off."""
+    """How often the cost model was right, and where it was not: predicted beside measured, the worst first."""
     from engine.effects.setting import setting_of
 
     if not found["compared"]:
         return []
-    lines = [f"{found['within']} of {found['compared']} predicted costs are within a factor {found['factor']}."]
-    if found["misses"]:
-        worst = found["misses"][0]
-        unit = "bytes" if worst["figure"].endswith("_bytes") else "s"
+    lines = [f"{found['within']} of {found['compared']} costs were predicted within a factor of {found['factor']}."]
+    for miss in found["misses"][:MISSES]:
+        predicted, measured = (_amount(miss["figure"], miss[name]) for name in ("predicted", "measured"))
+        more = "more" if miss["measured"] > miss["predicted"] else "less"
+        what = FIGURE_WORDS[miss["figure"]]
         lines.append(
-            f"Furthest off: {worst['figure'].rsplit('_', 1)[0]} of {setting_of(worst)}, predicted "
-            f"{worst['predicted']:.3g} {unit}, measured {worst['measured']:.3g} {unit}"
+            f"Off: {what} of {setting_of(miss)}: predicted {predicted}, measured {measured}, "
+            f"{miss['factor']:.1f} times {more}"
         )
-    return lines
+    rest = len(found["misses"]) - MISSES
+    return [*lines, f"Off: {rest} more, see tradeoff.json"] if rest > 0 else lines
+
+
+def _amount(figure: str, value: float) -> str:
+    """'4.2 ms', '12 s' or '3.1 MB'."""
+    if figure.endswith("_bytes"):
+        return f"{value / 1e6:.3g} MB"
+    return f"{1e3 * value:.3g} ms" if value < 1.0 else f"{value:.3g} s"
 
 
 def _check(arguments: argparse.Namespace) -> None:

@@ -94,18 +94,31 @@ def choose(points: Sequence[Point], budget: Budget, axis: str = "frame") -> Choi
 
 
 def _why_none(points: Sequence[Point], budget: Budget, axis: str) -> str:
-    """What comes nearest, one limit at a time."""
+    """What comes nearest to each limit that no setting keeps, or that they are kept alone but not together."""
     if not points:
         return "Nothing has been measured yet"
     timed = "frame" if axis == "memory" else axis
-    best = {
-        "error": (budget.error, f"the least error is {_share(min(point.error_rmse_rel for point in points))}"),
-        "time": (budget.time_s, f"the quickest takes {1e3 * min(point.cost(timed) for point in points):.3g} ms"),
-        "bytes": (budget.bytes, f"the smallest takes {min(point.memory_bytes for point in points) / 1e6:.3g} MB"),
-    }
-    told = [words for limit, words in best.values() if limit is not None]
-    return f"No measured setting keeps within it: {', '.join(told)}"
+    exact = min(points, key=lambda point: point.error_rmse_rel + point.error_uncertainty)
+    limits = (
+        (Budget(error=budget.error), f"the least error is {_error(exact)}"),
+        (Budget(time_s=budget.time_s), f"the quickest takes {_amount(min(p.cost(timed) for p in points), _SECONDS)}"),
+        (Budget(bytes=budget.bytes), f"the smallest takes {_amount(min(p.memory_bytes for p in points), _BYTES)}"),
+    )
+    told = [words for limit, words in limits if not any(limit.allows(point, axis) for point in points)]
+    why = ", ".join(told) if told else "each limit can be kept alone, but not all of them together"
+    return f"No measured setting keeps within it: {why}"
 
 
-def _share(value: float) -> str:
-    return f"{100.0 * value:.2g} %"
+def _error(point: Point) -> str:
+    share, unsure = 100.0 * point.error_rmse_rel, 100.0 * point.error_uncertainty
+    return f"{share:.2g} ± {unsure:.1g} %" if unsure > 0.0 else f"{share:.2g} %"
+
+
+_SECONDS = (("µs", 1e-6), ("ms", 1e-3), ("s", 1.0))
+_BYTES = (("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9))
+
+
+def _amount(value: float, units: Sequence[tuple[str, float]]) -> str:
+    """'192 B', '3.1 MB', '12 ms': in the largest unit of which there is at least one."""
+    name, unit = next((each for each in reversed(units) if value >= each[1]), units[0])
+    return f"{value / unit:.3g} {name}"

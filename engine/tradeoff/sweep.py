@@ -10,7 +10,8 @@ import dataclasses
 import time
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +23,13 @@ from engine.render.reference import BYTES_PER_PIXEL, reference
 from engine.scene import Scene, Source
 from engine.shading.power_law import PowerLawMap
 from engine.steps import Step, Steps, part
-from engine.tradeoff.baked import Bake, LeftOut, bake_gaussians, bake_group, groups, lit
+from engine.tradeoff.baked import Bake, Factors, LeftOut, bake_gaussians, bake_group, groups, is_high, lit, too_long
 from engine.tradeoff.break_even import break_even_frames, effort
 from engine.tradeoff.drawing import SAMPLES, Drawer, drawing, shortest
 from engine.tradeoff.front import front, rises
 from engine.tradeoff.point import Point
 from engine.tradeoff.predicting import Predictions
+from engine.tradeoff.shown import shown_vertices
 from engine.tradeoff.truth import FEW_PASSES, QUIET, Refining, Truth
 
 #: Shares of the time that the first reference and the last refinement of it may take.
@@ -59,6 +61,7 @@ class Tradeoff:
     left_out : settings that were not, with the reason.
     noise : of the reference, as relative RMSE; samples : of each of its pixels.
     device : what drew the pictures. size : (width, height). time_s : that it all took.
+    baked : share of the vertices that were baked, those that the pictures show; times of bakes are told for all.
     """
 
     points: tuple[Point, ...]
@@ -68,6 +71,7 @@ class Tradeoff:
     device: str
     size: tuple[int, int]
     time_s: float
+    baked: float = 1.0
 
     def break_even(self, point: Point) -> int | None:
         """Frames after which the bake of `point` has paid off; see `engine.tradeoff.break_even`."""
@@ -113,6 +117,7 @@ def settings_of(
 ) -> list[Setting]:
     """The ladders of all knobs of some modes about `bases` (about the defaults where a mode has none), each once.
 
+    Those of wavelets are climbed about the coarsest cube map as well: on a large model there may be time for no other.
     Knobs that change nothing of this scene stay where they are: directions without an environment, light from the model
     itself without `bounces` in the reference, a power law that the material does not have.
     """
@@ -121,10 +126,12 @@ def settings_of(
         base = next((base for base in bases if base.mode == mode), Setting(mode))
         if bounces and "interreflection" in KNOBS[mode]:
             base = base.replaced(interreflection=1)
-        found |= dict.fromkeys([base])
-        for knob in KNOBS[mode]:
-            if _matters(scene, knob, bounces):
-                found |= dict.fromkeys(ladder(mode, knob, base))
+        coarse = [base.replaced(cube=KNOBS[mode]["cube"].ladder[0])] if "cube" in KNOBS[mode] else []
+        for start in (base, *coarse):
+            found |= dict.fromkeys([start])
+            for knob in KNOBS[mode]:
+                if _matters(scene, knob, bounces):
+                    found |= dict.fromkeys(ladder(mode, knob, start))
     return list(found)
 
 
@@ -176,29 +183,40 @@ class _Measured:
     picture: NDArray[np.float32]
 
 
+@dataclass(eq=False)
 class _Run:
-    """One sweep under way."""
+    """One sweep under way: what is asked for, and what was found so far."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        size: tuple[int, int],
-        refining: Refining,
-        drawer: Drawer,
-        seconds: float,
-        max_depth: int,
-        seed: int,
-        costs: CostModel | None,
-    ) -> None:
-        self.scene, self.size, self.refining, self.drawer = scene, size, refining, drawer
-        self.seconds, self.max_depth, self.seed = seconds, max_depth, seed
-        self.started = time.monotonic()
-        self.found: list[_Measured] = []
-        self.left_out: list[LeftOut] = []
-        self.truth: Truth | None = None
-        self._costs = costs
-        self._predictions: Predictions | None = None
-        self._has_bakes = False
+    scene: Scene
+    size: tuple[int, int]
+    refining: Refining
+    drawer: Drawer
+    seconds: float
+    max_depth: int
+    seed: int
+    costs: CostModel | None
+    started: float = field(default_factory=time.monotonic)
+    found: list[_Measured] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
+    truth: Truth | None = None
+    has_bakes: bool = False
+    factors: Factors = field(default_factory=dict)
+    baked: float = 1.0
+
+    @cached_property
+    def shown(self) -> NDArray[np.int64]:
+        """The vertices that pictures need."""
+        found = shown_vertices(self.scene, self.size, SAMPLES)
+        self.baked = len(found) / len(self.scene.surface.positions)
+        return found
+
+    @cached_property
+    def predictions(self) -> Predictions | None:
+        """What the cost model says; nothing without one."""
+        if self.costs is None:
+            return None
+        pixels = self.size[0] * self.size[1]
+        return Predictions(self.costs, self.scene, SAMPLES**2 * pixels, pixels, self.max_depth)
 
     def left_s(self, share: float = 1.0) -> float:
         """Seconds until `share` of the time has passed."""
@@ -214,6 +232,7 @@ class _Run:
             self.drawer.device,
             self.size,
             time.monotonic() - self.started,
+            self.baked,
         )
 
     def measure(self, settings: Sequence[Setting]) -> Steps[None]:
@@ -225,8 +244,8 @@ class _Run:
         first_s = min(FIRST * self.seconds, FIRST_S)
         self.truth = yield from part(self.refining.refine(first_s, 10.0 * QUIET, FEW_PASSES), 0.01, FIRST)
         at_once = sorted((setting for setting in settings if setting.mode in _AT_ONCE), key=_effort)
-        shared = groups(settings) + [[setting] for setting in settings if setting.mode == "gaussian"]
-        self._has_bakes = bool(shared)
+        shared = _jobs(settings)
+        self.has_bakes = bool(shared)
         jobs = len(at_once) + 4 * len(shared)
         done, share = FIRST, (1.0 - FIRST - LAST) / max(jobs, 1)
         for setting in at_once:
@@ -241,16 +260,24 @@ class _Run:
     def _step(self, note: str) -> Step:
         return Step(0.0, note, self.result())
 
-    def _too_late(self, settings: Sequence[Setting], takes_s: float = 0.0, share: float = 1.0 - LAST) -> bool:
+    def _too_late(self, settings: Sequence[Setting], share: float, takes_s: float = 0.0) -> bool:
         """Whether less than `takes_s` is left of a share of the time; then these are left out."""
         if self.left_s(share) > takes_s:
             return False
-        self.left_out += [LeftOut(setting, "the time was over") for setting in settings]
+        self.left_out += [LeftOut(setting, self._why(setting, takes_s)) for setting in settings]
         return True
 
+    def _why(self, setting: Setting, takes_s: float) -> str:
+        """Why there was no time for a setting: seconds that it takes, as far as something is known of them."""
+        predicted = self._predicted(setting)
+        if predicted.get("bake_s", 0.0) > 0.0:
+            return too_long(predicted["bake_s"])
+        takes_s = takes_s or predicted.get("frame_s", 0.0)
+        return too_long(takes_s, "its picture") if takes_s > 0.0 else "the time was over"
+
     def _unbaked(self, setting: Setting) -> Steps[None]:
-        share = AT_ONCE if self._has_bakes else 1.0 - LAST
-        if self.found and self._too_late([setting], self._expected_s(setting), share):
+        share = AT_ONCE if self.has_bakes else 1.0 - LAST
+        if self.found and self._too_late([setting], share, self._expected_s(setting)):
             return
         if setting.mode == "reference":
             yield from self._reference(setting)
@@ -288,11 +315,13 @@ class _Run:
         return self.size[0] * self.size[1] * BYTES_PER_PIXEL
 
     def _group(self, group: Sequence[Setting]) -> Steps[None]:
-        if self._too_late(group):
+        if self._too_late(group, 1.0 - LAST):
             return
         left_s = self.left_s(1.0 - LAST)
-        is_alone = group[0].mode == "gaussian"
-        making = bake_gaussians(self.scene, group[0], left_s) if is_alone else bake_group(self.scene, group, left_s)
+        if group[0].mode == "gaussian":
+            making = bake_gaussians(self.scene, group[0], left_s, self.shown)
+        else:
+            making = bake_group(self.scene, group, left_s, self.shown, self.factors)
         bakes, left_out = yield from part(making, 0.0, 0.8)
         self.left_out += left_out
         for number, bake in enumerate(bakes):
@@ -327,13 +356,7 @@ class _Run:
         yield self._step(f"{setting}: {100.0 * error.rmse_rel:.2g} %")
 
     def _predicted(self, setting: Setting) -> dict[str, float]:
-        """What the cost model says of a setting; nothing without one."""
-        if self._costs is None:
-            return {}
-        if self._predictions is None:
-            pixels = self.size[0] * self.size[1]
-            self._predictions = Predictions(self._costs, self.scene, SAMPLES**2 * pixels, pixels, self.max_depth)
-        return self._predictions.of(setting)
+        return {} if self.predictions is None else self.predictions.of(setting)
 
     def _again(self) -> Steps[None]:
         """Refine the reference until it is quiet beside the least error, and tell all errors by it."""
@@ -355,6 +378,15 @@ class _Run:
             each.point, error_rmse_rel=error.rmse_rel, error_uncertainty=error.uncertainty, error_flip=flip
         )
         self.found[number] = _Measured(point, each.picture)
+
+
+def _jobs(settings: Sequence[Setting]) -> list[list[Setting]]:
+    """Bakes that are made together, cheap ones first: one lobe is cheaper than high orders, several are dearer."""
+    shared, lobes = groups(settings), sorted({setting for setting in settings if setting.mode == "gaussian"}, key=str)
+    low = [group for group in shared if not is_high(group[0])]
+    high = [group for group in shared if is_high(group[0])]
+    one = [[setting] for setting in lobes if setting["lobes"] == 1]
+    return low + one + high + [[setting] for setting in lobes if setting["lobes"] > 1]
 
 
 #: Modes that draw without a bake.

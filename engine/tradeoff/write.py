@@ -37,8 +37,14 @@ NAMES = {
     "reference": "Reference",
 }
 
-#: Letters of knobs, for labels on plots; those without one are named in full.
-_LETTERS = {"samples": "spp", "directions": "dir", "order": "order", "lobes": "lobes", "cube": "cube"}
+#: Values of knobs in labels on plots; other knobs are named in full.
+_SHORT = {
+    "samples": "paths {}",
+    "directions": "lights {}",
+    "terms": "terms {}",
+    "coefficients": "kept {}",
+    "cube": "{}²",
+}
 
 
 def record_of(found: Tradeoff, **scene: Any) -> dict[str, Any]:
@@ -58,6 +64,7 @@ def record_of(found: Tradeoff, **scene: Any) -> dict[str, Any]:
         "break_even_setting": paid_off[1].setting.as_json() if paid_off else None,
         "ladders": ladders(found),
         "predictions": checked(found.points),
+        "baked_share": found.baked,
         "left_out": [{**each.setting.as_json(), "reason": each.reason} for each in found.left_out],
         "reference_samples": found.samples,
         "reference_noise_rel": found.noise,
@@ -115,15 +122,27 @@ def plot_of(found: Tradeoff, axis: str, title: str = "", current: Setting | None
     ]
     note = f"Bars: 95 %. Errors against {found.samples} paths for each pixel; frames drawn by {found.device}."
     free = len(found.points) - len(shown)
-    note += f" {free} settings take none." if free else ""
+    note += f" {free} settings have no such cost." if free else ""
+    note += _paid_off(found)
     return scatter_front(dots, words, "Error, relative RMSE / %", title=title, note=note)
 
 
+def _paid_off(found: Tradeoff) -> str:
+    """A line that says which bake pays off first, and when; nothing where none does."""
+    paid_off = found.break_even_frames
+    if paid_off is None:
+        return ""
+    frames, point = paid_off
+    times = "1 frame" if frames == 1 else f"{frames} frames"
+    name = f"{NAMES[point.mode]} ({label_of(point, found.points)})"
+    return f"\nBreak-even: with their bake, {name.lower()} take less time than the reference at equal error after {times}."
+
+
 def label_of(point: Point, points: Sequence[Point]) -> str:
-    """The knobs of a point in which settings of its mode differ: 'terms 4, cube 32'."""
+    """The knobs of a point in which settings of its mode differ: 'terms 4, kept 96, 32²'."""
     alike = [other for other in points if other.mode == point.mode]
     told = [name for name in point.knobs if len({other.knobs[name] for other in alike}) > 1] or [*point.knobs][:1]
-    return ", ".join(f"{_LETTERS.get(name, name)} {point.knobs[name]}" for name in told)
+    return ", ".join(_SHORT.get(name, f"{name} {{}}").format(point.knobs[name]) for name in told)
 
 
 def write(found: Tradeoff, folder: Path, title: str = "", **scene: Any) -> Steps[dict[str, Any]]:

@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,7 +21,9 @@ from engine.steps import Step, Steps
 from engine.tradeoff.point import COSTS
 
 Command = Callable[..., SimpleNamespace]
-QUICK = ("--width", "24", "--height", "18", "--budget-s", "3", "--modes", "direct")
+SMALL = ("--width", "24", "--height", "18", "--modes", "direct")
+QUICK, LONG = (*SMALL, "--budget-s", "3"), (*SMALL, "--budget-s", "600")
+PROJECT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(autouse=True)
@@ -106,3 +113,79 @@ def test_a_folder_that_cannot_be_is_said(lightarc: Command, mesh: Path, tmp_path
     done = lightarc("tradeoff", mesh, "--brdf", "lambert", "--env", "sky", "-o", tmp_path / "out", *QUICK)
     assert done.code == 3
     assert "out" in done.err
+
+
+def test_a_folder_that_was_made_for_nothing_goes_again(
+    lightarc: Command, mesh: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def dark(*_: object, **__: object) -> Steps[None]:
+        yield Step(0.0, "looking")
+        raise ValueError("nothing is in sight")
+
+    monkeypatch.setattr("engine.tradeoff.sweep.sweep", dark)
+    done = lightarc("tradeoff", mesh, "--brdf", "lambert", "--env", "sky", "-o", tmp_path / "out", *QUICK)
+    assert done.code == 2
+    assert not (tmp_path / "out").exists()
+
+
+#: Runs the verb with costs that are made up, and says by a file when a step (or a step with a result) was made.
+WATCHED = """
+import sys
+from pathlib import Path
+import app.cost, engine.tradeoff.sweep as sweeping
+from app.cli import main
+from engine.effects.cost_model import NAMES, CostModel
+from engine.steps import Step
+
+flag, with_result, *words = sys.argv[1:]
+whole = sweeping.sweep
+
+def costs():
+    yield Step(1.0, "made up")
+    return CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-6),)))
+
+def watched(*values, **named):
+    steps = whole(*values, **named)
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as done:
+            return done.value
+        yield step
+        if with_result == "no" or step.partial is not None:
+            Path(flag).touch()
+
+app.cost.cost_model, sweeping.sweep = costs, watched
+sys.exit(main(words))
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+@pytest.mark.parametrize("with_result", ["no", "yes"])
+def test_an_interrupt_keeps_what_was_measured_and_nothing_else(with_result: str, mesh: Path, tmp_path: Path) -> None:
+    flag, out = tmp_path / "flag", tmp_path / "out"
+    words = ("tradeoff", mesh, "--brdf", "phong:exponent=5", "--env", "sky", "-o", out, *LONG)
+    command = [sys.executable, "-c", WATCHED, str(flag), with_result, *map(str, words)]
+
+    def heed() -> None:
+        """A shell in the background ignores interrupts, and so does all that it starts."""
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, cwd=PROJECT, stdout=pipe, stderr=pipe, text=True, preexec_fn=heed) as process:
+        while not flag.exists():
+            assert process.poll() is None, process.communicate()
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        printed, err = process.communicate(timeout=60)
+    assert process.returncode == 4, err
+    assert "Traceback" not in err
+    if with_result == "no":
+        assert err.rstrip().endswith("Cancelled; nothing was written.")
+        assert not out.exists()
+        return
+    assert "Cancelled; this is what was measured until then." in printed
+    record = json.loads((out / "tradeoff.json").read_text())
+    assert record["cancelled"]
+    assert record["points"]
+    assert sorted(record["files"]) == sorted(path.name for path in out.iterdir())

@@ -59,8 +59,19 @@ def test_what_is_no_budget_is_refused(text: str) -> None:
 
 
 def test_it_says_when_none_does_and_what_comes_nearest() -> None:
-    points = [point(0.05, 0.01, 1000), point(0.02, 0.1, 5000)]
-    assert "2 %" in choose(points, Budget(error=0.01)).reason
-    assert "10 ms" in choose(points, Budget(time_s=0.001)).reason
-    assert "0.001 MB" in choose(points, Budget(bytes=10)).reason
+    points = [point(0.05, 0.01, 192), point(0.02, 0.1, 5_000_000)]
+    assert choose(points, Budget(error=0.01)).reason.endswith("the least error is 2 %")
+    assert choose(points, Budget(time_s=0.001)).reason.endswith("the quickest takes 10 ms")
+    assert choose(points, Budget(bytes=10)).reason.endswith("the smallest takes 192 B")
+    assert choose(points[1:], Budget(bytes=10)).reason.endswith("the smallest takes 5 MB")
     assert "measured yet" in choose([], Budget(error=0.1)).reason
+
+
+def test_it_names_only_limits_that_none_keeps() -> None:
+    points = [point(0.05, 0.01, 1000), point(0.02, 0.1, 5000)]
+    tight = choose(points, Budget(time_s=0.001, bytes=2000)).reason
+    assert "quickest" in tight
+    assert "smallest" not in tight
+    assert "not all of them together" in choose(points, Budget(error=0.03, time_s=0.05)).reason
+    unsure = point(0.0095, error_uncertainty=0.001)
+    assert choose([unsure], Budget(error=0.01)).reason.endswith("the least error is 0.95 ± 0.1 %")
