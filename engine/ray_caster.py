@@ -19,6 +19,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.directions import dot
 from engine.embree import embree_scene
 from engine.kernels import scalar
 from engine.mesh import Mesh
@@ -129,6 +130,14 @@ def caster_of(mesh: Mesh) -> RayCaster:
 
 
 _CASTERS: WeakKeyDictionary[Mesh, RayCaster] = WeakKeyDictionary()
+
+
+def meets_front(
+    positions: NDArray[np.floating[Any]], corners: NDArray[np.integer[Any]], direction: Floats
+) -> NDArray[np.bool_]:
+    """(n,) whether rays along `direction` (n, 3) meet the front of triangles with these `corners` (n, 3)."""
+    a, b, c = (positions[corners[:, corner]] for corner in range(3))
+    return np.asarray(dot(np.cross(b - a, c - a), direction) < 0.0)
 
 
 def gamma(count: int, unit: float) -> float:

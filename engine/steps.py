@@ -36,6 +36,11 @@ def drain(steps: Steps[Result], show: Callable[[Step], None] | None = None) -> R
             show(step)
 
 
+def time_left(seconds: float) -> str:
+    """`12 s left` or `3 min left`, for notes."""
+    return f"{seconds:.0f} s left" if seconds < 120.0 else f"{seconds / 60.0:.0f} min left"
+
+
 def part(steps: Steps[Result], start: float, stop: float) -> Steps[Result]:
     """Run `steps` as the part [start, stop] of a longer work: `result = yield from part(steps, 0.2, 0.5)`."""
     try:

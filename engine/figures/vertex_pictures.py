@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.camera import Camera
-from engine.directions import Vectors, dot, normalize
+from engine.directions import Vectors, normalize
 from engine.mesh import Mesh
-from engine.ray_caster import caster_of
+from engine.ray_caster import caster_of, meets_front
 from engine.transport.wavelet import GRAZING
 
 #: Sub-pixels along a side of a pixel.
@@ -60,6 +60,5 @@ def view_of(mesh: Mesh, camera: Camera, size: tuple[int, int]) -> View:
     hits = caster_of(mesh).intersect(np.broadcast_to(camera.eye, rays.shape), rays)
     seen = np.flatnonzero(hits.face >= 0)
     corners = mesh.faces[hits.face[seen]].astype(np.int64)
-    a, b, c = (mesh.positions[corners[:, corner]] for corner in range(3))
-    front = dot(np.cross(b - a, c - a), rays[seen]) < 0.0
+    front = meets_front(mesh.positions, corners, rays[seen])
     return View(mesh, camera, size, seen, corners, hits.barycentric[seen] * front[:, None])

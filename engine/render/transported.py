@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.camera import Camera
-from engine.directions import dot, normalize
+from engine.directions import normalize
 from engine.mesh import Mesh
-from engine.ray_caster import caster_of
+from engine.ray_caster import caster_of, meets_front
 from engine.steps import Step, Steps
 from engine.transport import gaussian, sh_transfer, wavelet
 from engine.transport.gaussian_lighting import lobe_radiance
@@ -96,7 +96,7 @@ def _picture(mesh: Mesh, camera: Camera, size: tuple[int, int], samples: int, sh
         seen = np.flatnonzero(hits.face >= 0)
         corners = mesh.faces[hits.face[seen]].astype(np.int64)
         value = shade(corners, hits.barycentric[seen])
-        value[~_is_front(mesh, corners, rays[seen])] = 0.0
+        value[~meets_front(mesh.positions, corners, rays[seen])] = 0.0
         kept, cut = kept + float(np.maximum(value, 0.0).sum()), cut + float(np.maximum(-value, 0.0).sum())
         pixels = np.zeros((len(rays), 4))
         pixels[seen, :3], pixels[seen, 3] = np.maximum(value, 0.0), 1.0
@@ -104,12 +104,6 @@ def _picture(mesh: Mesh, camera: Camera, size: tuple[int, int], samples: int, sh
         picture[top:stop] = np.minimum(mean, np.finfo(np.float32).max)
         yield Step(stop / height, "drawing on the processor", picture)
     return Transported(picture, cut / kept if kept > 0.0 else 0.0)
-
-
-def _is_front(mesh: Mesh, corners: NDArray[np.int64], rays: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(n,) whether rays meet the front of triangles."""
-    a, b, c = (mesh.positions[corners[:, corner]] for corner in range(3))
-    return np.asarray(dot(np.cross(b - a, c - a), rays) < 0.0)
 
 
 def _mean_of_corners(

@@ -16,14 +16,19 @@ import threading
 import time
 import uuid
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 import engine
 from engine.errors import InputError, MissingCapability
+from engine.steps import Step, Steps, time_left
+
+if TYPE_CHECKING:
+    from engine.transport.transport_file import TransportWriter
 
 #: What all chunks of one bake share.
 Recipe = Mapping[str, Any]
@@ -71,6 +76,26 @@ def run(make: Make, numbers: Sequence[int], remote: Remote | None = None) -> Gen
     if remote is None or not numbers:
         return (make(number) for number in numbers)
     return _on_cluster(remote, list(numbers))
+
+
+def fill(
+    writer: TransportWriter, make: Make, missing: Sequence[int], sizes: NDArray[np.int64], remote: Remote | None = None
+) -> Steps[float]:
+    """Put all `missing` chunks, which have these `sizes` (chunks,) in vertices; the seconds that visibility took.
+
+    What `run` raises; closing the generator leaves the chunks that are put.
+    """
+    total, done, visibility_s = int(sizes[list(missing)].sum()), 0, 0.0
+    started = time.perf_counter()
+    yield Step(0.0, f"baking {total:,} vertices")
+    with closing(run(make, missing, remote)) as chunks:
+        for chunk in chunks:
+            writer.put(chunk.number, chunk.rows)
+            visibility_s += chunk.visibility_s
+            done += int(sizes[chunk.number])
+            left = time_left((time.perf_counter() - started) / done * (total - done))
+            yield Step(done / total, f"baking vertex {done:,} of {total:,}, {left}")
+    return visibility_s
 
 
 def check_cluster(address: str) -> str:

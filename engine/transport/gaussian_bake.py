@@ -31,7 +31,7 @@ from engine.environment_file import open_environment
 from engine.files.atomic import resumable_file
 from engine.ground import Ground
 from engine.mesh import Mesh
-from engine.steps import Step, Steps, part
+from engine.steps import Step, Steps, part, time_left
 from engine.transport.flood_fill import flood
 from engine.transport.gaussian import GaussianTransport
 from engine.transport.gaussian_compress import NAMES, check, compressed, restored, size_bytes
@@ -344,7 +344,7 @@ def _left(started: float, fresh: int, done: float, work: Work) -> str:
     if not fresh or done >= 0.95:
         return ""
     left = (time.perf_counter() - started) / fresh * (1.0 - done / 0.95) * work.model.ground_vertex
-    return f", {left:.0f} s left" if left < 120.0 else f", {left / 60.0:.0f} min left"
+    return f", {time_left(left)}"
 
 
 def _working_plan(work: Work) -> TransportPlan:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -25,7 +24,7 @@ from engine.ground import Ground, with_ground
 from engine.mesh import Mesh
 from engine.ray_caster import RayCaster, caster_of
 from engine.steps import Step, Steps, part
-from engine.transport.chunks import Recipe, Remote, run
+from engine.transport.chunks import Recipe, Remote, fill
 from engine.transport.estimate import estimated_s
 from engine.transport.sh_bounces import Surroundings, gathered, opened, reflections
 from engine.transport.sh_chunks import Baker, maker
@@ -39,7 +38,6 @@ from engine.transport.sh_varied import Table, VariedTable, table_of, tables_of
 from engine.transport.transport_file import (
     TransportFile,
     TransportPlan,
-    TransportWriter,
     open_transport,
     plan_transport,
     read_as,
@@ -254,28 +252,13 @@ def bake(
         bounce_s = time.perf_counter() - started if sent is not None else 0.0
         recipe = recipe_of(work, of, sent)
         remote = Remote(cluster, maker, recipe) if cluster else None
-        visibility_s = yield from part(_fill(writer, work, missing, Baker(recipe, of), remote), share, 1.0)
+        filling = fill(writer, Baker(recipe, of), missing, np.diff(work.bounds), remote)
+        visibility_s = yield from part(filling, share, 1.0)
         yield Step(1.0, "writing")
     bake_s = time.perf_counter() - started
     file = open_transport(path)
     resumed, free = work.plan.chunks - len(missing), int(np.count_nonzero(of.free))
     return Baked(transport_of(file), file, bake_s, visibility_s, bounce_s, resumed, work.plan.chunks, free)
-
-
-def _fill(writer: TransportWriter, work: Work, missing: list[int], baker: Baker, remote: Remote | None) -> Steps[float]:
-    """Put all `missing` chunks; the seconds that visibility took."""
-    sizes, visibility_s, started, done = np.diff(work.bounds), 0.0, time.perf_counter(), 0
-    total = int(sizes[missing].sum())
-    yield Step(0.0, f"baking {total:,} vertices")
-    with closing(run(baker, missing, remote)) as chunks:
-        for chunk in chunks:
-            writer.put(chunk.number, chunk.rows)
-            visibility_s += chunk.visibility_s
-            done += int(sizes[chunk.number])
-            left = (time.perf_counter() - started) / done * (total - done)
-            words = f"{left:.0f} s left" if left < 120.0 else f"{left / 60.0:.0f} min left"
-            yield Step(done / total, f"baking vertex {done:,} of {total:,}, {words}")
-    return visibility_s
 
 
 def recipe_of(work: Work, of: Receivers, sent: NDArray[np.float32] | None = None) -> Recipe:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.directions import Vectors
+from engine.ray_caster import meets_front
 from engine.steps import Step, Steps
 from engine.transport import sh_kernel, visibility_kernel
 from engine.transport.sh import evaluate
@@ -110,9 +111,7 @@ def gathered(
         origin, direction = _rays(around, vertices[block])
         hits = around.of.caster.intersect(origin, direction)
         corners = around.faces[hits.face]
-        a, b, c = (around.positions[corners[:, corner]] for corner in range(3))
-        front = np.einsum("ni,ni->n", np.cross(b - a, c - a), direction) < 0.0
-        met = (hits.face >= 0) & front
+        met = (hits.face >= 0) & meets_front(around.positions, corners, direction)
         if frames is None:
             weight = np.full((len(direction), 1), 1.0 / count)
         else:

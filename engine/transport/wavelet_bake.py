@@ -11,7 +11,6 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import closing
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -29,14 +28,13 @@ from engine.mesh import Mesh
 from engine.ray_caster import RayCaster, caster_of
 from engine.steps import Step, Steps, part
 from engine.transport.blend import Mixture
-from engine.transport.chunks import Chunk, Make, Recipe, Remote, run
+from engine.transport.chunks import Chunk, Make, Recipe, Remote, fill
 from engine.transport.estimate import estimated_s
 from engine.transport.haar import FACES, check_edge
 from engine.transport.occluder import Occluder, simplified
 from engine.transport.transport_file import (
     TransportFile,
     TransportPlan,
-    TransportWriter,
     open_transport,
     plan_transport,
     read_as,
@@ -231,7 +229,9 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
     of = work.occluder.receivers(work.surface)
     with writing(path, work.plan) as writer:
         missing = list(writer.missing)
-        visibility_s = yield from _fill(writer, work, of, missing, cluster)
+        recipe = recipe_of(work, of)
+        remote = Remote(cluster, maker, recipe) if cluster else None
+        visibility_s = yield from fill(writer, _Baker(recipe, of), missing, np.diff(recipe["bounds"]), remote)
         yield Step(1.0, "writing")
     bake_s = time.perf_counter() - started
     file = open_transport(path)
@@ -239,28 +239,6 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
     return Baked(
         transport_of(file), file, bake_s, visibility_s, work.plan.chunks - len(missing), work.plan.chunks, free
     )
-
-
-def _fill(writer: TransportWriter, work: Work, of: Receivers, missing: list[int], cluster: str | None) -> Steps[float]:
-    """Put all `missing` chunks; the seconds that visibility took."""
-    bounds = vertex_bounds(work.vertices, work.ground_vertex, work.settings.edge)
-    total, done, visibility_s = int(np.diff(bounds)[missing].sum()), 0, 0.0
-    started = time.perf_counter()
-    recipe = recipe_of(work, of)
-    remote = Remote(cluster, maker, recipe) if cluster else None
-    yield Step(0.0, f"baking {total:,} vertices")
-    with closing(run(_Baker(recipe, of), missing, remote)) as chunks:
-        for chunk in chunks:
-            writer.put(chunk.number, chunk.rows)
-            visibility_s += chunk.visibility_s
-            done += int(bounds[chunk.number + 1] - bounds[chunk.number])
-            yield Step(done / total, f"baking vertex {done:,} of {total:,}{_left(started, done, total)}")
-    return visibility_s
-
-
-def _left(started: float, done: int, total: int) -> str:
-    left = (time.perf_counter() - started) / done * (total - done)
-    return f", {left:.0f} s left" if left < 120.0 else f", {left / 60.0:.0f} min left"
 
 
 def recipe_of(work: Work, of: Receivers) -> Recipe:
