@@ -41,14 +41,19 @@ def time_left(seconds: float) -> str:
     return f"{seconds:.0f} s left" if seconds < 120.0 else f"{seconds / 60.0:.0f} min left"
 
 
-def part(steps: Steps[Result], start: float, stop: float) -> Steps[Result]:
-    """Run `steps` as the part [start, stop] of a longer work: `result = yield from part(steps, 0.2, 0.5)`."""
+def relayed(steps: Steps[Result], change: Callable[[Step], Step]) -> Steps[Result]:
+    """Run `steps`, each step as `change` makes it: `result = yield from relayed(steps, …)`."""
     try:
         while True:
             try:
                 step = next(steps)
             except StopIteration as finished:
                 return finished.value
-            yield Step(start + (stop - start) * step.done, step.note, step.partial)
+            yield change(step)
     finally:
         steps.close()
+
+
+def part(steps: Steps[Result], start: float, stop: float) -> Steps[Result]:
+    """Run `steps` as the part [start, stop] of a longer work: `result = yield from part(steps, 0.2, 0.5)`."""
+    return relayed(steps, lambda step: Step(start + (stop - start) * step.done, step.note, step.partial))

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from engine.steps import Step, Steps, drain, part
+from engine.steps import Step, drain, part
 
 if TYPE_CHECKING:
     from engine.figures.figure import Settings
@@ -49,9 +49,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     for index, name in enumerate(names):
         started = time.perf_counter()
         steps = drawn_into(arguments.output, name, _function(FIGURES[name][0])(settings))
-        named = _named(name, part(steps, index / len(names), (index + 1) / len(names)))
+        share = part(steps, index / len(names), (index + 1) / len(names))
         try:
-            record = usage(drain, named, show)
+            record = usage(drain, share, lambda step, name=name: show(Step(step.done, f"{name}: {step.note}")))
         except KeyboardInterrupt:
             if not figures:
                 raise
@@ -83,19 +83,6 @@ def _line(picture: dict[str, Any]) -> str:
         return ""
     error, spread = 100.0 * picture["error_rmse_rel"], 100.0 * picture["error_uncertainty"]
     return f"  {picture['panel']:60} {error:8.2f} % ± {spread:.2f}"
-
-
-def _named(name: str, steps: Steps[Any]) -> Steps[Any]:
-    """The same steps with the name of the figure before their notes."""
-    try:
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as finished:
-                return finished.value
-            yield Step(step.done, f"{name}: {step.note}")
-    finally:
-        steps.close()
 
 
 def _chosen(names: list[str]) -> list[str]:

@@ -28,7 +28,7 @@ from engine.factor.search import search
 from engine.factor.separable import separate
 from engine.factor.separable_factors import SeparableFactors
 from engine.factor.textures import LARGEST_SIZE, SMALLEST_SIZE, THESIS, SearchSettings, mccool
-from engine.steps import Step, Steps, part
+from engine.steps import Step, Steps, part, relayed
 
 Result = TypeVar("Result")
 
@@ -104,14 +104,12 @@ def thesis_table(
 
 def _beside(steps: Steps[Result], rows: Sequence[Row], note: str = "") -> Steps[Result]:
     """`steps`, whose partial results are `rows` and the rows of their own, if they have any."""
-    while True:
-        try:
-            step = next(steps)
-        except StopIteration as finished:
-            result: Result = finished.value
-            return result
+
+    def beside(step: Step) -> Step:
         own = step.partial if isinstance(step.partial, tuple) else ()
-        yield Step(step.done, note + step.note, (*rows, *own))
+        return Step(step.done, note + step.note, (*rows, *own))
+
+    return relayed(steps, beside)
 
 
 def _rows(

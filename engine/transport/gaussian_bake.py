@@ -31,7 +31,7 @@ from engine.environment_file import open_environment
 from engine.files.atomic import resumable_file
 from engine.ground import Ground
 from engine.mesh import Mesh
-from engine.steps import Step, Steps, part, time_left
+from engine.steps import Step, Steps, part, relayed, time_left
 from engine.transport.flood_fill import flood
 from engine.transport.gaussian import GaussianTransport
 from engine.transport.gaussian_compress import NAMES, check, compressed, restored, size_bytes
@@ -315,18 +315,17 @@ class _Filling:
             known=lambda index: None if first + index in self.missing else self._known(first + index),
         )
         fresh = 0
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as finished:
-                whole: Fit = finished.value
-                return whole
+
+        def kept(step: Step) -> Step:
+            nonlocal fresh
             block = step.partial
             if isinstance(block, Block) and first + block.index in self.missing:
                 self.missing.remove(first + block.index)
                 self._writer.put(first + block.index, {"values": _flat(block.fit)})
                 fresh += len(block.vertices)
-            yield Step(step.done, f"{step.note}, {component}{_left(started, fresh, step.done, self._work)}")
+            return Step(step.done, f"{step.note}, {component}{_left(started, fresh, step.done, work)}")
+
+        return (yield from relayed(steps, kept))
 
     def _samples(self, component: str, vertices: Indices) -> TransportSamples:
         before = time.perf_counter()

@@ -26,7 +26,7 @@ from engine.brdf.brdf import Brdf
 from engine.directions import Vectors
 from engine.health import Finding, Health, Verdict
 from engine.mesh import Mesh
-from engine.steps import Step, Steps, part
+from engine.steps import Step, Steps, part, relayed
 from engine.transport.sh_table import MAP_SIZE, BrdfTable, coefficients_towards, isotropic_views, tabulate
 from engine.transport.variation import Variation, checked_variations, varied_brdfs, vertex_values
 
@@ -260,13 +260,7 @@ def _views_around(count: int) -> Vectors:
 
 def _named(steps: Steps[Result], words: str) -> Steps[Result]:
     """`steps` that tell `words`."""
-    while True:
-        try:
-            step = next(steps)
-        except StopIteration as finished:
-            result: Result = finished.value
-            return result
-        yield Step(step.done, f"tabulating the reflectance, {words}")
+    return relayed(steps, lambda step: Step(step.done, f"tabulating the reflectance, {words}"))
 
 
 def _ends(number: Floats) -> Floats:
