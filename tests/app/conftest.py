@@ -139,6 +139,14 @@ def drop() -> Callable[[QWidget, list[Path]], None]:
 
 
 @pytest.fixture
+def mesh(tmp_path: Path) -> Path:
+    """A tetrahedron."""
+    path = tmp_path / "tetrahedron.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    return path
+
+
+@pytest.fixture
 def lightarc(capsys: pytest.CaptureFixture[str]) -> Callable[..., SimpleNamespace]:
     """Runs the command line in this process; gives exit code, standard output and standard error."""
 

@@ -2,33 +2,15 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
 from app.verbs import bake_gaussian
 from engine.transport.view_directions import VIEWS
+from tests.app.command import Command, result
 
-Command = Callable[..., SimpleNamespace]
 QUICK = ("--mode", "gaussian", "--samples", "32", "--cube", "16", "--fine", "1", "--json")
-
-
-def result(command: SimpleNamespace) -> dict[str, Any]:
-    assert command.code == 0, command.err
-    found: dict[str, Any] = json.loads(command.out)
-    return found
-
-
-@pytest.fixture
-def mesh(tmp_path: Path) -> Path:
-    """A tetrahedron."""
-    path = tmp_path / "tetrahedron.obj"
-    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
-    return path
 
 
 def test_the_views_are_those_of_the_engine() -> None:

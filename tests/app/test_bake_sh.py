@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
-Command = Callable[..., SimpleNamespace]
+from tests.app.command import Command, result
+
 QUICK = ("--mode", "sh", "--order", "3", "--cube", "8", "--fine", "1", "--json")
 SMALL = ("--width", "48", "--height", "36", "--samples", "1", "--json")
 
@@ -18,20 +15,6 @@ SMALL = ("--width", "48", "--height", "36", "--samples", "1", "--json")
 @pytest.fixture(autouse=True)
 def quick_tables(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("engine.transport.sh_table.SAMPLES", 256)
-
-
-@pytest.fixture
-def mesh(tmp_path: Path) -> Path:
-    """A tetrahedron."""
-    path = tmp_path / "tetrahedron.obj"
-    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
-    return path
-
-
-def result(command: SimpleNamespace) -> dict[str, Any]:
-    assert command.code == 0, command.err
-    found: dict[str, Any] = json.loads(command.out)
-    return found
 
 
 def test_a_model_is_baked_and_drawn_under_any_light_and_with_another_reflectance(

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.directions import surface_direction
-
-Command = Callable[..., SimpleNamespace]
+from tests.app.command import Command, result
 
 #: A grid of directions in degrees: theta_i, phi_i, theta_o, phi_o.
 PAIRS_DEG = np.array([(30, 0, 30, 180), (10, 20, 70, 300), (80, 0, 80, 180), (90, 0, 10, 0), (0, 0, 0, 0)], float)
@@ -45,12 +40,6 @@ def measured_file(tmp_path: Path) -> Path:
     rows = "\n".join(",".join(map(repr, map(float, row))) for row in np.hstack([degrees, values]))
     path.write_text(f"theta_i,phi_i,theta_o,phi_o,R,G,B\n{rows}\n")
     return path
-
-
-def result(command: SimpleNamespace) -> dict[str, Any]:
-    assert command.code == 0, command.err
-    found: dict[str, Any] = json.loads(command.out)
-    return found
 
 
 def test_list_names_every_model_with_its_parameters(lightarc: Command) -> None:

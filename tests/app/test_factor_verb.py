@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -18,15 +14,9 @@ from engine.factor.factor_file import read_factors
 from engine.factor.maps import KINDS
 from engine.factor.separable_factors import PARAMETRISATIONS
 from engine.steps import Step
+from tests.app.command import Command, result
 
-Command = Callable[..., SimpleNamespace]
 QUICK = ("--size", "8", "--samples", "300", "--terms", "2", "--json")
-
-
-def result(command: SimpleNamespace) -> dict[str, Any]:
-    assert command.code == 0, command.err
-    found: dict[str, Any] = json.loads(command.out)
-    return found
 
 
 def test_the_choices_are_those_of_the_engine() -> None:

@@ -3,23 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from app.verbs.figures import FIGURES
-
-Command = Callable[..., SimpleNamespace]
-
-
-@pytest.fixture
-def mesh(tmp_path: Path) -> Path:
-    """A tetrahedron."""
-    path = tmp_path / "tetrahedron.obj"
-    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
-    return path
+from tests.app.command import Command
 
 
 def test_a_figure_is_drawn_from_one_command(lightarc: Command, mesh: Path, tmp_path: Path) -> None:

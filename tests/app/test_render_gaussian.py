@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from engine.images.encode import rgb_channels, write_exr
-from tests.app.test_bake_gaussian import QUICK, Command, mesh, result  # noqa: F401 - a fixture
+from tests.app.command import Command, result
+from tests.app.test_bake_gaussian import QUICK
 from tests.app.test_render_verb import exr
 
 SIZE = ("--width", "60", "--height", "40", "--json")
 
 
 @pytest.fixture
-def baked(lightarc: Command, mesh: Path, tmp_path: Path) -> Path:  # noqa: F811
+def baked(lightarc: Command, mesh: Path, tmp_path: Path) -> Path:
     path = tmp_path / "a.transport"
     words = ("--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--ground", "--ground-cells", "4")
     result(lightarc("bake", mesh, *words, "-o", path, *QUICK))
@@ -55,7 +56,7 @@ def test_light_that_is_too_bright_for_what_was_baked_gets_a_sentence(
         assert np.isfinite(drawn["mean_radiance"])
 
 
-def test_sums_below_0_are_told_with_what_helps(lightarc: Command, mesh: Path, tmp_path: Path) -> None:  # noqa: F811
+def test_sums_below_0_are_told_with_what_helps(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
     path = tmp_path / "low.transport"
     words = ("--brdf", "ggx:kd=0.5,alpha=0.3,f0=0.04", "--order", "3", "--ground", "--ground-cells", "4")
     result(lightarc("bake", mesh, *words, "-o", path, *QUICK))

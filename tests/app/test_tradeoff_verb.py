@@ -8,9 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -19,8 +17,8 @@ from engine.effects.cost_model import NAMES, CostModel
 from engine.effects.setting import MODES
 from engine.steps import Step, Steps
 from engine.tradeoff.point import COSTS
+from tests.app.command import Command
 
-Command = Callable[..., SimpleNamespace]
 SMALL = ("--width", "24", "--height", "18", "--modes", "direct")
 QUICK, LONG = (*SMALL, "--budget-s", "3"), (*SMALL, "--budget-s", "600")
 PROJECT = Path(__file__).resolve().parents[2]
@@ -35,14 +33,6 @@ def _known_costs(monkeypatch: pytest.MonkeyPatch) -> None:
         return CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-6),)))
 
     monkeypatch.setattr("app.cost.cost_model", costs)
-
-
-@pytest.fixture
-def mesh(tmp_path: Path) -> Path:
-    """A tetrahedron."""
-    path = tmp_path / "tetrahedron.obj"
-    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
-    return path
 
 
 def test_the_choices_are_those_of_the_engine() -> None:

@@ -1,0 +1,18 @@
+"""What tests of the command line share: the type of the fixture `lightarc`, and the record that a verb prints."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+#: Runs the command line with these words; gives exit code, standard output and standard error.
+Command = Callable[..., SimpleNamespace]
+
+
+def result(command: SimpleNamespace) -> dict[str, Any]:
+    """The JSON object of a verb that ended well."""
+    assert command.code == 0, command.err
+    found: dict[str, Any] = json.loads(command.out)
+    return found
