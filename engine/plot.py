@@ -168,6 +168,9 @@ def scatter_front(
         _draw_group(axes, own, group, COLOURS[index], MARKERS[index])
     if len(groups) > 1:
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(groups), frameon=False, fontsize=_SMALL)
+    across = place[shown, 0]
+    if log_x and across.size and not np.ptp(across):  # nothing else says how wide the axis is to be
+        axes.set_xlim(0.5 * across[0], 2.0 * across[0])
     _finish(figure, axes, note, int(np.sum(~shown)))
     _name_dots(figure, axes, [dot for dot, seen in zip(dots, shown, strict=True) if seen])
     return figure
@@ -320,6 +323,10 @@ def _apart(heights: NDArray[np.float64], least: float) -> NDArray[np.float64]:
     return moved
 
 
+#: Sides of a dot on which its label may stand, the sides of those that lie on the front also a line further away.
+_NEAR, _FURTHER = ((1, 1), (-1, -1), (1, -1), (-1, 1)), ((1, -3), (1, 3), (-1, -3), (-1, 3))
+
+
 def _name_dots(figure: Figure, axes: Any, dots: Sequence[Dot]) -> None:
     """Labels beside dots, those of the front first; left out where all places around a dot are taken."""
     figure.draw_without_rendering()
@@ -328,7 +335,7 @@ def _name_dots(figure: Figure, axes: Any, dots: Sequence[Dot]) -> None:
     taken = [np.concatenate([mark - 7.0, mark + 7.0]) for mark in marks]
     frame = axes.get_window_extent(renderer)
     for dot in sorted(dots, key=lambda dot: not dot.front):
-        for right, up in ((1, 1), (-1, -1), (1, -1), (-1, 1)):
+        for right, up in _NEAR + _FURTHER if dot.front else _NEAR:
             words = axes.annotate(
                 dot.label,
                 (dot.x, dot.y),

@@ -22,7 +22,7 @@ HELP = "Measure what accuracy costs: error, times and memory of many settings, a
 EXAMPLE = "lightarc tradeoff torus-knot --brdf ggx:alpha=0.3 --env studio --budget-s 60 -o tradeoff"
 
 #: Seconds that are measured unless something else is said, and the most of them.
-BUDGET_S, MOST_S = 300.0, 86_400.0
+BUDGET_S, MOST_S = 480.0, 86_400.0
 
 #: Settings without a measurement that are named, and after which there are only how many.
 NAMED = 12

@@ -132,3 +132,21 @@ def test_plots_need_no_home_and_say_nothing(tmp_path: Path) -> None:
     )
     assert (ran.stdout, ran.stderr) == ("", "")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plot.png", "plot.svg"]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("x", [1.92e-4, 0.042, 3e5])
+def test_a_single_dot_has_an_axis(x: float) -> None:
+    figure = scatter_front([Dot(x, 25.7, "Direct", "lights 4", spread=0.4, front=True)], "x", "y")
+    low, high = figure.axes[0].get_xlim()
+    assert low < x < high
+
+
+def test_ticks_of_many_decades_do_not_run_into_each_other() -> None:
+    few, many = ([Dot(10.0**power, 1.0 + power, "a") for power in range(count)] for count in (3, 8))
+    for dots, numbers in ((few, 6), (many, 7)):
+        figure = scatter_front(dots, "x", "y")
+        figure.draw_without_rendering()
+        low, high = figure.axes[0].get_xlim()
+        ticks = [tick for tick in figure.axes[0].get_xticks() if low <= tick <= high]
+        assert numbers <= len(ticks) <= 10
