@@ -26,7 +26,7 @@ def cost_path() -> Path | None:
 
 
 def cost_model(*, anew: bool = False) -> Steps[CostModel]:
-    """The kept model of this machine, or one that is measured now (half a minute) and kept where that can be."""
+    """The kept model of this machine, or one that is measured now (some ten seconds) and kept where that can be."""
     from engine.effects.calibration import calibrate
     from engine.effects.cost_model import load_model, save
     from engine.errors import OutputError

@@ -119,6 +119,7 @@ EXCEPTIONS = {
     "engine/bench/wavelet.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/bench/gaussian_bake.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/bench/plan.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
+    "engine/bench/cost_model.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/tradeoff/baked.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/bench/paid_off.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "app/settings.py folder.mkdir": "an empty folder for the settings",

@@ -117,7 +117,7 @@ ACCURACIES = {
     "directions": "engine.bench.directions:directions",
     "ray-misses": "engine.bench.rays:ray_misses",
     "transport-errors": "engine.bench.wavelet:transport_errors",
-    "cost-model": "engine.bench.plan:cost_model",
+    "cost-model": "engine.bench.cost_model:cost_model",
     "gaussian-fit-quality": "engine.bench.gaussian_fit:gaussian_fit_quality",
     "gaussian-errors": "engine.bench.gaussian_bake:gaussian_errors",
 }

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from engine.effects.cost_model import MATT_ORDER
+from engine.effects.cost_model import BOUNCES, MATT_ORDER
 from engine.effects.plan import BAKED, EffectsPlan, brdf_of
 from engine.ground import Ground
 from engine.mesh import Mesh
@@ -25,10 +25,7 @@ from engine.transport import gaussian_bake, sh_bake, wavelet_bake
 from engine.transport.occluder import Occluder
 from engine.transport.visibility import Receivers, every_ray
 
-#: Bounces between parts of the model, where there are any.
-BOUNCES = 3
-
-__all__ = ["BAKED", "PlannedBake", "prepare"]
+__all__ = ["BAKED", "BOUNCES", "PlannedBake", "prepare"]
 
 
 @dataclass(frozen=True, eq=False)

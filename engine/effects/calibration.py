@@ -1,20 +1,18 @@
-"""Measuring what this machine takes for each part of a bake, of a changed light and of a frame, in half a minute.
+"""Measuring what this machine takes for each part of a bake, of a turned light and of a frame, in some seconds.
 
-Every part runs on the built-in torus knot of 50,000 vertices, at `SAMPLED` of them where it is done vertex by vertex,
-through the code that bakes and pictures run, and at several values of its knob. The shortest of some runs counts. The
-tables of high orders, which take seconds, are not made: what order 10 takes is scaled by the counts of operations.
+Every part runs on the built-in torus knot of 50,000 vertices, at some of them where it is done vertex by vertex,
+through the code that bakes and pictures run, and at few values of its knob: between and beyond them a rate is a power
+law. The shortest of some runs counts. Frames are measured by `engine.effects.frame_rates`.
 """
 
 from __future__ import annotations
 
-import math
 import tempfile
 import time
 from collections.abc import Callable
-from dataclasses import replace
-from functools import lru_cache, partial
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,32 +20,38 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.diffuse import Lambert
 from engine.camera import frame
-from engine.effects.cost_model import CostModel, Rates, machine_name
+from engine.effects.cost_model import CostModel, basis_values, machine_name
+from engine.effects.frame_rates import frame_rates, round_mesh
+from engine.effects.load import Rates, covered, hemisphere, rays_of, shortest, threads
 from engine.environment import EnvironmentMap
-from engine.errors import MissingCapability
 from engine.factor.maps import DirectionMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
-from engine.render.reference import reference
-from engine.render.transported import picture_of
+from engine.one_thread import one_thread
+from engine.ray_caster import caster_of
+from engine.render.reference import ReferencePicture, reference
 from engine.scene import Scene
 from engine.shapes import shape
 from engine.steps import Step, Steps, drain, part
-from engine.transport import sh_kernel, wavelet_bake
-from engine.transport.gaussian import GaussianTransport
-from engine.transport.gaussian_atlas import atlas_of
-from engine.transport.gaussian_fit import Fit, FitSettings, fit_vertices
-from engine.transport.gaussian_lighting import filtered, levels_between
+from engine.transport import sh_kernel, visibility_kernel, wavelet_bake
+from engine.transport.gaussian_fit import Fit, FitSettings, TransportSamples, fit_vertices
 from engine.transport.gaussian_samples import GlossySurface, direct_samples
-from engine.transport.lit import Lit, LitGaussians, LitHarmonics, LitWavelets, lit_gaussians
-from engine.transport.sh_bake import BakeSettings, Work, baker_of, default_edge, prepare
+from engine.transport.glossy_paths import indirect_samples
+from engine.transport.haar import FACES
+from engine.transport.sh_bake import BakeSettings, Work, default_edge, prepare
 from engine.transport.sh_bounces import gathered
-from engine.transport.sh_lighting import project
-from engine.transport.sh_table import BrdfTable, lambert_table
-from engine.transport.sh_transfer import ShTransport, products, tangent_frames, texel_basis
-from engine.transport.spherical_gaussian import Lobes
-from engine.transport.view_directions import VIEWS
-from engine.transport.visibility import Receivers, receivers, visibility_shares
+from engine.transport.sh_lighting import project, turned_about_y
+from engine.transport.sh_table import lambert_table
+from engine.transport.sh_transfer import (
+    diffuse_vectors,
+    matrices,
+    products,
+    tangent_frames,
+    texel_basis,
+    visibility_harmonics,
+)
+from engine.transport.transport_file import plan_transport, writing
+from engine.transport.visibility import Receivers, receivers, unshaded, visibility_shares
 from engine.transport.wavelet import (
     Vectors16,
     WaveletTransport,
@@ -59,125 +63,143 @@ from engine.transport.wavelet import (
 )
 from engine.transport.wavelet_lighting import lighting_of
 
-#: Vertices at which bakes are measured, and vertices of the small and the large mesh of frames.
-SAMPLED, FEW, MANY = 64, 2_000, 12_000
+#: Vertices at which rows are measured, as many as a chunk has, and a bounce.
+SAMPLED, BOUNCED = 64, 8
 
-#: Vertices by which the cost of rays on a mesh is told.
-PROBES = 32
+#: Orders, edges and coefficients that are measured.
+ORDERS, EDGES, KEPT = (3, 8, 12), (16, 64), (24, 96, 384)
 
-#: Sides of the small and the large picture.
-SMALL, LARGE = 64, 256
+#: The order whose tables would take seconds: products of three are as many as the eighth power of the order.
+HIGHEST = 15
 
-#: Orders, terms, directions, edges and coefficients that are measured.
-ORDERS, TERMS, LIGHTS, EDGES, KEPT = (3, 5, 8, 10), (1, 4, 8), (4, 32, 128), (16, 32, 64), (24, 96, 384)
+#: Edge of the cube maps that are turned into harmonics: for each texel of finer ones it is as much.
+SEEN_EDGE = 16
 
-#: Lobes that are measured, vertices that they are fitted at with so many directions, and widths in rad of the levels
-#: that a changed light is filtered to.
-LOBES, FITTED, DIRECTIONS, WIDTHS = (1, 2, 3), 8, 128, (0.06, 0.5)
+#: Lobes that are measured, and directions that each view is tabulated at, as in a bake.
+LOBES, DIRECTIONS = (1, 2, 3), 128
 
-#: The order whose tables and matrices are made for those of all above, by the counts of their operations.
-TABLE_ORDER, HIGHEST = 10, 15
+#: Rows of the large and the small map that is turned, by how much in rad, and the edges of its cube map.
+MAP_ROWS, SMALL_ROWS, TURN, LIGHT_EDGES = 512, 128, 0.1, (16, 64)
 
-#: The reflectance of bakes whose numbers mean nothing.
-MATT = Lambert((0.5, 0.5, 0.5))
+#: Values of rows, and bytes of a file.
+VALUES, WRITTEN = 10_000_000, 1 << 24
 
-Result = TypeVar("Result")
+#: Side of the picture of the reference, whose pixels are a batch, samples of a pixel for each thread, and the points
+#: that its longer paths touch.
+SIDE, PATHS, POINTS = 128, 1, 3
 
-#: Of the map that is turned into coefficients: rows.
-MAP_ROWS = 512
+#: A reflectance with a matt and a glossy part, and the one of bakes whose numbers mean nothing.
+GLOSSY, MATT = "ggx:kd=0.5,alpha=0.3,f0=0.04", Lambert((0.5, 0.5, 0.5))
+
+Tables = dict[str, Rates]
 
 
 def calibrate() -> Steps[CostModel]:
-    """Measure this machine; half a minute where other programs work too. Without OpenGL, frames are the processor's."""
+    """Measure this machine: some ten seconds, longer where others work too or kernels have to be compiled.
+
+    Without OpenGL, frames are the processor's.
+    """
     mesh = shape("torus-knot")
-    tables: dict[str, Rates] = {}
+    tables: Tables = {}
     yield Step(0.0, "measuring rays")
-    prepare_s, of = best_of(lambda: receivers(mesh), 1), receivers(mesh)
-    tables["receivers"] = ((1.0, prepare_s / len(mesh.positions)),)
-    vertices = np.unique(np.linspace(0, len(mesh.positions) - 1, SAMPLED).astype(np.int64))
-    some = _Some(mesh, of, vertices[~of.free[vertices]])
-    tables["visibility"] = tuple((edge, some.visibility_s(edge)) for edge in EDGES)
-    yield from part(_harmonics(some, tables), 0.15, 0.4)
-    yield Step(0.4, "measuring bakes of wavelets")
-    _wavelets(some, tables)
-    yield Step(0.46, "measuring bakes of Gaussians")
-    tables["gaussian-fit"] = _gaussian_fits(mesh, of)
-    yield Step(0.52, "measuring changed light")
+    place = _place(mesh, tables)
+    yield from part(_harmonics(place, tables), 0.1, 0.3)
+    yield Step(0.3, "measuring bakes of wavelets")
+    _wavelets(place, tables)
+    yield Step(0.35, "measuring bakes of Gaussians")
+    _gaussians(place, tables)
+    yield Step(0.5, "measuring turned light")
     _lights(mesh, tables)
     yield Step(0.6, "measuring the reference")
-    tables["reference"] = ((1.0, _reference_s(mesh)),)
-    renderer = yield from part(_frames(tables), 0.65, 1.0)
+    _reference(place, tables)
+    renderer = yield from part(frame_rates(tables), 0.65, 1.0)
     yield Step(1.0, "measured")
     return CostModel(machine_name(), renderer, tables)
 
 
-def best_of(work: Callable[[], object], repeats: int = 3) -> float:
-    """The shortest of several runs in seconds, which other programs disturb least; one more run warms up."""
-    work()
-    return min(_timed(work)[1] for _ in range(repeats))
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A mesh with some vertices that are not open, what these see by the edge of the cube map, and rays there."""
+
+    mesh: Mesh
+    of: Receivers
+    vertices: NDArray[np.int64]
+    counts: dict[int, NDArray[np.uint8]]
+    ray_s: float
+    closed: float
+
+    @property
+    def frames(self) -> NDArray[np.float64]:
+        return tangent_frames(self.mesh)[self.vertices]
 
 
-def _timed(work: Callable[[], Result]) -> tuple[Result, float]:
+def _place(mesh: Mesh, tables: Tables) -> _Place:
+    caster_of(mesh)
+    of = receivers(mesh)
+    tables["receivers"] = _once(shortest(lambda: receivers(mesh), 1) / len(mesh.positions))
+    rays = rays_of.__wrapped__(of)
+    tables["visibility"], tables["ray"] = rays.visibility, _once(rays.ray_s)
+    shaded = np.flatnonzero(~of.free)
+    vertices = shaded[np.linspace(0, len(shaded) - 1, SAMPLED).astype(np.int64)]
+    counts = {}
+    for edge in EDGES:
+        counts[edge] = np.concatenate([some for _, some in visibility_shares(of, edge, 4, vertices)])
+    return _Place(mesh, of, vertices, counts, rays.ray_s, rays.closed)
+
+
+def _once(seconds: float) -> Rates:
+    """A rate that no knob changes."""
+    return ((1.0, seconds),)
+
+
+def _harmonics(place: _Place, tables: Tables) -> Steps[None]:
+    """Tables that are made once, rows with what is seen known, and bounces at some vertices."""
+    names = ("sh-products", "sh-seen", "sh-matrix", "sh-vector", "bounce-matrix", "bounce-vector")
+    found: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
+    work = drain(prepare(place.mesh, MATT, BakeSettings(bounces=1)))
+    products(ORDERS[0])  # waits for kernels to be made ready
+    rays_s = _bounce_rays_s(place)
+    tables["bounce-rays"] = _once(rays_s)
+    for order in ORDERS:
+        yield Step(ORDERS.index(order) / len(ORDERS), f"measuring bakes of harmonics, order {order}")
+        products.cache_clear()
+        found["sh-products"].append((order, _first_s(partial(products, order))))
+        texel_basis.cache_clear()
+        basis_s = _first_s(partial(texel_basis, SEEN_EDGE, 2 * order - 1))
+        tables["sh-basis"] = _once(basis_s / basis_values(SEEN_EDGE, 2 * order - 1))
+        for name, knob, seconds in _rows_s(place, order):
+            found[name].append((knob, seconds))
+        for kind in ("vector", "matrix"):
+            seconds = _bounce_s(place, _with_order(work, order, kind == "vector"))
+            found[f"bounce-{kind}"].append((order, max(seconds - rays_s, 0.0)))
+    last, seconds = found["sh-products"][-1]
+    found["sh-products"].append((HIGHEST, seconds * (HIGHEST / last) ** 8))
+    tables.update({name: tuple(rates) for name, rates in found.items()})
+
+
+def _rows_s(place: _Place, order: int) -> list[tuple[str, int, float]]:
+    """Seconds of harmonics of what a vertex sees and of a vector, by texel, and of its matrix."""
+    edge, higher, count = SEEN_EDGE, 2 * order - 1, len(place.vertices)
+    counts, normals, free = place.counts[edge], place.of.normal[place.vertices], place.of.free[place.vertices]
+    seen = np.ones((count, higher**2), np.float32)
+    with one_thread():
+        seen_s = shortest(lambda: visibility_harmonics(counts, 16, edge, higher))
+        vector_s = shortest(lambda: diffuse_vectors(counts, 16, edge, order, normals, free))
+    frames = place.frames
+    matrix_s = shortest(lambda: matrices(seen, frames, free), 3)
+    texels = count * FACES * edge**2
+    return [
+        ("sh-seen", higher, seen_s / texels),
+        ("sh-vector", order, vector_s / texels),
+        ("sh-matrix", order, matrix_s / count),
+    ]
+
+
+def _first_s(work: Callable[[], object]) -> float:
+    """Seconds of a single run: of something that is remembered once it is made, or that takes long."""
     started = time.perf_counter()
-    result = work()
-    return result, time.perf_counter() - started
-
-
-@lru_cache(maxsize=4)
-def ray_s(of: Receivers) -> float:
-    """Seconds of visibility at an edge of 32 for a vertex of this mesh that is not open; 0 where all are."""
-    vertices = np.flatnonzero(~of.free)
-    if not vertices.size:
-        return 0.0
-    some = vertices[np.linspace(0, len(vertices) - 1, min(PROBES, len(vertices))).astype(np.int64)]
-    return best_of(lambda: list(visibility_shares(of, 32, 4, some)), 1) / len(some)
-
-
-def ray_scale(costs: CostModel, of: Receivers) -> float:
-    """How much dearer rays are on this mesh than on that of the calibration; for `Load.ray_scale`."""
-    usual = costs.rate("visibility", 32)
-    return ray_s(of) / usual if usual > 0.0 else 1.0
-
-
-class _Some:
-    """Some vertices of a mesh and what they see, which is worked out once for each edge."""
-
-    def __init__(self, mesh: Mesh, of: Receivers, vertices: NDArray[np.int64]) -> None:
-        self.mesh, self.of, self.vertices = mesh, of, vertices
-        self._counts: dict[int, NDArray[np.uint8]] = {}
-
-    def visibility_s(self, edge: int) -> float:
-        """Seconds for a vertex, the edges of shadows included."""
-
-        def look() -> None:
-            shares = visibility_shares(self.of, edge, 4, self.vertices)
-            self._counts[edge] = np.concatenate([counts for _, counts in shares])
-
-        return best_of(look, 2) / len(self.vertices)
-
-    def counts(self, edge: int) -> NDArray[np.uint8]:
-        return self._counts[edge]
-
-
-def _harmonics(some: _Some, tables: dict[str, Rates]) -> Steps[None]:
-    products_s = best_of(lambda: products.__wrapped__(TABLE_ORDER), 1)
-    basis_s = best_of(lambda: texel_basis.__wrapped__(64, 2 * TABLE_ORDER - 1), 1)
-    tables["sh-fixed"] = tuple(
-        (n, products_s * (n / TABLE_ORDER) ** 8 + basis_s * _basis_values(n) / _basis_values(TABLE_ORDER))
-        for n in (3, 5, 8, 9, 10, 12, HIGHEST)
-    )
-    matt = drain(prepare(some.mesh, MATT, BakeSettings(bounces=1)))
-    for kind in ("vector", "matrix"):
-        rows: list[tuple[float, float]] = []
-        bounces: list[tuple[float, float]] = []
-        for order in ORDERS:
-            yield Step(len(rows) / len(ORDERS), f"measuring bakes of harmonics, order {order}")
-            work = _with_order(matt, order, kind == "vector")
-            rows.append((float(order), _rows_s(some, work)))
-            bounces.append((float(order), _bounce_s(some, work)))
-        grows = (HIGHEST / TABLE_ORDER) ** (2 if kind == "vector" else 4)
-        for name, rates in ((f"sh-{kind}", rows), (f"bounce-{kind}", bounces)):
-            tables[name] = (*rates, (float(HIGHEST), rates[-1][1] * grows))
+    work()
+    return time.perf_counter() - started
 
 
 def _with_order(work: Work, order: int, diffuse: bool) -> Work:
@@ -185,233 +207,183 @@ def _with_order(work: Work, order: int, diffuse: bool) -> Work:
     return replace(work, settings=BakeSettings(order, default_edge(order), bounces=1), table=table)
 
 
-def _rows_s(some: _Some, work: Work) -> float:
-    """Seconds for what a vertex keeps, its visibility being known."""
-    baker = baker_of(replace(work, settings=replace(work.settings, bounces=0)), some.of)
-    counts = some.counts(work.settings.edge)
-    return best_of(lambda: baker.rows(some.vertices, counts)) / len(some.vertices)
+def _bounce_rays_s(place: _Place) -> float:
+    """Seconds of the rays of a bounce at a vertex."""
+    some, around = place.vertices[::2], hemisphere(BakeSettings().gather)
+    origin, direction = visibility_kernel.hemisphere_rays(some, place.of.origin, place.of.normal, around)
+    return shortest(lambda: place.of.caster.intersect(origin, direction)) / len(some)
 
 
-def _bounce_s(some: _Some, work: Work) -> float:
+def _bounce_s(place: _Place, work: Work) -> float:
     """Seconds for a bounce at a vertex."""
-    few = some.vertices[:: 4 if work.table.diffuse else 8]
-    sent = np.ones((len(some.mesh.positions), 1, work.settings.order**2), np.float32)
+    few = place.vertices[:: max(1, len(place.vertices) // BOUNCED)]
+    if work.table.diffuse:
+        few = place.vertices[::2]
+    sent = np.ones((len(place.mesh.positions), 1, work.settings.order**2), np.float32)
     frames = None if work.table.diffuse else np.broadcast_to(np.eye(3), (len(few), 3, 3))
-    return best_of(lambda: gathered(work.surroundings(some.of), few, sent, frames), 1) / len(few)
+    return shortest(lambda: gathered(work.surroundings(place.of), few, sent, frames), 1) / len(few)
 
 
-def _basis_values(order: int) -> float:
-    """Values of the basis that the integrals over texels of a bake of `order` take."""
-    edge, higher = default_edge(order), 2 * order - 1
-    nodes = max(2, math.ceil(3 * higher / edge) + 1)
-    return float(6 * (edge * nodes * higher) ** 2)
-
-
-def _factors(terms: int) -> SeparableFactors:
+def factors_of(terms: int) -> SeparableFactors:
     """Factors of the usual size with numbers of no meaning."""
-    chart = DirectionMap("orthographic", 48)
-    maps = np.repeat(np.random.default_rng(0).random((terms, 48, 48, 1), np.float32), 3, axis=3)
+    chart = DirectionMap("orthographic", wavelet_bake.MAP_SIZE)
+    size = (terms, chart.size, chart.size, 1)
+    maps = np.repeat(np.random.default_rng(0).random(size, np.float32), 3, axis=3)
     return SeparableFactors(chart, "in-out", maps, maps, True, True, "calibration")
 
 
-def _wavelets(some: _Some, tables: dict[str, Rates]) -> None:
-    frames, factors = vertex_frames(some.mesh, True)[some.vertices], _factors(4)
+def _wavelets(place: _Place, tables: Tables) -> None:
+    frames, factors = vertex_frames(place.mesh, True)[place.vertices], factors_of(4)
     maps = light_maps(factors)
 
     def row_s(edge: int, kept: int) -> float:
-        counts, texels = some.counts(edge), cube_texels(edge)
+        counts, texels = place.counts[edge], cube_texels(edge)
         run = partial(transport_vectors, frames, counts, 16, texels, factors.chart, maps, kept)
-        return best_of(run) / (4 * len(some.vertices))
+        return shortest(run) / (4 * len(place.vertices))
 
-    tables["wavelet-fixed"] = ((1.0, _fixed_s()),)
-    tables["wavelet-row"] = tuple((float(edge), row_s(edge, 96)) for edge in EDGES)
-    tables["wavelet-coefficients"] = tuple((float(kept), row_s(64, kept)) for kept in KEPT)
+    tables["wavelet-fixed"], tables["file-byte"] = _once(_fixed_s()), _once(_written_s())
+    rates = [(float(kept), row_s(64, kept)) for kept in KEPT]
+    tables["wavelet-row"] = ((16.0, row_s(16, 96)), (64.0, rates[1][1]))
+    tables["wavelet-coefficients"] = tuple(rates)
 
 
 def _fixed_s() -> float:
     """Seconds of a bake of wavelets that do not grow with the mesh: its file, tables of texels, and threads."""
-    least = _sphere(8)
-    work = wavelet_bake.prepare(least, _factors(4), wavelet_bake.BakeSettings(max(EDGES), 96))
+    work = wavelet_bake.prepare(round_mesh(8), factors_of(4), wavelet_bake.BakeSettings(max(EDGES), 96))
     with tempfile.TemporaryDirectory() as folder:
-        return best_of(lambda: drain(wavelet_bake.bake(Path(folder) / "least.transport", work)), 2)
+        return shortest(lambda: drain(wavelet_bake.bake(Path(folder) / "least.transport", work)))
 
 
-def _gaussian_fits(mesh: Mesh, of: Receivers) -> Rates:
-    """Seconds for a vertex, its transport being tabulated and fitted towards all views, by the number of lobes."""
-    brdf = brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04")
-    surface = GlossySurface(mesh, len(mesh.positions), 0.0, brdf, {}, of, tangent_frames(mesh))
-    vertices = np.linspace(0, len(mesh.positions) - 1, FITTED).astype(np.int64)
-    around = [np.zeros(0, np.int64)] * FITTED
+def _written_s() -> float:
+    """Seconds for a byte of a file: its checksum and writing it."""
+    rows = np.ones((WRITTEN // 256, 1, 64), np.float32)
+    plan = plan_transport("sh", round_mesh(8), {}, {}, {"rows": ("<f4", (1, 64))}, np.array([0, len(rows)]))
 
-    def fit_all(lobes: int) -> None:
-        samples, alone = direct_samples(surface, vertices, DIRECTIONS), Fit.empty(1, lobes).lobes
-        fit_vertices(samples, around, alone, FitSettings(lobes=lobes))
+    def write(path: Path) -> None:
+        with writing(path, plan) as writer:
+            writer.put(0, {"rows": rows})
 
-    fit_all(1)  # waits for kernels to be made ready
-    return tuple((float(lobes), _timed(partial(fit_all, lobes))[1] / FITTED) for lobes in LOBES)
+    with tempfile.TemporaryDirectory() as folder:
+        return min(_first_s(partial(write, Path(folder) / f"{number}.transport")) for number in range(2)) / WRITTEN
 
 
-def _lights(mesh: Mesh, tables: dict[str, Rates]) -> None:
-    """What a changed light costs before, and for each row of, transport; the rows are too many for any cache."""
+def _gaussians(place: _Place, tables: Tables) -> None:
+    """Seconds for a vertex: transport tabulated towards all views, its rays, and lobes fitted to it."""
+    mesh, count = place.mesh, 4 * threads()
+    brdf, frames = brdf_from_text(GLOSSY), tangent_frames(mesh)
+    chosen = np.linspace(0, len(mesh.positions) - 1, count).astype(np.int64)
+    shaded, plain = (
+        GlossySurface(mesh, len(mesh.positions), 0.0, brdf, {}, of, frames)
+        for of in (place.of, unshaded(mesh, place.of.caster))
+    )
+    table_s, whole_s = (shortest(partial(direct_samples, of, chosen, DIRECTIONS), 1) / count for of in (plain, shaded))
+    indirect_samples(shaded, chosen[:1], DIRECTIONS)  # makes what is remembered
+    few = chosen[:: max(1, count // (2 * threads()))]
+    indirect_s = _first_s(lambda: indirect_samples(shaded, few, DIRECTIONS)) / len(few)
+    tables["gaussian-table"] = _once(table_s)
+    tables["gaussian-indirect"] = _once(max(indirect_s - table_s, 0.0) / _closed(place.of, few))
+    tables["gaussian-rays"] = _once(max(whole_s - table_s, 0.0) / max(float(np.mean(~place.of.free[chosen])), 1e-3))
+    samples, others = direct_samples(shaded, chosen, DIRECTIONS), indirect_samples(shaded, few, DIRECTIONS)
+    rates = tuple((float(lobes), _fit_s(samples, lobes)) for lobes in LOBES)
+    tables["gaussian-fit"] = rates
+    tables["gaussian-indirect-fit"] = _once(_fit_s(others, 1) / rates[0][1])
+
+
+def _fit_s(samples: TransportSamples, lobes: int) -> float:
+    """Seconds for a vertex with neighbours that are done, whose lobes it starts from too."""
+    count, settings = len(samples), FitSettings(lobes=lobes)
+    alone = [np.zeros(0, np.int64)] * count
+    known = fit_vertices(samples, alone, Fit.empty(1, lobes).lobes, settings, hurried=True).lobes
+    around = [np.delete(np.arange(count), vertex) for vertex in range(count)]
+    return _first_s(lambda: fit_vertices(samples, around, known, settings)) / count
+
+
+def _closed(of: Receivers, vertices: NDArray[np.int64]) -> float:
+    """The share of the hemispheres of some vertices that is closed, weighted by the cosine."""
+    origin, direction = visibility_kernel.hemisphere_rays(vertices, of.origin, of.normal, hemisphere(256))
+    return max(float(of.caster.occluded(origin, direction).mean()), 1e-3)
+
+
+def _lights(mesh: Mesh, tables: Tables) -> None:
+    """What a turned light costs before, and for each row of, transport; the rows are too many for any cache."""
     random = np.random.default_rng(0)
-    environment = EnvironmentMap(random.random((MAP_ROWS, 2 * MAP_ROWS, 3), np.float32))
-    tables["light-sh"] = tuple((n, best_of(partial(project, environment, n))) for n in (3, 5, 8, 15))
-    tables["light-wavelet"] = tuple((edge, best_of(partial(lighting_of, environment, edge))) for edge in EDGES)
-    widths = levels_between(*WIDTHS)
-    tables["light-gaussian"] = ((1.0, best_of(lambda: atlas_of(filtered(environment, widths)), 1)),)
-    rows = random.random((20_000 * 25, 1, 25), np.float32)
-    light, out = np.ones((25, 3), np.float32), np.empty((len(rows), 3), np.float32)
-    tables["relight-sh"] = ((1.0, best_of(lambda: sh_kernel.transfer(rows, light, out)) / rows.size),)
-    lit = lighting_of(environment, 64).light
+    large, small = (EnvironmentMap(random.random((rows, 2 * rows, 3), np.float32)) for rows in (MAP_ROWS, SMALL_ROWS))
+    _of_map(tables, "light-sh", ORDERS, lambda order: [partial(_turned, each, order) for each in (small, large)])
+    _of_map(
+        tables,
+        "light-wavelet",
+        LIGHT_EDGES,
+        lambda edge: [partial(lighting_of, each, edge, rotation=TURN) for each in (small, large)],
+    )
+    tables["relight-sh"] = tuple((float(order), _transfer_s(order)) for order in ORDERS)
+    lit = lighting_of(large, 64).light
     rates = []
     for kept in KEPT:
         count = 6_000_000 // (6 * kept)
-        transport = _wavelet_transport(mesh, count, kept)
-        rates.append((float(kept), best_of(partial(relit, transport, lit)) / count))
+        rates.append((float(kept), shortest(partial(relit, _wavelet_transport(mesh, count, kept), lit)) / count))
     tables["relight-wavelet"] = tuple(rates)
+
+
+def _transfer_s(order: int) -> float:
+    """Seconds for a value of rows of so many bands, by rows that no cache holds; long rows wait for their own sums."""
+    rows = np.ones((VALUES // order**2, 1, order**2), np.float32)
+    light, out = np.ones((order**2, 3), np.float32), np.empty((len(rows), 3), np.float32)
+    return shortest(lambda: sh_kernel.transfer(rows, light, out)) / rows.size
+
+
+def _turned(environment: EnvironmentMap, order: int) -> NDArray[np.float64]:
+    return turned_about_y(project(environment, order), TURN)
+
+
+def _of_map(
+    tables: Tables, name: str, knobs: tuple[int, ...], works: Callable[[int], list[Callable[[], object]]]
+) -> None:
+    """What a map takes at least, and more for each of its texels, from a small and a large one."""
+    least, more = [], []
+    few, many = (2 * rows**2 for rows in (SMALL_ROWS, MAP_ROWS))
+    for knob in knobs:
+        small_s, large_s = (shortest(work, 3) for work in works(knob))
+        texel_s = max(0.0, large_s - small_s) / (many - few)
+        least.append((float(knob), max(small_s - few * texel_s, 0.0)))
+        more.append((float(knob), texel_s))
+    tables[name], tables[f"{name}-texel"] = tuple(least), tuple(more)
 
 
 def _wavelet_transport(mesh: Mesh, rows: int, kept: int) -> WaveletTransport:
     """Transport of `rows` vertices of one term, with random coefficients."""
     random = np.random.default_rng(0)
-    indices = np.sort(random.integers(6, 6 * 64 * 64, (rows, kept), np.uint16), axis=1)
+    indices = np.sort(random.integers(6, FACES * 64 * 64, (rows, kept), np.uint16), axis=1)
     words = random.integers(0, 1 << 32, (rows, kept), np.uint32)
     vectors = Vectors16(indices, words, np.ones((rows, 3), np.float32), np.full(rows, kept, np.uint16))
-    return WaveletTransport(_some(mesh, rows), rows, _factors(1), 0.0, 64, vectors)
+    index = np.arange(rows) % len(mesh.positions)
+    some = Mesh(mesh.positions[index], mesh.normals[index], mesh.uv[index], np.zeros((1, 3), np.int32), mesh.name)
+    return WaveletTransport(some, rows, factors_of(1), 0.0, 64, vectors)
 
 
-def _some(mesh: Mesh, vertices: int) -> Mesh:
-    """A strip of the knot with about so many vertices, over and over where it has too few; what is drawn is whole."""
-    index = np.arange(vertices) % len(mesh.positions)
-    faces = mesh.faces[(mesh.faces < vertices).all(axis=1)]
-    return Mesh(mesh.positions[index], mesh.normals[index], mesh.uv[index], faces, mesh.name)
+def _reference(place: _Place, tables: Tables) -> None:
+    """Seconds of a path that meets nothing, of one of direct light, its rays by themselves, and of a further point."""
+    mesh, brdf = place.mesh, brdf_from_text(GLOSSY)
+    near = frame(mesh.positions)
+    far = replace(near, eye=tuple(np.subtract(near.eye, near.target) * 1e3 + near.target))
+    light = EnvironmentMap(np.ones((64, 128, 3), np.float32))
+    scene = Scene(mesh, near, brdf, environment=light)
+    samples = PATHS * threads()
+    shown, paths = covered(place.of.caster, near), SIDE * SIDE * samples
 
+    def path_s(scene: Scene, depth: int) -> tuple[float, int]:
+        found: list[ReferencePicture] = []
 
-def _reference_s(mesh: Mesh) -> float:
-    """Seconds for a path of direct light."""
-    brdf = brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04")
-    scene = Scene(mesh, frame(mesh.positions), brdf, environment=EnvironmentMap(np.ones((64, 128, 3), np.float32)))
-    return best_of(lambda: drain(reference(scene, (96, 96), samples=4)), 2) / (96 * 96 * 4)
+        def draw() -> None:
+            found.append(drain(reference(scene, (SIDE, SIDE), samples=samples, max_depth=depth)))
 
+        return shortest(draw) / paths, found[-1].rays
 
-def _sphere(vertices: int) -> Mesh:
-    """A sphere of about so many vertices."""
-    rows = round(math.sqrt(vertices / 2.0))
-    theta, phi = np.meshgrid(np.linspace(1e-3, np.pi - 1e-3, rows), np.linspace(0, 2 * np.pi, 2 * rows), indexing="ij")
-    points = np.stack([np.sin(theta) * np.sin(phi), np.cos(theta), np.sin(theta) * np.cos(phi)], axis=-1)
-    index = np.arange(2 * rows * rows).reshape(rows, 2 * rows)
-    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
-    faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=2).reshape(-1, 3).astype(np.int32)
-    uv = np.stack([phi / 3.0, theta / 3.0], axis=-1).reshape(-1, 2).astype(np.float32)
-    points = points.reshape(-1, 3)
-    return Mesh(points, points.astype(np.float32), uv, faces, "sphere")
-
-
-def _drawn(mode: str, knob: int, mesh: Mesh) -> Lit | Scene:
-    """Something of a mode that can be drawn; its numbers mean nothing."""
-    random, count = np.random.default_rng(0), len(mesh.positions)
-    if mode == "direct":
-        environment = EnvironmentMap(random.random((64, 128, 3), np.float32))
-        brdf = brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04")
-        return Scene(mesh, frame(mesh.positions), brdf, environment=environment, directions=knob)
-    if mode == "wavelet":
-        rows = count * knob
-        nothing = Vectors16(
-            np.zeros((rows, 1), np.uint16),
-            np.zeros((rows, 1), np.uint32),
-            np.zeros((rows, 3), np.float32),
-            np.zeros(rows, np.uint16),
-        )
-        return LitWavelets(WaveletTransport(mesh, count, _factors(knob), 0.0, 64, nothing), random.random((rows, 3)))
-    if mode == "gaussian":
-        return _lit_gaussians(mesh, knob)
-    flat = mode == "sh-flat"
-    table = lambert_table(MATT, knob)
-    if not flat:
-        table = BrdfTable(knob, random.random((256, knob**2, 3)))
-    rows = count * (1 if flat else knob**2)
-    nothing_yet = np.broadcast_to(np.float32(0.0), (rows, 1, knob**2))
-    return LitHarmonics(ShTransport(mesh, count, flat, 0.0, table, False, nothing_yet), random.random((rows, 3)))
-
-
-def _lit_gaussians(mesh: Mesh, lobes: int) -> LitGaussians:
-    """Lobes that point up, all alike."""
-    count = len(mesh.positions)
-    up = np.broadcast_to(np.array([0.0, 1.0, 0.0], np.float32), (count, VIEWS, lobes, 3))
-    alike = Lobes(np.ones_like(up), up, np.full(up.shape[:3], 0.2, np.float32))
-    environment = EnvironmentMap(np.ones((64, 128, 3), np.float32))
-    transport = GaussianTransport(mesh, count, 0.0, (alike,), None)
-    return lit_gaussians(transport, environment)
-
-
-def _frames(tables: dict[str, Rates]) -> Steps[str]:
-    """Fill the tables of frames; the name of what draws."""
-    from engine.gl.context import create_context, renderer_name
-
-    knobs = {"direct": LIGHTS, "sh": (3, 5, 8, 15), "sh-flat": (5,), "wavelet": TERMS, "gaussian": LOBES}
-    whole = sum(map(len, knobs.values()))
-    meshes = _sphere(FEW), _sphere(MANY)
-    done = 0
-    try:
-        with create_context() as context:
-            for mode, values in knobs.items():
-                found = []
-                for knob in values:
-                    yield Step(done / whole, f"measuring frames, {mode} {knob}")
-                    found.append(_split(meshes, partial(_gl_frame_s, context, mode, knob)))
-                    done += 1
-                _put(tables, mode, values, found)
-            return renderer_name(context)
-    except MissingCapability:
-        for mode, values in knobs.items():
-            yield Step(done / whole, f"measuring frames on the processor, {mode}")
-            found = [_split(meshes, partial(_cpu_frame_s, mode, knob)) for knob in values]
-            done += len(values)
-            _put(tables, mode, values, found)
-        return "processor"
-
-
-def _put(tables: dict[str, Rates], mode: str, knobs: Any, found: list[tuple[float, float, float]]) -> None:
-    for index, share in enumerate(("base", "vertex", "pixel")):
-        tables[f"{mode}-{share}"] = tuple((float(k), each[index]) for k, each in zip(knobs, found, strict=True))
-
-
-def _split(meshes: tuple[Mesh, Mesh], seconds: Callable[[Mesh, int], float]) -> tuple[float, float, float]:
-    """Base, share of a vertex and share of a pixel of a frame, from three frames."""
-    few, many = (len(mesh.positions) for mesh in meshes)
-    plain, finer, larger = seconds(meshes[0], SMALL), seconds(meshes[1], SMALL), seconds(meshes[0], LARGE)
-    vertex = max(0.0, finer - plain) / (many - few)
-    pixel = max(0.0, larger - plain) / (LARGE**2 - SMALL**2)
-    return max(0.0, plain - vertex * few - pixel * SMALL**2), vertex, pixel
-
-
-def _gl_frame_s(context: Any, mode: str, knob: int, mesh: Mesh, side: int) -> float:
-    from engine.gl.direct import DirectRenderer
-    from engine.gl.transported import TransportRenderer
-
-    what, size = _drawn(mode, knob, mesh), (side, side)
-    target = context.framebuffer([context.renderbuffer(size)])
-    renderer: Any = DirectRenderer(context) if isinstance(what, Scene) else TransportRenderer(context)
-    camera = frame(mesh.positions)
-
-    def draw() -> None:
-        if isinstance(what, Scene):
-            renderer.draw(what, target, size, samples=1)
-        else:
-            renderer.draw(what, camera, target, size, samples=1)
-        context.finish()
-
-    try:
-        return best_of(draw)
-    finally:
-        renderer.release()
-        target.release()
-
-
-def _cpu_frame_s(mode: str, knob: int, mesh: Mesh, side: int) -> float:
-    from engine.render.direct import radiance
-
-    what: Any = _drawn(mode, knob, mesh)
-    if isinstance(what, Scene):
-        return best_of(lambda: drain(radiance(what, (side, side), samples=1)), 1)
-    return best_of(lambda: drain(picture_of(what, frame(mesh.positions), (side, side), 1)), 1)
+    miss_s = path_s(replace(scene, camera=far), 1)[0]
+    direct_s, rays = path_s(scene, 1)
+    longer_s = path_s(scene, POINTS)[0]
+    whole_s = max(direct_s - miss_s, 0.0) / shown
+    rays_s = min(max(0, rays - paths) / (shown * paths) * place.ray_s / threads(), whole_s)
+    further = shown * sum(place.closed**point for point in range(1, POINTS))
+    tables["reference-miss"], tables["reference-rays"] = _once(miss_s), _once(rays_s)
+    tables["reference-shading"] = _once(whole_s - rays_s)
+    tables["reference-point"] = _once(max(longer_s - direct_s, 0.0) / further)

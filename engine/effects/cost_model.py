@@ -1,13 +1,15 @@
-"""What a setting costs on this machine: predicted from half a minute of measuring, before anything is baked.
+"""What a setting costs on this machine: predicted from some seconds of measuring, before anything is baked.
 
-Every cost is a product of counts that are known (vertices, rays, coefficients, pixels) and of rates that
-`engine.effects.calibration` has measured over the range of a knob; between its points a rate is a power law. Bakes:
+Every cost is a product of counts that are known (`engine.effects.load`) and of rates that `engine.effects.calibration`
+has measured at some values of a knob; between and beyond its points a rate is a power law. Bakes:
 
-    visibility(edge) per vertex that is not open, + rows of transport per vertex, + tables that are made once
+    visibility per vertex that is not open + rows of transport per vertex + the file + what does not grow with the mesh
 
-Gaussians take a fit for each vertex instead of rows. Relighting is bound by the bytes that it reads, and a frame is a
-base, a share for each vertex and one for each pixel.
-Rays cost what they cost on the mesh: `Load.ray_scale` tells by how much it differs from the mesh of the calibration.
+Gaussians take a table and a fit for each vertex instead of rows, and again for light from the model itself. A turned
+light is its map, by its texels, and then the bytes of the rows. A frame is a base, a share for each vertex, for each
+pixel and for each pixel that shows the model, where shares grow with lights, terms, lobes or squared order. A path of
+the reference costs what its rays cost on the mesh and what is shaded at each point; it meets another point as often
+as hemispheres are closed.
 """
 
 from __future__ import annotations
@@ -22,65 +24,76 @@ from types import MappingProxyType
 from typing import Any
 
 import engine
+from engine.effects.load import Load as Load
+from engine.effects.load import Rates as Rates
+from engine.effects.load import Rays
 from engine.effects.setting import Setting
+from engine.effects.sizes import MATT_ORDER as MATT_ORDER
+from engine.effects.sizes import channels, gaussians, harmonics, wavelets
 from engine.errors import FileError
 from engine.files.atomic import make_folder, write_json
 from engine.files.untrusted import read_bytes
+from engine.render.reference import BYTES_PER_PIXEL
+from engine.transport.haar import FACES
 from engine.transport.sh_bake import default_edge
-from engine.transport.view_directions import VIEWS
-
-#: A table of rates: value of a knob → seconds, in rising order.
-Rates = tuple[tuple[float, float], ...]
 
 #: Changes when the rates of a kept model no longer mean what they did.
-FORMAT = 2
+FORMAT = 3
 
 #: Bytes of a kept model at most.
 FILE_LIMIT_BYTES = 1 << 16
 
-#: Bytes of a Gaussian for one view: three heights, its mean and its width, in float32; and where it is drawn from.
-LOBE_BYTES, DRAWN_BYTES = 28, 12
+#: Bounces between parts of the model, where there are any.
+BOUNCES = 3
 
-#: Order of the matt part beside Gaussians, and how many times as long a bake with light from the model itself takes.
-MATT_ORDER, INDIRECT = 8, 3.0
-
-#: How many times as long a path takes that may touch more of the surface: most leave the model before the fourth point.
-BOUNCED = 2.0
+#: Kinds of frames, and the parts of each: what it takes at least, for each vertex and each pixel that shows the model,
+#: and what both take more for each light, term, lobe, or coefficient of harmonics.
+FRAMES = ("direct", "sh", "sh-flat", "wavelet", "gaussian")
+PARTS = ("base", "vertex", "vertex-each", "pixel", "pixel-each")
 
 #: What each table of a model is called; a kept model that lacks one is measured anew.
 NAMES = (
     "receivers",
     "visibility",
-    "sh-fixed",
+    "ray",
+    "sh-products",
+    "sh-basis",
+    "sh-seen",
     "sh-matrix",
     "sh-vector",
+    "bounce-rays",
     "bounce-matrix",
     "bounce-vector",
+    "file-byte",
     "wavelet-fixed",
     "wavelet-row",
     "wavelet-coefficients",
     "light-sh",
+    "light-sh-texel",
     "light-wavelet",
-    "light-gaussian",
+    "light-wavelet-texel",
     "relight-sh",
     "relight-wavelet",
+    "gaussian-table",
+    "gaussian-rays",
     "gaussian-fit",
-    "reference",
-    *(
-        f"{mode}-{part}"
-        for mode in ("direct", "sh", "sh-flat", "wavelet", "gaussian")
-        for part in ("base", "vertex", "pixel")
-    ),
+    "gaussian-indirect",
+    "gaussian-indirect-fit",
+    "reference-miss",
+    "reference-shading",
+    "reference-rays",
+    "reference-point",
+    "frame-pixel",
+    *(f"{mode}-{part}" for mode in FRAMES for part in PARTS),
 )
 
 
 @dataclass(frozen=True)
 class Cost:
-    """What a setting takes: seconds of bake, of a changed light and of a frame.
+    """What a setting takes: seconds of bake, of a turned light and of a frame.
 
-    A changed light is a map of 1024 × 512 texels that becomes rows which can be drawn; smaller ones take less.
-
-    `memory_bytes` are held while it is drawn, `size_bytes` are the transport file's.
+    A bake begins when the reflectance is tabulated or factored. `memory_bytes` are held by the process while it is
+    drawn, mesh and light in its rows included; `size_bytes` are the transport file's.
     """
 
     bake_s: float
@@ -88,43 +101,6 @@ class Cost:
     frame_s: float
     memory_bytes: int
     size_bytes: int
-
-
-@dataclass(frozen=True)
-class Load:
-    """What a setting is used on.
-
-    Attributes
-    ----------
-    vertices, pixels : of the model and of the picture. faces : of the model, twice the vertices where not given.
-    occluded : share of the vertices that do not see their whole hemisphere.
-    diffuse, isotropic : of the reflectance. coloured : whether what it reflects on has a colour.
-    ray_scale : cost of a ray on this mesh over that of the calibration.
-    lamps : directions of suns and lamps, which cost a ray for each vertex when the light changes.
-    bounced : whether paths of the reference go on from part to part of the model.
-    """
-
-    vertices: int
-    pixels: int
-    faces: int = 0
-    occluded: float = 1.0
-    diffuse: bool = False
-    isotropic: bool = True
-    coloured: bool = True
-    ray_scale: float = 1.0
-    lamps: int = 0
-    bounced: bool = False
-
-    def __post_init__(self) -> None:
-        if min(self.vertices, self.pixels) < 1 or not 0.0 <= self.occluded <= 1.0:
-            raise ValueError(
-                f"{self.vertices} vertices, {self.pixels} pixels and {self.occluded} occluded make no load"
-            )
-
-    @property
-    def mesh_bytes(self) -> int:
-        """Positions in float64, normals, texture coordinates, and corners of the triangles."""
-        return self.vertices * (24 + 12 + 8) + 12 * (self.faces or 2 * self.vertices)
 
 
 @dataclass(frozen=True)
@@ -149,16 +125,14 @@ class CostModel:
                 raise ValueError(f"the rates of {name} are not rising knobs with finite seconds")
         object.__setattr__(self, "tables", MappingProxyType(dict(self.tables)))
 
-    def rate(self, name: str, knob: float) -> float:
+    def rate(self, name: str, knob: float = 1.0) -> float:
         """Seconds at a knob: a power law between the two measured points, and beyond the ends as at the ends."""
-        rates = self.tables[name]
-        if len(rates) == 1:
-            return rates[0][1]
-        high = min(max(bisect_left([at for at, _ in rates], knob), 1), len(rates) - 1)
-        (x0, y0), (x1, y1) = rates[high - 1], rates[high]
-        if min(x0, y0, y1) <= 0.0:
-            return max(0.0, y0 + (y1 - y0) * (knob - x0) / (x1 - x0))
-        return y0 * (knob / x0) ** (math.log(y1 / y0) / math.log(x1 / x0))
+        return rate_at(self.tables[name], knob)
+
+    def ray_scale(self, rays: Rays) -> float:
+        """For `Load`, from what rays cost on a mesh; 1 where no vertex of it needs any."""
+        usual = self.rate("ray")
+        return rays.ray_s / usual if min(rays.ray_s, usual) > 0.0 else 1.0
 
     def predict(self, setting: Setting, vertices: int, pixels: int, *, load: Load | None = None, **more: Any) -> Cost:
         """What `setting` costs on so many vertices and pixels; `load`, or `more` of its fields, tell the rest."""
@@ -175,66 +149,121 @@ class CostModel:
             raise ValueError(f"nothing is known of the cost of {setting.mode}")
         return predictions[setting.mode](setting, load)
 
-    def _frame(self, mode: str, knob: float, load: Load) -> float:
-        base, vertex, pixel = (self.rate(f"{mode}-{part}", knob) for part in ("base", "vertex", "pixel"))
-        return base + vertex * load.vertices + pixel * load.pixels
+    def _frame(self, mode: str, each: float, load: Load) -> float:
+        base, vertex, vertex_each, pixel, pixel_each = (self.rate(f"{mode}-{part}") for part in PARTS)
+        shown = load.fragments * (pixel + each * pixel_each)
+        return base + load.vertices * (vertex + each * vertex_each) + shown + self.rate("frame-pixel") * load.pixels
 
     def _rays(self, edge: int, load: Load) -> float:
         """Seconds of visibility over a cube map of all vertices, and of preparing them."""
-        seen = self.rate("visibility", edge) * load.occluded * load.ray_scale
-        return load.vertices * (seen + self.rate("receivers", 1))
+        seen = rate_at(load.visibility or self.tables["visibility"], edge) * load.occluded
+        return load.vertices * (seen + self.rate("receivers"))
 
     def _reference(self, setting: Setting, load: Load) -> Cost:
-        touched = (BOUNCED if load.bounced else 1.0) * (load.ray_scale or 1.0)  # 0: no vertex of it needs any ray
-        frame_s = setting["samples"] * load.pixels * self.rate("reference", 1) * touched
-        return Cost(0.0, 0.0, frame_s, load.mesh_bytes + 240 * load.pixels, 0)
+        """Paths that miss, paths that meet the model, and the points that these meet afterwards."""
+        scale = load.ray_scale
+        first = self.rate("reference-shading") + self.rate("reference-rays") * scale
+        further = sum(load.closed**point for point in range(1, load.depth))
+        path_s = self.rate("reference-miss") + load.covered * (first + further * self.rate("reference-point"))
+        frame_s = setting["samples"] * load.pixels * path_s
+        return Cost(0.0, 0.0, frame_s, load.mesh_bytes + BYTES_PER_PIXEL * load.pixels, 0)
 
     def _direct(self, setting: Setting, load: Load) -> Cost:
         directions = setting["directions"]
-        return Cost(0.0, 0.0, self._frame("direct", directions, load), load.mesh_bytes + 24 * directions, 0)
+        return Cost(0.0, 0.0, self._frame("direct", directions, load), load.mesh_bytes + 48 * directions, 0)
 
     def _harmonics(self, setting: Setting, load: Load) -> Cost:
-        order, bounces = setting["order"], 3 if setting["interreflection"] else 0
-        rows = 1 if load.diffuse else order**2
-        kind = "vector" if load.diffuse else "matrix"
-        bake_s = self.rate("sh-fixed", order) * (0.05 if load.diffuse else 1.0)
-        bake_s += self._rays(default_edge(order), load) + load.vertices * self.rate(f"sh-{kind}", order)
-        if bounces:
-            last = self.rate(f"bounce-{kind}", order)
-            each = self.rate("bounce-vector", order)
-            bake_s += load.vertices * load.ray_scale * (last + (bounces - 1) * each)
-        values = load.vertices * rows * order**2 * (3 if bounces and load.coloured else 1)
-        relight_s = self.rate("light-sh", order) + self.rate("relight-sh", 1) * values
-        size = 4 * values + load.mesh_bytes
-        frame_s = self._frame("sh-flat" if load.diffuse else "sh", order, load)
-        return Cost(bake_s, relight_s, frame_s, size + 12 * load.vertices * rows, size)
+        order, edge = setting["order"], default_edge(setting["order"])
+        matrices = 0 if load.diffuse else load.model
+        bake_s = (
+            self._rays(edge, load)
+            + matrices * self._matrix_s(order)
+            + (load.vertices - matrices) * self._vector_s(order)
+        )
+        if not load.tables_made:
+            bake_s += self._tables_s(order, load.diffuse)
+        if setting["interreflection"]:
+            bake_s += (BOUNCES - 1) * load.vertices * self._bounce_s("vector", order, load)
+            bake_s += matrices * self._bounce_s("matrix", order, load)
+            bake_s += (load.vertices - matrices) * self._bounce_s("vector", order, load)
+        sizes = harmonics(setting, load)
+        bake_s += self.rate("file-byte") * sizes.file
+        rows = load.vertices - matrices + matrices * order**2
+        values = rows * order**2 * channels(setting, load)
+        relight_s = self._turned_s("light-sh", order, load) + self.rate("relight-sh", order) * values
+        frame_s = self._frame("sh-flat" if load.diffuse else "sh", order**2, load)
+        return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file)
+
+    def _matrix_s(self, order: int) -> float:
+        """Seconds of a vertex's matrix, its visibility being known: harmonics of that, products, and a rotation."""
+        return FACES * default_edge(order) ** 2 * self.rate("sh-seen", 2 * order - 1) + self.rate("sh-matrix", order)
+
+    def _vector_s(self, order: int) -> float:
+        return FACES * default_edge(order) ** 2 * self.rate("sh-vector", order)
+
+    def _bounce_s(self, kind: str, order: int, load: Load) -> float:
+        """Seconds of a bounce at a vertex: its rays, and what is gathered from those that meet something."""
+        return self.rate("bounce-rays") * load.ray_scale + self.rate(f"bounce-{kind}", order)
+
+    def _tables_s(self, order: int, diffuse: bool) -> float:
+        """Seconds of the tables that a process makes once: integrals over texels, and of products of three."""
+        if diffuse:
+            return self.rate("sh-basis") * basis_values(default_edge(order), order)
+        integrals = self.rate("sh-basis") * basis_values(default_edge(order), 2 * order - 1)
+        return integrals + self.rate("sh-products", order)
+
+    def _turned_s(self, name: str, knob: float, load: Load) -> float:
+        """Seconds that a map takes until rows can be made of it."""
+        return self.rate(name, knob) + self.rate(f"{name}-texel", knob) * load.texels
 
     def _wavelets(self, setting: Setting, load: Load) -> Cost:
-        terms, kept, edge = setting["terms"], setting["coefficients"], setting["cube"]
-        kept = min(kept, 6 * edge * edge)
-        rows = load.vertices * terms
+        terms, edge = setting["terms"], setting["cube"]
+        kept = min(setting["coefficients"], FACES * edge * edge)
+        rows = load.model * terms + load.ground
         cutting = self.rate("wavelet-coefficients", kept) / self.rate("wavelet-coefficients", 96)
-        bake_s = self.rate("wavelet-fixed", edge) + self._rays(edge, load)
+        bake_s = self.rate("wavelet-fixed") + self._rays(edge, load)
         bake_s += rows * self.rate("wavelet-row", edge) * cutting
-        relight_s = self.rate("light-wavelet", edge) + self.rate("relight-wavelet", kept) * rows
-        relight_s += load.lamps * load.vertices * self.rate("receivers", 1)
-        size = rows * (6 * kept + 14) + load.mesh_bytes
-        return Cost(bake_s, relight_s, self._frame("wavelet", terms, load), size + 12 * rows, size)
+        relight_s = self._turned_s("light-wavelet", edge, load) + self.rate("relight-wavelet", kept) * rows
+        relight_s += load.lamps * load.vertices * self.rate("ray") * load.ray_scale
+        sizes = wavelets(setting, load)
+        bake_s += self.rate("file-byte") * sizes.file
+        return Cost(bake_s, relight_s, self._frame("wavelet", terms, load), sizes.memory, sizes.file)
 
     def _gaussians(self, setting: Setting, load: Load) -> Cost:
         """Lobes of all views of a vertex, and vectors of the matt part."""
         lobes, bounces = setting["lobes"], bool(setting["interreflection"])
-        fitted_s = self.rate("gaussian-fit", lobes) * (INDIRECT if bounces else 1.0)
-        bake_s = load.vertices * (fitted_s + self.rate("sh-vector", MATT_ORDER))
-        bake_s += self._rays(default_edge(MATT_ORDER), load)
-        matt = load.vertices * MATT_ORDER**2 * (3 if bounces else 1)
-        relight_s = self.rate("light-gaussian", 1) + self.rate("light-sh", MATT_ORDER)
-        relight_s += self.rate("relight-sh", 1) * matt
-        drawn = lobes * (2 if bounces else 1)
-        count = load.vertices * VIEWS * drawn
-        size = count * LOBE_BYTES + 4 * matt + load.mesh_bytes
-        frame_s = self._frame("gaussian", drawn, load)
-        return Cost(bake_s, relight_s, frame_s, size + count * DRAWN_BYTES + 12 * load.vertices, size)
+        shaded = load.model * load.occluded
+        bake_s = load.model * (self.rate("gaussian-table") + self.rate("gaussian-fit", lobes))
+        bake_s += shaded * self.rate("gaussian-rays") * load.ray_scale
+        bake_s += self._rays(default_edge(MATT_ORDER), load) + load.vertices * self._vector_s(MATT_ORDER)
+        if bounces:
+            fitted_s = self.rate("gaussian-fit", lobes) * self.rate("gaussian-indirect-fit")
+            bake_s += shaded * (self.rate("gaussian-table") + fitted_s)
+            bake_s += load.model * load.closed * self.rate("gaussian-indirect")
+            bake_s += (BOUNCES + 1) * load.vertices * self._bounce_s("vector", MATT_ORDER, load)
+        values = load.vertices * MATT_ORDER**2 * (3 if bounces else 1)
+        relight_s = self._turned_s("light-sh", MATT_ORDER, load) + self.rate("relight-sh", MATT_ORDER) * values
+        frame_s = self._frame("gaussian", lobes * (2 if bounces else 1), load)
+        sizes = gaussians(setting, load)
+        bake_s += self.rate("file-byte") * sizes.file
+        return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file)
+
+
+def rate_at(rates: Rates, knob: float) -> float:
+    """What `CostModel.rate` tells of a table."""
+    if len(rates) == 1:
+        return rates[0][1]
+    high = min(max(bisect_left([at for at, _ in rates], knob), 1), len(rates) - 1)
+    (x0, y0), (x1, y1) = rates[high - 1], rates[high]
+    if min(x0, y0, y1) <= 0.0:
+        return max(0.0, y0 + (y1 - y0) * (knob - x0) / (x1 - x0))
+    return y0 * (knob / x0) ** (math.log(y1 / y0) / math.log(x1 / x0))
+
+
+def basis_values(edge: int, order: int) -> float:
+    """Values of the basis that integrals of harmonics of `order` over the texels of a cube map take."""
+    nodes = max(2, math.ceil(3 * order / edge) + 1)
+    return float(FACES * (edge * nodes * order) ** 2)
 
 
 def machine_name() -> str:

@@ -10,10 +10,11 @@ budget, so that a larger budget offers every choice of a smaller one and never e
 
 What does not fit into free memory is never offered. A bake of more than `LONG_S` is chosen only where nothing else
 meets the budget of error, and the reference, whose samples follow from the noise of a tiny picture, where no other mode
-does, or where few frames are wanted.
+does. Where more than `FEW_FRAMES` are wanted, nobody waits longer than `PATIENCE_S` for each of them: a reference that
+takes longer is not the plan then, but named beside it as what would keep to the budget.
 
 An effect whose estimate is 0 is always left out, one that the user forces never. Where nothing satisfies the budget,
-the plan is the nearest to it and says so.
+the plan is the nearest to it and says so: of all whose error is hardly above the least, the cheapest.
 """
 
 from __future__ import annotations
@@ -26,9 +27,10 @@ from typing import Any
 
 import psutil
 
-from engine.effects.calibration import ray_scale
+from engine.camera import frame
 from engine.effects.cost_model import Cost, CostModel, Load
 from engine.effects.estimates import EFFECTS, LOW_ORDER, Estimate, Scenery, estimates, percent, scenery, seen_as
+from engine.effects.load import covered, rays_of, shaded
 from engine.effects.mode_error import ModeErrors, mode_errors
 from engine.effects.noise import REFERENCE_DEPTH, probed
 from engine.effects.setting import KNOBS, Setting
@@ -44,6 +46,12 @@ FRAMES, LIGHTS = 20_000, 50
 
 #: Seconds of a bake that is long, and pictures up to which a reference is a mode as any other.
 LONG_S, FEW_FRAMES = 1200.0, 1
+
+#: Seconds that a person waits for one of many pictures.
+PATIENCE_S = 10.0
+
+#: Errors up to so many times the least are as near to a budget that nothing meets.
+AS_NEAR = 1.05
 
 #: Share of free memory that a setting may take.
 MEMORY_SHARE = 0.75
@@ -85,12 +93,23 @@ class Effect:
         return self.decision in ("needed", "forced on")
 
 
+@dataclass(frozen=True)
+class SlowReference:
+    """A reference of so many `samples` that would meet a budget of error, in `frame_s` a picture."""
+
+    samples: int
+    max_depth: int
+    error_rel: float
+    frame_s: float
+
+
 @dataclass(frozen=True, eq=False)
 class EffectsPlan:
     """What a scene calls for, and the setting that shows it.
 
-    `predicted_error_rel` holds what is left out too. `satisfied` tells whether the budget is met. `free_share` of the
-    vertices see their whole hemisphere: they need no rays and no visibility, whatever the others need.
+    `predicted_error_rel` holds what is left out too. `satisfied` tells whether the budget is met, and `reference` is
+    then one that meets it, where there is one for which frames are too many. `free_share` of the vertices see their
+    whole hemisphere: they need no rays and no visibility, whatever the others need.
     """
 
     effects: tuple[Effect, ...]
@@ -99,6 +118,7 @@ class EffectsPlan:
     cost: Cost
     satisfied: bool
     free_share: float
+    reference: SlowReference | None = None
 
     @property
     def mode(self) -> str:
@@ -140,6 +160,12 @@ class _Choice:
         return self.told()
 
     @property
+    def is_slow(self) -> bool:
+        """Whether it is a reference that nobody waits for, so many frames being wanted."""
+        is_often = self.setting.mode == "reference" and self.frames > FEW_FRAMES
+        return is_often and self.cost.frame_s > PATIENCE_S
+
+    @property
     def price(self) -> float:
         return self.cost.frame_s + self.cost.relight_s / LIGHTS + self.cost.bake_s / self.frames
 
@@ -165,6 +191,7 @@ def plan(
     rotation: float = 0.0,
     material: Material | None = None,
     pixels: int = PIXELS,
+    aspect: float = 1.0,
     frames: int = FRAMES,
     memory_bytes: int | None = None,
 ) -> EffectsPlan:
@@ -188,7 +215,7 @@ def plan(
         return probed(mesh, brdf, depth, **place)
 
     wishes = frozenset(force), frozenset(skip)
-    return plan_of(scene, cost, budget, time_ms, *wishes, modes, pixels, frames, memory_bytes, noise)
+    return plan_of(scene, cost, budget, time_ms, *wishes, modes, pixels, frames, memory_bytes, noise, aspect)
 
 
 def check_effects(force: Collection[str], skip: Collection[str]) -> None:
@@ -213,6 +240,7 @@ def plan_of(
     frames: int = FRAMES,
     memory_bytes: int | None = None,
     noise: Callable[[int], float] | None = None,
+    aspect: float = 1.0,
 ) -> EffectsPlan:
     """As `plan`, of a scene that has been looked at.
 
@@ -223,13 +251,16 @@ def plan_of(
         raise ValueError(f"{frames} frames are too few")
     found = estimates(scene)
     room = int(MEMORY_SHARE * psutil.virtual_memory().available) if memory_bytes is None else memory_bytes
-    offers = _Choices(scene, found, cost, force, skip, modes, pixels, frames, noise)
+    offers = _Choices(scene, found, cost, force, skip, modes, pixels, frames, noise, aspect)
     choices = [each for each in offers.all(error) if each.cost.memory_bytes <= room]
     if not choices:
         raise ValueError(f"no mode is left to choose from in {room / 1e9:.2g} GB of memory")
-    chosen, satisfied = _best(choices, error, None if time_ms is None else 1e-3 * time_ms)
+    offered = [each for each in choices if not each.is_slow] or choices
+    chosen, satisfied = _best(offered, error, None if time_ms is None else 1e-3 * time_ms)
+    slow = None if satisfied or error is None else _slow_reference(choices, error)
     effects = tuple(_effect(name, found[name], chosen, offers, force, skip) for name in EFFECTS)
-    return EffectsPlan(effects, chosen.setting, chosen.error, chosen.cost, satisfied, scene.sample.free_share)
+    told = (chosen.setting, chosen.error, chosen.cost, satisfied, scene.sample.free_share)
+    return EffectsPlan(effects, *told, slow)
 
 
 def _best(choices: list[_Choice], error: float | None, time_s: float | None) -> tuple[_Choice, bool]:
@@ -241,7 +272,17 @@ def _best(choices: list[_Choice], error: float | None, time_s: float | None) -> 
     for each in sorted(choices, key=lambda each: each.rank):
         if error is not None and each.error <= error:
             return each, True
-    return min(choices, key=lambda each: (each.error, each.price)), False
+    least = min(each.error for each in choices)
+    return min((each for each in choices if each.error <= AS_NEAR * least), key=lambda each: each.rank), False
+
+
+def _slow_reference(choices: list[_Choice], error: float) -> SlowReference | None:
+    """The quickest of the references that nobody waits for, but that meet a budget of error."""
+    meeting = [each for each in choices if each.is_slow and each.error <= error]
+    if not meeting:
+        return None
+    best = min(meeting, key=lambda each: each.cost.frame_s)
+    return SlowReference(best.setting["samples"], _depth(best.skipped), best.error, best.cost.frame_s)
 
 
 class _Choices:
@@ -258,8 +299,13 @@ class _Choices:
         pixels: int,
         frames: int,
         noise: Callable[[int], float] | None,
+        aspect: float,
     ) -> None:
         self._scene, self._found, self._cost, self._pixels = scene, found, cost, pixels
+        looked = scene.sample
+        self._rays = rays_of(looked.of)
+        camera = frame(looked.surface.positions[: looked.model_vertices], aspect)
+        self._covered, self._shaded = (tell(looked.of.caster, camera, aspect) for tell in (covered, shaded))
         self._frames, self._noise = frames, noise
         self._force, self._skip, self._modes = force, skip, modes
         self._errors: dict[bool, ModeErrors] = {}
@@ -407,9 +453,15 @@ class _Choices:
             self._diffuse(skipped) and "glossy" not in asked,
             (bool(self._scene.brdf.isotropic) and "anisotropy" not in asked) or "anisotropy" in skipped,
             self._coloured,
-            ray_scale=ray_scale(self._cost, sample_.of),
+            closed=self._rays.closed,
+            covered=self._covered,
+            shaded=self._shaded,
+            visibility=self._rays.visibility,
+            ray_scale=self._cost.ray_scale(self._rays),
             lamps=len(sample_.lamp_direction) if "sun-split" not in skipped else 0,
-            bounced="interreflection" not in skipped,
+            texels=math.prod(sample_.light.whole.radiance.shape[:2]),
+            depth=_depth(skipped),
+            ground=self._vertices - sample_.model_vertices,
         )
 
 

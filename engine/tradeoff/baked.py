@@ -27,7 +27,9 @@ import psutil
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.effects.cost_model import BOUNCES
 from engine.effects.setting import Setting
+from engine.effects.sizes import MATT_ORDER
 from engine.factor.separable_factors import SeparableFactors
 from engine.ground import Ground
 from engine.lamps import Lamp
@@ -45,9 +47,6 @@ from engine.transport.spherical_gaussian import Lobes
 from engine.transport.visibility import Receivers, receivers
 from engine.transport.wavelet import WaveletTransport, vectors_of
 from engine.transport.wavelet_lighting import dark, lighting_of, tuples
-
-#: Reflections between parts of the model where they count.
-BOUNCES = 4
 
 #: Orders of harmonics up to this share their rays with wavelets.
 HIGH = 8
@@ -214,7 +213,8 @@ def _dropped(members: list[_Member], rays: _Rays, done: float, deadline: float) 
 
 def too_long(seconds: float, what: str = "its bake") -> str:
     """Why a setting is left out of which something takes so many seconds."""
-    return f"{what} takes about {seconds:.{0 if seconds >= 10.0 else 1}f} s, for which there was no time"
+    told = f"{seconds:.0f}" if seconds >= 10.0 else f"{seconds:.2g}"
+    return f"{what} takes about {told} s, for which there was no time"
 
 
 def _prepared(scene: Scene, group: Sequence[Setting], known: Factors) -> Steps[tuple[list[_Member], list[LeftOut]]]:
@@ -317,7 +317,7 @@ def bake_gaussians(
 
     Where light from the model itself counts, all vertices are baked, because they light each other.
     """
-    settings = gaussian_bake.BakeSettings(setting["lobes"], indirect=bool(setting["interreflection"]))
+    settings = gaussian_bake.BakeSettings(setting["lobes"], bool(setting["interreflection"]), order=MATT_ORDER)
     started = time.perf_counter()
     try:
         whole = yield from part(gaussian_bake.prepare(scene.mesh, scene.brdf, settings, scene.ground), 0.0, 0.2)

@@ -3,36 +3,56 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from engine.effects.calibration import ray_scale
 from engine.effects.cost_model import CostModel, Load
+from engine.effects.load import TEXELS, covered, rays_of, shaded
 from engine.effects.sample import of_surface
 from engine.effects.setting import Setting
+from engine.effects.simplified import albedos
 from engine.scene import Scene
+from engine.sun import split_sun
 from engine.tradeoff.prediction import FIGURES
 from engine.transport.sh_transfer import is_diffuse
 from engine.transport.visibility import receivers
 
 
 class Predictions:
-    """Asks a cost model about settings on one scene, in pictures of so many shaded `pixels`."""
+    """Asks a cost model about settings on one scene, in pictures of a `size` (width, height) as it is drawn."""
 
-    def __init__(self, costs: CostModel, scene: Scene, pixels: int, paths: int, max_depth: int) -> None:
-        """`paths` are the pixels of the reference, which shades each once a sample; it is known for a depth of 1."""
+    def __init__(self, costs: CostModel, scene: Scene, size: tuple[int, int], samples: int, max_depth: int) -> None:
+        """`samples` along each side of a pixel are drawn, but one by the reference for each of its own."""
         surface = of_surface(scene.mesh, scene.ground)
-        of = receivers(surface)
-        occluded, faces = float(1.0 - np.mean(of.free)), len(surface.faces)
-        look = (is_diffuse(scene.brdf), bool(scene.brdf.isotropic))
-        self.costs, self.paths, self.max_depth = costs, paths, max_depth
-        rays = ray_scale(costs, of)
-        self.load = Load(len(surface.positions), pixels, faces, occluded, *look, ray_scale=rays, lamps=len(scene.lamps))
+        of, (width, height) = receivers(surface), size
+        rays, model = rays_of(of), len(scene.mesh.positions)
+        brdf: Any = scene.brdf
+        suns = () if scene.environment is None else split_sun(scene.environment)[1]
+        texels = TEXELS if scene.environment is None else int(np.prod(scene.environment.radiance.shape[:2]))
+        self.costs, self.paths = costs, width * height
+        self.load = Load(
+            len(surface.positions),
+            samples**2 * self.paths,
+            len(surface.faces),
+            float(1.0 - np.mean(of.free)),
+            is_diffuse(brdf),
+            bool(brdf.isotropic),
+            bool(np.ptp(albedos(brdf).mean) > 1e-9),
+            closed=rays.closed,
+            covered=covered(of.caster, scene.camera, width / height),
+            shaded=shaded(of.caster, scene.camera, width / height),
+            visibility=rays.visibility,
+            ray_scale=costs.ray_scale(rays),
+            lamps=len(scene.lamps) + len(suns),
+            texels=texels,
+            depth=max_depth,
+            ground=len(surface.positions) - model,
+            tables_made=True,
+        )
 
     def of(self, setting: Setting) -> dict[str, float]:
         """The `FIGURES` of which the model knows something."""
-        if setting.mode == "reference" and self.max_depth > 1:
-            return {}
         pixels = self.paths if setting.mode == "reference" else self.load.pixels
         try:
             cost = self.costs.predict(setting, self.load.vertices, pixels, load=replace(self.load, pixels=pixels))

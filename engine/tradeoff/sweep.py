@@ -36,7 +36,7 @@ from engine.tradeoff.truth import FEW_PASSES, QUIET, Refining, Truth
 FIRST, LAST = 0.15, 0.2
 
 #: Share of the time by which modes without a bake are measured, where there are others.
-AT_ONCE = 0.3
+AT_ONCE = 0.25
 
 #: The reference may take so many seconds beforehand at most, and so many at the end.
 FIRST_S, LAST_S = 20.0, 60.0
@@ -215,8 +215,7 @@ class _Run:
         """What the cost model says; nothing without one."""
         if self.costs is None:
             return None
-        pixels = self.size[0] * self.size[1]
-        return Predictions(self.costs, self.scene, SAMPLES**2 * pixels, pixels, self.max_depth)
+        return Predictions(self.costs, self.scene, self.size, SAMPLES, self.max_depth)
 
     def left_s(self, share: float = 1.0) -> float:
         """Seconds until `share` of the time has passed."""
@@ -326,6 +325,7 @@ class _Run:
         self.left_out += left_out
         for number, bake in enumerate(bakes):
             yield from part(self._baked(bake), 0.8 + 0.2 * number / len(bakes), 0.8 + 0.2 * (number + 1) / len(bakes))
+        yield self._step(f"{len(self.found)} settings measured")
 
     def _baked(self, bake: Bake) -> Steps[None]:
         bare = dataclasses.replace(self.scene, material=None)

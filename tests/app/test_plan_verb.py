@@ -56,7 +56,23 @@ def test_a_plan_is_told_to_people(mesh: str, capsys: pytest.CaptureFixture[str])
     assert main(["plan", mesh, *LOOK, "--time-ms", "0.000001"]) == 0
     shown = capsys.readouterr().out
     assert all(name in shown for name in EFFECTS)
-    assert "No mode meets the budget" in shown
+    assert "No mode draws a frame in 1e-06 ms" in shown
+
+
+def test_a_reference_that_nobody_waits_for_is_named_and_not_chosen(
+    mesh: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["plan", mesh, "--brdf", "ggx:alpha=0.1", "--env", "sky", "--error", "0.005"]
+    found = record(words, capsys)
+    assert not found["satisfied"]
+    assert found["mode"] != "reference"
+    assert found["reference"].keys() == {"samples", "max_depth", "error_rel", "frame_s"}
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    assert "The reference meets it" in shown
+    assert f"--samples {found['reference']['samples']}" in shown
+    once = record([*words, "--frames", "1"], capsys)
+    assert (once["mode"], once["satisfied"], once["reference"]) == ("reference", True, None)
 
 
 @pytest.mark.parametrize(

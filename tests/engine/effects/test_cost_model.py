@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.effects.cost_model import MATT_ORDER, NAMES, CostModel, Load, load_model, machine_name, save
+from engine.effects.cost_model import NAMES, CostModel, load_model, machine_name, save
+from engine.effects.load import Rays
 from engine.effects.setting import KNOBS, Setting, ladder
 
 
@@ -34,20 +35,6 @@ def test_a_rate_of_zero_is_interpolated_too(model: CostModel) -> None:
     tables = {**model.tables, "visibility": ((16.0, 0.0), (32.0, 1.0))}
     assert replace(model, tables=tables).rate("visibility", 24) == pytest.approx(0.5)
     assert replace(model, tables=tables).rate("visibility", 8) == 0.0
-
-
-@pytest.mark.parametrize("mode", ["sh", "wavelet", "gaussian"])
-def test_T7_sizes_are_those_of_the_files(model: CostModel, mode: str) -> None:
-    """By counting: 4 bytes for a number of a matrix, 6 for a wavelet and 14 for the vector it is in, 28 for a lobe."""
-    load = Load(1000, 10_000, faces=2000)
-    for setting in ladder(mode, {"sh": "order", "wavelet": "terms", "gaussian": "lobes"}[mode]):
-        own = model.predict(setting, 1000, 10_000, load=load).size_bytes - load.mesh_bytes
-        if mode == "sh":
-            assert own == 1000 * 4 * setting["order"] ** 4
-        elif mode == "gaussian":
-            assert own == 1000 * (92 * 28 * setting["lobes"] + 4 * MATT_ORDER**2)
-        else:
-            assert own == 1000 * setting["terms"] * (6 * 96 + 14)
 
 
 @given(st.sampled_from(["reference", "direct", "shading-map", "sh", "wavelet", "gaussian"]), st.data())
@@ -92,8 +79,48 @@ def test_foreign_and_senseless_models_are_measured_anew(model: CostModel, tmp_pa
         assert load_model(path) is None
 
 
+def test_a_scene_of_its_own_rays_is_told_by_them(model: CostModel) -> None:
+    """Rays of twice the usual cost double what is rays, at every edge, and nothing else."""
+    own = tuple((edge, 2.0 * rate) for edge, rate in model.tables["visibility"])
+    usual, other = (model.predict(Setting("sh"), 1000, 1000, visibility=rates) for rates in ((), own))
+    assert other.bake_s - usual.bake_s == pytest.approx(1000 * model.rate("visibility", 32))
+    assert model.ray_scale(Rays(own, 2.0 * model.rate("ray"), 0.1)) == pytest.approx(2.0)
+    assert model.ray_scale(Rays((), 0.0, 0.0)) == 1.0
+
+
+def test_a_path_goes_on_as_often_as_hemispheres_are_closed(model: CostModel) -> None:
+    """1 + c + c² points where it may touch three, none after the first where all is open."""
+    setting, point_s = Setting("reference", {"samples": 10}), model.rate("reference-point")
+
+    def frame_s(closed: float, depth: int) -> float:
+        return model.predict(setting, 1000, 100, closed=closed, depth=depth, covered=0.5).frame_s
+
+    assert frame_s(0.3, 3) - frame_s(0.3, 1) == pytest.approx(10 * 100 * 0.5 * (0.3 + 0.09) * point_s)
+    assert frame_s(0.0, 3) == frame_s(0.3, 1)
+    empty = model.predict(setting, 1000, 100, covered=0.0).frame_s
+    assert empty == pytest.approx(10 * 100 * model.rate("reference-miss"))
+
+
+@pytest.mark.parametrize("setting", [Setting("sh"), Setting("wavelet"), Setting("gaussian")])
+def test_turned_light_grows_with_its_map_and_not_with_pixels(model: CostModel, setting: Setting) -> None:
+    small, large, sharp = (
+        model.predict(setting, 1000, pixels, texels=texels).relight_s
+        for pixels, texels in ((100, 2 * 256**2), (100, 2 * 512**2), (1000, 2 * 512**2))
+    )
+    knob = {"sh": 5, "wavelet": 64, "gaussian": 8}[setting.mode]
+    name = "light-wavelet-texel" if setting.mode == "wavelet" else "light-sh-texel"
+    assert large - small == pytest.approx(2 * (512**2 - 256**2) * model.rate(name, knob))
+    assert sharp == large
+
+
+def test_tables_that_outlive_a_bake_are_not_made_twice(model: CostModel) -> None:
+    first, later = (model.predict(Setting("sh"), 1000, 1000, tables_made=made).bake_s for made in (False, True))
+    assert first - later > model.rate("sh-products", 5)
+
+
 def test_loads_that_cannot_be_are_refused(model: CostModel) -> None:
     with pytest.raises(ValueError, match="make no load"):
         model.predict(Setting("sh"), 0, 100)
-    with pytest.raises(ValueError, match="make no load"):
-        model.predict(Setting("sh"), 10, 100, occluded=1.5)
+    for wrong in ({"occluded": 1.5}, {"covered": math.nan}, {"ground": 11}, {"depth": 0}, {"texels": 0}):
+        with pytest.raises(ValueError, match="make no load"):
+            model.predict(Setting("sh"), 10, 100, **wrong)

@@ -19,7 +19,7 @@ from engine.brdf.diffuse import Lambert
 from engine.effects import bake as planned
 from engine.effects.cost_model import CostModel
 from engine.effects.estimates import EFFECTS, Scenery, estimates, scenery
-from engine.effects.plan import FRAMES, LIGHTS, SHARE, EffectsPlan, brdf_of, plan, plan_of
+from engine.effects.plan import AS_NEAR, FRAMES, LIGHTS, PATIENCE_S, SHARE, EffectsPlan, brdf_of, plan, plan_of
 from engine.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise
 from engine.ground import Ground
 from engine.steps import drain
@@ -250,3 +250,30 @@ def test_T3_suns_are_split_only_where_there_are_any(costs: CostModel) -> None:
         assert bool(len(found.sample.lamp_direction)) == bool(count)
         assert (estimates(found)["sun-split"].error_rel > 0.0) == bool(count)
         assert plan_of(found, costs, 0.005, None, modes=("sh",)).shows("sun-split") == bool(count)
+
+
+def test_a_budget_that_no_frame_meets_names_the_reference_that_does() -> None:
+    """Many frames: the nearest mode and the reference beside it. A single one: the reference itself, however long."""
+    scene, options = looked_at(), {"noise": lambda depth: 0.25}
+    often, once = (plan_of(scene, COSTS, 1e-3, None, frames=frames, **options) for frames in (FRAMES, 1))
+    assert not often.satisfied
+    assert often.mode != "reference"
+    assert often.predicted_error_rel > 1e-3
+    assert often.reference is not None
+    assert often.reference.frame_s > PATIENCE_S
+    assert often.reference.error_rel <= 1e-3
+    assert (once.mode, once.satisfied, once.reference) == ("reference", True, None)
+    assert once.setting["samples"] == often.reference.samples
+    assert (once.max_depth, once.cost.frame_s) == (often.reference.max_depth, often.reference.frame_s)
+    only = plan_of(scene, COSTS, 1e-3, None, modes=("reference",), **options)
+    assert (only.mode, only.satisfied) == ("reference", True)
+    assert plan_of(scene, COSTS, 1e-9, None, **options).reference is None  # so many samples are not possible
+
+
+def test_the_nearest_to_a_budget_is_the_cheapest_of_those_as_near() -> None:
+    scene = looked_at()
+    found = plan_of(scene, COSTS, 1e-9, None)
+    best = plan_of(scene, COSTS, None, 1e9)
+    assert not found.satisfied
+    assert best.predicted_error_rel <= found.predicted_error_rel <= AS_NEAR * best.predicted_error_rel
+    assert price(found) <= price(best)

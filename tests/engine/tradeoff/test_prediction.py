@@ -62,10 +62,21 @@ def test_a_mode_without_a_bake_has_a_frame_only_and_a_ground_is_more_to_bake() -
     mesh = shape("plane")
     costs = CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-6),)))
     scene = Scene(mesh, frame(mesh.positions), brdf_from_text("lambert"), environment=open_environment("sky"))
-    alone = Predictions(costs, scene, 400, 100, 1)
+    alone = Predictions(costs, scene, (10, 10), 2, 1)
     assert alone.of(Setting("direct")).keys() == {"frame_s"}
     assert alone.of(SH).keys() == {"frame_s", "relight_s", "bake_s", "size_bytes"}
     assert alone.of(Setting("reference")).keys() == {"frame_s"}
-    assert Predictions(costs, scene, 400, 100, 2).of(Setting("reference")) == {}
-    standing = Predictions(costs, dataclasses.replace(scene, ground=Ground()), 400, 100, 1)
+    standing = Predictions(costs, dataclasses.replace(scene, ground=Ground()), (10, 10), 2, 1)
     assert standing.of(SH)["bake_s"] > alone.of(SH)["bake_s"]
+
+
+def test_longer_paths_of_the_reference_are_predicted_too() -> None:
+    """A plane meets no second point, and a knot does."""
+    costs = CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-6),)))
+    for name, longer in (("plane", False), ("torus-knot", True)):
+        mesh = shape(name)
+        scene = Scene(mesh, frame(mesh.positions), brdf_from_text("lambert"), environment=open_environment("sky"))
+        direct, deep = (
+            Predictions(costs, scene, (10, 10), 2, depth).of(Setting("reference"))["frame_s"] for depth in (1, 4)
+        )
+        assert (deep > direct) == longer
