@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QComboBox
 from app.document import Look, Project
 from app.modes import MODES, mode_of, why_not
 from app.number_field import plain
-from app.panels import Rows, Segments, enable
+from app.panels import Rows, Segments
 from app.picture_error import PictureError
 
 BOUNCES = ((0, "Direct light only"), (1, "1 bounce"), (2, "2 bounces"), (4, "4 bounces"), (8, "8 bounces"))
@@ -43,7 +43,11 @@ class ComparePanel(Rows):
         for count, words in BOUNCES:
             self.bounces.addItem(words, count)
         self.bounces.activated.connect(lambda _index: self.set("Bounces", bounces=self.bounces.currentData()))
-        self.row("Reference", self.bounces, "How often light of the reference goes on from surface to surface")
+        self.row(
+            "Reference",
+            self.bounces,
+            "How often light of the reference goes on from surface to surface; all errors are told against it",
+        )
         self.error = self.figure(
             "Error", "Relative RMSE of linear radiance against the other, and within what it is certain to 95 %"
         )
@@ -70,8 +74,6 @@ class ComparePanel(Rows):
         why = why_not_compared(project)
         for value in ("wipe", "difference"):
             self.shown.disable(value, why)
-        progressive = any(mode_of(value, project).progressive for value in (project.look.mode, project.look.against))
-        enable(self.bounces, "" if progressive else "Neither of the two modes is the reference")
 
     def show_error(self, error: PictureError | None) -> None:
         """The figures, or that there are none."""

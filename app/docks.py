@@ -94,6 +94,7 @@ class JobsDock(QDockWidget):
         cancel = QToolButton()
         cancel.setIcon(icons.icon("cancel"))
         cancel.setToolTip(f"Cancel: {job.title}")
+        cancel.setAccessibleName(f"Cancel: {job.title}")
         cancel.clicked.connect(lambda: self.jobs.cancel(job))
         self.table.setCellWidget(0, 3, cancel)
         if len(self.rows) > JOBS_KEPT:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSize, Qt, Signal
@@ -140,21 +141,26 @@ class EffectsDock(QDockWidget):
             for value, words in WISHES:
                 wish.addItem(words, value)
             wish.setAccessibleName(NAMES.get(effect.effect, effect.effect))
+            wish.setToolTip("As the plan says, worked out in any case, or left out")
             wish.activated.connect(lambda _index, name=effect.effect: self._wish(name))
             self.table.setCellWidget(place, 2, wish)
             self.wishes[effect.effect] = wish
+        for before, behind in pairwise((*self.wishes.values(), self.budget, self.apply)):
+            QWidget.setTabOrder(before, behind)
 
     def _show_row(self, place: int, effect: Effect) -> None:
         colours, look = theme.current(), self.bench.document.project.look
+        quiet = colours.secondary if self.plan is not None else colours.disabled
         name, words = self.table.item(place, 0), self.table.item(place, 1)
         assert name is not None
         assert words is not None
         name.setText(f"{'●' if effect.on else '○'}  {NAMES.get(effect.effect, effect.effect)}")
-        name.setForeground(QColor(colours.text if effect.on else colours.secondary))
+        name.setForeground(QColor(colours.text if effect.on and self.plan is not None else quiet))
         words.setData(Qt.ItemDataRole.UserRole, row_forms(effect))
-        words.setForeground(QColor(colours.secondary))
+        words.setForeground(QColor(quiet))
         for item in (name, words):
-            item.setToolTip(f"{effect.decision}: {effect.reason}\n{row_text(effect)}")
+            about = f"{effect.decision}: {effect.reason}\n{row_text(effect)}"
+            item.setToolTip(about if self.plan is not None else f"Of the scene before. {about}")
         wish = self.wishes[effect.effect]
         value = "on" if effect.effect in look.forced else "off" if effect.effect in look.skipped else ""
         wish.setCurrentIndex(wish.findData(value))

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import icons, theme
+from app.bake_work import NAMES
 from app.healths import Part, figures_of, parts_of, worst_of
 from app.jobs import Job
 from app.panels import button, sheet, text
@@ -25,6 +26,9 @@ from app.view_tab import ViewTab
 from app.workbench import Workbench
 from engine.health import Health, Verdict
 from engine.steps import Step, Steps
+
+#: Height of a line in pixels.
+LINE = 24
 
 WORDS = {Verdict.GOOD: "good", Verdict.NOTE: "note", Verdict.WARNING: "check", Verdict.BAD: "problem"}
 
@@ -76,7 +80,7 @@ class HealthDock(QDockWidget):
 
     def refresh(self) -> None:
         """Ask all results again."""
-        bakings = [(f"Bake, {method}", baking.made) for method, baking in self.view.bakings.items()]
+        bakings = [(f"Baked {NAMES[baking.method]}", baking.made) for baking in self.view.bakings.values()]
         parts = parts_of(self.bench.document.project, self.view.brdf, bakings)
         alike = [(part.name, id(part.health)) for part in parts] == [
             (part.name, id(part.health)) for part in self.parts
@@ -120,6 +124,7 @@ class HealthDock(QDockWidget):
         """Three columns, and the verdict as an icon."""
         name, middle, value, verdict = words
         item = QTreeWidgetItem(above or self.tree, [name, middle, value])
+        item.setSizeHint(0, QSize(0, LINE))
         item.setTextAlignment(2, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         item.setToolTip(1, middle)
         colours = theme.current()
