@@ -134,8 +134,8 @@ def _paid_off(found: Tradeoff) -> str:
         return ""
     frames, point = paid_off
     times = "1 frame" if frames == 1 else f"{frames} frames"
-    name = f"{NAMES[point.mode]} ({label_of(point, found.points)})"
-    return f"\nBreak-even: with their bake, {name.lower()} take less time than the reference at equal error after {times}."
+    name = f"{NAMES[point.mode].lower()} ({label_of(point, found.points)})"
+    return f"\nBreak-even: with their bake, {name} take less time than the reference at equal error after {times}."
 
 
 def label_of(point: Point, points: Sequence[Point]) -> str:
