@@ -72,9 +72,11 @@ def main() -> int:
     save(window, options.folder / "5-view-jobs.png")
     window.jobs_dock.hide()
     compared(window, options.folder, "6-dark")
+    docks(window, options.folder, "8-dark")
     window.set_theme("light")
     everywhere(window, options.folder, "7-light")
     compared(window, options.folder, "7-light")
+    docks(window, options.folder, "8-light")
     window.close()
     return 0
 
@@ -101,9 +103,48 @@ def compared(window: MainWindow, folder: Path, state: str) -> None:
             document.change("Compare", look=look)
             settle(1.0)
             wait_until(lambda: enough(window))
-            if not window.grab().save(str(folder / f"{state}-{name}-{width}.png")):
-                raise SystemExit("a picture cannot be written")
+            grab(window, folder / f"{state}-{name}-{width}.png")
     document.change("Compare", look=replace(document.project.look, lamps=(), has_ground=False, comparing=""))
+
+
+def docks(window: MainWindow, folder: Path, state: str) -> None:
+    """What accuracy costs, effects as they are planned, forced and planned anew, a bake, health and the self-test."""
+    window.show_workspace("view")
+    document, effects, accuracy = window.bench.document, window.effects_dock, window.accuracy_dock
+    document.change("Plan", look=replace(document.project.look, forced=(), skipped=(), mode="direct"))
+    window.bench.load_environment("studio")
+    wait_until(lambda: effects.plan is not None)
+    accuracy.modes.setCurrentIndex(accuracy.modes.findData("direct"))
+    accuracy.time.setCurrentIndex(0)
+    accuracy.go.click()
+    wait_until(lambda: accuracy.job is None or accuracy.live is not None)
+    grab(window, folder / f"{state}-measuring.png")
+    wait_until(lambda: accuracy.job is None)
+    document.change("Force", look=replace(document.project.look, forced=("self-shadowing",), skipped=("glossy",)))
+    grab(window, folder / f"{state}-planned-before.png")
+    wait_until(lambda: effects.plan is not None)
+    for width, height in (*SIZES, (2560, 1440)):
+        window.resize(width, height)
+        for name, budget in (("points", ""), ("within", "1 s"), ("nothing-within", "0.001 %")):
+            accuracy.budget.setText(budget)
+            grab(window, folder / f"{state}-{name}-{width}.png")
+    accuracy.budget.clear()
+    window.view.choose_mode("sh")
+    wait_until(lambda: window.view.bakings["sh"].ready is not None or window.view.bakings["sh"].is_made)
+    grab(window, folder / f"{state}-bake.png")
+    window.self_test()
+    wait_until(lambda: window.health_dock.job is None)
+    for width, height in SIZES:
+        window.resize(width, height)
+        grab(window, folder / f"{state}-self-test-{width}.png")
+    window.health_dock.hide()
+
+
+def grab(window: MainWindow, path: Path) -> None:
+    """Keep what the window shows a moment later, whether or not it is at rest."""
+    settle(0.6)
+    if not window.grab().save(str(path)):
+        raise SystemExit(f"{path} cannot be written")
 
 
 def enough(window: MainWindow) -> bool:
@@ -117,11 +158,10 @@ def enough(window: MainWindow) -> bool:
 def save(window: MainWindow, path: Path) -> None:
     """Let the window come to rest, and keep what it shows."""
     settle(0.6)
-    wait_until(lambda: not any(not job.heavy for job in window.bench.jobs.active))
+    wait_until(lambda: not any(not job.heavy and job.state != "paused" for job in window.bench.jobs.active))
     settle(0.4)
     wait_until(lambda: not window.view.isVisible() or getattr(window.view.viewport.surface, "is_finished", True))
-    if not window.grab().save(str(path)):
-        raise SystemExit(f"{path} cannot be written")
+    grab(window, path)
 
 
 def wait_for_model(window: MainWindow) -> None:
