@@ -8,6 +8,7 @@ from typing import Any
 
 from app.verbs.baked import carry_out, subject_of
 from app.verbs.plan import add_budget, plan_for, record
+from app.verbs.vary import variations_of
 from engine.steps import Step, drain, part
 
 
@@ -25,8 +26,11 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     environment = open_environment(arguments.env)
     subject = subject_of(arguments)
     mesh, brdf, ground = subject.mesh, subject.brdf, subject.ground
-    found = plan_for(arguments, mesh, brdf, environment, lambda step: show(step), modes=BAKED, ground=ground)
-    ready = usage(drain, part(prepare(found, mesh, brdf, ground, fine=arguments.fine), 0.0, 0.05), show)
+    variations = variations_of(arguments)
+    options: dict[str, Any] = {"modes": BAKED, "ground": ground, "variations": variations}
+    found = plan_for(arguments, mesh, brdf, environment, lambda step: show(step), **options)
+    preparing = prepare(found, mesh, brdf, ground, variations=variations, fine=arguments.fine)
+    ready = usage(drain, part(preparing, 0.0, 0.05), show)
     planned = record(found)
     baked, result = carry_out(
         arguments,
@@ -34,7 +38,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         ready.work,
         lambda: ready.start(arguments.output),
         estimated_s=ready.estimated_s,
-        knobs={**found.knobs, "chosen": found.mode, "fine": arguments.fine},
+        knobs={**found.knobs, "chosen": found.mode, "fine": arguments.fine, "vary": arguments.vary},
         start=0.05,
     )
     result = {**result, **planned, "knobs": result["knobs"]}
@@ -70,6 +74,6 @@ def _names(result: dict[str, Any]) -> set[str]:
 def _check(arguments: argparse.Namespace) -> None:
     if arguments.env is None:
         raise ValueError("--mode auto needs --env, the light that the plan is for")
-    for option in ("vary", "error_env", "cluster", "cube"):
+    for option in ("error_env", "cluster", "cube"):
         if getattr(arguments, option):
             raise ValueError(f"--{option.replace('_', '-')} is not for --mode auto")

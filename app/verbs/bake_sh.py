@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from app.verbs.baked import carry_out, error_lines, error_under, subject_of
+from app.verbs.vary import variations_of
 from engine.steps import Step, drain, part
 
 if TYPE_CHECKING:
@@ -26,12 +27,11 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from app.cli import usage
     from engine.transport.sh_bake import BakeSettings, bake, default_edge, estimate_s, prepare
     from engine.transport.sh_error import sh_error
-    from engine.transport.variation import variation_from_text
 
     edge = arguments.cube or default_edge(arguments.order)
     bounces = BOUNCES if arguments.interreflection else 0
     settings = usage(lambda: BakeSettings(arguments.order, edge, arguments.fine, bounces))
-    variations = usage(lambda: [variation_from_text(text) for text in arguments.vary])
+    variations = variations_of(arguments)
     subject = subject_of(arguments)
     before = time.perf_counter()
     preparing = prepare(subject.mesh, subject.brdf, settings, subject.ground, variations)

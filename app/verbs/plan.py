@@ -8,6 +8,7 @@ import textwrap
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from app.verbs import vary
 from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step, drain, part
 
@@ -31,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what.add_argument("--material", metavar="BUNDLE", help="a material, with its own reflectance")
     parser.add_argument("--env", required=True, metavar="FILE", help="an environment, as for lightarc render")
     add_budget(parser)
+    vary.add_argument(parser)
     parser.add_argument("--env-rotation-deg", type=float, default=0.0, metavar="A", help="turn it about +Y (0)")
     parser.add_argument(
         "--ground", nargs="?", type=float, const=0.5, metavar="ALBEDO", help="let the model stand on a matt ground"
@@ -82,6 +84,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "ground": ground,
         "rotation": math.radians(arguments.env_rotation_deg),
         "material": material,
+        "variations": vary.variations_of(arguments),
         "pixels": arguments.width * arguments.height,
         "aspect": arguments.width / arguments.height,
         "frames": arguments.frames,
@@ -133,6 +136,7 @@ def record(found: EffectsPlan) -> dict[str, Any]:
         "mode": found.mode,
         "max_depth": found.max_depth if found.mode == "reference" else None,
         "knobs": found.knobs,
+        "means": dict(found.mean),
         "predicted_error_rel": found.predicted_error_rel,
         "predicted_frame_s": found.cost.frame_s,
         "predicted_relight_s": found.cost.relight_s,
@@ -146,24 +150,30 @@ def record(found: EffectsPlan) -> dict[str, Any]:
 
 
 def report(result: dict[str, Any]) -> str:
+    from engine.effects.estimates import percent
     from engine.effects.setting import Setting
 
     lines = [f"{'effect':24} {'decision':10} {'without it':>10} {'saves':>10} {'':>10}"]
     for effect in result["effects"]:
         saves = f"{effect['saves_s']:.1f} s" if effect["saves_s"] >= 0.05 else "–"
         size = f"{effect['saves_bytes'] / 1e6:.1f} MB" if effect["saves_bytes"] >= 50_000 else "–"
-        error = f"{100.0 * effect['estimated_error_rel']:.2g} %"
+        error = percent(effect["estimated_error_rel"])
         lines.append(f"{effect['effect']:24} {effect['decision']:10} {error:>10} {saves:>10} {size:>10}")
         lines += textwrap.wrap(effect["reason"], 100, initial_indent="    ", subsequent_indent="    ")
     setting = Setting(result["mode"], result["knobs"])
     lines += [
         "",
-        f"Draw with {setting}: an error of {100.0 * result['predicted_error_rel']:.2g} %, "
-        f"{1e3 * result['predicted_frame_s']:.1f} ms a frame, {1e3 * result['predicted_relight_s']:.1f} ms for turned "
-        f"light, {result['predicted_bake_s']:.1f} s to bake, {result['predicted_size_bytes'] / 1e6:.1f} MB",
+        f"Draw with {setting}: an error of {percent(result['predicted_error_rel'])}, "
+        f"{_time(result['predicted_frame_s'])} a frame, {_time(result['predicted_relight_s'])} for turned light, "
+        f"{result['predicted_bake_s']:.1f} s to bake, {result['predicted_size_bytes'] / 1e6:.1f} MB",
     ]
     lines += _shortfall(result)
     return "\n".join([*lines, *result["warnings"]])
+
+
+def _time(seconds: float) -> str:
+    """'4.2 ms' or '31.4 s'."""
+    return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
 
 
 def _shortfall(result: dict[str, Any]) -> list[str]:

@@ -5,6 +5,7 @@
     glossy           left out: vectors instead of matrices; forced on: matrices whatever the reflectance
     anisotropy       left out: one row of the table instead of a map; forced on: the map
     all-frequency    left out: few harmonics
+    varying gloss    left out: one reflectance, at the mean of what varies, and one table of it
 
 Whatever is decided for the whole, vertices that see their whole hemisphere have no visibility, unless it is forced.
 """
@@ -12,7 +13,7 @@ Whatever is decided for the whole, vertices that see their whole hemisphere have
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +24,7 @@ from engine.mesh import Mesh
 from engine.steps import Steps
 from engine.transport import gaussian_bake, sh_bake, wavelet_bake
 from engine.transport.occluder import Occluder
+from engine.transport.variation import Variation
 from engine.transport.visibility import Receivers, every_ray
 
 __all__ = ["BAKED", "BOUNCES", "PlannedBake", "prepare"]
@@ -49,14 +51,21 @@ class _EveryRay(Occluder):
 
 
 def prepare(
-    plan: EffectsPlan, mesh: Mesh, brdf: Any, ground: Ground | None = None, *, fine: int = 4
+    plan: EffectsPlan,
+    mesh: Mesh,
+    brdf: Any,
+    ground: Ground | None = None,
+    *,
+    variations: Sequence[Variation] = (),
+    fine: int = 4,
 ) -> Steps[PlannedBake]:
     """Lay out the bake of `mesh` with the reflectance `brdf` that `plan` calls for; nothing is written.
 
-    ValueError where the plan's mode is not baked.
+    `variations` are those that the plan was made with. ValueError where the plan's mode is not baked.
     """
     setting, reflectance = plan.setting, brdf_of(plan, brdf)
     forced = plan.decision("self-shadowing") == "forced on"
+    varying = tuple(variations) if plan.shows("spatially-varying-gloss") else ()
     if setting.mode == "sh":
         settings = sh_bake.BakeSettings(
             setting["order"],
@@ -65,7 +74,7 @@ def prepare(
             BOUNCES if setting["interreflection"] else 0,
             shadows=plan.shows("self-shadowing") or plan.shows("interreflection"),
         )
-        work = yield from sh_bake.prepare(mesh, reflectance, settings, ground)
+        work = yield from sh_bake.prepare(mesh, reflectance, settings, ground, varying)
 
         def start(path: str | os.PathLike[str]) -> Steps[Any]:
             of = every_ray(sh_bake.receivers_of(work), settings.edge, fine) if forced else None
@@ -84,7 +93,7 @@ def prepare(
         asked = gaussian_bake.BakeSettings(
             setting["lobes"], bool(setting["interreflection"]), order=MATT_ORDER, edge=edge, fine=fine
         )
-        cut = yield from gaussian_bake.prepare(mesh, reflectance, asked, ground)
+        cut = yield from gaussian_bake.prepare(mesh, reflectance, asked, ground, varying)
         if forced:
             cut = replace(cut, model=replace(cut.model, of=every_ray(cut.model.of, edge, fine)))
         return PlannedBake(cut, gaussian_bake.estimate_s(cut), lambda path: gaussian_bake.bake(path, cut))

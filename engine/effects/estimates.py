@@ -4,8 +4,8 @@ The error is the root mean square over pairs of point and view of the difference
 radiance (see `engine.effects.radiance`): self-shadowing relative to direct light, interreflection relative to all of
 it. Some hundreds of pairs know it to a tenth or a fifth, and an effect left out by mistake is worse than one that is
 kept: so the larger of two weightings is told, with and without the pairs that the surface itself hides, and one
-standard error on top, between a tenth and a half. Where every vertex sees its whole hemisphere, and where a reflectance
-or a light does not have the effect at all, the estimate is exactly 0.
+standard error on top, between a fifth and three fifths. Where every vertex sees its whole hemisphere, and where a
+reflectance or a light does not have the effect at all, the estimate is exactly 0.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ EFFECTS = (
 LOW_ORDER = 5
 
 #: Standard errors that are added to an estimate, and the least and the most that they raise it by.
-MARGIN, LEAST, MOST = 1.0, 1.1, 1.5
+MARGIN, LEAST, MOST = 1.0, 1.2, 1.6
 
 #: An error of less than this is rounding.
 ROUNDING = 1e-9
@@ -76,9 +76,15 @@ class Estimate:
 
 
 def relative_error(
-    values: Array, wanted: Array, shares: Sequence[Array], *, difference: Array | None = None, margin: bool = True
+    values: Array,
+    wanted: Array,
+    shares: Sequence[Array],
+    *,
+    difference: Array | None = None,
+    margin: bool = True,
+    least: float = LEAST,
 ) -> float:
-    """The root mean square of `values` − `wanted` (N, K, 3) over that of `wanted`, with its margin.
+    """The root mean square of `values` − `wanted` (N, K, 3) over that of `wanted`, with its margin, `least` or more.
 
     Pairs count for `shares` (N, K), of which the one with the largest error is told.
 
@@ -86,10 +92,10 @@ def relative_error(
     """
     apart = ((values - wanted) ** 2).sum(axis=-1) if difference is None else difference
     whole = (wanted**2).sum(axis=-1)
-    return max(_with_margin((apart * w).sum(axis=1), (whole * w).sum(axis=1), margin) for w in shares)
+    return max(_with_margin((apart * w).sum(axis=1), (whole * w).sum(axis=1), margin, least) for w in shares)
 
 
-def _with_margin(apart: Array, whole: Array, margin: bool) -> float:
+def _with_margin(apart: Array, whole: Array, margin: bool, least: float = LEAST) -> float:
     """The root of Σ apart / Σ whole over points, raised by the standard error of that ratio."""
     total, count = float(whole.sum()), len(whole)
     if total <= 0.0:
@@ -101,7 +107,7 @@ def _with_margin(apart: Array, whole: Array, margin: bool) -> float:
         return math.sqrt(ratio)
     spread = math.sqrt(count / max(count - 1, 1) * float(((apart - ratio * whole) ** 2).sum())) / total
     raised = math.sqrt(ratio + MARGIN * spread) / math.sqrt(ratio)
-    return math.sqrt(ratio) * min(max(raised, LEAST), MOST)
+    return math.sqrt(ratio) * min(max(raised, least), MOST)
 
 
 @dataclass(frozen=True, eq=False)

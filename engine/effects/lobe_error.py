@@ -51,6 +51,9 @@ Indices = NDArray[np.int64]
 #: Pairs that are fitted, directions for each view, and directions drawn for each pair beside the texels.
 PAIRS, DIRECTIONS, DRAWN = 96, 128, 256
 
+#: What the error of a method is raised by at least: a hundred pairs, or two, know it to a third.
+MARGIN = 1.4
+
 
 @lru_cache(maxsize=24)
 def lobe_error(scene: Scenery, lobes: int) -> float | None:
@@ -64,7 +67,7 @@ def lobe_error(scene: Scenery, lobes: int) -> float | None:
     with one_thread():
         fitted = fit_vertices(pairs.samples, pairs.alone, Fit.empty(1, lobes).lobes, FitSettings(lobes=lobes))
         found = [np.maximum(pairs.matt + _glossy(pairs, each), 0.0) for each in (fitted.lobes, fitted.preserving())]
-    return min(relative_error(value[:, None], pairs.wanted[:, None], pairs.shares) for value in found)
+    return min(relative_error(value[:, None], pairs.wanted[:, None], pairs.shares, least=MARGIN) for value in found)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.effects.estimates import Scenery, relative_error
-from engine.effects.lobe_error import lobe_error
+from engine.effects.estimates import MOST, Scenery, relative_error
+from engine.effects.lobe_error import MARGIN, lobe_error
 from engine.effects.radiance import LIGHTS, ORDERS
 from engine.effects.sample import FINE
 from engine.effects.setting import Setting
@@ -98,16 +98,16 @@ class ModeErrors:
 def mode_errors(scene: Scenery) -> ModeErrors:
     """The errors of all modes on `scene`, remembered; some 0.1 s once the reflectance is factored."""
     found, shares = scene.methods, scene.fine.shares
-    harmonics = {order: relative_error(found.harmonics[order], found.full, shares) for order in ORDERS}
-    lights = {number: relative_error(found.lights[number], found.unshadowed, shares) for number in LIGHTS}
-    coarse = relative_error(found.coarse, found.full, shares)
+    harmonics = {order: relative_error(found.harmonics[order], found.full, shares, least=MARGIN) for order in ORDERS}
+    lights = {number: relative_error(found.lights[number], found.unshadowed, shares, least=MARGIN) for number in LIGHTS}
+    coarse = relative_error(found.coarse, found.full, shares, least=MARGIN)
     return ModeErrors(scene, _falling(harmonics), _falling(lights), coarse)
 
 
 def _falling(errors: dict[int, float]) -> dict[int, float]:
-    """The same where none is above one before it: noise of the sample apart, a larger knob is never worse."""
-    least = np.minimum.accumulate(list(errors.values()))
-    return {knob: float(error) for knob, error in zip(errors, least, strict=True)}
+    """The same where none is below one after it: noise of the sample apart, a larger knob is never worse."""
+    most = np.maximum.accumulate(list(errors.values())[::-1])[::-1]
+    return {knob: float(error) for knob, error in zip(errors, most, strict=True)}
 
 
 def _between(errors: dict[int, float], knob: float) -> float:
@@ -147,7 +147,7 @@ def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
                 tuples = relit(transport, light) + _of_lamps(scene, rows, factors)
                 signed = signed_radiance(transport, tuples, sample.views[rows].reshape(-1, 3), vertices)
             value = np.maximum(signed, 0.0).reshape(wanted.shape)
-            found[terms, kept] = relative_error(value, wanted, [each[rows] for each in sample.shares])
+            found[terms, kept] = relative_error(value, wanted, [each[rows] for each in sample.shares], least=MOST)
     for terms in TERMS:
         for kept, error in _falling({kept: found[terms, kept] for kept in KEPT}).items():
             found[terms, kept] = error

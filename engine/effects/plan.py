@@ -20,9 +20,10 @@ the plan is the nearest to it and says so: of all whose error is hardly above th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
+from types import MappingProxyType
 from typing import Any
 
 import psutil
@@ -40,6 +41,8 @@ from engine.ground import Ground
 from engine.material import Material
 from engine.mesh import Mesh
 from engine.transport.sh_transfer import is_diffuse
+from engine.transport.sh_varied import MOST_VARIATIONS
+from engine.transport.variation import Variation, with_parameters
 
 #: Frames over which a bake is spread, and over which a changed light is.
 FRAMES, LIGHTS = 20_000, 50
@@ -66,7 +69,10 @@ PIXELS = 720 * 760
 BAKED = ("sh", "wavelet", "gaussian")
 
 #: What left out or not is seen in the cost of a setting.
-COSTING = ("self-shadowing", "interreflection", "glossy", "anisotropy", "sun-split")
+COSTING = ("self-shadowing", "interreflection", "glossy", "anisotropy", "sun-split", "spatially-varying-gloss")
+
+#: Seconds of the tables of a reflectance that varies, beside the one that every bake makes.
+VARIED_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -109,7 +115,8 @@ class EffectsPlan:
 
     `predicted_error_rel` holds what is left out too. `satisfied` tells whether the budget is met, and `reference` is
     then one that meets it, where there is one for which frames are too many. `free_share` of the vertices see their
-    whole hemisphere: they need no rays and no visibility, whatever the others need.
+    whole hemisphere: they need no rays and no visibility, whatever the others need. `mean` is what parameters that vary
+    over the surface stand at where that is left out.
     """
 
     effects: tuple[Effect, ...]
@@ -119,6 +126,7 @@ class EffectsPlan:
     satisfied: bool
     free_share: float
     reference: SlowReference | None = None
+    mean: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def mode(self) -> str:
@@ -190,6 +198,7 @@ def plan(
     ground: Ground | None = None,
     rotation: float = 0.0,
     material: Material | None = None,
+    variations: Sequence[Variation] = (),
     pixels: int = PIXELS,
     aspect: float = 1.0,
     frames: int = FRAMES,
@@ -197,9 +206,10 @@ def plan(
 ) -> EffectsPlan:
     """The plan for a budget: `error` relative (0.01 where neither is given) or `time_ms` of a frame.
 
-    `modes` narrows the choice. A bake is spread over `frames`, and `memory_bytes` may be taken, most of what is free
-    where that is None. ValueError for both budgets, budgets that are not positive, and effects that are not
-    known or both forced and skipped. Less than a second for 50,000 vertices once mesh and reflectance are known.
+    `variations` move parameters of the reflectance over the mesh. `modes` narrows the choice. A bake is spread over
+    `frames`, and `memory_bytes` may be taken, most of what is free where that is None. ValueError for both budgets,
+    budgets that are not positive, and effects that are not known or both forced and skipped. Less than a second for
+    50,000 vertices once mesh and reflectance are known.
     """
     check_effects(force, skip)
     if error is not None and time_ms is not None:
@@ -208,7 +218,7 @@ def plan(
     for value, name in ((budget, "error"), (time_ms, "time")):
         if value is not None and not 0.0 < value < float("inf"):
             raise ValueError(f"a budget of {name} of {value} is not above 0")
-    scene = scenery(mesh, brdf, environment, rotation=rotation, ground=ground, material=material)
+    scene = scenery(mesh, brdf, environment, rotation=rotation, ground=ground, material=material, variations=variations)
     place = {"environment": environment, "environment_rotation": rotation, "ground": ground}
 
     def noise(depth: int) -> float:
@@ -249,6 +259,7 @@ def plan_of(
     """
     if frames < 1:
         raise ValueError(f"{frames} frames are too few")
+    _check_varied(scene, force, skip)
     found = estimates(scene)
     room = int(MEMORY_SHARE * psutil.virtual_memory().available) if memory_bytes is None else memory_bytes
     offers = _Choices(scene, found, cost, force, skip, modes, pixels, frames, noise, aspect)
@@ -260,7 +271,17 @@ def plan_of(
     slow = None if satisfied or error is None else _slow_reference(choices, error)
     effects = tuple(_effect(name, found[name], chosen, offers, force, skip) for name in EFFECTS)
     told = (chosen.setting, chosen.error, chosen.cost, satisfied, scene.sample.free_share)
-    return EffectsPlan(effects, *told, slow)
+    return EffectsPlan(effects, *told, slow, scene.mean)
+
+
+def _check_varied(scene: Scenery, force: frozenset[str], skip: frozenset[str]) -> None:
+    """ValueError where effects that the model itself does not have are forced on parameters of it that vary."""
+    if scene.varied is None or "spatially-varying-gloss" in skip:
+        return
+    absent = {"glossy": is_diffuse(scene.brdf), "anisotropy": scene.brdf.isotropic}
+    for name in force & absent.keys():
+        if absent[name]:
+            raise ValueError(f"{name} cannot be forced on a reflectance that varies and does not have it")
 
 
 def _best(choices: list[_Choice], error: float | None, time_s: float | None) -> tuple[_Choice, bool]:
@@ -308,7 +329,7 @@ class _Choices:
         self._covered, self._shaded = (tell(looked.of.caster, camera, aspect) for tell in (covered, shaded))
         self._frames, self._noise = frames, noise
         self._force, self._skip, self._modes = force, skip, modes
-        self._errors: dict[bool, ModeErrors] = {}
+        self._errors: dict[tuple[bool, bool], ModeErrors] = {}
         colours = albedos(scene.brdf).mean
         self._coloured = bool((abs(colours - colours[0]) > 1e-9).any())
 
@@ -326,7 +347,11 @@ class _Choices:
 
     def cost(self, setting: Setting, skipped: frozenset[str], asked: frozenset[str] = frozenset()) -> Cost:
         """What `setting` costs; with `asked`, effects that the scene may not have, but that are worked out."""
-        return self._cost.predict(setting, self._vertices, self._pixels, load=self._load(skipped, asked | self._force))
+        load = self._load(skipped, asked | self._force)
+        found = self._cost.predict(setting, self._vertices, self._pixels, load=load)
+        if self._scene.varied is None or "spatially-varying-gloss" in skipped or setting.mode not in BAKED:
+            return found
+        return replace(found, bake_s=found.bake_s + VARIED_S)
 
     def estimated(self, effect: str) -> float:
         return self._found[effect].error_rel
@@ -369,6 +394,8 @@ class _Choices:
 
     def _allowed(self, skipped: frozenset[str], setting: Setting) -> Iterator[Setting]:
         low = setting.mode == "sh" and setting["order"] <= LOW_ORDER
+        if not self._varies(setting.mode, skipped):
+            return
         if self._modes is not None and setting.mode not in self._modes:
             return
         if ("all-frequency-light" in self._force and low) or ("all-frequency-light" in self._skip and not low):
@@ -388,7 +415,9 @@ class _Choices:
         """The reference with samples that bring its noise below what the budget leaves for it, or in steps."""
         knob = KNOBS["reference"]["samples"]
         unshaded = "self-shadowing" in skipped and self.estimated("self-shadowing") > 0.0
-        if unshaded or self._noise is None or (self._modes is not None and "reference" not in self._modes):
+        if unshaded or not self._varies("reference", skipped):
+            return
+        if self._noise is None or (self._modes is not None and "reference" not in self._modes):
             return
         steps: tuple[int | float, ...] = knob.ladder
         if error is not None:
@@ -397,6 +426,19 @@ class _Choices:
             steps = (min(max(math.ceil(min(wanted * (1.0 + 1e-9), knob.high)), knob.low), knob.high),)
         for samples in steps:
             yield Setting("reference", {"samples": samples})
+
+    def _varies(self, mode: str, skipped: frozenset[str]) -> bool:
+        """Whether a mode shows how the reflectance varies, where it does and `skipped` does not hold that.
+
+        What vertices have of their own are parameters of a model: a mean, or a model that is cut, has none.
+        """
+        own = self._scene.varied
+        if own is None or "spatially-varying-gloss" in skipped:
+            return True
+        left_out = {"glossy", "anisotropy"} & skipped | {"fresnel", "retro-reflection"} & self._skip
+        if any(self.estimated(name) > 0.0 for name in left_out):
+            return False
+        return mode == "gaussian" or (mode == "sh" and len(own.variations) <= MOST_VARIATIONS)
 
     def _is_for_gaussians(self, skipped: frozenset[str]) -> bool:
         """Whether the reflectance that is left has a model's own parts, without which nothing is cut into lobes."""
@@ -415,12 +457,13 @@ class _Choices:
     def _mode_errors(self, skipped: frozenset[str]) -> ModeErrors:
         """Of the scene, or of the matt one that is left without gloss."""
         flat = "glossy" in skipped and not is_diffuse(self._scene.brdf)
-        if flat not in self._errors:
+        even = self._scene.varied is not None and "spatially-varying-gloss" in skipped
+        if (flat, even) not in self._errors:
             scene = self._scene
-            if flat:
-                scene = scenery_without_gloss(scene)
-            self._errors[flat] = mode_errors(scene)
-        return self._errors[flat]
+            if flat or even:
+                scene = (scenery_without_gloss if flat else scenery_of_the_mean)(scene)
+            self._errors[flat, even] = mode_errors(scene)
+        return self._errors[flat, even]
 
     def _error(self, setting: Setting, skipped: frozenset[str]) -> float:
         missing = self._missing(setting, skipped)
@@ -481,6 +524,12 @@ def _depth(skipped: frozenset[str]) -> int:
 def scenery_without_gloss(scene: Scenery) -> Scenery:
     """The same with the matt reflectance of equal albedo."""
     return seen_as(matt(scene.brdf), scene.sample, scene.fine, scene.bounced, scene.material)
+
+
+@lru_cache(maxsize=8)
+def scenery_of_the_mean(scene: Scenery) -> Scenery:
+    """The same with one reflectance for the whole surface."""
+    return seen_as(scene.brdf, scene.sample, scene.fine, scene.bounced, scene.material)
 
 
 def _effect(
@@ -546,6 +595,10 @@ def _savings(name: str, chosen: _Choice, offers: _Choices) -> tuple[float, int]:
 
 def brdf_of(chosen: EffectsPlan, brdf: Any) -> Any:
     """The reflectance that the plan draws: without what it leaves out, and as general as what is forced on needs."""
+    if chosen.mean:
+        if chosen.shows("spatially-varying-gloss"):
+            return brdf
+        brdf = with_parameters(brdf, dict(chosen.mean))
     diffuse = is_diffuse(brdf)
     if chosen.decision("glossy") == "forced on":
         return GlossyLambert(brdf.albedo) if diffuse else brdf

@@ -5,6 +5,8 @@ from __future__ import annotations
 import pytest
 
 from engine.effects.cost_model import NAMES, CostModel
+from engine.effects.estimates import Scenery, estimates
+from engine.effects.plan import SHARE
 
 
 def every_rate() -> CostModel:
@@ -17,3 +19,11 @@ def every_rate() -> CostModel:
 @pytest.fixture(scope="session")
 def costs() -> CostModel:
     return every_rate()
+
+
+def threshold(scene: Scenery, effect: str) -> float:
+    """The budget from which on the effect may be left out: it, and all that are worth less."""
+    found = estimates(scene)
+    own = found[effect].error_rel
+    errors = [each.error_rel for name, each in found.items() if name != "all-frequency-light"]
+    return sum(error for error in errors if error <= own) / SHARE

@@ -6,12 +6,13 @@ nearest corner; views are random over the sphere and weighted by n · wo; light 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from engine.brdf.brdf import Brdf
 from engine.camera import Camera
@@ -37,6 +38,7 @@ EDGE, POINTS, VIEWS = 24, 240, 8
 class Truth:
     """Points of a scene with views, and what each texel and each sun sends there."""
 
+    vertices: NDArray[np.int64]
     frames: Array
     views: Array
     weight: Array
@@ -45,8 +47,8 @@ class Truth:
     incident: Array
     visible: NDArray[np.bool_]
 
-    def radiance(self, f: Value, *, shadows: bool = True) -> Array:
-        """(N, K, 3) of the reflectance `f`, with or without shadows."""
+    def radiance(self, f: Value | Sequence[Value], *, shadows: bool = True) -> Array:
+        """(N, K, 3) of the reflectance `f`, or of one for each point, with or without shadows."""
         result = np.zeros((*self.views.shape[:2], 3))
         for point, frame in enumerate(self.frames):
             wi = self.direction @ frame
@@ -56,7 +58,8 @@ class Truth:
             light = self.incident[up] * wi[up, 2:]
             local = self.views[point] @ frame
             for view in np.flatnonzero(self.weight[point] > 0.0):
-                result[point, view] = (f(wi[up], local[view]) * light).sum(axis=0)
+                value = f(wi[up], local[view]) if callable(f) else f[point](wi[up], local[view])
+                result[point, view] = (value * light).sum(axis=0)
         return result
 
     def error(self, values: Array, wanted: Array) -> tuple[float, float]:
@@ -83,7 +86,7 @@ def truth(mesh: Mesh, environment: EnvironmentMap, seed: int = 7) -> Truth:
     incident = np.concatenate([cube_of(rest, EDGE).radiance.reshape(-1, 3) * area, *([sun.irradiance] for sun in suns)])
     visible = np.stack([~caster.occluded(np.broadcast_to(p, direction.shape), direction) for p in origin])
     blocked = caster.occluded(np.repeat(origin, VIEWS, axis=0), views.reshape(-1, 3)).reshape(POINTS, VIEWS)
-    return Truth(frames, views, weight, ~blocked, direction, incident, visible)
+    return Truth(vertices, frames, views, weight, ~blocked, direction, incident, visible)
 
 
 def bounced_share(mesh: Mesh, brdf: Brdf, environment: EnvironmentMap, side: int = 28, samples: int = 24) -> float:
@@ -165,3 +168,56 @@ def balls(apart: float) -> Mesh:
     points = np.concatenate([one.positions, one.positions + np.array([apart, 0.0, 0.0])])
     faces = np.concatenate([one.faces, one.faces + np.int32(len(one.positions))])
     return Mesh(points, np.concatenate([one.normals] * 2), np.concatenate([one.uv] * 2), faces, "balls")
+
+
+def spots(count: int = 24, radius: float = 0.03, level: float = 1500.0) -> EnvironmentMap:
+    """Small lamps all around in a dim room, none of which is a sun beside the others."""
+    towards = texel_directions(128, 256)
+    lit = np.zeros(towards.shape[:2], np.bool_)
+    for lamp in normalize(np.random.default_rng(5).standard_normal((count, 3))):
+        lit |= towards @ lamp > np.cos(radius)
+    return EnvironmentMap(np.where(lit[..., None], level, 0.2).astype(np.float32) * np.ones(3, np.float32), "spots")
+
+
+def even_ball(count: int = 800) -> Mesh:
+    """A sphere whose vertices stand for equal areas."""
+    towards = _spiral(count)
+    return _around(towards, towards)
+
+
+def dented(count: int = 1200) -> Mesh:
+    """A ball with deep dents, whose vertices stand for nearly equal areas."""
+    towards = _spiral(10_000)
+    fine = _around(_dents(towards), towards)
+    a, b, c = (fine.positions[fine.faces[:, corner]] for corner in range(3))
+    area = np.bincount(fine.faces.ravel(), np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1), 3))
+    reached = np.cumsum(area) / area.sum()
+    towards = towards[np.unique(np.searchsorted(reached, (np.arange(count) + 0.5) / count))]
+    return _around(_dents(towards), towards)
+
+
+def _dents(towards: Array) -> Array:
+    x, y, z = np.moveaxis(towards, -1, 0)
+    return np.asarray(towards * (1.0 + 0.35 * np.cos(5.0 * x) * np.cos(4.0 * y + 1.0) * np.cos(4.0 * z))[:, None])
+
+
+def _spiral(count: int) -> Array:
+    """(count, 3) directions, each for the same solid angle."""
+    index = np.arange(count) + 0.5
+    height, turn = 1.0 - 2.0 * index / count, np.pi * (1.0 + 5.0**0.5) * index
+    across = np.sqrt(1.0 - height**2)
+    return np.stack([across * np.cos(turn), height, across * np.sin(turn)], axis=-1)
+
+
+def _around(points: Array, towards: Array) -> Mesh:
+    """The mesh of `points` (V, 3) around the origin, each of which is alone in its direction."""
+    faces = ConvexHull(towards).simplices
+    a, b, c = (points[faces[:, corner]] for corner in range(3))
+    across = np.cross(b - a, c - a)
+    inward = np.einsum("fi,fi->f", across, towards[faces[:, 0]]) < 0.0
+    faces[inward], across[inward] = faces[inward][:, ::-1], -across[inward]
+    normals = np.zeros_like(points)
+    for corner in range(3):
+        np.add.at(normals, faces[:, corner], across)
+    uv = np.zeros((len(points), 2), np.float32)
+    return Mesh(points.copy(), normalize(normals).astype(np.float32), uv, faces.astype(np.int32), "around")
