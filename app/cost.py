@@ -18,6 +18,9 @@ log = logging.getLogger(__name__)
 
 NAME = "cost-model.json"
 
+#: Share of the processors that other programs may have without a word about it.
+BUSY = 0.2
+
 
 def cost_path() -> Path | None:
     """Where the model is kept; None where the system names no usable place."""
@@ -37,6 +40,13 @@ def cost_model(*, anew: bool = False) -> Steps[CostModel]:
         yield Step(1.0, "the costs of this machine are known")
         return kept
     model = yield from calibrate()
+    if model.others > BUSY:
+        words = (
+            "Other programs had %.0f %% of the processors while this machine was measured, so times are told too long"
+        )
+        log.warning(
+            f"{words}. Measure it again when it is idle, with: lightarc plan … --calibrate", 100.0 * model.others
+        )
     if path is not None:
         try:
             save(model, path)

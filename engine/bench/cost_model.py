@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -12,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import psutil
 
 from engine.bench.capture_truth import Accuracy
 from engine.bench.plan import BRDF, costs
 from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.camera import frame
+from engine.effects.others import DISTURBED, others, spent
 from engine.effects.setting import Setting
 from engine.effects.sizes import MATT_ORDER
 from engine.environment import EnvironmentMap
@@ -55,8 +54,8 @@ LONG_S = 3.0
 RUNS, ENOUGH_S = 12, 0.4
 
 
-#: Share of the processors that other programs may have before a figure is marked, and with what.
-QUIET, DISTURBED = 0.1, "other programs had"
+#: What marks a figure that was measured while others worked.
+MARK = "other programs had"
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,30 +90,16 @@ def cost_model(_folder: Path) -> Steps[list[Accuracy]]:
             if setting.mode == "reference":
                 load = replace(load, pixels=PATHS_SIDE**2)
             expected = model.predict(setting, load.vertices, load.pixels, load=load)
-            before = _processor_s()
+            before = spent()
             measured = _measured(setting, scene, depth)
-            others = _others(before, _processor_s())
+            taken = others(before, spent())
             for name, value in measured.items():
-                found.append(_accuracy(place, setting, depth, name, getattr(expected, name), value, others))
+                found.append(_accuracy(place, setting, depth, name, getattr(expected, name), value, taken))
     outside = [each for each in found if each.error > math.log(FACTOR)]
-    disturbed = sum(DISTURBED in each.what for each in outside)
+    disturbed = sum(MARK in each.what for each in outside)
     words = f"share of {len(found)} figures that are off by more than a factor of {FACTOR:g}: {len(outside)} of them"
     words += f", {disturbed} while other programs worked" if disturbed else ""
     return [*found, Accuracy("cost-misses", len(outside) / len(found), words)]
-
-
-def _processor_s() -> tuple[float, float, float]:
-    """Seconds of all processors that were used so far, by this process, and that have passed."""
-    spent, own = psutil.cpu_times(), psutil.Process().cpu_times()
-    steal = getattr(spent, "steal", 0.0)
-    used = spent.user + spent.system + getattr(spent, "nice", 0.0) + steal
-    return used, own.user + own.system, time.perf_counter() * (os.cpu_count() or 1)
-
-
-def _others(before: tuple[float, float, float], after: tuple[float, float, float]) -> float:
-    """The share of the processors that other programs had meanwhile."""
-    used, own, passed = (late - early for early, late in zip(before, after, strict=True))
-    return max(0.0, used - own) / max(passed, 1e-9)
 
 
 def _asked(place: _Place) -> Iterator[tuple[int, Setting]]:
@@ -123,11 +108,11 @@ def _asked(place: _Place) -> Iterator[tuple[int, Setting]]:
 
 
 def _accuracy(
-    place: _Place, setting: Setting, depth: int, name: str, expected: float, value: float, others: float
+    place: _Place, setting: Setting, depth: int, name: str, expected: float, value: float, taken: float
 ) -> Accuracy:
     what = f"{setting}" + (f", depth {depth}" if setting.mode == "reference" else "")
     words = f"{place.name}: {what}: {name} predicted {expected:.4g}, measured {value:.4g}"
-    words += f" ({DISTURBED} {100.0 * others:.0f} %)" if others > QUIET and not name.endswith("_bytes") else ""
+    words += f" ({MARK} {100.0 * taken:.0f} %)" if taken > DISTURBED and not name.endswith("_bytes") else ""
     return Accuracy(f"cost-{place.name}-{what}-{name}", abs(math.log(expected / value)), words)
 
 

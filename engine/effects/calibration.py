@@ -23,6 +23,7 @@ from engine.camera import frame
 from engine.effects.cost_model import CostModel, basis_values, machine_name
 from engine.effects.frame_rates import frame_rates, round_mesh
 from engine.effects.load import Rates, covered, hemisphere, rays_of, shortest, threads
+from engine.effects.others import others, spent
 from engine.environment import EnvironmentMap
 from engine.factor.maps import DirectionMap
 from engine.factor.separable_factors import SeparableFactors
@@ -99,7 +100,7 @@ def calibrate() -> Steps[CostModel]:
 
     Without OpenGL, frames are the processor's.
     """
-    mesh = shape("torus-knot")
+    mesh, before = shape("torus-knot"), spent()
     tables: Tables = {}
     yield Step(0.0, "measuring rays")
     place = _place(mesh, tables)
@@ -114,7 +115,7 @@ def calibrate() -> Steps[CostModel]:
     _reference(place, tables)
     renderer = yield from part(frame_rates(tables), 0.65, 1.0)
     yield Step(1.0, "measured")
-    return CostModel(machine_name(), renderer, tables)
+    return CostModel(machine_name(), renderer, tables, others(before, spent()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,10 +284,10 @@ def _gaussians(place: _Place, tables: Tables) -> None:
     tables["gaussian-table"] = _once(table_s)
     tables["gaussian-indirect"] = _once(max(indirect_s - table_s, 0.0) / _closed(place.of, few))
     tables["gaussian-rays"] = _once(max(whole_s - table_s, 0.0) / max(float(np.mean(~place.of.free[chosen])), 1e-3))
-    samples, others = direct_samples(shaded, chosen, DIRECTIONS), indirect_samples(shaded, few, DIRECTIONS)
+    samples, indirect = direct_samples(shaded, chosen, DIRECTIONS), indirect_samples(shaded, few, DIRECTIONS)
     rates = tuple((float(lobes), _fit_s(samples, lobes)) for lobes in LOBES)
     tables["gaussian-fit"] = rates
-    tables["gaussian-indirect-fit"] = _once(_fit_s(others, 1) / rates[0][1])
+    tables["gaussian-indirect-fit"] = _once(_fit_s(indirect, 1) / rates[0][1])
 
 
 def _fit_s(samples: TransportSamples, lobes: int) -> float:

@@ -43,6 +43,10 @@ FORMAT = 3
 #: Bytes of a kept model at most.
 FILE_LIMIT_BYTES = 1 << 16
 
+#: Knobs and seconds of a rate are below this, knobs above its inverse, and nothing grows faster than the products of
+#: three harmonics do.
+LARGEST, STEEPEST = 1e9, 8.0
+
 #: Bounces between parts of the model, where there are any.
 BOUNCES = 3
 
@@ -107,20 +111,24 @@ class Cost:
 class CostModel:
     """The rates of one machine; `tables` by the names of `NAMES`.
 
-    `renderer` is the name of the graphics device that frames are for, "processor" where there is none.
+    `renderer` is the name of the graphics device that frames are for, "processor" where there is none. `others` is the
+    share of the processors that other programs had while it was measured.
     """
 
     machine: str
     renderer: str
     tables: Mapping[str, Rates] = field(hash=False)
+    others: float = 0.0
 
     def __post_init__(self) -> None:
+        if not 0.0 <= self.others <= 1.0:
+            raise ValueError(f"other programs cannot have had {self.others} of the processors")
         missing = [name for name in NAMES if not self.tables.get(name)]
         if missing:
             raise ValueError(f"the rates of {missing[0]} are missing")
         for name, rates in self.tables.items():
             knobs = [knob for knob, _ in rates]
-            fine = all(math.isfinite(x) and x >= 0.0 for pair in rates for x in pair)
+            fine = all(1.0 / LARGEST < knob < LARGEST and 0.0 <= rate < LARGEST for knob, rate in rates)
             if not fine or knobs != sorted(set(knobs)):
                 raise ValueError(f"the rates of {name} are not rising knobs with finite seconds")
         object.__setattr__(self, "tables", MappingProxyType(dict(self.tables)))
@@ -257,7 +265,8 @@ def rate_at(rates: Rates, knob: float) -> float:
     (x0, y0), (x1, y1) = rates[high - 1], rates[high]
     if min(x0, y0, y1) <= 0.0:
         return max(0.0, y0 + (y1 - y0) * (knob - x0) / (x1 - x0))
-    return y0 * (knob / x0) ** (math.log(y1 / y0) / math.log(x1 / x0))
+    power = math.log(y1 / y0) / math.log(x1 / x0)
+    return y0 * (knob / x0) ** min(max(power, -STEEPEST), STEEPEST)
 
 
 def basis_values(edge: int, order: int) -> float:
@@ -277,7 +286,8 @@ def machine_name() -> str:
 def save(model: CostModel, path: Path) -> None:
     """Keep a model in the file `path`; OutputError where that cannot be."""
     make_folder(path.parent)
-    write_json(path, {"machine": model.machine, "renderer": model.renderer, "tables": dict(model.tables)})
+    record = {"machine": model.machine, "renderer": model.renderer, "others": model.others}
+    write_json(path, {**record, "tables": dict(model.tables)})
 
 
 def load_model(path: Path) -> CostModel | None:
@@ -290,7 +300,7 @@ def load_model(path: Path) -> CostModel | None:
             str(name): tuple((float(knob), float(rate)) for knob, rate in rates)
             for name, rates in record["tables"].items()
         }
-        model = CostModel(str(record["machine"]), str(record["renderer"]), tables)
+        model = CostModel(str(record["machine"]), str(record["renderer"]), tables, float(record["others"]))
     except (FileError, ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError):
         return None
     return model if model.machine == machine_name() else None

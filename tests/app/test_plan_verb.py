@@ -119,18 +119,21 @@ def test_a_picture_follows_its_plan(mesh: str, tmp_path: Path, capsys: pytest.Ca
     assert "--mode auto" in capsys.readouterr().err
 
 
-def test_damaged_costs_are_measured_anew(kept_costs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_damaged_costs_are_measured_anew(
+    kept_costs: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
     from engine.effects import calibration
     from engine.steps import Step, Steps, drain
 
     def calibrate() -> Steps[Any]:
         yield Step(0.0, "measuring")
-        return replace(every_rate(), machine=machine_name(), renderer="measured anew")
+        return replace(every_rate(), machine=machine_name(), renderer="measured anew", others=0.4)
 
     monkeypatch.setattr(calibration, "calibrate", calibrate)
     assert drain(app.cost.cost_model()).renderer == "processor"
     kept_costs.write_text("{")
     assert drain(app.cost.cost_model()).renderer == "measured anew"
+    assert "Other programs had 40 % of the processors" in caplog.text
     kept = load_model(kept_costs)
     assert kept is not None
     assert kept.renderer == "measured anew"

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from engine.effects.cost_model import NAMES, CostModel, load_model, machine_name, save
 from engine.effects.load import Rays
+from engine.effects.others import others, spent
 from engine.effects.setting import KNOBS, Setting, ladder
 
 
@@ -29,6 +30,11 @@ def test_rates_between_measured_knobs_are_a_power_law(model: CostModel) -> None:
     assert model.rate("visibility", 32) == pytest.approx(32e-6, rel=1e-12)
     assert model.rate("visibility", 128) == pytest.approx(128e-6, rel=1e-12)
     assert model.rate("visibility", 0.5) == pytest.approx(0.5e-6, rel=1e-12)
+
+
+def test_rates_of_any_file_stay_finite(model: CostModel) -> None:
+    tables = {**model.tables, "visibility": ((1e-8, 1e-300), (1.000001e-8, 1e8))}
+    assert math.isfinite(replace(model, tables=tables).rate("visibility", 32))
 
 
 def test_a_rate_of_zero_is_interpolated_too(model: CostModel) -> None:
@@ -56,8 +62,15 @@ def test_T5_open_vertices_cost_no_rays(model: CostModel) -> None:
 
 
 def test_a_kept_model_is_found_again(model: CostModel, tmp_path: Path) -> None:
-    save(model, tmp_path / "new" / "cost.json")
-    assert load_model(tmp_path / "new" / "cost.json") == model
+    busy = replace(model, others=0.4)
+    save(busy, tmp_path / "new" / "cost.json")
+    assert load_model(tmp_path / "new" / "cost.json") == busy
+
+
+def test_other_programs_are_told_from_seconds_of_processors() -> None:
+    """Two processors for 10 s, 12 s of 20 used, 8 of them by this process."""
+    assert others((100.0, 30.0, 1000.0), (112.0, 38.0, 1020.0)) == pytest.approx(0.2)
+    assert others(spent(), spent()) <= 1.0
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "null", '{"machine": 1}', '{"tables": {"sh": 3}}', "[" * 100_000])
@@ -74,7 +87,8 @@ def test_foreign_and_senseless_models_are_measured_anew(model: CostModel, tmp_pa
     assert load_model(path) is None
     save(model, path)
     record = json.loads(path.read_text())
-    for damage in ({"visibility": [[16, -1.0]]}, {"visibility": [[16, 1.0], [8, 1.0]]}, {"visibility": []}):
+    for rates in ([[16, -1.0]], [[16, 1.0], [8, 1.0]], [], [[0, 1.0], [8, 1.0]], [[16, math.nan]], [[16, 1e300]]):
+        damage = {"visibility": rates}
         path.write_text(json.dumps({**record, "tables": {**record["tables"], **damage}}))
         assert load_model(path) is None
 
