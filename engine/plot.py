@@ -166,7 +166,7 @@ def scatter_front(
     for index, group in enumerate(groups):
         own = [dot for dot, seen in zip(dots, shown, strict=True) if seen and dot.group == group]
         _draw_group(axes, own, group, COLOURS[index], MARKERS[index])
-    if len(groups) > 1:
+    if any(groups):
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(groups), frameon=False, fontsize=_SMALL)
     across = place[shown, 0]
     if log_x and across.size and not np.ptp(across):  # nothing else says how wide the axis is to be

@@ -271,7 +271,8 @@ def _scene(arguments: argparse.Namespace) -> Scene:
 
 
 def _title(arguments: argparse.Namespace) -> str:
-    what = arguments.brdf or Path(arguments.material).name
+    named = arguments.brdf or arguments.material
+    what = Path(named).name if arguments.material or Path(named).exists() else named
     return f"{Path(arguments.mesh).name}, {what}, under {Path(arguments.env).name}"
 
 

@@ -112,12 +112,17 @@ def modes_of(scene: Scene) -> tuple[str, ...]:
     return ("sh", "wavelet", "gaussian", "direct", "reference")
 
 
+#: The knob of a mode that costs most, about whose cheapest value all others are turned as well.
+_DEAR = {"wavelet": "cube", "shading-map": "directions"}
+
+
 def settings_of(
     scene: Scene, modes: Sequence[str], bases: Sequence[Setting] = (), *, bounces: bool = False
 ) -> list[Setting]:
     """The ladders of all knobs of some modes about `bases` (about the defaults where a mode has none), each once.
 
-    Those of wavelets are climbed about the coarsest cube map as well: on a large model there may be time for no other.
+    They are climbed about the coarsest cube map and the fewest directions as well: on a large model there may be time
+    for no other.
     Knobs that change nothing of this scene stay where they are: directions without an environment, light from the model
     itself without `bounces` in the reference, a power law that the material does not have.
     """
@@ -126,7 +131,10 @@ def settings_of(
         base = next((base for base in bases if base.mode == mode), Setting(mode))
         if bounces and "interreflection" in KNOBS[mode]:
             base = base.replaced(interreflection=1)
-        coarse = [base.replaced(cube=KNOBS[mode]["cube"].ladder[0])] if "cube" in KNOBS[mode] else []
+        dear = _DEAR.get(mode)
+        coarse = (
+            [base.replaced(**{dear: KNOBS[mode][dear].ladder[0]})] if dear and _matters(scene, dear, bounces) else []
+        )
         for start in (base, *coarse):
             found |= dict.fromkeys([start])
             for knob in KNOBS[mode]:

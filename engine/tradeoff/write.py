@@ -14,6 +14,7 @@ from engine.effects.setting import KNOBS, Setting
 from engine.files.atomic import make_folder, write_bytes, write_json
 from engine.plot import Dot, save, scatter_front
 from engine.steps import Step, Steps
+from engine.tradeoff.drawing import ON_PROCESSOR
 from engine.tradeoff.front import front
 from engine.tradeoff.point import COSTS, Point
 from engine.tradeoff.prediction import checked
@@ -120,7 +121,8 @@ def plot_of(found: Tradeoff, axis: str, title: str = "", current: Setting | None
         )
         for point in order
     ]
-    note = f"Bars: 95 %. Errors against {found.samples} paths for each pixel; frames drawn by {found.device}."
+    drawn = "on the processor" if found.device == ON_PROCESSOR else f"by {found.device}"
+    note = f"Bars: 95 %. Errors against {found.samples} paths for each pixel; frames drawn {drawn}."
     free = len(found.points) - len(shown)
     note += f" {free} settings have no such cost." if free else ""
     note += _paid_off(found)

@@ -178,6 +178,7 @@ def test_knobs_that_change_nothing_stay(scene: Scene) -> None:
     assert {each["interreflection"] for each in settings_of(scene, ("sh",), bounces=True)} == {0, 1}
     base = Setting("wavelet", {"terms": 2})
     assert base in settings_of(scene, ("wavelet",), [base])
+    assert base.replaced(cube=16, terms=8) in settings_of(scene, ("wavelet",), [base])
     assert modes_of(Scene(shape("plane"), scene.camera, scene.brdf, weave(16)))[0] == "shading-map"
 
 
