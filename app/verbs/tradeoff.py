@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -272,7 +273,7 @@ def _scene(arguments: argparse.Namespace) -> Scene:
 
 def _title(arguments: argparse.Namespace) -> str:
     named = arguments.brdf or arguments.material
-    what = Path(named).name if arguments.material or Path(named).exists() else named
+    what = Path(named).name if os.path.exists(named) else named
     return f"{Path(arguments.mesh).name}, {what}, under {Path(arguments.env).name}"
 
 
