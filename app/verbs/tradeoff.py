@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -272,8 +271,10 @@ def _scene(arguments: argparse.Namespace) -> Scene:
 
 
 def _title(arguments: argparse.Namespace) -> str:
+    from engine.brdf.brdf import MODELS
+
     named = arguments.brdf or arguments.material
-    what = Path(named).name if os.path.exists(named) else named
+    what = named if named.partition(":")[0] in MODELS else Path(named).name
     return f"{Path(arguments.mesh).name}, {what}, under {Path(arguments.env).name}"
 
 
