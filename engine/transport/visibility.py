@@ -214,7 +214,10 @@ def visibility_shares(
             origin, direction, pair = kernel.finer_rays(
                 chunk, rows[some], texels[some], of.origin, of.normal, parts, angle
             )
-            met = of.caster.occluded(origin, direction, coherent=True)
+            met = np.zeros(len(pair), np.bool_)
+            asked = np.flatnonzero(~(of.free[chunk[rows[some]]] & skip)[pair])
+            if asked.size:
+                met[asked] = of.caster.occluded(origin[asked], direction[asked], coherent=True)
             counts[rows[some], texels[some]] = np.bincount(pair[~met], minlength=len(rows[some]))
 
         in_chunks(look_closely, len(rows), CHUNK // (fine * fine))
@@ -247,7 +250,8 @@ def _visible(
             origin, direction, place = kernel.cube_rays(
                 chunk[rows], free, of.origin, of.normal, directions, order, angle, visible[rows]
             )
-            visible[rows].reshape(-1)[place] = ~of.caster.occluded(origin, direction, coherent=True)
+            if len(place):
+                visible[rows].reshape(-1)[place] = ~of.caster.occluded(origin, direction, coherent=True)
 
         in_chunks(look, len(chunk), portion(edge))
         yield chunk, visible
