@@ -185,7 +185,13 @@ class EffectsDock(QDockWidget):
         within = "" if plan.satisfied else "Nothing keeps within the budget. Nearest is "
         error, frame = share_text(plan.predicted_error_rel), frame_text(plan.predicted_frame_s)
         about = f"about {error} and {frame}".replace(" ", "\u00a0")
+        slow, hint = plan.reference, ""
+        if slow is not None:
+            within = "No quick mode keeps within the budget. Nearest is "
+            samples = f"{slow.samples:,}".replace(",", "\u202f")
+            hint = f"The reference keeps within it with {samples} samples, at {frame_text(slow.frame_s)} a picture."
         self.words.setText(f"{within}{setting_text(plan.setting)}: {about}.")
+        self.words.setToolTip(hint)
         is_shown = plan.setting == self.view.setting
         enable(self.apply, "The plan is what is shown" if is_shown else "")
 

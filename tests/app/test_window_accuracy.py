@@ -209,3 +209,18 @@ def test_what_lies_below_shares_the_place_of_accuracy_in_a_narrow_window(view: M
     assert set(view.other_docks) <= set(view.tabifiedDockWidgets(view.accuracy_dock))
     view.resize(1920, 1000)
     assert not set(view.other_docks) & set(view.tabifiedDockWidgets(view.accuracy_dock))
+
+
+def test_points_come_back_with_the_scene_that_they_are_of(view: MainWindow) -> None:
+    """Another scene makes them stale, taking that back makes them good again, and so it does with the sweep itself."""
+    found, stack, dock = measured(view), view.bench.document.undo_stack, view.accuracy_dock
+    view.bench.document.change("Another", mesh=ball())
+    assert dock.is_stale
+    stack.undo()
+    assert not dock.is_stale
+    assert dock.accuracy is found
+    stack.undo()
+    assert dock.accuracy is None
+    assert dock.plot.shown == []
+    stack.redo()
+    assert {point.setting for point in dock.plot.shown} == {point.setting for point in POINTS}
