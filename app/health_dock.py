@@ -124,7 +124,7 @@ class HealthDock(QDockWidget):
         """Three columns, and the verdict as an icon."""
         name, middle, value, verdict = words
         item = QTreeWidgetItem(above or self.tree, [name, middle, value])
-        item.setSizeHint(0, QSize(0, LINE))
+        item.setSizeHint(1, QSize(0, LINE))  # of the column that stretches: its width is not the text's
         item.setTextAlignment(2, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         item.setToolTip(1, middle)
         colours = theme.current()

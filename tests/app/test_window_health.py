@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from PySide6.QtWidgets import QApplication
 
 from app import health_dock
 from app.health_dock import report_text
@@ -123,3 +124,15 @@ def test_reports_are_sentences() -> None:
     good = Case("F1", "frames", 0.0, 1.0)
     assert report_text((good,)) == "All 1 cases of the self-test pass."
     assert "1 of 2" in report_text((good, Case("H2", "poles", 2.0, 1.0)))
+
+
+def test_names_of_results_are_not_cut(window: MainWindow) -> None:
+    window.bench.document.change("Ball", mesh=ball(), environment=open_environment("sky"))
+    window.health_dock.show()
+    QApplication.processEvents()
+    tree = window.health_dock.tree
+    tops = [tree.topLevelItem(at) for at in range(tree.topLevelItemCount())]
+    assert tops
+    wide = max(tree.fontMetrics().horizontalAdvance(top.text(0)) for top in tops if top is not None)
+    assert tree.columnWidth(0) > wide
+    assert tree.visualItemRect(tops[0]).height() >= 24
