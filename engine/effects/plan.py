@@ -364,6 +364,8 @@ class _Choices:
         """Sets of effects to leave out, each with those before and the next larger one."""
         least = {name for name, each in self._found.items() if each.error_rel == 0.0}
         always = frozenset(((least | self._skip) - self._force) - {"all-frequency-light"})
+        if not self._varies("gaussian", always):  # what is left out for the user leaves no parameters that could vary
+            always |= {"spatially-varying-gloss"} - self._force
         yield always
         rest = sorted((each.error_rel, name) for name, each in self._found.items() if name not in always | self._force)
         total, skipped = 0.0, always
