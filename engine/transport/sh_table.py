@@ -308,8 +308,8 @@ def _rule(lobe: Sampler, count: float, half: int) -> tuple[Floats, Floats]:
         around = np.tile((np.arange(turns) + 0.25 + 0.5 * half) / turns, radii)
         weight = np.repeat(np.asarray(share * np.sin(2.0 * theta), np.float64), turns)
         return np.stack([np.full(radial.shape, 0.5), radial, around], axis=-1), weight / weight.sum()
-    index = np.arange(max(1, round(count)))
-    along = (index + 0.25 + 0.5 * half) / len(index)
-    turn = (index + 0.5 * half) * _GOLDEN % 1.0
-    choice = (index * math.sqrt(2.0) + 0.5 * half) % 1.0
-    return np.stack([choice, along, turn], axis=-1), np.full(len(index), 1.0 / len(index))
+    # never 0: at the edges of the unit square the density of measured lobes is not that of their neighbourhood
+    index, shift = np.arange(max(1, round(count))), 0.25 + 0.5 * half
+    number = index + shift
+    choice, turn = (index * math.sqrt(2.0) + shift) % 1.0, number * _GOLDEN % 1.0
+    return np.stack([choice, number / len(number), turn], axis=-1), np.full(len(number), 1.0 / len(number))

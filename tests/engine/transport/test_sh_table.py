@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
+from engine.brdf.brdf_file import open_brdf
 from engine.brdf.diffuse import Lambert
 from engine.directions import normalize
 from engine.factor.maps import DirectionMap
@@ -135,3 +138,16 @@ def test_fewer_coefficients_are_those_of_a_lower_order() -> None:
         table.of_order(7)
     with pytest.raises(ValueError, match="does not fit"):
         table.of_order(4).radiance(np.zeros((1, 25, 3)), views(1))  # H12
+
+
+@pytest.mark.parametrize("name", ["satin_rosaline", "cc_ibiza_sunset"])
+def test_measured_lobes_are_the_integral_down_to_the_horizon(shared_data: Callable[[str], Path], name: str) -> None:
+    """A lone direction of light on the edge of a lobe's table must not outweigh all others."""
+    brdf = open_brdf(str(shared_data(f"brdf/rgl/{name}_rgb.bsdf")))
+    order, rows = 5, np.array([60, 180, 240])
+    table = drain(tabulate(brdf, order))
+    assert table.error_rel < 0.02
+    for row in rows:
+        cosine = (1.0 - (row / 255) ** 2) / (1.0 + (row / 255) ** 2)
+        wanted = brute(brdf, order, np.array([np.sqrt(1.0 - cosine**2), 0.0, cosine]))
+        assert np.linalg.norm(table.values[row] - wanted) <= 0.02 * np.linalg.norm(wanted)
