@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.effects.estimates import MOST, Scenery, relative_error
-from engine.effects.lobe_error import MARGIN, lobe_error
+from engine.effects.estimates import Scenery, relative_error
+from engine.effects.lobe_error import lobe_error
 from engine.effects.radiance import LIGHTS, ORDERS
-from engine.effects.sample import FINE
+from engine.effects.sample import FINE, Sample
 from engine.effects.setting import Setting
 from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
@@ -97,11 +97,16 @@ class ModeErrors:
 @lru_cache(maxsize=8)
 def mode_errors(scene: Scenery) -> ModeErrors:
     """The errors of all modes on `scene`, remembered; some 0.1 s once the reflectance is factored."""
-    found, shares = scene.methods, scene.fine.shares
-    harmonics = {order: relative_error(found.harmonics[order], found.full, shares, least=MARGIN) for order in ORDERS}
-    lights = {number: relative_error(found.lights[number], found.unshadowed, shares, least=MARGIN) for number in LIGHTS}
-    coarse = relative_error(found.coarse, found.full, shares, least=MARGIN)
+    found, shares = scene.methods, _shares(scene.fine)
+    harmonics = {order: relative_error(found.harmonics[order], found.full, shares) for order in ORDERS}
+    lights = {number: relative_error(found.lights[number], found.unshadowed, shares) for number in LIGHTS}
+    coarse = relative_error(found.coarse, found.full, shares)
     return ModeErrors(scene, _falling(harmonics), _falling(lights), coarse)
+
+
+def _shares(sample: Sample) -> tuple[Array, ...]:
+    """What pairs count for in pictures, and all alike as bakes judge themselves, where grazing views count for more."""
+    return (*sample.shares, np.ones(sample.views.shape[:2]))
 
 
 def _falling(errors: dict[int, float]) -> dict[int, float]:
@@ -147,7 +152,7 @@ def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
                 tuples = relit(transport, light) + _of_lamps(scene, rows, factors)
                 signed = signed_radiance(transport, tuples, sample.views[rows].reshape(-1, 3), vertices)
             value = np.maximum(signed, 0.0).reshape(wanted.shape)
-            found[terms, kept] = relative_error(value, wanted, [each[rows] for each in sample.shares], least=MOST)
+            found[terms, kept] = relative_error(value, wanted, [each[rows] for each in _shares(sample)])
     for terms in TERMS:
         for kept, error in _falling({kept: found[terms, kept] for kept in KEPT}).items():
             found[terms, kept] = error
