@@ -85,9 +85,9 @@ MAP_ROWS, SMALL_ROWS, TURN, LIGHT_EDGES = 512, 128, 0.1, (16, 64)
 #: Values of rows, and bytes of a file.
 VALUES, WRITTEN = 10_000_000, 1 << 24
 
-#: Side of the picture of the reference, whose pixels are a batch, samples of a pixel for each thread, and the points
-#: that its longer paths touch.
-SIDE, PATHS, POINTS = 128, 1, 3
+#: Side of the picture of the reference, whose pixels are a batch, how many times as many samples of a pixel the longer
+#: of two has, and the points that its longer paths touch.
+SIDE, PATHS, POINTS = 128, 4, 3
 
 #: A reflectance with a matt and a glossy part, and the one of bakes whose numbers mean nothing.
 GLOSSY, MATT = "ggx:kd=0.5,alpha=0.3,f0=0.04", Lambert((0.5, 0.5, 0.5))
@@ -362,29 +362,34 @@ def _wavelet_transport(mesh: Mesh, rows: int, kept: int) -> WaveletTransport:
 
 
 def _reference(place: _Place, tables: Tables) -> None:
-    """Seconds of a path that meets nothing, of one of direct light, its rays by themselves, and of a further point."""
+    """Seconds of a picture, of a path that meets nothing, of one of direct light, its rays alone, and a further point.
+
+    Few paths and many tell what a picture takes however few they are.
+    """
     mesh, brdf = place.mesh, brdf_from_text(GLOSSY)
     near = frame(mesh.positions)
     far = replace(near, eye=tuple(np.subtract(near.eye, near.target) * 1e3 + near.target))
     light = EnvironmentMap(np.ones((64, 128, 3), np.float32))
     scene = Scene(mesh, near, brdf, environment=light)
-    samples = PATHS * threads()
-    shown, paths = covered(place.of.caster, near), SIDE * SIDE * samples
+    shown, few, many = covered(place.of.caster, near), SIDE * SIDE * threads(), SIDE * SIDE * threads() * PATHS
 
-    def path_s(scene: Scene, depth: int) -> tuple[float, int]:
+    def split(scene: Scene, depth: int) -> tuple[float, float, float]:
+        """Seconds of a picture and of each path, and rays of a path beside its first."""
         found: list[ReferencePicture] = []
 
-        def draw() -> None:
-            found.append(drain(reference(scene, (SIDE, SIDE), samples=samples, max_depth=depth)))
+        def draw(paths: int) -> None:
+            found.append(drain(reference(scene, (SIDE, SIDE), samples=paths // SIDE**2, max_depth=depth)))
 
-        return shortest(draw) / paths, found[-1].rays
+        few_s, many_s = shortest(partial(draw, few)), shortest(partial(draw, many))
+        path_s = max(many_s - few_s, 0.0) / (many - few)
+        return max(few_s - few * path_s, 0.0), path_s, max(0.0, found[-1].rays / many - 1.0)
 
-    miss_s = path_s(replace(scene, camera=far), 1)[0]
-    direct_s, rays = path_s(scene, 1)
-    longer_s = path_s(scene, POINTS)[0]
+    miss_s = split(replace(scene, camera=far), 1)[1]
+    picture_s, direct_s, rays = split(scene, 1)
+    longer_s = split(scene, POINTS)[1]
     whole_s = max(direct_s - miss_s, 0.0) / shown
-    rays_s = min(max(0, rays - paths) / (shown * paths) * place.ray_s / threads(), whole_s)
+    rays_s = min(rays / shown * place.ray_s / threads(), whole_s)
     further = shown * sum(place.closed**point for point in range(1, POINTS))
-    tables["reference-miss"], tables["reference-rays"] = _once(miss_s), _once(rays_s)
-    tables["reference-shading"] = _once(whole_s - rays_s)
+    tables["reference-picture"], tables["reference-miss"] = _once(picture_s), _once(miss_s)
+    tables["reference-rays"], tables["reference-shading"] = _once(rays_s), _once(whole_s - rays_s)
     tables["reference-point"] = _once(max(longer_s - direct_s, 0.0) / further)

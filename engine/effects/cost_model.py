@@ -38,7 +38,7 @@ from engine.transport.haar import FACES
 from engine.transport.sh_bake import default_edge
 
 #: Changes when the rates of a kept model no longer mean what they did.
-FORMAT = 3
+FORMAT = 4
 
 #: Bytes of a kept model at most.
 FILE_LIMIT_BYTES = 1 << 16
@@ -83,6 +83,7 @@ NAMES = (
     "gaussian-fit",
     "gaussian-indirect",
     "gaussian-indirect-fit",
+    "reference-picture",
     "reference-miss",
     "reference-shading",
     "reference-rays",
@@ -173,7 +174,7 @@ class CostModel:
         first = self.rate("reference-shading") + self.rate("reference-rays") * scale
         further = sum(load.closed**point for point in range(1, load.depth))
         path_s = self.rate("reference-miss") + load.covered * (first + further * self.rate("reference-point"))
-        frame_s = setting["samples"] * load.pixels * path_s
+        frame_s = self.rate("reference-picture") + setting["samples"] * load.pixels * path_s
         return Cost(0.0, 0.0, frame_s, load.mesh_bytes + BYTES_PER_PIXEL * load.pixels, 0)
 
     def _direct(self, setting: Setting, load: Load) -> Cost:

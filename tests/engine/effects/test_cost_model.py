@@ -112,7 +112,7 @@ def test_a_path_goes_on_as_often_as_hemispheres_are_closed(model: CostModel) -> 
     assert frame_s(0.3, 3) - frame_s(0.3, 1) == pytest.approx(10 * 100 * 0.5 * (0.3 + 0.09) * point_s)
     assert frame_s(0.0, 3) == frame_s(0.3, 1)
     empty = model.predict(setting, 1000, 100, covered=0.0).frame_s
-    assert empty == pytest.approx(10 * 100 * model.rate("reference-miss"))
+    assert empty == pytest.approx(model.rate("reference-picture") + 10 * 100 * model.rate("reference-miss"))
 
 
 @pytest.mark.parametrize("setting", [Setting("sh"), Setting("wavelet"), Setting("gaussian")])
