@@ -24,7 +24,7 @@ QT = {"PySide6", "shiboken6", "pyqtgraph"}
 
 #: Packages of the engine from low to high: each may import itself, its own row and the rows above it in this list.
 LAYERS = (
-    {"errors", "steps", "params", "health", "kernels", "one_thread", "colour", "directions", "tangents"},
+    {"errors", "steps", "params", "health", "kernels", "one_thread", "stopwatch", "colour", "directions", "tangents"},
     {
         "files.atomic",
         "files.untrusted",

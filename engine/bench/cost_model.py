@@ -28,6 +28,7 @@ from engine.scene import Scene
 from engine.selftest.light import ball
 from engine.shapes import grid_mesh, shape
 from engine.steps import Step, Steps, drain
+from engine.stopwatch import shortest
 from engine.tradeoff.baked import Bake, lit
 from engine.tradeoff.predicting import Predictions
 from engine.tradeoff.prediction import FACTOR
@@ -162,7 +163,7 @@ def _measured(setting: Setting, scene: Scene, depth: int) -> dict[str, float]:
     if setting.mode == "reference":
         size = (PATHS_SIDE, PATHS_SIDE)
         draw = lambda: drain(reference(scene, size, samples=setting["samples"], max_depth=depth))  # noqa: E731
-        return {"frame_s": _shortest(draw)}
+        return {"frame_s": shortest(draw, RUNS, ENOUGH_S)}
     if setting.mode == "direct":
         return _frame_s(replace(scene, directions=setting["directions"]))
     with tempfile.TemporaryDirectory() as folder:
@@ -174,7 +175,7 @@ def _measured(setting: Setting, scene: Scene, depth: int) -> dict[str, float]:
             "bake_s": baked.bake_s,
             "size_bytes": float(baked.file.size_bytes),
             "memory_bytes": float(_held(baked, light)),
-            "relight_s": _shortest(lambda: lit(own, turned)),
+            "relight_s": shortest(lambda: lit(own, turned), RUNS, ENOUGH_S),
             **_frame_s(replace(scene, lit=light)),
         }
 
@@ -210,17 +211,6 @@ def _bake_of(setting: Setting, scene: Scene) -> Callable[[Path], Steps[Any]]:
     return lambda path: gaussian_bake.bake(path, cut)
 
 
-def _shortest(work: Callable[[], object]) -> float:
-    """Seconds of the shortest of some runs after one that warms up."""
-    work()
-    times: list[float] = []
-    while len(times) < 2 or (len(times) < RUNS and sum(times) < ENOUGH_S):
-        started = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - started)
-    return min(times)
-
-
 def _held(baked: Any, light: Lit) -> int:
     """Bytes of the mesh, of the transport with its tables, and of the light in its rows."""
     mesh, arrays = baked.file.mesh, baked.file.arrays
@@ -247,7 +237,7 @@ def _frame_s(scene: Scene) -> dict[str, float]:
                 renderer.draw(*views, target, size, samples=1)
                 context.finish()
 
-            frame_s = _shortest(draw)
+            frame_s = shortest(draw, RUNS, ENOUGH_S)
             renderer.release()
             target.release()
             return {"frame_s": frame_s}

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
+
+from engine.stopwatch import shortest
 
 
 @dataclass(frozen=True)
@@ -27,11 +28,5 @@ class Measure:
 
 
 def best_of(work: Callable[[], object], repeats: int = 7) -> float:
-    """The shortest of several runs in seconds, which other programs disturb least; one more run warms up."""
-    work()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
+    """The shortest of `repeats` runs in seconds; one more run warms up."""
+    return shortest(work, repeats)

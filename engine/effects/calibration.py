@@ -22,7 +22,7 @@ from engine.brdf.diffuse import Lambert
 from engine.camera import frame
 from engine.effects.cost_model import CostModel, basis_values, machine_name
 from engine.effects.frame_rates import frame_rates, round_mesh
-from engine.effects.load import Rates, covered, hemisphere, rays_of, shortest, threads
+from engine.effects.load import Rates, covered, hemisphere, rays_of, threads
 from engine.effects.others import others, spent
 from engine.environment import EnvironmentMap
 from engine.factor.maps import DirectionMap
@@ -34,6 +34,7 @@ from engine.render.reference import ReferencePicture, reference
 from engine.scene import Scene
 from engine.shapes import shape
 from engine.steps import Step, Steps, drain, part
+from engine.stopwatch import shortest
 from engine.transport import sh_kernel, visibility_kernel, wavelet_bake
 from engine.transport.gaussian_fit import Fit, FitSettings, TransportSamples, fit_vertices
 from engine.transport.gaussian_samples import GlossySurface, direct_samples

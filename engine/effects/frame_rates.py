@@ -20,7 +20,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.brdf.diffuse import Lambert
 from engine.camera import Camera, frame
 from engine.effects.cost_model import PARTS
-from engine.effects.load import Rates, shaded, shortest
+from engine.effects.load import Rates, shaded
 from engine.environment import EnvironmentMap
 from engine.environment_file import open_environment
 from engine.errors import MissingCapability
@@ -31,6 +31,7 @@ from engine.ray_caster import caster_of
 from engine.render.transported import picture_of
 from engine.scene import Scene
 from engine.steps import Step, Steps, drain
+from engine.stopwatch import shortest
 from engine.transport.gaussian import GaussianTransport
 from engine.transport.lit import Lit, LitGaussians, LitHarmonics, LitWavelets, lit_gaussians
 from engine.transport.sh_table import BrdfTable, lambert_table
@@ -45,8 +46,8 @@ FEW, MANY, SMALL, LARGE = 1_000, 6_000, 128, 320
 #: The knobs at which each mode is measured, by what its cost grows with: lights, coefficients, terms, lobes.
 KNOBS = {"direct": (4, 40), "sh": (9, 144), "sh-flat": (25,), "wavelet": (1, 8), "gaussian": (1, 6)}
 
-#: How often a frame is drawn after one that warms up.
-FRAMES = 4
+#: How often a frame is drawn after one that warms up, and the seconds after which no further one begins.
+FRAMES, ENOUGH_S = 16, 0.1
 
 #: What draws a scene, or light on a bake, with a camera into a picture of so many pixels a side.
 Draw = Callable[[Any, Camera, int], None]
@@ -88,7 +89,7 @@ def _parts(rows: NDArray[np.float64], times: NDArray[np.float64]) -> list[float]
 
 
 def _frame_s(draw: Draw, what: Lit | Scene, camera: Camera, side: int) -> float:
-    return shortest(lambda: draw(what, camera, side), FRAMES)
+    return shortest(lambda: draw(what, camera, side), FRAMES, ENOUGH_S)
 
 
 @contextmanager

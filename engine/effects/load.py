@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 import os
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -18,6 +16,7 @@ from numpy.typing import NDArray
 
 from engine.camera import Camera
 from engine.ray_caster import RayCaster, offset_origins
+from engine.stopwatch import shortest
 from engine.transport import visibility_kernel
 from engine.transport.visibility import Receivers, portion, visibility_shares
 
@@ -175,17 +174,6 @@ def _grid(camera: Camera, aspect: float) -> tuple[NDArray[np.float64], NDArray[n
 
 def threads() -> int:
     return os.cpu_count() or 1
-
-
-def shortest(work: Callable[[], object], repeats: int = 2) -> float:
-    """The shortest of several runs in seconds, which other programs disturb least; one more run warms up."""
-    work()
-    times = []
-    for _ in range(repeats):
-        started = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - started)
-    return min(times)
 
 
 def _visibility_s(of: Receivers, vertices: NDArray[np.int64], edge: int) -> float:

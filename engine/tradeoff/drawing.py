@@ -25,6 +25,7 @@ from engine.render.direct import radiance
 from engine.render.transported import picture_of
 from engine.scene import Scene
 from engine.steps import Step, Steps
+from engine.stopwatch import shortest
 
 #: Frames that are timed after one that warms up, and the seconds after which no further one begins.
 FRAMES, LONG_ENOUGH_S = 5, 1.0
@@ -78,7 +79,7 @@ class Drawer:
             started = time.perf_counter()
             picture = renderer.radiance(shown, *views, self.size, samples=SAMPLES)
             passed = time.perf_counter() - started
-            return Drawn(picture, passed if passed > FAR_TOO_LONG_S else shortest(frame))
+            return Drawn(picture, passed if passed > FAR_TOO_LONG_S else shortest(frame, FRAMES, LONG_ENOUGH_S))
 
     def _on_processor(self, scene: Scene) -> Steps[Drawn]:
         started = time.perf_counter()
@@ -111,14 +112,3 @@ def drawing(size: tuple[int, int]) -> Iterator[Drawer]:
         drawer = Drawer(size, context)
         stack.callback(drawer.release)
         yield drawer
-
-
-def shortest(work: Any, frames: int = FRAMES) -> float:
-    """Seconds of the shortest of several runs after one that warms up, fewer where they are long."""
-    work()
-    times: list[float] = []
-    while len(times) < frames and sum(times) < LONG_ENOUGH_S:
-        started = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - started)
-    return min(times)

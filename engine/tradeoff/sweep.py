@@ -23,9 +23,10 @@ from engine.render.reference import BYTES_PER_PIXEL, reference
 from engine.scene import Scene, Source
 from engine.shading.power_law import PowerLawMap
 from engine.steps import Step, Steps, part
+from engine.stopwatch import shortest
 from engine.tradeoff.baked import Bake, Factors, LeftOut, bake_gaussians, bake_group, groups, is_high, lit, too_long
 from engine.tradeoff.break_even import break_even_frames, effort
-from engine.tradeoff.drawing import SAMPLES, Drawer, drawing, shortest
+from engine.tradeoff.drawing import LONG_ENOUGH_S, SAMPLES, Drawer, drawing
 from engine.tradeoff.front import front, rises
 from engine.tradeoff.point import Point
 from engine.tradeoff.predicting import Predictions
@@ -291,7 +292,7 @@ class _Run:
             return
         scene = scene_of(setting, self.scene)
         turned = dataclasses.replace(scene, environment_rotation=scene.environment_rotation + TURN)
-        relight_s = shortest(lambda: dataclasses.replace(turned).lights, RELIGHTS)
+        relight_s = shortest(lambda: dataclasses.replace(turned).lights, RELIGHTS, LONG_ENOUGH_S)
         drawn = yield from self.drawer.draw(scene)
         held = scene.lights.direction.nbytes + scene.lights.irradiance.nbytes + _material_bytes(scene)
         yield from self._add(setting, drawn.picture, drawn.frame_s, relight_s, 0.0, held, 0)
@@ -339,7 +340,7 @@ class _Run:
         bare = dataclasses.replace(self.scene, material=None)
         turned = dataclasses.replace(bare, environment_rotation=bare.environment_rotation + TURN)
         yield Step(0.0, "relighting")
-        relight_s = shortest(lambda: lit(bake, turned), RELIGHTS)
+        relight_s = shortest(lambda: lit(bake, turned), RELIGHTS, LONG_ENOUGH_S)
         scene = dataclasses.replace(bare, lit=lit(bake, bare))
         drawn = yield from self.drawer.draw(scene)
         held = bake.memory_bytes + (scene.lit.matt if bake.setting.mode == "gaussian" else scene.lit.rows).nbytes

@@ -106,7 +106,7 @@ def test_a_person_reads_a_table(lightarc, small):
 
 def test_best_of_warms_up_and_takes_the_shortest(monkeypatch):
     clock = iter([0.0, 5.0, 10.0, 12.0, 20.0, 29.0])
-    monkeypatch.setattr("engine.bench.measure.time.perf_counter", lambda: next(clock))
+    monkeypatch.setattr("engine.stopwatch.time.perf_counter", lambda: next(clock))
     runs = []
     assert best_of(lambda: runs.append(os.getpid()), repeats=3) == 2.0
     assert len(runs) == 4
