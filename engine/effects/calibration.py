@@ -86,6 +86,9 @@ MAP_ROWS, SMALL_ROWS, TURN, LIGHT_EDGES = 512, 128, 0.1, (16, 64)
 #: Values of rows, and bytes of a file.
 VALUES, WRITTEN = 10_000_000, 1 << 24
 
+#: How often what takes milliseconds is timed, and the seconds after which no further run begins.
+RUNS, ENOUGH_S = 12, 0.1
+
 #: Side of the picture of the reference, whose pixels are a batch, how many times as many samples of a pixel the longer
 #: of two has, and the points that its longer paths touch.
 SIDE, PATHS, POINTS = 128, 4, 3
@@ -322,7 +325,9 @@ def _lights(mesh: Mesh, tables: Tables) -> None:
     rates = []
     for kept in KEPT:
         count = 6_000_000 // (6 * kept)
-        rates.append((float(kept), shortest(partial(relit, _wavelet_transport(mesh, count, kept), lit)) / count))
+        rates.append(
+            (float(kept), shortest(partial(relit, _wavelet_transport(mesh, count, kept), lit), RUNS, ENOUGH_S) / count)
+        )
     tables["relight-wavelet"] = tuple(rates)
 
 
@@ -330,7 +335,7 @@ def _transfer_s(order: int) -> float:
     """Seconds for a value of rows of so many bands, by rows that no cache holds; long rows wait for their own sums."""
     rows = np.ones((VALUES // order**2, 1, order**2), np.float32)
     light, out = np.ones((order**2, 3), np.float32), np.empty((len(rows), 3), np.float32)
-    return shortest(lambda: sh_kernel.transfer(rows, light, out)) / rows.size
+    return shortest(lambda: sh_kernel.transfer(rows, light, out), RUNS, ENOUGH_S) / rows.size
 
 
 def _turned(environment: EnvironmentMap, order: int) -> NDArray[np.float64]:
@@ -344,7 +349,7 @@ def _of_map(
     least, more = [], []
     few, many = (2 * rows**2 for rows in (SMALL_ROWS, MAP_ROWS))
     for knob in knobs:
-        small_s, large_s = (shortest(work, 3) for work in works(knob))
+        small_s, large_s = (shortest(work, RUNS, ENOUGH_S) for work in works(knob))
         texel_s = max(0.0, large_s - small_s) / (many - few)
         least.append((float(knob), max(small_s - few * texel_s, 0.0)))
         more.append((float(knob), texel_s))
