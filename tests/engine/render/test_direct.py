@@ -78,7 +78,7 @@ def test_every_lookup_is_dark_without_light(lookup: Any) -> None:
     "options", [{"source": "film"}, {"lookup": "x"}, {"above": "x"}, {"irradiance": -1.0}, {"repeats": 0.0}]
 )
 def test_a_scene_that_makes_no_sense_is_refused(options: dict[str, Any]) -> None:
-    with pytest.raises(ValueError, match=r"unknown|not a positive"):
+    with pytest.raises(ValueError, match=r"unknown|not a positive|outside"):
         head_on(**options)
 
 

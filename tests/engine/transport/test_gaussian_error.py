@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.cube_map import cube_directions, cube_of
+from engine.cube_map import cube_directions, cube_of, texel_numbers
 from engine.environment_file import open_environment
 from engine.steps import drain
-from engine.transport.gaussian_error import Known, _exact, _texels, gaussian_error
+from engine.transport.gaussian_error import Known, _exact, gaussian_error
 from engine.transport.gaussian_fit import Fit, FitSettings, fit_vertices
 from engine.transport.gaussian_matt import Matt
 from engine.transport.gaussian_samples import direct_samples, draw, glossy_surface
@@ -38,10 +38,10 @@ def test_a_narrow_highlight_sees_the_texel_it_points_at() -> None:
     view = frame @ np.array([0.3, 0.1, np.sqrt(0.9)])
     mirrored = frame @ np.array([-0.3, -0.1, np.sqrt(0.9)])
     light = np.zeros((6 * edge * edge, 3))
-    light[_texels(mirrored[None], edge)[0]] = 2.0
+    light[texel_numbers(mirrored[None], edge)[0]] = 2.0
     everywhere = np.ones(6 * edge * edge)
     assert _exact(surface, vertex, everywhere, light, view[None])[0][0, 0] == pytest.approx(2.0, rel=0.01)
-    assert np.array_equal(_texels(cube_directions(8).reshape(-1, 3), 8), np.arange(6 * 64))
+    assert np.array_equal(texel_numbers(cube_directions(8).reshape(-1, 3), 8), np.arange(6 * 64))
 
 
 def test_lobes_are_off_by_their_distance_and_all_energy_helps_under_even_light() -> None:
