@@ -27,6 +27,8 @@ AT_REST_MS = 500
 
 LOOKING = "Looking at the scene…"
 
+FAILED = "this scene could not be planned"
+
 
 @dataclass(frozen=True, eq=False)
 class Asked:
@@ -133,7 +135,11 @@ class Planning(QObject):
             self._asked = None
         elif wanted is not None and self.plan is None:
             width, height = self._size()
-            self._latest.ask(lambda: planned(wanted, width * height), lambda plan: self._take(wanted, plan))
+            self._latest.ask(
+                lambda: planned(wanted, width * height),
+                lambda plan: self._take(wanted, plan),
+                lambda _error: self._take(wanted, FAILED),
+            )
 
     def _told(self, step: Step) -> None:
         """Say what takes so long while a new plan is on the way: the first on a machine measures it."""

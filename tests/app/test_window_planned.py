@@ -119,3 +119,16 @@ def test_choices_of_a_person_go_before_what_the_plan_would_do(planned: MainWindo
         assert ("interreflection" in names(wanted.left_out)) is not expected
     gaussian = wanted_of("gaussian", mesh, None, None, BakeChoices(), dock.plan)  # type: ignore[arg-type]
     assert "glossy" not in names(gaussian.left_out), "nothing else is baked of Gaussians"
+
+
+def test_a_plan_that_fails_is_not_waited_for(planned: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_scene: Any, **_wishes: Any) -> None:
+        raise ZeroDivisionError("a plan broke")
+
+    monkeypatch.setattr("engine.effects.plan.plan", broken)
+    planning = planned.view.planning
+    qtbot.waitUntil(
+        lambda: not planning.is_coming and planning.words == "This scene could not be planned.", timeout=LONG
+    )
+    qtbot.waitUntil(lambda: len(planned.failures.open_dialogs) == 1, timeout=LONG)
+    next(iter(planned.failures.open_dialogs.values())).close()
