@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from engine.effects.setting import Number, Setting, setting_of
+from engine.effects.setting import Number, Setting
 from engine.tradeoff.prediction import FIGURES, predicted_json
 
 #: What a setting can cost, the name of the figure in JSON, and what it is called beside an axis.
@@ -83,13 +83,3 @@ class Point:
     def as_json(self) -> dict[str, Any]:
         figures = {name: getattr(self, name) for name in _FIGURES}
         return {**self.setting.as_json(), **figures, **predicted_json(self.predicted)}
-
-
-def point_of(record: Any) -> Point:
-    """The point that `as_json` wrote; ValueError for anything else."""
-    try:
-        said = {name: record.get(f"predicted_{name}") for name in FIGURES}
-        predicted = {name: value for name, value in said.items() if value is not None}
-        return Point(setting_of(record), predicted=predicted, **{name: record[name] for name in _FIGURES})
-    except (AttributeError, KeyError, TypeError) as problem:
-        raise ValueError(f"not a measured point ({problem})") from None

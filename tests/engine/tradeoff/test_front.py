@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.tradeoff.front import front, rises
-from engine.tradeoff.point import COSTS, Point, point_of
+from engine.tradeoff.point import COSTS, Point
 from tests.engine.tradeoff.points import POINTS, point
 
 
@@ -22,19 +22,6 @@ def test_the_front_is_what_nothing_beats(points: list[Point], axis: str) -> None
     found = front(points, axis)
     assert sorted(map(id, found)) == sorted(map(id, expected))
     assert [each.cost(axis) for each in found] == sorted(each.cost(axis) for each in expected)
-
-
-@given(POINTS)
-def test_a_point_comes_back_from_its_record(points: list[Point]) -> None:
-    assert [point_of(each.as_json()) for each in points] == points
-
-
-@pytest.mark.parametrize(
-    "record", [None, {}, {"mode": "sh"}, {"mode": "none", "knobs": {}}, {"mode": "sh", "knobs": 3}]
-)
-def test_other_records_are_no_points(record: object) -> None:
-    with pytest.raises(ValueError, match=r"\w"):
-        point_of(record)
 
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf"), -1.0, None])
