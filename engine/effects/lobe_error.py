@@ -12,6 +12,8 @@ figure.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
@@ -48,8 +50,12 @@ from engine.transport.view_directions import nearest_views, view_directions
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Pairs that are fitted, directions for each view, and directions drawn for each pair beside the texels.
-PAIRS, DIRECTIONS, DRAWN = 96, 128, 256
+#: Pairs that are fitted with one lobe, two and three; directions for each view, and directions drawn for each pair
+#: beside the texels.
+PAIRS, DIRECTIONS, DRAWN = (96, 48, 32), 128, 256
+
+#: Steps of this share of the whole spread points evenly, however many are taken.
+GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 #: What the error of a method is raised by at least: a hundred pairs, or two, know it to a third.
 MARGIN = 1.4
@@ -59,15 +65,39 @@ MARGIN = 1.4
 def lobe_error(scene: Scenery, lobes: int) -> float | None:
     """The error of `lobes` Gaussians for each vertex and view, by the better of the two ways to weigh them.
 
-    None where nothing about the reflectance is glossy.
+    More lobes are fitted to fewer pairs, and told by what they err by there beside a single one: what pairs have in
+    common cancels. None where nothing about the reflectance is glossy.
     """
     pairs = _pairs(scene)
     if pairs.surface.material.glossy is None:
         return None
+    values = _values(scene, lobes)
+    if lobes == 1:
+        return _error(pairs, values, margin=True)
+    alone = _error(pairs, [value[: len(values[0])] for value in _values(scene, 1)], margin=False)
+    told = lobe_error(scene, 1)
+    if told is None or alone == 0.0:
+        return told
+    return told * _error(pairs, values, margin=False) / alone
+
+
+@lru_cache(maxsize=6)
+def _values(scene: Scenery, lobes: int) -> list[Array]:
+    """The radiance of the first pairs by fitted lobes, weighed in two ways."""
+    pairs, count = _pairs(scene), PAIRS[lobes - 1]
     with one_thread():
-        fitted = fit_vertices(pairs.samples, pairs.alone, Fit.empty(1, lobes).lobes, FitSettings(lobes=lobes))
-        found = [np.maximum(pairs.matt + _glossy(pairs, each), 0.0) for each in (fitted.lobes, fitted.preserving())]
-    return min(relative_error(value[:, None], pairs.wanted[:, None], pairs.shares, least=MARGIN) for value in found)
+        fitted = fit_vertices(pairs.first(count), pairs.alone[:count], Fit.empty(1, lobes).lobes, FitSettings(lobes))
+        return [
+            np.maximum(pairs.matt[:count] + _glossy(pairs, each, count), 0.0)
+            for each in (fitted.lobes, fitted.preserving())
+        ]
+
+
+def _error(pairs: _Pairs, values: Sequence[Array], *, margin: bool) -> float:
+    """How far the nearer of `values` (M, 3) are from the truth at the first M pairs."""
+    count = len(values[0])
+    wanted, shares = pairs.wanted[:count, None], [each[:count] for each in pairs.shares]
+    return min(relative_error(value[:, None], wanted, shares, margin=margin, least=MARGIN) for value in values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +137,13 @@ class _Pairs:
 
         return gathered(on_threads(of_pair, np.arange(len(self.points))))
 
+    def first(self, count: int) -> TransportSamples:
+        """Transport of the first pairs alone."""
+        every = self.samples
+        start = every.start[: count * len(view_directions()) + 1]
+        end = int(start[-1])
+        return TransportSamples(start, every.direction[:end], every.value[:end], every.area[:end])
+
     @cached_property
     def both(self) -> tuple[Array, Array]:
         """(M, 3) radiance, and that of the matt part at the order of a bake."""
@@ -126,12 +163,12 @@ class _Pairs:
 
 @lru_cache(maxsize=2)
 def _pairs(scene: Scenery) -> _Pairs:
-    """The pairs of a scene that are looked at, the same for any number of lobes."""
+    """The pairs of a scene that are looked at; the first of them are as evenly spread as all."""
     sample = scene.sample
     weight = sample.shares[0]
     chance = _chance(scene, weight)
     reached = np.cumsum(chance.ravel())
-    drawn = np.searchsorted(reached, (np.arange(PAIRS) + 0.5) / PAIRS * reached[-1])
+    drawn = np.searchsorted(reached, (np.arange(PAIRS[0]) + 1.0) * GOLDEN % 1.0 * reached[-1])
     points, view = np.divmod(np.minimum(drawn, reached.size - 1), weight.shape[1])
     counts = [(each[points, view] / chance[points, view])[:, None] for each in sample.shares]
     views = np.einsum("nij,nj->ni", sample.frames[points], sample.views[points, view])
@@ -199,11 +236,11 @@ def _of_lamps(pairs: _Pairs, pair: int) -> Array:
     return np.asarray((value * sample.lamp_irradiance[lit]).sum(axis=0))
 
 
-def _glossy(pairs: _Pairs, lobes: Lobes) -> Array:
-    """(M, 3) what lobes make of the light."""
-    count = len(pairs.points)
-    transport = GaussianTransport(pairs.surface.mesh, count, 0.0, (lobes,), None)
-    seen = lobes_towards(transport, pairs.views)
+def _glossy(pairs: _Pairs, lobes: Lobes, count: int) -> Array:
+    """(M, 3) what lobes of the first pairs make of the light."""
+    mesh = part_of(pairs.surface.mesh, np.arange(count))
+    transport = GaussianTransport(mesh, count, 0.0, (lobes,), None)
+    seen = lobes_towards(transport, pairs.views[:count])
     lamps = GaussianLight(lamps=pairs.sample.light.lamps)
     value = lobe_radiance(lamps, seen.energy, seen.mean, seen.sigma)
     for pair in range(count):

@@ -95,11 +95,13 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def window(qapp: QApplication, qtbot: object, monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
     """The main window without remembered settings, closed at the end; an error that nobody expected fails the test.
 
-    What this machine costs is made up: measuring it takes longer than most tests.
+    What this machine costs is made up, since measuring it takes longer than most tests, and the whole of an environment
+    is summed in coarse cells: how far few directions are from it is checked where it is computed.
     """
     from app.main_window import MainWindow
 
     monkeypatch.setattr("app.cost.cost_model", _costs)
+    monkeypatch.setattr("engine.render.environment_error.REFERENCE_ROWS", 16)
     made = MainWindow(None)
     made.show()
     qtbot.waitExposed(made)  # type: ignore[attr-defined]
