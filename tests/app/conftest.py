@@ -95,12 +95,14 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def window(qapp: QApplication, qtbot: object, monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
     """The main window without remembered settings, closed at the end; an error that nobody expected fails the test.
 
-    What this machine costs is made up, since measuring it takes longer than most tests, and the whole of an environment
-    is summed in coarse cells: how far few directions are from it is checked where it is computed.
+    What this machine costs is made up, since measuring it takes longer than most tests. Plans look at few points, and
+    the whole of an environment is summed in coarse cells: how true that is, is checked where it is computed.
     """
     from app.main_window import MainWindow
 
     monkeypatch.setattr("app.cost.cost_model", _costs)
+    monkeypatch.setattr("engine.effects.estimates.FINE", (16, 4, 32))
+    monkeypatch.setattr("engine.effects.lobe_error.PAIRS", (8, 8, 8))
     monkeypatch.setattr("engine.render.environment_error.REFERENCE_ROWS", 16)
     made = MainWindow(None)
     made.show()
