@@ -17,7 +17,7 @@ import numpy as np
 from engine.files import untrusted
 
 #: Damaged files per reader: enough for every run; more where somebody asks for it.
-COUNT = int(os.environ.get("LIGHTARC_DAMAGE_FILES", "2000"))
+COUNT = int(os.environ.get("LIGHTARC_DAMAGE_FILES", "800"))
 
 #: What one damaged file may cost (fault 5).
 TIME_LIMIT_S = 2.0
