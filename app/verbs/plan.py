@@ -21,7 +21,7 @@ EXAMPLE = "lightarc plan torus-knot --brdf ggx:alpha=0.3 --env studio --error 0.
 #: Pixels of a picture that frames are predicted for.
 WIDTH, HEIGHT = 960, 540
 
-#: Pictures that a bake is spread over (`engine.effects.plan.FRAMES`).
+#: Pictures that a bake is spread over (`engine.effects.choices.FRAMES`).
 FRAMES = 20_000
 
 

@@ -17,8 +17,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from engine.effects.choices import BAKED
 from engine.effects.cost_model import BOUNCES, MATT_ORDER
-from engine.effects.plan import BAKED, EffectsPlan, brdf_of
+from engine.effects.plan import EffectsPlan, brdf_of
 from engine.ground import Ground
 from engine.mesh import Mesh
 from engine.steps import Steps

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from engine.effects.choices import SHARE
 from engine.effects.cost_model import NAMES, CostModel
 from engine.effects.estimates import Scenery, estimates
-from engine.effects.plan import SHARE
 
 
 def every_rate() -> CostModel:

@@ -16,9 +16,10 @@ import pytest
 
 from engine.brdf.brdf import brdf_from_text
 from engine.camera import frame
+from engine.effects.choices import SHARE
 from engine.effects.cost_model import CostModel
 from engine.effects.estimates import NOISE, Scenery, mesostructure, scenery
-from engine.effects.plan import SHARE, plan_of
+from engine.effects.plan import plan_of
 from engine.effects.simplified import Unbrushed, WithoutRetro, WithoutRise
 from engine.environment import EnvironmentMap
 from engine.material import Material

@@ -12,11 +12,12 @@ import pytest
 from engine.brdf.brdf import brdf_from_text
 from engine.camera import frame
 from engine.effects import bake as planned
+from engine.effects.choices import LONG_S, PATIENCE_S
 from engine.effects.estimates import Scenery, scenery
 from engine.effects.lobe_error import lobe_error
 from engine.effects.mode_error import mode_errors
 from engine.effects.noise import MARGIN, probed
-from engine.effects.plan import LONG_S, PATIENCE_S, plan_of
+from engine.effects.plan import plan_of
 from engine.effects.setting import Setting
 from engine.render.reference import reference
 from engine.scene import Scene

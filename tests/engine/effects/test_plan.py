@@ -17,9 +17,10 @@ from hypothesis import strategies as st
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.diffuse import Lambert
 from engine.effects import bake as planned
+from engine.effects.choices import FRAMES, LIGHTS, PATIENCE_S, SHARE
 from engine.effects.cost_model import CostModel
 from engine.effects.estimates import EFFECTS, Scenery, estimates, scenery
-from engine.effects.plan import AS_NEAR, FRAMES, LIGHTS, PATIENCE_S, SHARE, EffectsPlan, brdf_of, plan, plan_of
+from engine.effects.plan import AS_NEAR, EffectsPlan, brdf_of, plan, plan_of
 from engine.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise
 from engine.ground import Ground
 from engine.steps import drain

@@ -11,9 +11,10 @@ import pytest
 
 from engine.brdf.brdf import brdf_from_text
 from engine.effects import bake as planned
+from engine.effects.choices import SHARE
 from engine.effects.cost_model import CostModel
 from engine.effects.estimates import Scenery, estimates, scenery
-from engine.effects.plan import SHARE, brdf_of, plan, plan_of
+from engine.effects.plan import brdf_of, plan, plan_of
 from engine.effects.varied import received, varied
 from engine.environment import EnvironmentMap
 from engine.mesh import Mesh
