@@ -99,11 +99,12 @@ class MainWindow(QMainWindow):
         self._has_drawn = False
         self.failures = Failures(self)
         self.bench = Workbench(session.open_session(), self)
-        self._make_workspaces()
-        self._make_docks()
-        self._make_actions()
-        self._make_top_bar()
-        self._make_centre()
+        with theme.dressing_at_once():
+            self._make_workspaces()
+            self._make_docks()
+            self._make_actions()
+            self._make_top_bar()
+            self._make_centre()
         self._connect()
         self._restore_layout()
         self.show_workspace("capture")
