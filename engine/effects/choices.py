@@ -46,7 +46,7 @@ VARIED_S = 2.0
 
 @dataclass(frozen=True)
 class Wishes:
-    """What is asked of the ways to draw a scene.
+    """What is asked of the ways to draw a scene; ValueError for fewer frames than one.
 
     Attributes
     ----------

@@ -71,14 +71,13 @@ def lobe_error(scene: Scenery, lobes: int) -> float | None:
     pairs = _pairs(scene)
     if pairs.surface.material.glossy is None:
         return None
-    values = _values(scene, lobes)
+    single = _values(scene, 1)
+    error = _error(pairs, single, margin=True)
     if lobes == 1:
-        return _error(pairs, values, margin=True)
-    alone = _error(pairs, [value[: len(values[0])] for value in _values(scene, 1)], margin=False)
-    told = lobe_error(scene, 1)
-    if told is None or alone == 0.0:
-        return told
-    return told * _error(pairs, values, margin=False) / alone
+        return error
+    several = _values(scene, lobes)
+    alone = _error(pairs, [value[: len(several[0])] for value in single], margin=False)
+    return error * _error(pairs, several, margin=False) / alone if alone > 0.0 else error
 
 
 @lru_cache(maxsize=6)

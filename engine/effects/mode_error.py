@@ -1,9 +1,9 @@
 """How far each setting would be from the truth, told from a sample of a scene before anything is baked.
 
 Harmonics of an order are the truncated sums of `engine.effects.radiance`; directional lights are summed as they are
-drawn; wavelets run through the factors, the transform and the codes of a bake, at some of the points, and Gaussians
-through the fit of a bake (`engine.effects.lobe_error`). The error of the reference is its noise, which falls with the
-root of the samples. Between the settings that are tried an error is a power law of the knob, and along a ladder it
+drawn; wavelets run through nearly the factors of a bake, and through its transform and codes, at some of the points,
+and Gaussians through its fit (`engine.effects.lobe_error`). The error of the reference is its noise, which falls with
+the root of the samples. Between the settings that are tried an error is a power law of the knob, and along a ladder it
 never rises. What a method cannot show (shadows of directional lights, light between parts of the model in wavelets) is
 not in these figures: the plan adds the estimate of that effect.
 """
@@ -30,6 +30,7 @@ from engine.steps import drain
 from engine.transport.matt_part import parts
 from engine.transport.wavelet import (
     WaveletTransport,
+    check_factors,
     cube_texels,
     light_maps,
     relit,
@@ -127,8 +128,13 @@ def _between(errors: dict[int, float], knob: float) -> float:
 
 
 def _can_be_factored(brdf: Any) -> bool:
-    """Whether wavelets take the reflectance: factors over half and difference vectors they do not."""
-    return not isinstance(brdf, SeparableFactors) or brdf.parametrisation == "in-out"
+    """Whether wavelets take the reflectance: factors over half and difference vectors, or too many, they do not."""
+    if isinstance(brdf, SeparableFactors):
+        try:
+            check_factors(brdf)
+        except ValueError:
+            return False
+    return True
 
 
 @lru_cache(maxsize=16)

@@ -22,11 +22,14 @@ from engine.effects.cost_model import CostModel
 from engine.effects.estimates import EFFECTS, Scenery, estimates, scenery
 from engine.effects.plan import AS_NEAR, EffectsPlan, brdf_of, plan, plan_of
 from engine.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise
+from engine.factor.maps import DirectionMap
+from engine.factor.separable_factors import SeparableFactors
 from engine.ground import Ground
 from engine.steps import drain
 from engine.transport import visibility
 from engine.transport.sh_lighting import project
 from engine.transport.sh_transfer import transferred
+from engine.transport.wavelet import MOST_TERMS
 from tests.engine.effects.conftest import every_rate
 from tests.engine.effects.truth import ball, balls, bowl, gradient_sky, lamp_sky, sunny_sky
 
@@ -278,3 +281,14 @@ def test_the_nearest_to_a_budget_is_the_cheapest_of_those_as_near() -> None:
     assert not found.satisfied
     assert best.predicted_error_rel <= found.predicted_error_rel <= AS_NEAR * best.predicted_error_rel
     assert price(found) <= price(best)
+
+
+@pytest.mark.parametrize(("parametrisation", "terms"), [("half-diff", 1), ("in-out", MOST_TERMS + 1)])
+def test_factors_that_wavelets_refuse_are_planned_without_them(parametrisation: Any, terms: int) -> None:
+    chart = DirectionMap("orthographic", 8)
+    texture = np.full((terms, *chart.shape, 3), 0.3 / np.sqrt(terms), np.float32)
+    factors = SeparableFactors(chart, parametrisation, texture, texture, True, True)
+    scene = scenery(ball(), factors, gradient_sky())
+    assert plan_of(scene, COSTS, 1e-9, None).mode != "wavelet"
+    with pytest.raises(ValueError, match="no mode is left"):
+        plan_of(scene, COSTS, 0.5, None, modes=("wavelet",))
