@@ -1,7 +1,7 @@
 """Set Lightarc up on a machine that has nothing but Python ≥ 3.11, then run it or its tests.
 
     python3 packaging/dev.py run [-- ARGUMENTS OF LIGHTARC …]
-    python3 packaging/dev.py test [-- ARGUMENTS OF PYTEST …]
+    python3 packaging/dev.py test [--long] [-- ARGUMENTS OF PYTEST …]
 
 Set-up makes `.venv` in the project, fills it from the lock file (every package pinned with its hash) and adds the
 project itself as an editable installation. On Debian and Ubuntu missing system libraries come through apt where the
@@ -109,7 +109,10 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def parse(words: Sequence[str]) -> tuple[str, list[str]]:
-    """Split the command line at the first `--`: what dev.py shall do, and what is handed on unread."""
+    """Split the command line at the first `--`: what dev.py shall do, and what is handed on unread.
+
+    `--long` is an option of pytest (`tests/conftest.py`) that is named so often that it needs no `--` before it.
+    """
     own, rest = list(words), []
     if "--" in own:
         cut = own.index("--")
@@ -120,7 +123,11 @@ def parse(words: Sequence[str]) -> tuple[str, list[str]]:
         epilog="example: python3 packaging/dev.py run -- demo -o out",
     )
     parser.add_argument("verb", choices=("run", "test"), help="open Lightarc (or its demo, without a display), or test")
-    return parser.parse_args(own).verb, rest
+    parser.add_argument("--long", action="store_true", help="test with the campaigns as well, which takes hours")
+    options = parser.parse_args(own)
+    if options.long and options.verb != "test":
+        parser.error("--long belongs to test")
+    return options.verb, ["--long", *rest] if options.long else rest
 
 
 def say(line: str) -> None:

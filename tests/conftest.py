@@ -1,7 +1,13 @@
-"""Fixtures that all tests share."""
+"""Fixtures that all tests share, and campaigns: tests marked `long`, which run with `--long` only.
+
+A campaign is best an ordinary test repeated with other seeds: `@pytest.mark.campaign(rounds=25)` and an argument `seed`
+give one run with seed 0 in every suite and 24 more with `--long`. The name of a test holds its seed, so that
+naming it repeats it; `--seed` repeats all campaigns with one seed. What fails is kept (`tests.kept`).
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +20,41 @@ settings.register_profile("untimed", untimed)
 settings.load_profile("untimed")
 
 SHARED_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+#: Seconds after which a test of a campaign is taken to hang.
+LONG_TIMEOUT_S = 3600
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("campaigns")
+    group.addoption("--long", action="store_true", help="run the campaigns as well (-m long: nothing else)")
+    group.addoption("--share", type=float, default=1.0, help="part of each campaign that is run, 0.01 for a hundredth")
+    group.addoption("--seed", type=int, help="run each campaign with this seed alone")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "long: takes minutes or hours, and runs with --long only")
+    config.addinivalue_line("markers", "campaign(rounds): repeat with seeds 1 to rounds - 1 under --long")
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    campaign = metafunc.definition.get_closest_marker("campaign")
+    if campaign is None:
+        return
+    chosen = metafunc.config.getoption("--seed")
+    rounds = math.ceil(campaign.kwargs["rounds"] * metafunc.config.getoption("--share"))
+    seeds = range(rounds if metafunc.config.getoption("--long") else 1) if chosen is None else [chosen]
+    marks = {seed: [pytest.mark.long] if seed and chosen is None else [] for seed in seeds}
+    metafunc.parametrize("seed", [pytest.param(seed, id=f"seed{seed}", marks=marks[seed]) for seed in seeds])
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    campaigns = [item for item in items if item.get_closest_marker("long")]
+    for item in campaigns:
+        item.add_marker(pytest.mark.timeout(LONG_TIMEOUT_S))
+    if campaigns and not config.getoption("--long"):
+        config.hook.pytest_deselected(items=campaigns)
+        items[:] = [item for item in items if item not in set(campaigns)]
 
 
 @pytest.fixture(scope="session")

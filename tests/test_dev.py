@@ -91,6 +91,9 @@ def test_words_after_two_dashes_are_handed_on_unread(dev: ModuleType) -> None:
     assert dev.parse(["run"]) == ("run", [])
     assert dev.parse(["run", "--", "demo", "-o", "out", "--", "x"]) == ("run", ["demo", "-o", "out", "--", "x"])
     assert dev.parse(["test", "--", "-k", "X8"]) == ("test", ["-k", "X8"])
+    assert dev.parse(["test", "--long", "--", "-m", "long"]) == ("test", ["--long", "-m", "long"])
+    with pytest.raises(SystemExit):
+        dev.parse(["run", "--long"])
 
 
 def test_wrong_usage_ends_with_2(dev: ModuleType) -> None:

@@ -44,6 +44,7 @@ from engine.steps import drain
 from tests.engine.damage import (
     COUNT,
     MEMORY_LIMIT_BYTES,
+    ROUNDS,
     TIME_LIMIT_S,
     Damage,
     damaged,
@@ -51,9 +52,11 @@ from tests.engine.damage import (
     peak_memory_bytes,
 )
 from tests.engine.scenes import weave
+from tests.kept import kept
 
-#: Flips of +1, -2, +1 at equal distances leave an Adler-32, the checksum of deflate, as it was: one met in 20000 files.
-ADLER_LETS_PASS = 10_000
+#: Flips of +1, -2, +1 at equal distances leave an Adler-32, the checksum of deflate, as it was: one met in 20000 files,
+#: so that a round of a campaign may hold one.
+ADLER = {"tiff-zlib", "exr-zip", "exr-pxr24", "exr-tiles"}
 
 HEIGHT, WIDTH = 12, 16
 RANDOM = np.random.default_rng(5)
@@ -271,7 +274,9 @@ def assert_refused_in_words(refusal: InputError, what: str) -> None:
     assert "could not be decoded within" not in refusal.problem, f"{what} takes more than {TIME_LIMIT_S} s"
 
 
-def each_damaged(kind: str, one: Kind, decoder: tuple[str, dict[str, Any]], check: Callable[..., None]) -> int:
+def each_damaged(
+    kind: str, one: Kind, decoder: tuple[str, dict[str, Any]], check: Callable[..., None], seed: int
+) -> int:
     """Decode all damaged files of `kind`, let `check` look at each that passes, and return how many were refused.
 
     A decoder in C may crash now and then (imagecodecs' LZW does): its process is there to be lost, and replaced.
@@ -280,18 +285,19 @@ def each_damaged(kind: str, one: Kind, decoder: tuple[str, dict[str, Any]], chec
     pristine = decode_content(decoder[0], one.name, good, **decoder[1])
     allowed_bytes = max(map(peak_memory_bytes, decoder_pids())) + MEMORY_LIMIT_BYTES
     refused = crashed = 0
-    damages = list(damaged(good, one.header(good)))
+    damages = list(damaged(good, one.header(good), seed=seed))
     with ThreadPoolExecutor(untrusted.CHILDREN) as pool:
         outcomes = pool.map(lambda damage: decoded(decoder, one.name, damage.content), damages)
         for number, (damage, outcome) in enumerate(zip(damages, outcomes, strict=True)):
             what = f"{kind} file {number} ({damage.what} at {damage.first})"
-            assert outcome.held_bytes <= allowed_bytes, f"{what} or one before takes {outcome.held_bytes >> 20} MiB"
-            if outcome.refusal is not None:
-                refused += 1
-                crashed += "crashed" in outcome.refusal.problem
-                assert_refused_in_words(outcome.refusal, what)
-            else:
-                check(outcome.reply, pristine, damage, what)
+            with kept(one.name, damage.content):
+                assert outcome.held_bytes <= allowed_bytes, f"{what} or one before takes {outcome.held_bytes >> 20} MiB"
+                if outcome.refusal is not None:
+                    refused += 1
+                    crashed += "crashed" in outcome.refusal.problem
+                    assert_refused_in_words(outcome.refusal, what)
+                else:
+                    check(outcome.reply, pristine, damage, what)
     assert crashed <= COUNT // 100
     return refused
 
@@ -313,8 +319,9 @@ def check_picture(reply: dict[str, Any], pristine: dict[str, Any], damage: Damag
         assert np.array_equal(radiance, pristine["radiance"]), f"{what} gives part of the picture"
 
 
+@pytest.mark.campaign(rounds=ROUNDS)
 @pytest.mark.parametrize("kind", PICTURES)
-def test_fault5_damaged_pictures(kind: str) -> None:
+def test_fault5_damaged_pictures(kind: str, seed: int) -> None:
     one = PICTURES[kind]
     noticed = one.noticed(one.make()) if one.noticed else (0, 0)
     slipped: list[str] = []
@@ -324,18 +331,20 @@ def test_fault5_damaged_pictures(kind: str) -> None:
         if noticed[0] <= damage.first and damage.last <= noticed[1] and not says_more(reply, pristine):
             slipped.extend([what] * (not np.array_equal(reply["radiance"], pristine["radiance"])))
 
-    assert each_damaged(kind, one, PHOTOGRAPH, check) > COUNT // 8
-    assert len(slipped) <= COUNT // ADLER_LETS_PASS, f"{slipped} get past the checksum"
+    assert each_damaged(kind, one, PHOTOGRAPH, check, seed) > COUNT // 8
+    assert len(slipped) <= (seed > 0 and kind in ADLER), f"{slipped} get past the checksum"
 
 
-def test_fault5_damaged_raw() -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault5_damaged_raw(seed: int) -> None:
     mosaic = RANDOM.integers(600, 16000, (40, 40)).astype(np.uint16)
     one = Kind(lambda: dng_bytes(mosaic, Levels(), exposure_s=0.02), "a.dng", lambda good: (mosaic.nbytes, len(good)))
-    assert each_damaged("dng", one, PHOTOGRAPH, check_picture) > COUNT // 8
+    assert each_damaged("dng", one, PHOTOGRAPH, check_picture, seed) > COUNT // 8
 
 
+@pytest.mark.campaign(rounds=ROUNDS)
 @pytest.mark.parametrize("kind", MESHES)
-def test_fault5_damaged_meshes(kind: str) -> None:
+def test_fault5_damaged_meshes(kind: str, seed: int) -> None:
     def check(reply: dict[str, Any], pristine: dict[str, Any], damage: Damage, what: str) -> None:
         positions, faces = reply["positions"], reply["faces"]
         assert positions.shape == reply["normals"].shape == (len(positions), 3), what
@@ -346,25 +355,26 @@ def test_fault5_damaged_meshes(kind: str) -> None:
         if damage.what == "cut" and kind not in OPEN_ENDED:
             assert np.array_equal(positions, pristine["positions"]), f"{what} gives part of the mesh"
 
-    assert each_damaged(kind, MESHES[kind], MESH, check) > COUNT // 4
+    assert each_damaged(kind, MESHES[kind], MESH, check, seed) > COUNT // 4
 
 
 def each_written(
-    path: Path, header: tuple[int, int], read: Callable[[], Any], count: int = COUNT
+    path: Path, header: tuple[int, int], read: Callable[[], Any], count: int = COUNT, *, seed: int
 ) -> list[tuple[Damage, Any]]:
     """What `read` makes of damaged contents of `path`, which stay untouched; None where it refuses in words."""
     good = path.read_bytes()
     results = []
-    for damage in damaged(good, header, count):
+    for damage in damaged(good, header, count, seed=seed):
         path.write_bytes(damage.content)
-        start_s = time.thread_time()
-        try:
-            result = read()
-        except InputError as error:
-            assert_refused_in_words(error, str(damage))
-            result = None
-        assert time.thread_time() - start_s <= TIME_LIMIT_S, damage
-        assert path.read_bytes() == damage.content
+        with kept(path.name, damage.content):
+            start_s = time.thread_time()
+            try:
+                result = read()
+            except InputError as error:
+                assert_refused_in_words(error, str(damage))
+                result = None
+            assert time.thread_time() - start_s <= TIME_LIMIT_S, damage
+            assert path.read_bytes() == damage.content
         results.append((damage, result))
     path.write_bytes(good)
     return results
@@ -380,10 +390,11 @@ def stack_folder(tmp_path: Path) -> Path:
     return folder
 
 
-def test_fault5_damaged_light_positions(tmp_path: Path) -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault5_damaged_light_positions(tmp_path: Path, seed: int) -> None:
     path = tmp_path / "lights.lp"
     path.write_text("5\n" + "".join(f"photo {n}.jpg 0.6 0.{n} {math.sqrt(0.64 - n * n / 100):.6f}\n" for n in range(5)))
-    results = each_written(path, (0, path.stat().st_size), lambda: read_light_positions(path))
+    results = each_written(path, (0, path.stat().st_size), lambda: read_light_positions(path), seed=seed)
     for damage, lights in results:
         for light in lights or ():
             assert 0 <= light.elevation <= math.pi / 2, damage
@@ -392,13 +403,14 @@ def test_fault5_damaged_light_positions(tmp_path: Path) -> None:
     assert sum(lights is None for _, lights in results) > COUNT // 2
 
 
-def test_fault5_damaged_capture_files(tmp_path: Path) -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault5_damaged_capture_files(tmp_path: Path, seed: int) -> None:
     path = tmp_path / "capture.toml"
     entries = (
         f'[[photographs]]\nfile = "woven_{n}.tif"\nelevation_deg = {n}0.0\nexposure_s = 0.5\n' for n in range(1, 5)
     )
     path.write_text('notes = "suede"\ntransfer = "linear"\n\n' + "\n".join(entries))
-    results = each_written(path, (0, path.stat().st_size), lambda: read_capture_file(path))
+    results = each_written(path, (0, path.stat().st_size), lambda: read_capture_file(path), seed=seed)
     for damage, capture in results:
         assert capture is None or isinstance(capture, CaptureFile), damage
         for entry in capture.photographs if capture else ():
@@ -407,8 +419,9 @@ def test_fault5_damaged_capture_files(tmp_path: Path) -> None:
     assert sum(capture is None for _, capture in results) > COUNT // 2
 
 
+@pytest.mark.campaign(rounds=ROUNDS)
 @pytest.mark.parametrize("member", [RECORD, RADIANCE, SATURATED])
-def test_fault5_damaged_stacks(member: str, stack_folder: Path) -> None:
+def test_fault5_damaged_stacks(member: str, stack_folder: Path, seed: int) -> None:
     pristine = open_stack(stack_folder)
     path = stack_folder / member
     header = (0, path.stat().st_size if member == RECORD else 128)
@@ -421,14 +434,15 @@ def test_fault5_damaged_stacks(member: str, stack_folder: Path) -> None:
         assert ((stack.elevation >= 0) & (stack.elevation <= math.pi / 2)).all()
         return True
 
-    results = each_written(path, header, check)
+    results = each_written(path, header, check, seed=seed)
     assert all(result is None for damage, result in results if damage.what == "cut")
     in_header = [result for damage, result in results if damage.last <= header[1]]
     assert member == RECORD or not any(in_header)
     assert sum(result is None for _, result in results) > COUNT // 3
 
 
-def test_fault5_damaged_bundles(tmp_path: Path) -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault5_damaged_bundles(tmp_path: Path, seed: int) -> None:
     path = tmp_path / "weave.lightarc"
     drain(save_bundle(path, weave(size=8, slices=3)))
     content = path.read_bytes()
@@ -442,6 +456,6 @@ def test_fault5_damaged_bundles(tmp_path: Path) -> None:
         return hashlib.sha256(b"".join(array.tobytes() for array in arrays) + repr(material.name).encode()).hexdigest()
 
     pristine = check()
-    results = each_written(path, (directory, len(content)), check)
+    results = each_written(path, (directory, len(content)), check, seed=seed)
     assert {result for _, result in results} <= {None, pristine}
     assert sum(result is None for _, result in results) > COUNT // 2

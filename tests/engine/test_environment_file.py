@@ -18,7 +18,7 @@ from engine.errors import InputError
 from engine.images.encode import encode_exr, encode_png, rgb_channels, write_exr
 from engine.light_tree import chosen_lights
 from engine.sky import SKIES
-from tests.engine.damage import damaged
+from tests.engine.damage import ROUNDS, damaged
 
 
 def write(path: Path, radiance: Any) -> Path:
@@ -285,11 +285,14 @@ def exr_cube() -> bytes:
     return content.getvalue()
 
 
+@pytest.mark.campaign(rounds=ROUNDS)
 @pytest.mark.parametrize("make", [runs_of_1990, exr_cube])
-def test_fault5_damaged_environments_are_read_or_refused_in_words(tmp_path: Path, make: Callable[[], bytes]) -> None:
+def test_fault5_damaged_environments_are_read_or_refused_in_words(
+    tmp_path: Path, make: Callable[[], bytes], seed: int
+) -> None:
     path, good = tmp_path / "damaged", make()
     refused = 0
-    for damage in damaged(good, (0, len(good)), count=300):
+    for damage in damaged(good, (0, len(good)), count=300, seed=seed):
         path.write_bytes(damage.content)
         try:
             radiance = read_environment(path).radiance

@@ -20,7 +20,7 @@ from engine.brdf.curet import read_curet
 from engine.brdf.samples import BrdfSamples
 from tests.engine.brdf.fitted import scattered_brdf
 from tests.engine.brdf.test_scattered_files import curet
-from tests.engine.damage import COUNT
+from tests.engine.damage import COUNT, ROUNDS
 from tests.engine.test_damage import each_written
 
 ROWS = np.random.default_rng(11).uniform(0.1, 1.2, (60, 11))
@@ -54,13 +54,14 @@ def assert_possible(samples: BrdfSamples, what: str) -> None:
     assert (np.minimum(samples.wi[:, 2], samples.wo[:, 2]) > 0.0).all(), what
 
 
+@pytest.mark.campaign(rounds=ROUNDS)
 @pytest.mark.parametrize("name", FILES)
-def test_fault_5_damaged_scattered_measurements(tmp_path: Path, name: str) -> None:
+def test_fault_5_damaged_scattered_measurements(tmp_path: Path, name: str, seed: int) -> None:
     text, header, read = FILES[name]
     path = tmp_path / name
     path.write_text(text)
     passed = 0
-    for damage, samples in each_written(path, (0, header), lambda: read(path)):
+    for damage, samples in each_written(path, (0, header), lambda: read(path), seed=seed):
         if samples is not None:
             passed += 1
             assert_possible(samples, str(damage)[:200])
@@ -69,29 +70,33 @@ def test_fault_5_damaged_scattered_measurements(tmp_path: Path, name: str) -> No
     assert COUNT / 40 < passed < COUNT * 9 / 10
 
 
-def test_fault_5_damaged_curet_tables(tmp_path: Path) -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault_5_damaged_curet_tables(tmp_path: Path, seed: int) -> None:
     path = curet(tmp_path, 1, "a")
     for damaged_file, count in ((path, COUNT), (tmp_path / "table.txt", COUNT // 2)):
-        for damage, samples in each_written(damaged_file, (0, 200), lambda: read_curet(path), count):
+        for damage, samples in each_written(damaged_file, (0, 200), lambda: read_curet(path), count, seed=seed):
             if samples is not None:
                 assert_possible(samples, str(damage)[:200])
 
 
-def test_fault_5_damaged_lists_of_directions(tmp_path: Path) -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault_5_damaged_lists_of_directions(tmp_path: Path, seed: int) -> None:
     path = tmp_path / "directions.csv"
     path.write_text("theta_i,phi_i,theta_o,phi_o\n" + lines(",", 0, 4))
-    for _, directions in each_written(path, (0, 28), lambda: read_directions(path)):
+    for _, directions in each_written(path, (0, 28), lambda: read_directions(path), seed=seed):
         if directions is not None:
             np.testing.assert_allclose(np.linalg.norm(directions, axis=-1), 1.0)
 
 
-def test_fault_5_damaged_files_through_the_front_door(tmp_path: Path) -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault_5_damaged_files_through_the_front_door(tmp_path: Path, seed: int) -> None:
     """Recognised as nothing, as another format, or read: never a traceback; and what is read can be made smooth."""
     smoothed = 0
     for name, (text, header, _) in FILES.items():
         path = tmp_path / name
         path.write_text(text)
-        for damage, samples in each_written(path, (0, header), lambda path=path: read_measurement(path), COUNT // 3):
+        results = each_written(path, (0, header), lambda path=path: read_measurement(path), COUNT // 3, seed=seed)
+        for damage, samples in results:
             if samples is not None:
                 assert_possible(samples, str(damage)[:200])
                 smoothed += 1

@@ -22,7 +22,7 @@ from engine.errors import InputError
 from tests.engine.brdf.test_table import direction_table, random_table
 from tests.engine.brdf.test_table_file import holed_table
 from tests.engine.brdf.test_utia import model_planes
-from tests.engine.damage import COUNT, Damage, damaged
+from tests.engine.damage import COUNT, ROUNDS, Damage, damaged
 from tests.engine.test_damage import assert_refused_in_words, each_written
 
 #: Files that keep size and header, of which all are alike, that are read to the end.
@@ -35,12 +35,13 @@ def assert_possible(table: Any, damage: Damage) -> None:
     assert table.missing.shape == table.values.shape[:-1], damage
 
 
-def test_fault_5_damaged_merl_files(tmp_path: Path) -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault_5_damaged_merl_files(tmp_path: Path, seed: int) -> None:
     """The damaged start of a file, and the rest of it as a hole on the disk that nobody has to write."""
     start = np.array(SHAPE, "<i4").tobytes() + np.linspace(1.0, 2.0, 9).astype("<f8").tobytes()
     path = tmp_path / "paint.binary"
     refused = read = 0
-    for damage in damaged(start, (0, 12), COUNT):
+    for damage in damaged(start, (0, 12), seed=seed):
         size_bytes = len(damage.content) if damage.what == "cut" else SIZE_BYTES + len(damage.content) - len(start)
         whole = size_bytes == SIZE_BYTES and damage.content[:12] == start[:12]
         if whole and read == READ_TO_THE_END:
@@ -61,11 +62,12 @@ def test_fault_5_damaged_merl_files(tmp_path: Path) -> None:
     assert refused > COUNT // 2
 
 
-def test_fault_5_damaged_utia_files(tmp_path: Path) -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault_5_damaged_utia_files(tmp_path: Path, seed: int) -> None:
     start = model_planes().astype("<f8").tobytes()[:2048]
     path = tmp_path / "cloth.bin"
     refused = read = 0
-    for damage in damaged(start, (0, len(start)), COUNT):
+    for damage in damaged(start, (0, len(start)), seed=seed):
         size_bytes = len(damage.content) if damage.what == "cut" else UTIA_BYTES + len(damage.content) - len(start)
         whole = size_bytes == UTIA_BYTES
         if whole and read == READ_TO_THE_END:
@@ -85,15 +87,16 @@ def test_fault_5_damaged_utia_files(tmp_path: Path) -> None:
     assert refused > COUNT // 5
 
 
+@pytest.mark.campaign(rounds=ROUNDS)
 @pytest.mark.parametrize("layout", ["half-difference", "directions"])
-def test_fault_5_damaged_tables_of_our_own_are_refused_or_whole(tmp_path: Path, layout: str) -> None:
+def test_fault_5_damaged_tables_of_our_own_are_refused_or_whole(tmp_path: Path, layout: str, seed: int) -> None:
     table = holed_table() if layout == "half-difference" else direction_table(columns=3)
     content, stored = encode_table(table)
     path = tmp_path / "table.exr"
     path.write_bytes(content)
     header = (0, content.index(b"lineOrder"))
     refused = 0
-    for damage, found in each_written(path, header, lambda: read_table(path), COUNT // 2):
+    for damage, found in each_written(path, header, lambda: read_table(path), COUNT // 2, seed=seed):
         if found is None:
             refused += 1
             continue

@@ -17,7 +17,7 @@ from engine.brdf.rgl import RglBrdf, read_rgl
 from engine.brdf.tensor_file import read_tensor_file
 from engine.errors import InputError
 from tests.engine.brdf.tensor_files import TYPES, fields_of, header_length, tensor_bytes
-from tests.engine.damage import MEMORY_LIMIT_BYTES, TIME_LIMIT_S, damaged, peak_memory_bytes
+from tests.engine.damage import MEMORY_LIMIT_BYTES, ROUNDS, TIME_LIMIT_S, damaged, peak_memory_bytes
 
 LIMIT = 1 << 20
 
@@ -137,8 +137,9 @@ def measurement(spectral: bool) -> bytes:
     return tensor_bytes(fields)
 
 
+@pytest.mark.campaign(rounds=ROUNDS)
 @pytest.mark.parametrize("spectral", [False, True], ids=["rgb", "spectral"])
-def test_fault5_damaged_files(tmp_path: Path, spectral: bool) -> None:
+def test_fault5_damaged_files(tmp_path: Path, spectral: bool, seed: int) -> None:
     """A measurement that evaluates, or a sentence; in time and within memory."""
     good = measurement(spectral)
     wi, wo = np.array([0.48, 0.6, 0.64]), np.array([-0.6, 0.0, 0.8])
@@ -146,7 +147,7 @@ def test_fault5_damaged_files(tmp_path: Path, spectral: bool) -> None:
     assert np.all(read_rgl(path).f(wi, wo) > 0.0)
     before = peak_memory_bytes(os.getpid())
     read = 0
-    for damage in damaged(good, (0, header_length(good))):
+    for damage in damaged(good, (0, header_length(good)), seed=seed):
         path.write_bytes(damage.content)
         started = time.perf_counter()
         result: RglBrdf | None = None
