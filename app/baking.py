@@ -203,6 +203,6 @@ class Baking(QObject):
     def _take(self, made: Made, scene: Scene, lit: Lit) -> None:
         if made is self.made:
             if self.method == "sh":
-                self._tabled = (scene.brdf, lit.transport)  # type: ignore[assignment]
+                self._tabled = (scene.brdf, lit.transport)
             self._lit = (made.wanted, lit)
             self.lit_changed.emit()

@@ -1,36 +1,40 @@
 """`lightarc bake`: precompute what light does to a model, so that light and view can then change at once.
 
-The arguments that all modes share are here; each mode has a module of its own with the rest.
+The methods and what can be set of each are those of `engine.transport.method`.
 """
 
 from __future__ import annotations
 
 import argparse
+import time
 from collections.abc import Callable
 from typing import Any
 
-from app.verbs import bake_auto, bake_gaussian, bake_sh, bake_wavelet, vary
-from app.verbs.baked import words_of_time
+from app.verbs import bake_auto, vary
+from app.verbs.baked import carry_out, subject_of, words_of_time
 from app.verbs.brdf import BRDF_HELP
-from engine.steps import Step
+from app.verbs.method_options import add_options, options, settings_from, strange_options
+from app.verbs.vary import variations_of
+from engine.steps import Step, drain, part
+from engine.transport import method as transport
+from engine.transport.method import Method
 
 HELP = "Precompute light transport for a model and a reflectance, for 'lightarc render' and the window."
 EXAMPLE = "lightarc bake sphere --brdf ggx:alpha=0.3 --mode wavelet --ground -o sphere.transport"
 
-#: For each mode the module with its options (`add_arguments`), its bake (`run`) and its lines of the report (`lines`).
-MODES: dict[str, Any] = {"wavelet": bake_wavelet, "sh": bake_sh, "gaussian": bake_gaussian, "auto": bake_auto}
+AUTO = "auto"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob")
     parser.add_argument("--brdf", required=True, metavar="TEXT", help=BRDF_HELP)
     parser.add_argument("-o", "--output", required=True, metavar="TRANSPORT", help="file to write, say bunny.transport")
+    hints = "; ".join(f"{method.name}: {method.hint}" for method in transport.METHODS)
     parser.add_argument(
         "--mode",
-        default="wavelet",
-        choices=tuple(MODES),
-        help="wavelet: sharp shadows; sh: soft light; gaussian: sharp highlights; auto: what 'lightarc plan' finds "
-        "(wavelet)",
+        default=transport.DEFAULT,
+        choices=(*transport.names(), AUTO),
+        help=f"{hints}; {AUTO}: what 'lightarc plan' finds ({transport.DEFAULT})",
     )
     parser.add_argument(
         "--ground",
@@ -41,28 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="let the model stand on a matt ground that receives its shadow (of albedo 0.5)",
     )
     parser.add_argument("--ground-cells", type=int, default=64, metavar="N", help="squares along its side (64)")
-    parser.add_argument(
-        "--cube",
-        type=int,
-        metavar="N",
-        help="edge of the cube map that visibility is counted over: for wavelets, and their light, 16, 32 or 64, "
-        "or fewer for a quick look (64); for sh and gaussian 4 to 256 (32, above order 8 64)",
-    )
-    parser.add_argument(
-        "--fine",
-        type=int,
-        default=4,
-        metavar="N",
-        help="N × N rays for each texel of the cube map at the edges of shadows (4)",
-    )
-    parser.add_argument(
-        "--order",
-        type=int,
-        default=5,
-        metavar="N",
-        help="harmonics of N bands, 3 to 15: of everything with sh, of the matt part with gaussian (5)",
-    )
-    vary.add_argument(parser, "for sh, twice at most, gaussian and auto")
+    varied = [method.name for method in transport.methods_with("variations")]
+    vary.add_argument(parser, f"for {', '.join(varied)} and {AUTO}; for sh twice at most")
     parser.add_argument(
         "--error-env",
         metavar="FILE",
@@ -79,16 +63,56 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="bake on the workers of a Dask cluster that has this program: the address of its scheduler, say "
         "tcp://192.168.0.10:8786; use only a cluster of your own",
     )
-    for name, module in MODES.items():
-        module.add_arguments(parser.add_argument_group(f"--mode {name}"))
+    add_options(parser, _settings)
+    bake_auto.add_arguments(parser.add_argument_group(f"--mode {AUTO}"))
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.cli import usage
 
     usage(_check, arguments)
-    result: dict[str, Any] = MODES[arguments.mode].run(arguments, show)
-    return result
+    if arguments.mode == AUTO:
+        return bake_auto.run(arguments, show)
+    return _bake(transport.method_of(arguments.mode), arguments, show)
+
+
+def _settings(method: Method) -> type[Any]:
+    return method.settings
+
+
+def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from app.cli import usage
+    from engine.environment_file import open_environment
+
+    settings = usage(settings_from, arguments, method.settings)
+    variations = variations_of(arguments)
+    baking = method.baking
+    subject = subject_of(arguments, variations)
+    tested = open_environment(arguments.error_env) if arguments.error_env is not None else None
+    before = time.perf_counter()
+    work = usage(drain, part(baking.prepare(subject, settings, tested), 0.0, 0.05), show)
+    prepared_s = time.perf_counter() - before
+    error = drain(baking.measured(work, subject, settings, tested), show)
+    knobs = {**baking.knobs(work, settings), **({"vary": arguments.vary} if method.variations else {})}
+    baked, record = carry_out(
+        arguments,
+        show,
+        work,
+        lambda: baking.bake(arguments.output, work, arguments.cluster),
+        estimated_s=baking.estimate_s(work),
+        knobs=knobs,
+        start=0.05,
+    )
+    if baked is None:
+        return record
+    figures = baking.figures(work, baked, prepared_s)
+    return {
+        **record,
+        **error,
+        **figures,
+        "skipped": [*figures["skipped"], *record["skipped"]],
+        "warnings": [*subject.mesh.health.warnings, *figures["warnings"]],
+    }
 
 
 def report(result: dict[str, Any]) -> str:
@@ -99,11 +123,17 @@ def report(result: dict[str, Any]) -> str:
     lines = [
         f"{result['output']}: {result['vertices']:,} vertices, {size}, {words_of_time(result['bake_s'])}, "
         f"{share:.0f} % of it for visibility",
-        *MODES[result["knobs"]["mode"]].lines(result),
+        *_lines(result),
     ]
     if result["chunks_resumed"]:
         lines.append(f"{result['chunks_resumed']} of {result['chunks']} chunks were there from before")
     return "\n".join([*lines, *result["skipped"], *result["warnings"]])
+
+
+def _lines(result: dict[str, Any]) -> list[str]:
+    """What there is to say beyond what all modes say."""
+    mode = result["knobs"]["mode"]
+    return bake_auto.lines(result) if mode == AUTO else transport.method_of(mode).baking.lines(result)
 
 
 def _cancelled(result: dict[str, Any]) -> str:
@@ -115,17 +145,27 @@ def _cancelled(result: dict[str, Any]) -> str:
 
 def _check(arguments: argparse.Namespace) -> None:
     """ValueError where an option is given that belongs to another mode, or an address is none."""
-    if arguments.order != 5 and arguments.mode == "wavelet":
-        raise ValueError("--order needs --mode sh or gaussian")
-    if arguments.vary and arguments.mode == "wavelet":
-        raise ValueError("--vary is not for --mode wavelet, which is baked for one reflectance")
+    mode = arguments.mode
+    if mode != AUTO:
+        for flag in bake_auto.given(arguments):
+            raise ValueError(f"{flag} needs --mode {AUTO}")
+    for flag, modes in strange_options(arguments, _settings, mode):
+        if mode != AUTO:
+            raise ValueError(f"{flag} needs --mode {modes}")
+        if flag not in bake_auto.SHARED:
+            has_all = len(options(_settings)[flag]) == len(transport.METHODS)
+            raise ValueError(f"{flag} is not for --mode {AUTO}" if has_all else f"{flag} needs --mode {modes}")
+    if mode != AUTO:
+        _check_method(arguments, transport.method_of(mode))
     from engine.transport.chunks import check_cluster
 
     if arguments.cluster is not None:
         check_cluster(arguments.cluster)
-    for name, module in MODES.items():
-        options = argparse.ArgumentParser(add_help=False)
-        module.add_arguments(options)
-        for action in options._actions if name != arguments.mode else ():
-            if getattr(arguments, action.dest) != action.default:
-                raise ValueError(f"{action.option_strings[0]} needs --mode {name}")
+
+
+def _check_method(arguments: argparse.Namespace, method: Method) -> None:
+    if arguments.vary and not method.variations:
+        raise ValueError(f"--vary is not for --mode {method.name}, which is baked for one reflectance")
+    if arguments.cluster is not None and not method.on_cluster:
+        known = " and ".join(each.name for each in transport.methods_with("on_cluster"))
+        raise ValueError(f"--cluster is for --mode {known}")

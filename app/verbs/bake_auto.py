@@ -11,25 +11,37 @@ from app.verbs.plan import add_budget, plan_for, record
 from app.verbs.vary import variations_of
 from engine.steps import Step, drain, part
 
+#: Options of the methods that a plan takes too.
+SHARED = ("--fine",)
+
 
 def add_arguments(parser: Any) -> None:
     parser.add_argument("--env", metavar="FILE", help="the light that it is for, as for lightarc render")
     add_budget(parser)
 
 
+def given(arguments: argparse.Namespace) -> list[str]:
+    """The options of this mode that were given, each as its flag."""
+    parser = argparse.ArgumentParser(add_help=False)
+    add_arguments(parser)
+    return [action.option_strings[0] for action in parser._actions if getattr(arguments, action.dest) != action.default]
+
+
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.cli import usage
-    from engine.effects.bake import BAKED, prepare
+    from engine.effects.bake import prepare
     from engine.environment_file import open_environment
+    from engine.transport import method as transport
 
     usage(_check, arguments)
     environment = open_environment(arguments.env)
-    subject = subject_of(arguments)
-    mesh, brdf, ground = subject.mesh, subject.brdf, subject.ground
     variations = variations_of(arguments)
-    options: dict[str, Any] = {"modes": BAKED, "ground": ground, "variations": variations}
+    subject = subject_of(arguments, variations)
+    mesh, brdf, ground = subject.mesh, subject.brdf, subject.ground
+    options: dict[str, Any] = {"modes": transport.names(), "ground": ground, "variations": variations}
     found = plan_for(arguments, mesh, brdf, environment, lambda step: show(step), **options)
-    preparing = prepare(found, mesh, brdf, ground, variations=variations, fine=arguments.fine)
+    fine = 4 if arguments.fine is None else arguments.fine
+    preparing = prepare(found, mesh, brdf, ground, variations=variations, fine=fine)
     ready = usage(drain, part(preparing, 0.0, 0.05), show)
     planned = record(found)
     baked, result = carry_out(
@@ -38,7 +50,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         ready.work,
         lambda: ready.start(arguments.output),
         estimated_s=ready.estimated_s,
-        knobs={**found.knobs, "chosen": found.mode, "fine": arguments.fine, "vary": arguments.vary},
+        knobs={**found.knobs, "chosen": found.mode, "fine": fine, "vary": arguments.vary},
         start=0.05,
     )
     result = {**result, **planned, "knobs": result["knobs"]}
@@ -74,6 +86,6 @@ def _names(result: dict[str, Any]) -> set[str]:
 def _check(arguments: argparse.Namespace) -> None:
     if arguments.env is None:
         raise ValueError("--mode auto needs --env, the light that the plan is for")
-    for option in ("error_env", "cluster", "cube"):
+    for option in ("error_env", "cluster"):
         if getattr(arguments, option):
             raise ValueError(f"--{option.replace('_', '-')} is not for --mode auto")

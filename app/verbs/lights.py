@@ -1,18 +1,16 @@
-"""Light as the command line of `lightarc render` names it, and what it makes of what was baked."""
+"""Light as the command line of `lightarc render` names it."""
 
 from __future__ import annotations
 
 import argparse
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
-    from engine.camera import Vector
     from engine.environment import EnvironmentMap
     from engine.lamps import Lamp
-    from engine.transport.lit import Lit
+    from engine.transport.lit import Light
     from engine.transport.sh_near_light import NearLamp
 
 #: Where the light is unless something else is said.
@@ -20,40 +18,6 @@ LIGHT_DEG = (50.0, 30.0)
 
 #: Most radiance: what was baked is multiplied in single precision, which ends at 3e38.
 BRIGHTEST = 1e30
-
-
-@dataclass(frozen=True, eq=False)
-class Light:
-    """All that shines: an environment turned about +Y by `rotation` rad, times `factor`, and lamps beside it.
-
-    `near_lamps` are for harmonics only.
-    """
-
-    environment: EnvironmentMap | None
-    rotation: float
-    factor: float
-    lamps: tuple[Lamp, ...]
-    near_lamps: tuple[NearLamp, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
-class Illuminated:
-    """What a mode makes of the light.
-
-    Attributes
-    ----------
-    lit : what is drawn.
-    figures : the mode's own part of the record, `light_s` and `relight_s` (seconds) among them.
-    negative_rel : how much of the vertices' radiance towards a point was below 0, over what was not.
-    remedy : what helps against that, as the end of a sentence.
-    warnings : what else there is to say, as sentences.
-    """
-
-    lit: Lit
-    figures: dict[str, Any]
-    negative_rel: Callable[[Vector], float]
-    remedy: str
-    warnings: tuple[str, ...] = ()
 
 
 def angles_argument(text: str) -> tuple[float, float]:
@@ -97,6 +61,7 @@ def light_of(arguments: argparse.Namespace) -> Light:
     from engine.directions import world_direction
     from engine.environment_file import open_environment
     from engine.lamps import Lamp
+    from engine.transport.lit import Light
 
     lamps, near_lamps = tuple(arguments.lamp), tuple(arguments.near_lamp)
     usage(_check, arguments)

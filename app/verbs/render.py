@@ -12,6 +12,7 @@ from app.verbs import render_auto, render_transport
 from app.verbs.lights import LIGHT_DEG, angles_argument, lamp_argument
 from app.verbs.pictures import ON_PROCESSOR, off_screen, record_of, write_picture
 from engine.steps import Step, drain
+from engine.transport import method as transport
 
 if TYPE_CHECKING:
     import numpy as np
@@ -89,10 +90,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--mode",
-        choices=("auto", "shading-map", "direct", "reference", *render_transport.MODES),
+        choices=("auto", "shading-map", "direct", "reference", *transport.names()),
         help="'direct' leaves the material out; 'reference' traces paths of light, with shadows and the whole --env; "
         "'auto' takes of these two what the plan of the scene calls for; "
-        "'wavelet', 'sh' and 'gaussian' draw what lightarc bake made, given in place of the MESH",
+        f"{', '.join(transport.names())} draw what lightarc bake made, given in place of the MESH",
     )
     render_auto.add_arguments(parser.add_argument_group("--mode auto"))
     render_transport.add_arguments(parser)

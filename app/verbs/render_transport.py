@@ -8,10 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.verbs import render_gaussian, render_sh, render_wavelet
-from app.verbs.lights import light_of
+from app.verbs.lights import light_of, near_lamp_argument
+from app.verbs.method_options import add_options, settings_from, strange_options
 from app.verbs.pictures import ON_PROCESSOR, off_screen, record_of, write_picture
 from engine.steps import Step, drain, part
+from engine.transport import method as transport
+from engine.transport.method import Method
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,10 +21,7 @@ if TYPE_CHECKING:
 
     from engine.camera import Camera
     from engine.render.display import Display
-    from engine.transport.lit import Lit
-
-#: For each mode of a transport file the module that lights it (`illuminate`).
-MODES: dict[str, Any] = {"wavelet": render_wavelet, "sh": render_sh, "gaussian": render_gaussian}
+    from engine.transport.lit import Illuminated, Lit
 
 
 def is_baked(arguments: argparse.Namespace) -> bool:
@@ -30,7 +29,7 @@ def is_baked(arguments: argparse.Namespace) -> bool:
     from engine.transport.transport_file import SUFFIX, holds_transport
 
     looks_baked = holds_transport(arguments.mesh) or arguments.mesh.lower().endswith(SUFFIX)
-    return arguments.mode in MODES or (arguments.mode is None and looks_baked)
+    return arguments.mode in transport.names() or (arguments.mode is None and looks_baked)
 
 
 def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -43,10 +42,14 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     _check_baked(arguments.mesh, arguments.mode)
     file = open_transport(arguments.mesh)
     mode = arguments.mode or file.kind
-    if mode not in MODES:
+    if mode not in transport.names():
         raise WrongUsage(f"{arguments.mesh} holds transport of the mode {mode}, which cannot be drawn.")
+    method = transport.method_of(mode)
     usage(check_absent, arguments, mode)
-    found = MODES[mode].illuminate(file, arguments, light_of(arguments), show)
+    usage(_check_brdf, arguments, method)
+    asked = usage(settings_from, arguments, method.light)
+    steps = method.baking.illuminated(file, light_of(arguments), asked, arguments.brdf)
+    found: Illuminated = usage(drain, part(steps, 0.0, 0.3), show)
     lit: Lit = found.lit
     model = lit.mesh.positions[: lit.transport.ground_vertex]
     camera = usage(parse, arguments.camera or "", frame(model, arguments.width / arguments.height))
@@ -68,16 +71,40 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of all modes."""
-    for module in MODES.values():
-        module.add_arguments(parser)
+    """The options of all methods."""
+    parser.add_argument(
+        "--near-lamp",
+        type=near_lamp_argument,
+        action="append",
+        default=[],
+        metavar="TEXT",
+        help=f"{_names_with('near_light')}: a sphere that shines near the model, in its own coordinates; can be given "
+        "several times: x=1,y=2,z=0.5,radius=0.1,power=40,colour=1:0.8:0.6, of irradiance power / (4 π d²) at the "
+        "distance d",
+    )
+    add_options(parser, _light)
+
+
+def _light(method: Method) -> type[Any]:
+    return method.light
+
+
+def _names_with(attribute: str) -> str:
+    return " or ".join(method.name for method in transport.methods_with(attribute))
 
 
 def check_absent(arguments: argparse.Namespace, mode: str | None = None) -> None:
     """ValueError where an option is given that belongs to another mode than `mode`, or to any where that is None."""
-    for name, module in MODES.items():
-        if name != mode:
-            module.check_absent(arguments)
+    if arguments.near_lamp and not (mode and transport.method_of(mode).near_light):
+        with_it = _names_with("near_light")
+        raise ValueError(f"--near-lamp is for what was baked with --mode {with_it}; --lamp is a light far away")
+    for flag, modes in strange_options(arguments, _light, mode):
+        raise ValueError(f"{flag} is for what was baked with --mode {modes}")
+
+
+def _check_brdf(arguments: argparse.Namespace, method: Method) -> None:
+    if arguments.brdf is not None and not method.takes_brdf:
+        raise ValueError("--brdf is part of what was baked; bake again with another")
 
 
 def _check(arguments: argparse.Namespace) -> None:

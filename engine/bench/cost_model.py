@@ -33,7 +33,7 @@ from engine.tradeoff.baked import Bake, lit
 from engine.tradeoff.predicting import Predictions
 from engine.tradeoff.prediction import FACTOR
 from engine.transport import gaussian_bake, sh_bake, wavelet_bake
-from engine.transport.lit import Lit, LitGaussians
+from engine.transport.lit import Lit
 from engine.transport.sh_transfer import products, texel_basis
 
 #: Rows of the balls that settings are baked of: some 800 vertices, and 200 of those for Gaussians.
@@ -218,7 +218,7 @@ def _held(baked: Any, light: Lit) -> int:
     held += sum(array.nbytes for array in (mesh.positions, mesh.normals, mesh.uv, mesh.faces))
     if "table" in arrays:
         held += 2 * arrays["table"].nbytes
-    return held + (light.matt.nbytes if isinstance(light, LitGaussians) else light.rows.nbytes)
+    return held + light.size_bytes
 
 
 def _frame_s(scene: Scene) -> dict[str, float]:

@@ -41,10 +41,10 @@ WIDTH = 4096
 MOST_LEVELS = 32
 
 
-class GaussianTextures:
+class Textures:
     """Owns the lobes of one transport, the views, and the environment of the last light."""
 
-    SOURCE = "gaussian_views.glsl"
+    SHADER, SOURCE = "gaussian", "gaussian_views.glsl"
 
     def __init__(self, context: Any, lit: LitGaussians, texture_limits: Limits) -> None:
         transport = lit.transport

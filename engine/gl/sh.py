@@ -7,12 +7,14 @@ where one parameter varies 85 and 225, where two do 145 and 425.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.factor.maps import KINDS
+from engine.gl.context import Limits
 from engine.gl.factor_textures import layers
 from engine.gl.program import set_uniforms
 from engine.transport.lit import LitHarmonics
@@ -26,12 +28,13 @@ UNIT = 5
 BESIDE = 32
 
 
-class HarmonicTextures:
+class Textures:
     """Owns the table of one reflectance."""
 
-    SOURCE = "sh.glsl"
+    SHADER, SOURCE = "transported", "sh.glsl"
 
-    def __init__(self, context: Any, lit: LitHarmonics) -> None:
+    def __init__(self, context: Any, lit: LitHarmonics, _limits: Limits) -> None:
+        self.messages: list[str] = []
         tables = tables_of(lit.table)
         first, count = tables[0], lit.table.order**2
         self.definitions = {"ORDER": str(lit.table.order), "BRUSHED": "1"}
@@ -61,6 +64,14 @@ class HarmonicTextures:
         if isinstance(lit.table, VariedTable):
             parts.append(lit.table.places[: lit.flat_vertex])
         return parts
+
+    def fill(self) -> Iterator[None]:
+        """All of it is small, and there from the beginning."""
+        return iter(())
+
+    def relight(self, _lit: LitHarmonics) -> Iterator[None]:
+        """All light is in the rows of the vertices."""
+        return iter(())
 
     def bind(self, program: Any) -> None:
         self._texture.use(UNIT)

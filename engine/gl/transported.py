@@ -9,25 +9,58 @@ each fragment looks its terms up: between vertices, not at them, the two differ 
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from typing import Any
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.camera import Camera
 from engine.gl.context import Limits, limits
-from engine.gl.gaussian import GaussianTextures
 from engine.gl.mesh_buffers import MeshBuffers
 from engine.gl.program import load_program, set_uniforms
-from engine.gl.sh import HarmonicTextures
 from engine.gl.tiles import Paint, Tiles
 from engine.gl.vertex_rows import VertexRows
-from engine.gl.wavelet import WaveletTextures
 from engine.mesh import Mesh
 from engine.render.display import Display
-from engine.transport.lit import Lit, LitGaussians, LitWavelets
+from engine.transport.lit import Lit
+from engine.transport.method import method_of
 
-Textures = WaveletTextures | HarmonicTextures | GaussianTextures
+
+class Textures(Protocol):
+    """What a method keeps in GPU memory for one transport: `Textures` of its `drawing` module.
+
+    Attributes
+    ----------
+    SHADER, SOURCE : the stem of the shaders that draw it, and the file that they include.
+    definitions : what they are compiled with. messages : what had to be reduced, as sentences for a person.
+    """
+
+    SHADER: str
+    SOURCE: str
+    messages: list[str]
+
+    def __init__(self, context: Any, lit: Any, limits: Limits) -> None: ...
+    @property
+    def definitions(self) -> dict[str, str]: ...
+    @staticmethod
+    def key(lit: Any) -> object:
+        """What the textures are made of: equal for what can share them."""
+
+    @staticmethod
+    def rows(lit: Any) -> list[Any]:
+        """The rows (R, 3 or 4) of the vertices under the light, in parts."""
+
+    def fill(self) -> Iterator[None]:
+        """Bring to the device, piece by piece, what does not belong to the light."""
+
+    def relight(self, lit: Any) -> Iterator[None]:
+        """Take the light of `lit`, piece by piece, as far as it is not in the rows."""
+
+    def bind(self, program: Any) -> None:
+        """Set what the shaders read."""
+
+    def release(self) -> None:
+        """Free everything."""
 
 
 class TransportRenderer:
@@ -88,7 +121,7 @@ class TransportRenderer:
         centre = lit.mesh.centre
         eye = tuple(np.subtract(camera.eye, centre).tolist())
         set_uniforms(program, {"eye": eye, "flat_vertex": lit.flat_vertex})
-        self.messages = textures.messages if isinstance(textures, GaussianTextures) else []
+        self.messages = textures.messages
         textures.bind(program)
         self._rows.bind(program)
         matrix = tile_from_clip @ camera.clip_from_model(centre, lit.mesh.radius, aspect)
@@ -118,18 +151,16 @@ class TransportRenderer:
             if self._textures is not None:
                 self._textures[1].release()
                 self._textures = None
-            textures = self._textures_of(lit)
+            textures = _owner(lit)(self.context, lit, self.limits)
             try:
-                if isinstance(textures, GaussianTextures):
-                    yield from textures.fill()
+                yield from textures.fill()
             except BaseException:
                 textures.release()
                 raise
             self._textures = (key, textures)
         textures = self._textures[1]
         yield from self._rows.write(_owner(lit).rows(lit))
-        if isinstance(lit, LitGaussians) and isinstance(textures, GaussianTextures):
-            yield from textures.relight(lit)
+        yield from textures.relight(lit)
         self._buffers(lit.mesh)
         self._lit = lit
 
@@ -140,17 +171,10 @@ class TransportRenderer:
         assert self._textures is not None
         return self._textures[1]
 
-    def _textures_of(self, lit: Lit) -> Textures:
-        if isinstance(lit, LitGaussians):
-            return GaussianTextures(self.context, lit, self.limits)
-        if isinstance(lit, LitWavelets):
-            return WaveletTextures(self.context, lit)
-        return HarmonicTextures(self.context, lit)
-
     def _program(self, textures: Textures) -> Any:
-        stem = "gaussian" if isinstance(textures, GaussianTextures) else "transported"
+        stem = textures.SHADER
         definitions = {"SOURCE": textures.SOURCE, **textures.definitions, **({"DEBUG": "1"} if self.debug else {})}
-        key = tuple(definitions.items())
+        key = (("SHADER", stem), *definitions.items())
         if key not in self._programs:
             self._programs[key] = load_program(self.context, f"{stem}.vert", f"{stem}.frag", definitions)
         return self._programs[key]
@@ -168,8 +192,6 @@ class TransportRenderer:
         self._programs.clear()
 
 
-def _owner(lit: Lit) -> Any:
+def _owner(lit: Lit) -> type[Textures]:
     """The class of the textures of `lit`."""
-    if isinstance(lit, LitGaussians):
-        return GaussianTextures
-    return WaveletTextures if isinstance(lit, LitWavelets) else HarmonicTextures
+    return cast("type[Textures]", method_of(lit.method).drawing.Textures)

@@ -9,11 +9,13 @@ four numbers lie in each: of maps without colour, four terms.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.gl.context import Limits
 from engine.gl.factor_textures import packed
 from engine.gl.program import set_uniforms
 from engine.transport.lit import LitWavelets
@@ -28,12 +30,13 @@ BRIGHTEST = float(np.finfo(np.float32).max)
 UNIT = 5
 
 
-class WaveletTextures:
+class Textures:
     """Owns the view maps of one transport."""
 
-    SOURCE = "wavelet.glsl"
+    SHADER, SOURCE = "transported", "wavelet.glsl"
 
-    def __init__(self, context: Any, lit: LitWavelets) -> None:
+    def __init__(self, context: Any, lit: LitWavelets, _limits: Limits) -> None:
+        self.messages: list[str] = []
         factors = lit.transport.factors
         numbers = _numbers(factors.first)
         self._texture = packed(context, numbers)
@@ -62,6 +65,14 @@ class WaveletTextures:
         rows[:, :3] = np.clip(lit.rows, -BRIGHTEST, BRIGHTEST)
         rows[: first * terms : terms, 3] = transport.turning[:first]
         return [rows]
+
+    def fill(self) -> Iterator[None]:
+        """All of it is small, and there from the beginning."""
+        return iter(())
+
+    def relight(self, _lit: LitWavelets) -> Iterator[None]:
+        """All light is in the rows of the vertices."""
+        return iter(())
 
     def bind(self, program: Any) -> None:
         self._texture.use(UNIT)

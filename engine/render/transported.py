@@ -11,22 +11,16 @@ term. Of Gaussian transport the lobes are mixed across the triangle and looked u
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.camera import Camera
-from engine.directions import normalize
 from engine.mesh import Mesh
 from engine.ray_caster import caster_of, meets_front
 from engine.steps import Step, Steps
-from engine.transport import gaussian, sh_transfer, wavelet
-from engine.transport.gaussian_lighting import lobe_radiance
-from engine.transport.lit import Lit, LitGaussians
-from engine.transport.sh_transfer import ShTransport
-from engine.transport.wavelet import GRAZING, WaveletTransport
+from engine.transport.lit import Lit, Shade
 
 #: Sub-pixels of a band, about 50 ms of work.
 BAND = 50_000
@@ -40,44 +34,9 @@ class Transported:
     negative_rel: float
 
 
-def transported(
-    transport: WaveletTransport | ShTransport,
-    rows: NDArray[np.floating],
-    camera: Camera,
-    size: tuple[int, int],
-    samples: int = 2,
-) -> Steps[Transported]:
-    """The picture of `size` (width, height), samples² sub-pixels each, under the light whose K-tuples are `rows`.
-
-    For harmonics, `rows` are those of `sh_transfer.transferred`.
-    """
-    return _picture(
-        transport.mesh,
-        camera,
-        size,
-        samples,
-        lambda corners, weights: _mean_of_corners(transport, rows, camera, corners, weights),
-    )
-
-
 def picture_of(lit: Lit, camera: Camera, size: tuple[int, int], samples: int = 2) -> Steps[Transported]:
-    """The same of whatever transport under its light."""
-    if not isinstance(lit, LitGaussians):
-        return transported(lit.transport, lit.rows, camera, size, samples)
-    seen = gaussian.lobes_seen_from(lit.transport, camera.eye)
-    matt = lit.matt * gaussian.matt_gain(lit.transport, camera.eye)[:, None]
-
-    def shade(corners: NDArray[np.int64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
-        lobes = gaussian.mixed(seen, corners, weights)
-        value = lobe_radiance(lit.light, lobes.energy, lobes.mean, lobes.sigma)
-        value += np.einsum("nk,nkc->nc", weights, matt[corners])
-        return value
-
-    return _picture(lit.mesh, camera, size, samples, shade)
-
-
-#: Radiance (n, 3), which may be negative, at places in triangles: their corners (n, 3) and barycentric weights (n, 3).
-Shade = Callable[[NDArray[np.int64], NDArray[np.float64]], NDArray[np.float64]]
+    """The picture of `size` (width, height), samples² sub-pixels each, of transport under its light."""
+    return _picture(lit.mesh, camera, size, samples, lit.shade(camera.eye))
 
 
 def _picture(mesh: Mesh, camera: Camera, size: tuple[int, int], samples: int, shade: Shade) -> Steps[Transported]:
@@ -104,34 +63,3 @@ def _picture(mesh: Mesh, camera: Camera, size: tuple[int, int], samples: int, sh
         picture[top:stop] = np.minimum(mean, np.finfo(np.float32).max)
         yield Step(stop / height, "drawing on the processor", picture)
     return Transported(picture, cut / kept if kept > 0.0 else 0.0)
-
-
-def _mean_of_corners(
-    transport: WaveletTransport | ShTransport,
-    rows: NDArray[np.floating],
-    camera: Camera,
-    corners: NDArray[np.int64],
-    weights: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Sums (n, 3) that may be negative."""
-    mesh = transport.mesh
-    value = np.zeros((len(corners), 3))
-    for corner in range(3):
-        vertices = corners[:, corner]
-        wo = normalize(np.asarray(camera.eye) - mesh.positions[vertices])
-        local = np.einsum("nij,ni->nj", transport.frames[vertices], wo)
-        # a vertex of a face that is seen may be turned away itself
-        local[:, 2] = np.maximum(local[:, 2], GRAZING)
-        value += weights[:, corner, None] * _signed(transport, rows, normalize(local), vertices)
-    return value
-
-
-def _signed(
-    transport: WaveletTransport | ShTransport,
-    rows: NDArray[np.floating],
-    local: NDArray[np.float64],
-    vertices: NDArray[np.int64],
-) -> NDArray[np.float64]:
-    if isinstance(transport, ShTransport):
-        return sh_transfer.signed_radiance(transport, rows, local, vertices)
-    return wavelet.signed_radiance(transport, np.asarray(rows, np.float64), local, vertices)

@@ -343,7 +343,7 @@ class _Run:
         relight_s = shortest(lambda: lit(bake, turned), RELIGHTS, LONG_ENOUGH_S)
         scene = dataclasses.replace(bare, lit=lit(bake, bare))
         drawn = yield from self.drawer.draw(scene)
-        held = bake.memory_bytes + (scene.lit.matt if bake.setting.mode == "gaussian" else scene.lit.rows).nbytes
+        held = bake.memory_bytes + scene.lit.size_bytes
         yield from self._add(bake.setting, drawn.picture, drawn.frame_s, relight_s, bake.bake_s, held, bake.size_bytes)
 
     def _add(

@@ -31,6 +31,7 @@ from engine.environment_file import open_environment
 from engine.files.atomic import resumable_file
 from engine.ground import Ground
 from engine.mesh import Mesh
+from engine.params import check_values
 from engine.steps import Step, Steps, part, relayed, time_left
 from engine.transport.flood_fill import flood
 from engine.transport.gaussian import GaussianTransport
@@ -40,7 +41,7 @@ from engine.transport.gaussian_fit import Block, Fit, FitSettings, TransportSamp
 from engine.transport.gaussian_matt import Matt, rows_of_all, sent_light
 from engine.transport.gaussian_samples import GlossySurface, direct_samples, glossy_surface
 from engine.transport.glossy_paths import indirect_samples
-from engine.transport.sh_bake import LEAST_ORDER, MOST_ORDER
+from engine.transport.method import GaussianSettings
 from engine.transport.sh_table import lambert_table
 from engine.transport.sh_transfer import ShTransport
 from engine.transport.spherical_gaussian import Lobes
@@ -84,28 +85,20 @@ class BakeSettings:
     compress : store lobes as `gaussian_compress` does.
     """
 
-    lobes: int = 1
+    lobes: int = GaussianSettings.lobes
     indirect: bool = False
-    samples: int = 128
-    order: int = 5
+    samples: int = GaussianSettings.samples
+    order: int = GaussianSettings.order
     edge: int = 32
-    fine: int = 4
-    weights: Literal["auto", "plain", "preserving"] = "auto"
+    fine: int = GaussianSettings.fine
+    weights: Literal["auto", "plain", "preserving"] = GaussianSettings.weights
     relaxations: int = 2
-    compress: bool = False
+    compress: bool = GaussianSettings.compress
 
     def __post_init__(self) -> None:
         FitSettings(lobes=self.lobes, relaxations=self.relaxations)
-        if not 16 <= self.samples <= 1 << 14:
-            raise ValueError(f"{self.samples} directions are outside 16 … 16384")
-        if not LEAST_ORDER <= self.order <= MOST_ORDER:
-            raise ValueError(f"an order of {self.order} is outside {LEAST_ORDER} … {MOST_ORDER}")
-        if not (4 <= self.edge <= 256 and 1 <= self.fine <= 15):
-            raise ValueError(
-                f"visibility over an edge of {self.edge} (4 … 256) in {self.fine}² parts (1 … 15) cannot be"
-            )
-        if self.weights not in ("auto", "plain", "preserving"):
-            raise ValueError(f"weights are auto, plain or preserving, not {self.weights}")
+        asked = {"order": self.order, "cube": self.edge, "fine": self.fine, "weights": self.weights}
+        check_values(GaussianSettings, lobes=self.lobes, samples=self.samples, compress=self.compress, **asked)
 
     @property
     def fit(self) -> FitSettings:

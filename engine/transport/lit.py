@@ -1,23 +1,105 @@
-"""Baked transport under one light: what a picture needs of it besides the camera."""
+"""Light, and baked transport under one light: what a picture needs of it besides the camera.
+
+Every method has its own kind of `Lit`; all have the same fields and functions, so whoever draws them need not know it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.camera import Vector
+from engine.directions import normalize
 from engine.environment import EnvironmentMap
 from engine.lamps import Lamp
 from engine.mesh import Mesh
+from engine.scene import Scene
+from engine.transport import gaussian, sh_transfer, wavelet
 from engine.transport.gaussian import GaussianTransport, matt_radiance
-from engine.transport.gaussian_lighting import GaussianLight, filtered_for, levels_under
+from engine.transport.gaussian_lighting import GaussianLight, filtered_for, levels_under, lobe_radiance
 from engine.transport.sh_lighting import lamp_coefficients, project, turned_about_y
 from engine.transport.sh_transfer import ShTransport
 from engine.transport.sh_varied import Table
-from engine.transport.wavelet import WaveletTransport
+from engine.transport.wavelet import GRAZING, WaveletTransport
+
+if TYPE_CHECKING:
+    from engine.transport.sh_near_light import NearLamp
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Radiance (n, 3), which may be negative, at places in triangles: their corners (n, 3) and barycentric weights (n, 3).
+Shade = Callable[[Indices, Floats], Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class Light:
+    """All that shines: an environment turned about +Y by `rotation` rad, times `factor`, and lamps beside it.
+
+    `near_lamps` stand near the model; not every method takes them.
+    """
+
+    environment: EnvironmentMap | None = None
+    rotation: float = 0.0
+    factor: float = 1.0
+    lamps: tuple[Lamp, ...] = ()
+    near_lamps: tuple[NearLamp, ...] = ()
+
+
+def light_of(scene: Scene) -> Light:
+    """All the light of a scene: its environment, or its one light, and its lamps."""
+    if scene.environment is not None:
+        return Light(scene.environment, scene.environment_rotation, scene.irradiance, scene.lamps)
+    own = (Lamp(scene.light, (scene.irradiance,) * 3),) if scene.irradiance > 0.0 else ()
+    return Light(lamps=(*own, *scene.lamps))
+
+
+class Lit(Protocol):
+    """Transport of whatever method under its light.
+
+    Attributes
+    ----------
+    method : the name of the method (`engine.transport.method`).
+    flat_vertex : the first vertex that is as bright towards every side.
+    size_bytes : of the light in the rows of the transport.
+    """
+
+    @property
+    def method(self) -> str: ...
+    @property
+    def transport(self) -> Any: ...
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def flat_vertex(self) -> int: ...
+    @property
+    def size_bytes(self) -> int: ...
+    def shade(self, eye: Vector) -> Shade:
+        """What is seen from `eye`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Illuminated:
+    """What a method makes of the light.
+
+    Attributes
+    ----------
+    lit : what is drawn.
+    figures : the method's own part of a record, `light_s` and `relight_s` (seconds) among them.
+    negative_rel : how much of the vertices' radiance towards a point was below 0, over what was not.
+    remedy : what helps against that, as the end of a sentence.
+    warnings : what else there is to say, as sentences.
+    """
+
+    lit: Lit
+    figures: dict[str, Any]
+    negative_rel: Callable[[Vector], float]
+    remedy: str
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +113,28 @@ class LitWavelets:
         _check("rows", self.rows, (self.transport.rows, 3))
 
     @property
+    def method(self) -> str:
+        return "wavelet"
+
+    @property
     def mesh(self) -> Mesh:
         return self.transport.mesh
+
+    @property
+    def size_bytes(self) -> int:
+        return int(self.rows.nbytes)
+
+    def shade(self, eye: Vector) -> Shade:
+        """The mean of what the corners of a triangle send towards `eye`."""
+        rows = np.asarray(self.rows, np.float64)
+        return lambda corners, weights: mean_of_corners(
+            self.mesh,
+            self.transport.frames,
+            eye,
+            lambda local, vertices: wavelet.signed_radiance(self.transport, rows, local, vertices),
+            corners,
+            weights,
+        )
 
     @property
     def flat_vertex(self) -> int:
@@ -51,8 +153,27 @@ class LitHarmonics:
         _check("rows", self.rows, (len(self.transport.rows), 3))
 
     @property
+    def method(self) -> str:
+        return "sh"
+
+    @property
     def mesh(self) -> Mesh:
         return self.transport.mesh
+
+    @property
+    def size_bytes(self) -> int:
+        return int(self.rows.nbytes)
+
+    def shade(self, eye: Vector) -> Shade:
+        """The mean of what the corners of a triangle send towards `eye`."""
+        return lambda corners, weights: mean_of_corners(
+            self.mesh,
+            self.transport.frames,
+            eye,
+            lambda local, vertices: sh_transfer.signed_radiance(self.transport, self.rows, local, vertices),
+            corners,
+            weights,
+        )
 
     @property
     def table(self) -> Table:
@@ -88,8 +209,29 @@ class LitGaussians:
         _check("matt", self.matt, (len(self.transport.mesh.positions), 3))
 
     @property
+    def method(self) -> str:
+        return "gaussian"
+
+    @property
     def mesh(self) -> Mesh:
         return self.transport.mesh
+
+    @property
+    def size_bytes(self) -> int:
+        return int(self.matt.nbytes)
+
+    def shade(self, eye: Vector) -> Shade:
+        """Lobes mixed across a triangle and looked up once, and the mean of the diffuse part of its corners."""
+        seen = gaussian.lobes_seen_from(self.transport, eye)
+        matt = self.matt * gaussian.matt_gain(self.transport, eye)[:, None]
+
+        def shade(corners: Indices, weights: Floats) -> Floats:
+            lobes = gaussian.mixed(seen, corners, weights)
+            value = lobe_radiance(self.light, lobes.energy, lobes.mean, lobes.sigma)
+            value += np.einsum("nk,nkc->nc", weights, matt[corners])
+            return value
+
+        return shade
 
     @property
     def flat_vertex(self) -> int:
@@ -123,8 +265,24 @@ def lit_gaussians(
     return LitGaussians(transport, light, matt_radiance(transport, coefficients))
 
 
-#: Whatever transport, under its light.
-Lit = LitWavelets | LitHarmonics | LitGaussians
+def mean_of_corners(
+    mesh: Mesh,
+    frames: Floats,
+    eye: Vector,
+    radiance: Callable[[Floats, Indices], NDArray[np.floating[Any]]],
+    corners: Indices,
+    weights: Floats,
+) -> Floats:
+    """Sums (n, 3), which may be negative, of the `radiance` of vertices towards directions in their own frames."""
+    value = np.zeros((len(corners), 3))
+    for corner in range(3):
+        vertices = corners[:, corner]
+        wo = normalize(np.asarray(eye) - mesh.positions[vertices])
+        local = np.einsum("nij,ni->nj", frames[vertices], wo)
+        # a vertex of a face that is seen may be turned away itself
+        local[:, 2] = np.maximum(local[:, 2], GRAZING)
+        value += weights[:, corner, None] * radiance(normalize(local), vertices)
+    return value
 
 
 def _check(name: str, values: NDArray[Any], shape: tuple[int, ...]) -> None:

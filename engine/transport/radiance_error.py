@@ -12,13 +12,18 @@ leave out is not part of it. `wavelet_error`, `sh_error` and `gaussian_error` ar
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.cube_map import CubeMap, cube_of
 from engine.directions import Vectors, normalize
+from engine.environment import EnvironmentMap
+from engine.steps import Steps
 
 Floats = NDArray[np.float64]
 
@@ -85,3 +90,31 @@ def exact_radiance(brdf: Brdf, wi: Vectors, visible: Floats, incident: Floats, v
     lit = np.flatnonzero((wi[:, 2] > 0.0) & (visible > 0.0))
     weights = incident[lit] * (wi[lit, 2] * visible[lit])[:, None]
     return np.array([(brdf.f(wi[lit], wo[None]) * weights).sum(axis=0) for wo in views]).reshape(-1, 3)
+
+
+def error_record(
+    environment: EnvironmentMap | None, edge: int, measure: Callable[[CubeMap], Steps[RadianceError]]
+) -> Steps[dict[str, Any]]:
+    """The record of an error under `environment` as a cube map of `edge`; nothing where there is none."""
+    if environment is None:
+        return {}
+    found = yield from measure(cube_of(environment, edge))
+    return {
+        "error_env": environment.name,
+        "error_rmse_rel": found.rmse_rel,
+        "error_mean_rel": found.mean_rel,
+        "error_negative_rel": found.negative_rel,
+        "error_pairs": found.pairs,
+    }
+
+
+def error_lines(result: dict[str, Any]) -> list[str]:
+    """An error record in words, where there is one."""
+    if "error_rmse_rel" not in result:
+        return []
+    mean = result.get("error_mean_rel", 0.0)
+    brighter = f"; {100.0 * abs(mean):.1f} % {'brighter' if mean > 0.0 else 'darker'} in the mean"
+    return [
+        f"error under {result['error_env']}: {100.0 * result['error_rmse_rel']:.1f} % of the radiance "
+        f"(RMS, {result['error_pairs']:,} pairs of vertex and view){brighter if abs(mean) >= 1e-3 else ''}"
+    ]

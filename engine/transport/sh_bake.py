@@ -22,10 +22,12 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
 from engine.ground import Ground, with_ground
 from engine.mesh import Mesh
+from engine.params import check_values
 from engine.ray_caster import RayCaster, caster_of
 from engine.steps import Step, Steps, part
 from engine.transport.chunks import Recipe, Remote, fill
 from engine.transport.estimate import estimated_s
+from engine.transport.method import ShSettings
 from engine.transport.sh_bounces import Surroundings, gathered, opened, reflections
 from engine.transport.sh_chunks import Baker, maker
 from engine.transport.sh_table import BrdfTable
@@ -48,9 +50,6 @@ from engine.transport.visibility import Receivers, portion, receivers, unshaded
 
 KIND = "sh"
 
-#: Orders that can be baked: below, not even irradiance is kept; above, a matrix takes more than 200 kB.
-LEAST_ORDER, MOST_ORDER = 3, 15
-
 #: Numbers of visibility and of matrices of a chunk of the file, roughly.
 CHUNK_VALUES = 1 << 21
 
@@ -69,20 +68,15 @@ class BakeSettings:
     shadows : whether the model shades itself; without, no ray is cast and every vertex sees its whole hemisphere.
     """
 
-    order: int = 5
+    order: int = ShSettings.order
     edge: int = 32
-    fine: int = 4
+    fine: int = ShSettings.fine
     bounces: int = 0
     gather: int = 512
     shadows: bool = True
 
     def __post_init__(self) -> None:
-        if not LEAST_ORDER <= self.order <= MOST_ORDER:
-            raise ValueError(f"an order of {self.order} is outside {LEAST_ORDER} … {MOST_ORDER}")
-        if not 4 <= self.edge <= 256:
-            raise ValueError(f"an edge of {self.edge} is outside 4 … 256")
-        if not 1 <= self.fine <= 15:
-            raise ValueError(f"a texel is cut into 1 to 15 parts along its side, not {self.fine}")
+        check_values(ShSettings, order=self.order, cube=self.edge, fine=self.fine)
         if not (0 <= self.bounces <= 16 and 16 <= self.gather <= 1 << 16):
             raise ValueError(f"{self.bounces} bounces (0 … 16) of {self.gather} rays (16 … 65536) are not possible")
         if self.bounces and not self.shadows:

@@ -25,12 +25,14 @@ from engine.factor.separable import Weighting, separate
 from engine.factor.separable_factors import SeparableFactors
 from engine.ground import Ground, with_ground
 from engine.mesh import Mesh
+from engine.params import check_values
 from engine.ray_caster import RayCaster, caster_of
 from engine.steps import Step, Steps, part
 from engine.transport.blend import Mixture
 from engine.transport.chunks import Chunk, Make, Recipe, Remote, fill
 from engine.transport.estimate import estimated_s
 from engine.transport.haar import FACES, check_edge
+from engine.transport.method import WaveletSettings
 from engine.transport.occluder import Occluder, simplified
 from engine.transport.transport_file import (
     TransportFile,
@@ -43,7 +45,6 @@ from engine.transport.transport_file import (
 from engine.transport.visibility import Receivers, portion, visibility_shares
 from engine.transport.wavelet import (
     DIFFUSE,
-    MOST_COEFFICIENTS,
     WaveletTransport,
     check_factors,
     check_mixture,
@@ -75,17 +76,16 @@ class BakeSettings:
     occluder_cells : cells of the grid in which what casts shadows is simplified (`occluder`); 0 for the model itself.
     """
 
-    edge: int = 64
-    coefficients: int = 96
-    fine: int = 4
-    occluder_cells: int = 0
+    edge: int = WaveletSettings.cube
+    coefficients: int = WaveletSettings.coefficients
+    fine: int = WaveletSettings.fine
+    occluder_cells: int = WaveletSettings.occluder_cells
 
     def __post_init__(self) -> None:
         check_edge(self.edge)
-        if not 1 <= self.coefficients <= MOST_COEFFICIENTS:
-            raise ValueError(f"{self.coefficients} coefficients are outside 1 … {MOST_COEFFICIENTS}")
-        if not 1 <= self.fine <= 15:
-            raise ValueError(f"a texel is cut into 1 to 15 parts along its side, not {self.fine}")
+        check_values(
+            WaveletSettings, coefficients=self.coefficients, fine=self.fine, occluder_cells=self.occluder_cells
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,7 +56,7 @@ def test_what_cannot_be_is_refused_with_the_reason(lightarc: Command, mesh: Path
         ("render", output, "--env", "sky", "--brdf", "phong", "-o", image, *SMALL): "baked for one reflectance",
         ("render", output, "--mode", "wavelet", "-o", image, *SMALL): "mode sh",
         ("render", output, "--ground", "0.3", "-o", image, *SMALL): "--ground is part of what was baked",
-        ("bake", mesh, "--brdf", "lambert", "-o", output, "--mode", "sh", "--order", "2"): "order of 2",
+        ("bake", mesh, "--brdf", "lambert", "-o", output, "--mode", "sh", "--order", "2"): "--order 2 is outside",
         ("bake", mesh, "--brdf", "lambert", "-o", output, "--interreflection"): "needs --mode sh",
         ("render", output, "--env", "sky", "--intensity", "nan", "-o", image, *SMALL): "--intensity nan",
     }.items():

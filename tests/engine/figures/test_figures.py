@@ -31,10 +31,11 @@ from engine.figures.wavelet_rays import Kept, baked_together
 from engine.figures.write import MARKER, drawn_into
 from engine.ground import Ground, with_ground
 from engine.images.decode import read_image
-from engine.render.transported import transported
+from engine.render.transported import picture_of
 from engine.shapes import shape
 from engine.steps import Step, Steps, drain
 from engine.transport import sh_bake, wavelet_bake
+from engine.transport.lit import LitWavelets
 from engine.transport.sh_lighting import project
 from engine.transport.sh_transfer import transferred
 from engine.transport.wavelet import relit, signed_radiance
@@ -60,7 +61,7 @@ def test_pictures_from_vertices_are_those_of_the_mode_that_draws_them(tmp_path: 
     view = view_of(transport.mesh, camera, size)
     everything = np.arange(len(transport.mesh.positions))
     picture = view.picture(signed_radiance(transport, rows, view.local(transport.frames), everything))
-    expected = drain(transported(transport, rows, camera, size, 2)).picture
+    expected = drain(picture_of(LitWavelets(transport, rows), camera, size, 2)).picture
     assert np.abs(expected).max() > 0.1
     np.testing.assert_allclose(picture, expected, atol=1e-6)
 

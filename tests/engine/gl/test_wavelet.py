@@ -18,7 +18,7 @@ from engine.gl.transported import TransportRenderer
 from engine.gl.wavelet import MOST_TERMS
 from engine.ground import Ground
 from engine.mesh import Mesh
-from engine.render.transported import transported
+from engine.render.transported import picture_of
 from engine.shapes import plane, shape
 from engine.steps import drain
 from engine.transport.lit import LitWavelets
@@ -91,7 +91,7 @@ def test_maps_without_colour_are_packed_and_give_the_same(gl: Any, terms: int) -
     if terms <= MOST_TERMS:
         pixels, expected, _ = per_fragment(lit, camera)
     else:
-        picture = drain(transported(lit.transport, lit.rows, camera, SIZE, 1)).picture.reshape(-1, 4)
+        picture = drain(picture_of(lit, camera, SIZE, 1)).picture.reshape(-1, 4)
         pixels = np.flatnonzero(picture[:, 3])
         expected = picture[pixels, :3]
     close(drawn(gl, lit, camera), pixels, expected)
@@ -131,7 +131,7 @@ def test_with_many_terms_the_picture_is_the_processors(gl: Any, terms: int) -> N
     mesh = ball(2)
     lit = lit_wavelets(mesh, factors(terms), Ground(albedo=0.4, cells=5))
     camera = seen_from(lit.mesh, (0.5, 0.6, 1.2))
-    expected = drain(transported(lit.transport, lit.rows, camera, SIZE, 1)).picture
+    expected = drain(picture_of(lit, camera, SIZE, 1)).picture
     pixels = np.flatnonzero(expected.reshape(-1, 4)[:, 3])
     close(drawn(gl, lit, camera), pixels, expected.reshape(-1, 4)[pixels, :3])
 
@@ -140,7 +140,7 @@ def test_on_a_fine_mesh_both_paths_show_one_picture(gl: Any) -> None:
     mesh = ball(5)
     lit = lit_wavelets(mesh, factors(4, size=48), Ground(albedo=0.4))
     camera = seen_from(mesh, (0.8, 1.4, 3.0))
-    expected = drain(transported(lit.transport, lit.rows, camera, SIZE, 1)).picture
+    expected = drain(picture_of(lit, camera, SIZE, 1)).picture
     found = drawn(gl, lit, camera)
     both = (found[..., 3] == 1.0) & (expected[..., 3] == 1.0)
     error = np.sqrt(np.mean((found[both] - expected[both]) ** 2) / np.mean(expected[both] ** 2))

@@ -10,7 +10,7 @@ import pytest
 from engine.brdf.brdf import brdf_from_text
 from engine.camera import Camera
 from engine.ground import Ground
-from engine.render.transported import transported
+from engine.render.transported import picture_of
 from engine.steps import drain
 from engine.transport.lit import LitHarmonics
 from engine.transport.sh_bake import BakeSettings, bake, prepare
@@ -41,7 +41,7 @@ def lights(near: int | None = None) -> list[np.ndarray]:
 
 def picture(lit: LitHarmonics, eye: tuple[float, float, float]) -> np.ndarray:
     camera = Camera(eye, (0.0, 0.0, 0.0))
-    return drain(transported(lit.transport, lit.rows, camera, (40, 30), 1)).picture
+    return drain(picture_of(lit, camera, (40, 30), 1)).picture
 
 
 @pytest.mark.parametrize("near", [False, True])

@@ -125,8 +125,8 @@ def test_factors_are_taken_as_they_are_or_made_as_asked() -> None:
         ((48, 96, 4), "power of two"),
         ((64, 0, 4), "coefficients"),
         ((64, 5000, 4), "coefficients"),
-        ((64, 96, 16), "parts"),
-        ((64, 96, 0), "parts"),
+        ((64, 96, 16), "fine"),
+        ((64, 96, 0), "fine"),
     ],
 )
 def test_X5_Z13_settings_that_cannot_be_are_refused(settings: tuple[int, int, int], message: str) -> None:

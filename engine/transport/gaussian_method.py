@@ -1,0 +1,185 @@
+"""Gaussians as one of the transport methods (`engine.transport.method.Baking`)."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import Brdf
+from engine.cube_map import cube_of
+from engine.environment import EnvironmentMap
+from engine.steps import Step, Steps
+from engine.transport import gaussian_bake
+from engine.transport.gaussian import GaussianTransport, radiance_towards
+from engine.transport.gaussian_lighting import filtered_for, levels_under
+from engine.transport.lit import Illuminated, Light, LitGaussians, lit_gaussians
+from engine.transport.method import GaussianSettings, Relight, Subject
+from engine.transport.radiance_error import error_lines
+from engine.transport.sh_bake import default_edge
+from engine.transport.transport_file import TransportFile
+from engine.transport.view_directions import VIEWS
+
+#: Edge of the cube map that errors are measured under, and vertices that they are measured at.
+ERROR_EDGE, ERROR_VERTICES = 64, 400
+
+estimate_s, transport_of = gaussian_bake.estimate_s, gaussian_bake.transport_of
+
+
+def bake_settings(settings: GaussianSettings) -> gaussian_bake.BakeSettings:
+    """What a bake takes; ValueError where it cannot be."""
+    return gaussian_bake.BakeSettings(
+        lobes=settings.lobes,
+        indirect=bool(settings.interreflection),
+        samples=settings.samples,
+        order=settings.order,
+        edge=settings.cube or default_edge(settings.order),
+        fine=settings.fine,
+        weights=settings.weights,
+        compress=settings.compress,
+    )
+
+
+def prepare(
+    subject: Subject, settings: GaussianSettings, tested: EnvironmentMap | None = None
+) -> Steps[gaussian_bake.Work]:
+    """Fit some vertices and lay the bake out; weights are judged under `tested`, or in the studio."""
+    asked, varied = bake_settings(settings), subject.variations
+    environment = None if tested is None else (tested.name, cube_of(tested, ERROR_EDGE))
+    probes = gaussian_bake.PROBES if tested is None else ERROR_VERTICES
+    mesh, ground = subject.mesh, subject.ground
+    return (yield from gaussian_bake.prepare(mesh, subject.brdf, asked, ground, varied, environment, probes))
+
+
+def bake(
+    path: str | os.PathLike[str], work: gaussian_bake.Work, _cluster: str | None = None
+) -> Steps[gaussian_bake.Baked]:
+    """`gaussian_bake.bake`, which needs the neighbours of every vertex and so one machine."""
+    return (yield from gaussian_bake.bake(path, work))
+
+
+def knobs(work: gaussian_bake.Work, _settings: GaussianSettings) -> dict[str, Any]:
+    """The settings of a bake as its record tells them."""
+    settings = work.settings
+    return {
+        "lobes": settings.lobes,
+        "indirect": settings.indirect,
+        "views": VIEWS,
+        "samples": settings.samples,
+        "order": settings.order,
+        "cube": settings.edge,
+        "fine": settings.fine,
+        "weights": settings.weights,
+        "compress": settings.compress,
+    }
+
+
+def measured(
+    work: gaussian_bake.Work, _subject: Subject, _settings: GaussianSettings, _tested: EnvironmentMap | None
+) -> Steps[dict[str, Any]]:
+    """Errors by either way to weigh, which `prepare` has measured, and which way was taken for direct light."""
+    yield Step(1.0, "comparing with the sum over all texels")
+    error, taken = work.error, work.weights[0]
+    return {
+        "error_env": work.tested,
+        "error_rmse_rel": error.of(taken),
+        "error_mean_rel": error.mean_of(taken),
+        "error_plain_rmse_rel": error.plain_rmse_rel,
+        "error_preserving_rmse_rel": error.preserving_rmse_rel,
+        "error_glossy_plain_rmse_rel": error.glossy_plain_rmse_rel,
+        "error_glossy_preserving_rmse_rel": error.glossy_preserving_rmse_rel,
+        "error_pairs": error.pairs,
+        "weights_taken": taken,
+    }
+
+
+def figures(work: gaussian_bake.Work, baked: gaussian_bake.Baked, _prepared_s: float) -> dict[str, Any]:
+    """What the fit has left, and the size that compression has brought."""
+    flipped = baked.figures.get("direct_flipped_pairs", 0.0)
+    words = [f"{flipped:,.0f} pairs of neighbours disagree on which Gaussian is which."] if flipped else []
+    alone = "No light between parts of the model; --indirect adds it."
+    return {
+        "size_bytes": baked.file.size_bytes,
+        "matt_s": baked.matt_s,
+        **baked.figures,
+        "skipped": [] if work.settings.indirect else [alone],
+        "warnings": words,
+    }
+
+
+def lines(result: dict[str, Any]) -> list[str]:
+    """The errors and the size in sentences."""
+    words = {"plain": "nearest to the highlights", "preserving": "with all their energy"}
+    plain, preserving = 100.0 * result["error_plain_rmse_rel"], 100.0 * result["error_preserving_rmse_rel"]
+    found = [
+        *error_lines(result),
+        f"Gaussians {words[result['weights_taken']]}: error {plain:.1f} % plain, {preserving:.1f} % with all energy; "
+        f"off the highlights themselves by {100.0 * result['direct_error_rel_mean']:.0f} % on average, "
+        f"{100.0 * result['direct_error_rel_worst']:.0f} % for the worst hundredth",
+    ]
+    if "compressed_bytes" in result:
+        before, after = (result[name] / 1e6 for name in ("uncompressed_bytes", "compressed_bytes"))
+        found.append(
+            f"Gaussians take {after:.1f} MB instead of {before:.1f} MB, which changes the radiance by "
+            f"{100.0 * result['compression_error_rel']:.2g} %"
+        )
+    return found
+
+
+def lit(transport: GaussianTransport, light: Light, _asked: Any) -> LitGaussians:
+    """The filtered light beside the lobes, and the diffuse part under it."""
+    return lit_gaussians(transport, light.environment, rotation=light.rotation, factor=light.factor, lamps=light.lamps)
+
+
+def relighter(transport: GaussianTransport, _brdf: Brdf) -> Relight:
+    """The same, with everything that drawing would otherwise wait for."""
+
+    def relight(light: Light, asked: Any, _wanted: Brdf) -> Steps[LitGaussians]:
+        yield Step(0.0, "relighting")
+        found = lit(transport, light, asked)
+        found.transport.texels.flags.writeable = False
+        found.light.atlas.texels.flags.writeable = False
+        return found
+
+    return relight
+
+
+def why_baked_for_one(_transport: GaussianTransport) -> str:
+    """The lobes are those of the BRDF."""
+    return "The reflectance is another one, and Gaussians are baked for one."
+
+
+def illuminated(file: TransportFile, light: Light, _asked: Any, _brdf: str | None) -> Steps[Illuminated]:
+    """The lobes of `file` under `light`."""
+    transport = transport_of(file)
+    yield Step(0.0, "filtering the light")
+    before = time.perf_counter()
+    told: dict[str, Any] = {}
+    if light.environment is not None:
+        levels = levels_under(light.environment, transport.sigma_range)
+        filtered_for(light.environment, levels)
+        told = {"light_cube": levels.edge, "light_levels": len(levels.sigma)}
+    filtered = time.perf_counter()
+    found = lit(transport, light, None)
+    told |= {
+        "brdf": transport.brdf,
+        "lobes": transport.lobes,
+        "indirect": len(transport.components) > 1,
+        "light_s": filtered - before,
+        "relight_s": time.perf_counter() - filtered,
+    }
+    return Illuminated(
+        found,
+        told,
+        lambda eye: _negative_rel(radiance_towards(transport, found.light, found.matt, eye)),
+        "bake the matt part with a higher --order",
+    )
+
+
+def _negative_rel(radiance: NDArray[np.float64]) -> float:
+    """How much of it is below 0, over what is not."""
+    kept = float(radiance.clip(0.0).sum())
+    return float((-radiance).clip(0.0).sum()) / kept if kept > 0.0 else 0.0

@@ -1,0 +1,431 @@
+"""The transport methods: what each is called, what can be set of it, and the modules that bake, draw and plan it.
+
+    sh         spherical harmonics (Kautz, Sloan and Snyder 2002; Sloan, Kautz and Snyder 2002)
+    wavelet    separable BRDFs in wavelets (Wang, Tran and Luebke 2004)
+    gaussian   lobes for each vertex and view (Green, Kautz, Matusik and Durand 2006)
+
+`METHODS` is the only list of them. Command line, window, plan, sweep and benchmarks ask it for everything that
+depends on the method; a further method is one more entry, and the modules that the entry names. This module is light,
+because the command line reads it at every start; a method's own modules are imported when they are first asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
+
+from engine.params import Parameter, check, choice, flag, parameters, text, texts, whole
+
+if TYPE_CHECKING:
+    import os
+
+    from engine.brdf.brdf import Brdf
+    from engine.environment import EnvironmentMap
+    from engine.ground import Ground
+    from engine.mesh import Mesh
+    from engine.steps import Steps
+    from engine.transport.lit import Illuminated, Light, Lit
+    from engine.transport.transport_file import TransportFile
+    from engine.transport.variation import Variation
+
+#: Bounces between parts of the model, where interreflection is asked for.
+BOUNCES = 3
+
+#: What a form offers where a plan may decide.
+AS_PLANNED = ((None, "As planned"), (False, "Left out"), (True, "With"))
+
+_FINE = "N × N rays for each texel of the cube map at the edges of shadows"
+_CUBE = "edge of the cube map that visibility is counted over (32, above order 8 64)"
+
+
+@dataclass(frozen=True)
+class ShSettings:
+    """What can be set of a bake in spherical harmonics."""
+
+    order: int = whole(
+        5,
+        3,
+        15,
+        ladder=(3, 5, 8, 15),
+        offered=tuple((order, str(order)) for order in (3, 5, 7, 9, 12, 15)),
+        doc="bands of the spherical harmonics: more of them keep sharper light and highlights",
+    )
+    interreflection: bool | None = flag(
+        None, ladder=(0, 1), offered=AS_PLANNED, doc="with light that parts of the model send each other"
+    )
+    cube: int | None = whole(None, 4, 256, doc=_CUBE)
+    fine: int = whole(4, 1, 15, doc=_FINE)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True)
+class ShLight:
+    """What can be set of the light on spherical harmonics, without another bake."""
+
+    window: Literal["none", "hanning", "lanczos"] = choice(
+        "none",
+        ("none", "hanning", "lanczos"),
+        offered=(("none", "None"), ("hanning", "Hanning"), ("lanczos", "Lanczos")),
+        doc="damp high bands against ringing, at the price of blurred light",
+    )
+    near_points: int | None = whole(
+        None,
+        1,
+        33,
+        doc="points along the longest side of the grid at which light of near lamps is found; between them it is "
+        "interpolated (as many as keep the error below 1 %%)",
+    )
+    vary: tuple[str, ...] = texts(
+        metavar="PARAMETER=FROM:TO:SOURCE",
+        doc="let a parameter of the reflectance vary over the model, as in lightarc bake; twice at most",
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True)
+class WaveletSettings:
+    """What can be set of a bake in wavelets."""
+
+    terms: int = whole(
+        4,
+        1,
+        64,
+        ladder=(1, 2, 4, 8),
+        doc="terms, products of a light and a view map, of the BRDF: glossy ones need more",
+    )
+    coefficients: int = whole(
+        96,
+        1,
+        4096,
+        ladder=(24, 48, 96, 192, 384),
+        offered=tuple((kept, str(kept)) for kept in (32, 64, 96, 200, 400)),
+        doc="wavelet coefficients kept for each vertex and term: more keep more shadow",
+    )
+    cube: int = whole(
+        64,
+        2,
+        64,
+        values=(2, 4, 8, 16, 32, 64),
+        ladder=(16, 32, 64),
+        doc="edge of the cube map of the light: more texels keep sharper shadows",
+    )
+    fine: int = whole(4, 1, 15, doc=_FINE)
+    occluder_cells: int = whole(
+        0,
+        0,
+        1 << 20,
+        offered=((0, "The model"), (128, "128 cells"), (64, "64 cells"), (32, "32 cells")),
+        words="shaded by",
+        doc="let shadows fall from a model simplified in a grid of N cells a side, with quicker rays (0: the model)",
+    )
+    map: Literal["orthographic", "polar", "parabolic"] = choice(
+        "orthographic",
+        ("orthographic", "polar", "parabolic"),
+        doc="of the BRDF's textures; polar suits single terms of anisotropic ones",
+    )
+    weighting: Literal["auto", "plain", "cosine"] = choice(
+        "auto",
+        ("auto", "plain", "cosine"),
+        doc="norm in which terms are found; auto: the one with the lower cosine-weighted error",
+    )
+    blend: tuple[str, ...] = texts(
+        metavar="BRDF:SOURCE",
+        doc="mix in another BRDF with its own terms; its weight over the model is x, y or z across its bounding box or "
+        "the luminance of a picture at its texture coordinates: ggx:alpha=0.1:y; --brdf has what is left; can be given "
+        "several times",
+    )
+    albedo: str | None = text(
+        metavar="IMAGE", doc="multiply what the model sends out by a picture at its texture coordinates"
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True)
+class WaveletLight:
+    """What can be set of the light on wavelets, without another bake."""
+
+    weight: tuple[str, ...] = texts(
+        metavar="SOURCE",
+        doc="of the second BRDF of a bake with --blend (again for the third), in place of what was baked: x, y, z or a "
+        "picture",
+    )
+    albedo: str | None = text(
+        metavar="IMAGE",
+        doc="multiply what the model sends out by a picture at its texture coordinates, in place of what was baked",
+    )
+
+
+@dataclass(frozen=True)
+class GaussianSettings:
+    """What can be set of a bake in Gaussians."""
+
+    lobes: int = whole(
+        1, 1, 3, ladder=(1, 2, 3), doc="Gaussians for each vertex and view: more follow partly shaded highlights"
+    )
+    interreflection: bool | None = flag(
+        None,
+        ladder=(0, 1),
+        offered=AS_PLANNED,
+        option="indirect",
+        doc="with highlights of light that comes by way of the model",
+    )
+    views: int = whole(92, 92, 92, doc="directions of view, an icosahedron cut in three")
+    samples: int = whole(128, 16, 1 << 14, doc="directions that each highlight is tabulated at")
+    order: int = whole(5, 3, 15, doc="bands of the spherical harmonics of the diffuse part")
+    cube: int | None = whole(None, 4, 256, doc=_CUBE)
+    fine: int = whole(4, 1, 15, doc=_FINE)
+    weights: Literal["auto", "plain", "preserving"] = choice(
+        "auto",
+        ("auto", "plain", "preserving"),
+        doc="heights of the Gaussians: nearest to the highlight, or with all its energy; auto: the lower error of the "
+        "radiance under --error-env, or in the studio",
+    )
+    compress: bool = flag(False, doc="store Gaussians in 8 bytes or fewer instead of 28")
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True)
+class NoLightSettings:
+    """Nothing can be set of the light."""
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """What is baked: `mesh`, on a ground where there is one, of a BRDF with parameters that may vary over the mesh."""
+
+    mesh: Mesh
+    brdf: Brdf
+    ground: Ground | None = None
+    variations: Sequence[Variation] = ()
+
+
+class Work(Protocol):
+    """A bake that is ready to begin, of whatever method."""
+
+    @property
+    def surface(self) -> Mesh: ...
+    @property
+    def vertices(self) -> int: ...
+    @property
+    def size_bytes(self) -> int: ...
+
+
+class Baked(Protocol):
+    """A bake that is done, of whatever method; `visibility_s` is part of `bake_s`."""
+
+    @property
+    def transport(self) -> Any: ...
+    @property
+    def file(self) -> TransportFile: ...
+    @property
+    def bake_s(self) -> float: ...
+    @property
+    def visibility_s(self) -> float: ...
+    @property
+    def chunks(self) -> int: ...
+    @property
+    def resumed_chunks(self) -> int: ...
+    @property
+    def free_vertices(self) -> int: ...
+
+
+#: Makes `Lit` of one transport under one light after the other, with the settings of the light and a BRDF in place of
+#: the one that was baked; for one thread at a time.
+Relight = Callable[["Light", Any, "Brdf"], "Steps[Lit]"]
+
+
+class Baking(Protocol):
+    """The module that bakes a method and lights what was baked."""
+
+    def prepare(self, subject: Subject, settings: Any, tested: EnvironmentMap | None = None) -> Steps[Any]:
+        """Lay a bake out; nothing is written. ValueError where it cannot be. Errors are measured under `tested`."""
+
+    def estimate_s(self, work: Any) -> float:
+        """Seconds that the bake will take."""
+
+    def bake(self, path: str | os.PathLike[str], work: Any, cluster: str | None = None) -> Steps[Any]:
+        """Bake into the file `path`; a `Baked`."""
+
+    def knobs(self, work: Any, settings: Any) -> dict[str, Any]:
+        """The settings of a bake as its record tells them."""
+
+    def measured(self, work: Any, subject: Subject, settings: Any, tested: EnvironmentMap | None) -> Steps[Any]:
+        """The record of the method's own error under `tested`; nothing where none is given and none is known."""
+
+    def figures(self, work: Any, baked: Any, prepared_s: float) -> dict[str, Any]:
+        """What a record tells beside what all methods tell; `skipped` and `warnings` are sentences."""
+
+    def lines(self, result: dict[str, Any]) -> list[str]:
+        """The same in sentences, from a record."""
+
+    def transport_of(self, file: TransportFile) -> Any:
+        """The transport in an open file; InputError where it holds another kind, or what cannot be."""
+
+    def lit(self, transport: Any, light: Light, asked: Any) -> Lit:
+        """What a light makes of a transport, with the settings `asked` of the light."""
+
+    def relighter(self, transport: Any, brdf: Brdf) -> Relight:
+        """The same for one light after the other, of a transport that was baked of `brdf`."""
+
+    def why_baked_for_one(self, transport: Any) -> str:
+        """Why another BRDF asks for another bake, as a sentence; empty where it does not."""
+
+    def illuminated(self, file: TransportFile, light: Light, asked: Any, brdf: str | None) -> Steps[Illuminated]:
+        """The transport in a file under a light, with its figures, and with another BRDF where the method takes one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Method:
+    """One transport method.
+
+    Attributes
+    ----------
+    name : in files, options and records. title : its name for people. short : where there is little room.
+    key : chooses it in the View workspace; `hint` says there what it is for.
+    settings, light : dataclasses of parameters (`engine.params`): of a bake, and of the light on it.
+    baking, drawing, planning : modules. `Baking` bakes and lights; `drawing` has `Textures` for OpenGL
+        (`engine.gl.transported`); `planning` predicts costs and errors (`engine.effects.planned`).
+    shows : effects (`engine.effects.estimates.EFFECTS`) that its pictures can have; `always` those that they have
+        whatever is left out.
+    variations : parameters of a BRDF, at most, that can vary from vertex to vertex.
+    takes_brdf : another BRDF can be put in without a bake. on_cluster : chunks can be baked elsewhere.
+    near_light : lamps may stand near the model.
+    shares_rays : bakes of several settings can share their rays (`engine.tradeoff.baked`).
+    dear : the knob that costs most, about whose cheapest value a sweep turns all others as well.
+    mark : of its points in plots (pyqtgraph's name of it, and the sign that is nearest to it).
+    """
+
+    name: str
+    title: str
+    short: str
+    key: str
+    hint: str
+    settings: type[Any]
+    light: type[Any]
+    baking_module: str
+    drawing_module: str
+    planning_module: str
+    shows: frozenset[str]
+    always: frozenset[str] = frozenset()
+    variations: int = 0
+    takes_brdf: bool = False
+    on_cluster: bool = False
+    near_light: bool = False
+    shares_rays: bool = False
+    dear: str = ""
+    mark: tuple[str, str] = ("+", "+")
+
+    @property
+    def baking(self) -> Baking:
+        return cast(Baking, import_module(self.baking_module))
+
+    @property
+    def drawing(self) -> Any:
+        return import_module(self.drawing_module)
+
+    @property
+    def planning(self) -> Any:
+        return import_module(self.planning_module)
+
+    @property
+    def knobs(self) -> tuple[Parameter, ...]:
+        """The parameters of a bake that a plan chooses and a sweep turns."""
+        return tuple(each for each in parameters(self.settings) if each.ladder)
+
+    def with_knobs(self, knobs: Any, settings: Any = None) -> Any:
+        """`settings` (the defaults where None) with the numbers of a plan."""
+        values = {each.name: _from_number(each, knobs[each.name]) for each in self.knobs if each.name in knobs}
+        base = self.settings() if settings is None else settings
+        return type(base)(**{**{each.name: getattr(base, each.name) for each in parameters(base)}, **values})
+
+
+def _from_number(parameter: Parameter, value: Any) -> Any:
+    return bool(value) if parameter.kind == "flag" else int(value)
+
+
+_GLOSSY = frozenset({"glossy", "anisotropy", "fresnel", "retro-reflection"})
+
+METHODS: tuple[Method, ...] = (
+    Method(
+        "sh",
+        "Spherical harmonics",
+        "SH",
+        "H",
+        "Baked spherical harmonics: shadows under any soft light",
+        ShSettings,
+        ShLight,
+        "engine.transport.sh_method",
+        "engine.gl.sh",
+        "engine.effects.sh",
+        _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "spatially-varying-gloss"},
+        variations=2,
+        takes_brdf=True,
+        on_cluster=True,
+        near_light=True,
+        shares_rays=True,
+        mark=("o", "●"),
+    ),
+    Method(
+        "wavelet",
+        "Wavelets",
+        "Wavelets",
+        "W",
+        "Baked wavelets: sharp shadows under any light",
+        WaveletSettings,
+        WaveletLight,
+        "engine.transport.wavelet_method",
+        "engine.gl.wavelet",
+        "engine.effects.wavelet",
+        _GLOSSY | {"self-shadowing", "all-frequency-light", "sun-split"},
+        always=frozenset({"self-shadowing"}),
+        on_cluster=True,
+        shares_rays=True,
+        dear="cube",
+        mark=("s", "■"),
+    ),
+    Method(
+        "gaussian",
+        "Gaussians",
+        "Gaussians",
+        "G",
+        "Baked Gaussians: sharp highlights under any light",
+        GaussianSettings,
+        NoLightSettings,
+        "engine.transport.gaussian_method",
+        "engine.gl.gaussian",
+        "engine.effects.gaussian",
+        _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "spatially-varying-gloss"},
+        always=frozenset({"self-shadowing", "glossy", "anisotropy"}),
+        variations=1 << 20,
+        mark=("t1", "▲"),
+    ),
+)
+
+
+#: The method of a bake where nobody chooses one.
+DEFAULT = "wavelet"
+
+
+def method_of(name: str) -> Method:
+    """The method of that name; KeyError where there is none."""
+    return {method.name: method for method in METHODS}[name]
+
+
+def names() -> tuple[str, ...]:
+    """The names of all methods."""
+    return tuple(method.name for method in METHODS)
+
+
+def methods_with(attribute: str) -> Iterator[Method]:
+    """The methods for which a flag or a number of `Method` is not 0."""
+    return (method for method in METHODS if getattr(method, attribute))

@@ -1,0 +1,225 @@
+"""Spherical harmonics as one of the transport methods (`engine.transport.method.Baking`)."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import Brdf
+from engine.camera import Vector
+from engine.environment import EnvironmentMap
+from engine.factor.factor_file import open_reflectance
+from engine.steps import Steps, part
+from engine.transport import sh_bake
+from engine.transport.lit import Illuminated, Light, LitHarmonics
+from engine.transport.method import BOUNCES, Relight, ShLight, ShSettings, Subject
+from engine.transport.radiance_error import error_lines, error_record
+from engine.transport.sh import window, windowed
+from engine.transport.sh_error import sh_error
+from engine.transport.sh_lighting import lamp_coefficients, project, turned_about_y
+from engine.transport.sh_near_light import TOLERANCE, near_light
+from engine.transport.sh_table import tabulate
+from engine.transport.sh_transfer import ShTransport, local_views, signed_radiance, transferred, with_table
+from engine.transport.sh_varied import VariedTable, table_of
+from engine.transport.transport_file import TransportFile
+from engine.transport.variation import variation_from_text
+
+estimate_s, transport_of = sh_bake.estimate_s, sh_bake.transport_of
+
+
+def bake_settings(settings: ShSettings, *, shadows: bool = True) -> sh_bake.BakeSettings:
+    """What a bake takes; ValueError where it cannot be."""
+    edge = settings.cube or sh_bake.default_edge(settings.order)
+    bounces = BOUNCES if settings.interreflection else 0
+    return sh_bake.BakeSettings(settings.order, edge, settings.fine, bounces, shadows=shadows)
+
+
+def prepare(subject: Subject, settings: ShSettings, _tested: EnvironmentMap | None = None) -> Steps[sh_bake.Work]:
+    """Tabulate the BRDF and lay the bake out."""
+    mesh, ground, variations = subject.mesh, subject.ground, subject.variations
+    return (yield from sh_bake.prepare(mesh, subject.brdf, bake_settings(settings), ground, variations))
+
+
+def bake(path: str | os.PathLike[str], work: sh_bake.Work, cluster: str | None = None) -> Steps[sh_bake.Baked]:
+    """`sh_bake.bake`."""
+    return (yield from sh_bake.bake(path, work, cluster=cluster))
+
+
+def knobs(work: sh_bake.Work, _settings: ShSettings) -> dict[str, Any]:
+    """The settings of a bake as its record tells them."""
+    settings = work.settings
+    return {
+        "order": settings.order,
+        "cube": settings.edge,
+        "fine": settings.fine,
+        "bounces": settings.bounces,
+        "gather": settings.gather,
+    }
+
+
+def measured(
+    work: sh_bake.Work, subject: Subject, _settings: ShSettings, tested: EnvironmentMap | None
+) -> Steps[dict[str, Any]]:
+    """The error of the vertices under `tested` (`sh_error`)."""
+    of, varied = subject.brdf, subject.variations
+    measure = lambda cube: sh_error(work, of, cube, variations=varied)  # noqa: E731
+    return (yield from error_record(tested, work.settings.edge, measure))
+
+
+def figures(work: sh_bake.Work, baked: sh_bake.Baked, prepared_s: float) -> dict[str, Any]:
+    """Seconds and errors of the tables, and what was left out."""
+    skipped = []
+    if work.table.diffuse:
+        skipped.append("No matrices: a matt model looks the same from every side, and a vector does.")
+    if not work.settings.bounces:
+        skipped.append("No light between parts of the model; --interreflection adds it.")
+    warnings = list(work.table.health.warnings)
+    if work.settings.bounces and not work.table.diffuse:
+        warnings.append("Light between parts of the model counts as reflected evenly to all sides until the last time.")
+    return {
+        "bounce_s": baked.bounce_s,
+        "table_s": prepared_s,
+        "table_error_rel": work.table.error_rel,
+        **_varied(work),
+        "stored": "vectors" if work.table.diffuse else "matrices",
+        "skipped": skipped,
+        "warnings": warnings,
+    }
+
+
+def _varied(work: sh_bake.Work) -> dict[str, Any]:
+    """How many tables a BRDF that varies has, and the error of what is between them."""
+    if not isinstance(work.table, VariedTable):
+        return {}
+    return {"tables": [len(some) for some in work.table.nodes], "interpolation_rel": work.table.interpolation_rel}
+
+
+def lines(result: dict[str, Any]) -> list[str]:
+    """The error and the tables in sentences."""
+    found = error_lines(result)
+    if "tables" in result:
+        grid = " × ".join(map(str, result["tables"]))
+        found.append(
+            f"the reflectance varies over {grid} tables; between them it is off by up to "
+            f"{100.0 * result['interpolation_rel']:.1f} %"
+        )
+    return found
+
+
+def lit(transport: ShTransport, light: Light, asked: ShLight) -> LitHarmonics:
+    """The coefficients of the light, times the transport."""
+    coefficients, _ = _coefficients_at(transport, light, asked)
+    return LitHarmonics(transport, transferred(transport, coefficients))
+
+
+def relighter(transport: ShTransport, brdf: Brdf) -> Relight:
+    """The same; the table of the last BRDF is kept."""
+    last = brdf, transport
+
+    def relight(light: Light, asked: ShLight, wanted: Brdf) -> Steps[LitHarmonics]:
+        nonlocal last
+        if wanted == brdf:
+            last = brdf, transport
+        elif wanted != last[0]:
+            last = wanted, with_table(transport, (yield from tabulate(wanted, transport.order)))
+        last[1].mesh.tangents.flags.writeable = False  # drawing would otherwise wait for them
+        return lit(last[1], light, asked)
+
+    return relight
+
+
+def why_baked_for_one(transport: ShTransport) -> str:
+    """Interreflection is of one BRDF, and what was baked of a diffuse one holds nothing of the view."""
+    if transport.interreflection:
+        return "The reflectance is another one, and light from the model itself was baked for one."
+    return "A matt model was baked, which holds nothing of the view." if transport.diffuse else ""
+
+
+def illuminated(file: TransportFile, light: Light, asked: ShLight, brdf: str | None) -> Steps[Illuminated]:
+    """The rows of `file` under `light`, with another BRDF, or one that varies, where that is asked for."""
+    transport = transport_of(file)
+    named = brdf or str(file.settings["brdf"])
+    if brdf or asked.vary:
+        transport = yield from part(_with_brdf(transport, named, asked), 0.0, 0.3)
+    before = time.perf_counter()
+    coefficients, told = _coefficients_at(transport, light, asked)
+    projected = time.perf_counter()
+    rows = transferred(transport, coefficients)
+    told |= {
+        "brdf": named,
+        "order": transport.order,
+        "interreflection": transport.interreflection,
+        "table_error_rel": transport.table.error_rel,
+        "light_s": projected - before,
+        "relight_s": time.perf_counter() - projected,
+    }
+    return Illuminated(
+        LitHarmonics(transport, rows),
+        told,
+        lambda eye: _negative_rel(transport, rows, eye),
+        "a higher order or --window rings less",
+        _warnings(told),
+    )
+
+
+def _coefficients_at(
+    transport: ShTransport, light: Light, asked: ShLight
+) -> tuple[NDArray[np.floating[Any]], dict[str, Any]]:
+    """Of all light, the same for all vertices (order², 3) or at each of them (V, order², 3), and figures of it."""
+    coefficients: Any = windowed(_coefficients(light, transport.order), asked.window)
+    nearby, told = _nearby(transport, light, asked.near_points)
+    if nearby is not None:
+        coefficients = coefficients + nearby * window(transport.order, asked.window)[:, None]
+    return coefficients, told
+
+
+def _coefficients(light: Light, order: int) -> NDArray[np.float64]:
+    """(order², 3) of a rotated environment, and of lamps in closed form."""
+    total = np.zeros((order**2, 3))
+    if light.environment is not None:
+        total += light.factor * turned_about_y(project(light.environment, order), light.rotation)
+    return np.asarray(total + sum(lamp_coefficients(lamp, order) for lamp in light.lamps))
+
+
+def _nearby(
+    transport: ShTransport, light: Light, points: int | None
+) -> tuple[NDArray[np.float32] | None, dict[str, Any]]:
+    """(V, order², 3) of near lamps, and how they were found: by a grid about the model and one on the ground."""
+    if not light.near_lamps:
+        if points is not None:
+            raise ValueError("--near-points needs --near-lamp")
+        return None, {}
+    places, first = transport.mesh.positions, transport.ground_vertex
+    found = [near_light(light.near_lamps, some, transport.order, points) for some in (places[:first], places[first:])]
+    counts = [some.points for some in found if len(some.coefficients)]
+    told = {"near_points": counts, "near_error_rel": max(some.error_rel for some in found)}
+    return np.concatenate([some.coefficients for some in found]), told
+
+
+def _warnings(told: dict[str, Any]) -> tuple[str, ...]:
+    error = told.get("near_error_rel", 0.0)
+    if error <= 1.5 * TOLERANCE:
+        return ()
+    return (f"Between the points where it was found, the light of near lamps is off by {100.0 * error:.1f} % RMS.",)
+
+
+def _with_brdf(transport: ShTransport, named: str, asked: ShLight) -> Steps[ShTransport]:
+    variations = [variation_from_text(each) for each in asked.vary]
+    brdf = open_reflectance(named)
+    table = yield from table_of(brdf, transport.order, variations, transport.mesh, transport.ground_vertex)
+    try:
+        return with_table(transport, table)
+    except ValueError as reason:
+        raise ValueError(f"The reflectance cannot be changed without another bake: {reason}") from None
+
+
+def _negative_rel(transport: ShTransport, rows: NDArray[np.float32], eye: Vector) -> float:
+    """How much of the vertices' radiance towards `eye` is below 0, over what is not."""
+    everything = np.arange(len(transport.mesh.positions))
+    signed = signed_radiance(transport, rows, local_views(transport, eye), everything)
+    kept = float(np.maximum(signed, 0.0).sum())
+    return float(np.maximum(-signed, 0.0).sum()) / kept if kept > 0.0 else 0.0

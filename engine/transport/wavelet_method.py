@@ -1,0 +1,168 @@
+"""Wavelets as one of the transport methods (`engine.transport.method.Baking`)."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from engine.brdf.brdf import Brdf
+from engine.environment import EnvironmentMap
+from engine.factor.factor_file import open_reflectance
+from engine.steps import Step, Steps, part
+from engine.transport import wavelet_bake
+from engine.transport.blend import blend_from_text, mixture, together
+from engine.transport.lit import Illuminated, Light, LitWavelets
+from engine.transport.method import Relight, Subject, WaveletLight, WaveletSettings
+from engine.transport.occluder import occluder_error
+from engine.transport.radiance_error import error_lines, error_record
+from engine.transport.transport_file import TransportFile
+from engine.transport.wavelet import WaveletTransport, radiance_from, remixed
+from engine.transport.wavelet_error import wavelet_error
+from engine.transport.wavelet_lighting import Lighting, dark, lighting_of, tuples
+from engine.transport.wavelet_relight import Relighter
+
+estimate_s, bake, transport_of = wavelet_bake.estimate_s, wavelet_bake.bake, wavelet_bake.transport_of
+
+
+def bake_settings(settings: WaveletSettings) -> wavelet_bake.BakeSettings:
+    """What a bake takes; ValueError where it cannot be."""
+    return wavelet_bake.BakeSettings(settings.cube, settings.coefficients, settings.fine, settings.occluder_cells)
+
+
+def prepare(
+    subject: Subject, settings: WaveletSettings, _tested: EnvironmentMap | None = None
+) -> Steps[wavelet_bake.Work]:
+    """Factor the BRDFs and lay the bake out."""
+    asked = bake_settings(settings)
+    brdfs, sources = _brdfs(subject.brdf, settings)
+    yield Step(0.0, "factoring the reflectance")
+    bases = []
+    for number, brdf in enumerate(brdfs):
+        steps = wavelet_bake.factors_for(brdf, settings.terms, kind=settings.map, weighting=settings.weighting)
+        bases.append((yield from part(steps, number / len(brdfs), (number + 1) / len(brdfs))))
+    mixed = None
+    if settings.blend or settings.albedo:
+        mixed = mixture(subject.mesh, [each.terms for each in bases], sources, settings.albedo)
+    return wavelet_bake.prepare(subject.mesh, together(bases), asked, subject.ground, mixed)
+
+
+def _brdfs(brdf: Brdf, settings: WaveletSettings) -> tuple[list[Brdf], list[str]]:
+    """All BRDFs of a mixture, and the sources of the weights of all but the first."""
+    blends = [blend_from_text(text) for text in settings.blend]
+    return [brdf, *(open_reflectance(text) for text, _ in blends)], [source for _, source in blends]
+
+
+def knobs(work: wavelet_bake.Work, settings: WaveletSettings) -> dict[str, Any]:
+    """The settings of a bake as its record tells them."""
+    return {
+        "terms": work.factors.terms,
+        "cube": work.settings.edge,
+        "coefficients": work.settings.coefficients,
+        "fine": work.settings.fine,
+        "occluder_cells": work.settings.occluder_cells,
+        "map": work.factors.chart.kind,
+        "weighting": settings.weighting,
+        "blend": list(settings.blend),
+        "albedo": settings.albedo,
+    }
+
+
+def measured(
+    work: wavelet_bake.Work, subject: Subject, settings: WaveletSettings, tested: EnvironmentMap | None
+) -> Steps[dict[str, Any]]:
+    """The error of the vertices under `tested` (`wavelet_error`), and of a simplified occluder."""
+    brdfs = _brdfs(subject.brdf, settings)[0] if tested is not None else []
+    measure = lambda cube: wavelet_error(work, brdfs, cube.radiance)  # noqa: E731
+    found = yield from error_record(tested, work.settings.edge, measure)
+    return {**found, **(_occluder(work) if work.settings.occluder_cells else {})}
+
+
+def _occluder(work: wavelet_bake.Work) -> dict[str, Any]:
+    """What the simplified occluder costs and saves, at some vertices."""
+    vertices = np.unique(np.linspace(0, work.ground_vertex - 1, 200).astype(int))
+    found = occluder_error(work.surface, work.occluder, work.settings.edge, vertices)
+    return {
+        "occluder_faces": found.faces,
+        "occluder_open_rms": found.open_rms,
+        "occluder_time_rel": found.time_rel,
+    }
+
+
+def figures(_work: wavelet_bake.Work, baked: wavelet_bake.Baked, _prepared_s: float) -> dict[str, Any]:
+    """How many vectors there are, and of how many coefficients."""
+    return {
+        "vectors": baked.transport.rows,
+        "coefficients_kept_mean": float(baked.transport.vectors.counts.mean()),
+        "skipped": [],
+        "warnings": [],
+    }
+
+
+def lines(result: dict[str, Any]) -> list[str]:
+    """The errors in sentences."""
+    found = error_lines(result)
+    if "occluder_faces" in result:
+        found.append(
+            f"shadows from {result['occluder_faces']:,} triangles: the open share of the sky is off by "
+            f"{100.0 * result['occluder_open_rms']:.2g} % RMS, rays take {result['occluder_time_rel']:.2f} of the time"
+        )
+    return found
+
+
+def lit(transport: WaveletTransport, light: Light, _asked: WaveletLight) -> LitWavelets:
+    """The light in wavelets, times the transport."""
+    return LitWavelets(transport, tuples(transport, _lighting(transport, light)))
+
+
+def relighter(transport: WaveletTransport, _brdf: Brdf) -> Relight:
+    """The same, where what is the same under the next light is kept."""
+    kept = Relighter(transport)
+
+    def relight(light: Light, _asked: WaveletLight, _wanted: Brdf) -> Steps[LitWavelets]:
+        yield Step(0.0, "relighting")
+        return LitWavelets(transport, kept.tuples(_lighting(transport, light)))
+
+    return relight
+
+
+def why_baked_for_one(_transport: WaveletTransport) -> str:
+    """The factors of the BRDF are part of the transport."""
+    return "The reflectance is another one, and wavelets are baked for one."
+
+
+def illuminated(file: TransportFile, light: Light, asked: WaveletLight, _brdf: str | None) -> Steps[Illuminated]:
+    """The K-tuples of `file` under `light`."""
+    yield Step(0.0, "relighting")
+    transport = transport_of(file)
+    if asked.weight or asked.albedo is not None:
+        transport = remixed(transport, list(asked.weight) or None, asked.albedo)
+    before = time.perf_counter()
+    lighting = _lighting(transport, light)
+    encoded = time.perf_counter()
+    rows = tuples(transport, lighting)
+    told = {
+        "brdf": transport.factors.name,
+        "terms": transport.factors.terms,
+        "cube": transport.edge,
+        "light_coefficients": lighting.light.kept,
+        "light_rmse_rel": lighting.light.rmse_rel,
+        "sky_energy_error_rel": lighting.light.energy_error_rel,
+        "directional_lights": len(lighting.directional.direction),
+        "light_s": encoded - before,
+        "relight_s": time.perf_counter() - encoded,
+    }
+    return Illuminated(
+        LitWavelets(transport, rows),
+        told,
+        lambda eye: radiance_from(transport, rows, eye).negative_rel,
+        "bake with more terms",
+    )
+
+
+def _lighting(transport: WaveletTransport, light: Light) -> Lighting:
+    if light.environment is None:
+        return dark(transport.edge, light.lamps)
+    around, turn, factor = light.environment, light.rotation, light.factor
+    return lighting_of(around, transport.edge, rotation=turn, factor=factor, lamps=light.lamps)

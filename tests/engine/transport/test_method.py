@@ -1,0 +1,69 @@
+"""The declarations of the transport methods: what they allow is what the bakes take."""
+
+from __future__ import annotations
+
+import pytest
+
+from engine.effects.estimates import EFFECTS
+from engine.factor.maps import KINDS
+from engine.factor.separable import WEIGHTINGS
+from engine.params import Parameter, parameters
+from engine.transport.gaussian_fit import MOST_LOBES
+from engine.transport.gaussian_method import bake_settings as gaussian_settings
+from engine.transport.haar import EDGES
+from engine.transport.method import METHODS, Baking, Method, method_of
+from engine.transport.sh import WINDOWS
+from engine.transport.sh_method import bake_settings as sh_settings
+from engine.transport.sh_varied import MOST_VARIATIONS
+from engine.transport.view_directions import VIEWS
+from engine.transport.wavelet import MOST_COEFFICIENTS, MOST_TERMS
+from engine.transport.wavelet_method import bake_settings as wavelet_settings
+
+BAKES = {"sh": sh_settings, "wavelet": wavelet_settings, "gaussian": gaussian_settings}
+
+
+def declared(method: str, name: str) -> Parameter:
+    of = method_of(method)
+    return next(each for each in (*parameters(of.settings), *parameters(of.light)) if each.name == name)
+
+
+def test_declarations_are_those_of_the_engine() -> None:
+    assert set(declared("wavelet", "map").values) == set(KINDS)
+    assert declared("wavelet", "weighting").values == WEIGHTINGS
+    assert declared("wavelet", "cube").values == EDGES
+    assert (declared("wavelet", "terms").high, declared("wavelet", "coefficients").high) == (
+        MOST_TERMS,
+        MOST_COEFFICIENTS,
+    )
+    assert declared("gaussian", "views").values or declared("gaussian", "views").low == VIEWS
+    assert declared("gaussian", "lobes").high == MOST_LOBES
+    assert declared("sh", "window").values == WINDOWS
+    assert method_of("sh").variations == MOST_VARIATIONS
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
+def test_a_bake_takes_every_value_that_a_plan_or_a_form_may_choose(method: Method) -> None:
+    for parameter in parameters(method.settings):
+        ends = (parameter.low, parameter.high) if parameter.kind == "whole" and not parameter.values else ()
+        for value in (*ends, *parameter.values, *(value for value, _ in parameter.offered)):
+            BAKES[method.name](method.settings(**{parameter.name: value}))
+        for value in parameter.ladder:
+            BAKES[method.name](method.with_knobs({parameter.name: value}))
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
+def test_every_method_offers_what_the_others_do(method: Method) -> None:
+    assert method.shows <= set(EFFECTS)
+    assert method.always <= method.shows
+    for name in (name for name in vars(Baking) if not name.startswith("_")):
+        assert callable(getattr(method.baking, name)), name
+    assert method.drawing.Textures.SOURCE.endswith(".glsl")
+    assert len({each.key for each in METHODS}) == len(METHODS)
+    assert all(parameter.doc for parameter in (*parameters(method.settings), *parameters(method.light)))
+
+
+def test_values_that_are_not_declared_are_refused() -> None:
+    wrong = (("sh", "order", 2), ("sh", "order", True), ("wavelet", "cube", 48), ("wavelet", "coefficients", 5000))
+    for method, name, value in (*wrong, ("gaussian", "weights", "loud"), ("gaussian", "compress", 1)):
+        with pytest.raises(ValueError, match=name):
+            method_of(method).settings(**{name: value})
