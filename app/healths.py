@@ -11,6 +11,7 @@ from typing import Any
 from app.document import Project
 from app.number_field import plain
 from app.status_bar import size_text
+from engine.files.untrusted import protection
 from engine.health import Health, Verdict
 
 #: Units at the end of a figure's name, and how they are written; the longest that fits is taken.
@@ -45,7 +46,10 @@ class Part:
 
 
 def parts_of(project: Project, reflectance: Any, bakings: Iterable[tuple[str, Any]]) -> list[Part]:
-    """Every result of `project` that has a health, the `reflectance` that is drawn, and what is baked (label, bake)."""
+    """Every result of `project` that has a health, the `reflectance` that is drawn, and what is baked (label, bake).
+
+    How files are decoded stands at their end, once one has been.
+    """
     material = project.material
     offered: list[tuple[str, Any]] = [
         ("Photographs", project.stack),
@@ -65,6 +69,8 @@ def parts_of(project: Project, reflectance: Any, bakings: Iterable[tuple[str, An
         health = getattr(value, "health", None)
         if isinstance(health, Health) and not any(health is part.health for part in found):
             found.append(Part(name, health))
+    if found and (confined := protection()) is not None:
+        found.append(Part("Reading of files", confined.health))
     return found
 
 

@@ -21,6 +21,16 @@ parallel = numba.njit(cache=True, nogil=True, error_model="numpy", parallel=True
 prange = numba.prange
 
 
+def only(kernel: Any, *signatures: str) -> None:
+    """Compile `kernel` for `signatures` and for no other types from then on; what fits one of them is converted.
+
+    For processes that may not write the compiled code to the disk later (`engine.files.sandbox`).
+    """
+    for signature in signatures:
+        kernel.compile(signature)
+    kernel.disable_compile()
+
+
 def threads_are_shared() -> bool:
     """False where numba's thread pool must not be entered by two threads at once (its 'workqueue' layer)."""
     layer: Any = numba.threading_layer()

@@ -36,7 +36,7 @@ from engine.mesh_clean import (
     with_count,
 )
 from engine.mesh_memory import check_memory, decoder_memory_bytes
-from engine.mesh_scene import scene_parts
+from engine.mesh_scene import files_beside, named_files, scene_parts
 from engine.mesh_text import checked_text
 from engine.tangents import uv_tangents
 from engine.unwrap import with_atlas
@@ -149,13 +149,9 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
         remedy = INSTEAD.get(suffix, f"Give {', '.join(SUFFIXES)}")
         raise InputError(path, f"is not a mesh that can be read ({kind})", remedy)
     check_memory(path)
-    reply = decode_in_child(
-        "engine.mesh:decode_mesh",
-        path,
-        memory_bytes=decoder_memory_bytes(),
-        timeout_s=LIMIT_S,
-        folder=str(Path(path).absolute().parent),
-    )
+    limits: dict[str, Any] = {"memory_bytes": decoder_memory_bytes(), "timeout_s": LIMIT_S}
+    named = decode_in_child("engine.mesh:decode_names", path, **limits)["uris"] if suffix == ".gltf" else []
+    reply = decode_in_child("engine.mesh:decode_mesh", path, beside=files_beside(path, named), **limits)
     figures = {name: float(count) for name, count in reply["figures"].items()}
     findings = tuple(Finding(Verdict(verdict), text) for verdict, text in reply["findings"])
     if figures["texture_coordinates_made"]:
@@ -164,10 +160,10 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     return Mesh(reply["positions"], reply["normals"], reply["uv"], reply["faces"], Path(path).stem, health)
 
 
-def decode_mesh(content: bytes, name: str, folder: str | None = None) -> dict[str, Any]:
+def decode_mesh(content: bytes, name: str, beside: Mapping[str, bytes] = MappingProxyType({})) -> dict[str, Any]:
     """Decode the content of a mesh file into the arrays of a `Mesh` and counts; runs in the decoder process.
 
-    `folder` is where other files that a glTF file names are looked for, and nowhere else.
+    `beside` holds the other files that a glTF file names.
     """
     kind = Path(name).suffix.lower().lstrip(".")
     content = checked_text(content, kind, name)
@@ -175,7 +171,7 @@ def decode_mesh(content: bytes, name: str, folder: str | None = None) -> dict[st
         part, too_few = _polygons(content, kind, name)
         parts = [part]
     else:
-        too_few, parts = 0, scene_parts(content, kind, name, folder)
+        too_few, parts = 0, scene_parts(content, kind, name, beside)
     if not any(len(part["faces"]) for part in parts):
         raise InputError(name, "holds no triangles", "Give a mesh with faces, not points or curves alone")
     first_vertex = np.cumsum([0] + [len(part["positions"]) for part in parts])
@@ -191,6 +187,18 @@ def decode_mesh(content: bytes, name: str, folder: str | None = None) -> dict[st
         name,
         {"faces_of_fewer_than_3_corners_dropped": too_few},
     )
+
+
+def decode_names(content: bytes, name: str) -> dict[str, Any]:
+    """The other files that a glTF file names, as `uris`; runs in the decoder process."""
+    return {"uris": named_files(content)}
+
+
+def prepare() -> None:
+    """Compile what `decode_mesh` runs, before the child is confined."""
+    from engine import polygons
+
+    polygons.prepare()
 
 
 def _polygons(content: bytes, kind: str, name: str) -> tuple[dict[str, Any], int]:

@@ -1,13 +1,16 @@
 """STL and glTF: what trimesh finds in them, and words for what it would pass over in silence.
 
-A glTF file may keep its numbers in other files. Those are read where they lie beside or below it, and nowhere else.
+A glTF file may keep its numbers in other files. The parent hands those to the decoder that lie beside or below it, and
+no others.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import os
 import warnings
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -16,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.errors import InputError
-from engine.files.untrusted import AGAIN, read_bytes
+from engine.files.untrusted import AGAIN, FILE_LIMIT_BYTES, opened
 
 #: The name under which trimesh keeps texture coordinates also of parts that have no material.
 _UV = "_UV"
@@ -31,42 +34,71 @@ _PACKED = {
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
+#: Most files that a glTF file may name.
+_MOST_FILES = 200
+
+
+def named_files(content: bytes) -> list[str]:
+    """The files that a glTF file keeps its numbers in, as it names them."""
+    tree = json.loads(content.decode("utf-8-sig"))
+    uris = [buffer["uri"] for buffer in tree.get("buffers", ()) if "uri" in buffer]
+    return [str(uri) for uri in uris if not str(uri).startswith("data:")]
+
+
+def files_beside(path: str | os.PathLike[str], uris: Sequence[str]) -> dict[str, Path]:
+    """The files that the glTF file `path` names, by what it calls them; InputError for one outside its folder."""
+    folder = Path(path).absolute().parent
+    if len(uris) > _MOST_FILES:
+        raise InputError(path, f"keeps its data in {len(uris)} files", "Export it as .glb")
+    found = {}
+    for uri in uris:
+        if uri.startswith(("http:", "https:", "file:")):
+            raise InputError(path, f"keeps its data elsewhere ({uri[:60]!r})", "Export it as .glb")
+        try:
+            beside = folder / unquote(uri)
+            if not beside.resolve().is_relative_to(folder.resolve()):
+                raise InputError(path, f"names a file outside its folder ({uri[:60]!r})", "Export it as .glb")
+            with opened(beside, FILE_LIMIT_BYTES):
+                found[uri] = beside
+        except ValueError as error:
+            raise InputError(path, f"names an impossible file ({error})", "Export it as .glb") from None
+        except InputError as error:
+            if error.path == os.fspath(path):
+                raise
+            problem = f"needs the file {uri[:60]!r} beside it, which {error.problem}"
+            raise InputError(path, problem, "Copy that as well, or export it as .glb") from None
+    return found
+
+
 class _Beside:
     """The files that a glTF file names; trimesh asks for them by their names."""
 
-    def __init__(self, folder: str | None, name: str) -> None:
-        self._folder = folder
+    def __init__(self, contents: Mapping[str, bytes], name: str) -> None:
+        self._contents = contents
         self._name = name
 
     def __getitem__(self, uri: str) -> bytes:
-        if self._folder is None or uri.startswith(("data:", "http:", "https:", "file:")):
+        if uri not in self._contents:
             raise InputError(self._name, f"keeps its data elsewhere ({uri[:60]!r})", "Export it as .glb")
-        path = Path(self._folder) / unquote(uri)
-        if not path.resolve().is_relative_to(Path(self._folder).resolve()):
-            raise InputError(self._name, f"names a file outside its folder ({uri[:60]!r})", "Export it as .glb")
-        try:
-            return read_bytes(path)
-        except InputError as error:
-            problem = f"needs the file {uri[:60]!r} beside it, which {error.problem}"
-            raise InputError(self._name, problem, "Copy that as well, or export it as .glb") from None
+        return self._contents[uri]
 
     get = __getitem__
 
 
-def scene_parts(content: bytes, kind: str, name: str, folder: str | None) -> list[dict[str, Any]]:
+def scene_parts(content: bytes, kind: str, name: str, beside: Mapping[str, bytes]) -> list[dict[str, Any]]:
     """Positions, faces, and normals and texture coordinates of corners, of each mesh wherever it is placed."""
     if kind in ("glb", "gltf"):
         content = _reduced(content, kind, name)
-    scene = _scene(content, kind, name, folder)
+    scene = _scene(content, kind, name, beside)
     placed = [scene.graph.get(node) for node in scene.graph.nodes_geometry]
     return [_part(scene.geometry[mesh], world_from_part) for world_from_part, mesh in placed]
 
 
-def _scene(content: bytes, kind: str, name: str, folder: str | None) -> Any:
+def _scene(content: bytes, kind: str, name: str, beside: Mapping[str, bytes]) -> Any:
     """What trimesh finds, where it could read all of it."""
     import trimesh
 
-    options = {"resolver": _Beside(folder, name)} if kind in ("glb", "gltf") else {}
+    options = {"resolver": _Beside(beside, name)} if kind in ("glb", "gltf") else {}
     with warnings.catch_warnings():
         # numpy stops at the first thing that is no number, and trimesh goes on with what came before it
         warnings.filterwarnings("error", message=".*could not be read to its end", category=DeprecationWarning)

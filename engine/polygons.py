@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.kernels import scalar
+from engine.kernels import only, scalar
 
 #: A corner turns inwards where the cross product of its edges lies against the normal by this share of its bound.
 INWARD = 1e-9
@@ -152,3 +152,8 @@ def of_polygons(polygons: Polygons) -> dict[str, Any]:
         "normals": None if polygons.normals is None else polygons.normals[triangles],
         "uv": None if polygons.uv is None else polygons.uv[triangles],
     }
+
+
+def prepare() -> None:
+    """Compile before the process gives up what compiling needs."""
+    only(_cut_ears, "int64[:, ::1](float64[:, ::1])")

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.kernels import scalar
+from engine.kernels import only, scalar
 
 _HALF, _TWO, _FOUR, _FIVE, _SIX = (np.float32(value) for value in (0.5, 2, 4, 5, 6))
 _SIDE, _EIGHTH = np.float32(1.5), np.float32(0.125)
@@ -146,3 +146,11 @@ def _spread(a, b, c, d, e, result):  # type: ignore[no-untyped-def]
         x = column + 2
         near = b[x - 1] or b[x] or b[x + 1] or d[x - 1] or d[x] or d[x + 1] or c[x - 1] or c[x] or c[x + 1]
         result[column] = near or c[x - 2] or c[x + 2] or a[x] or e[x]
+
+
+def prepare() -> None:
+    """Compile for samples as LibRaw gives them, upright and turned; later the process may not write the code."""
+    levels = ", ".join(["Array(float64, 2, 'C')"] * 3)
+    tables = f"{levels}, Array(int64, 2, 'C'), Array(float32, 2, 'C')"
+    results = (f"Array(float32, 3, '{layout}'), Array(bool_, 2, '{layout}')" for layout in "CA")
+    only(develop, *(f"void(Array(uint16, 2, 'A', readonly=True), {tables}, {result})" for result in results))

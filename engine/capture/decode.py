@@ -148,6 +148,14 @@ def decode_photograph(
     return {"radiance": picture.pop("pixels"), **picture, **photographed, **levels}
 
 
+def prepare() -> None:
+    """Compile what the decoders run, before the child is confined."""
+    from engine.capture import bayer
+
+    images.prepare()
+    bayer.prepare()
+
+
 def _is_raw(content: bytes, name: str) -> bool:
     """By content where a signature tells; a camera's suffix decides for the rest."""
     named_raw = Path(name).suffix.lower() in RAW_SUFFIXES

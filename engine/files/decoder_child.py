@@ -1,5 +1,8 @@
 """The other interpreter of `engine.files.untrusted`: reads requests on stdin, decodes, answers on stdout.
 
+It serves the decoders of one module, whose `prepare`, where there is one, compiles what could not be kept on the disk
+later; then it gives up what decoders do not need (`engine.files.sandbox`), and reaches the descriptors that it is
+handed and Python's modules, before it sees the first file.
 It ends when stdin is closed. An error that decoders are known to raise on damaged data is answered and the next
 request awaited; an unforeseen one is answered as well, and then this process ends so that the next file meets a fresh
 one. What native libraries print about a file (libjpeg: "Corrupt JPEG data", LibRaw: "unexpected end of file") is
@@ -15,16 +18,20 @@ import json
 import math
 import os
 import signal
+import socket
 import struct
 import sys
 import zlib
 from collections.abc import Iterator
+from dataclasses import asdict
 from types import TracebackType
 from typing import IO, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.errors import InputError
+from engine.files.sandbox import Protection, confine
 from engine.files.shared import results_in
 from engine.files.untrusted import AGAIN
 
@@ -42,40 +49,60 @@ _DAMAGE: tuple[type[Exception], ...] = (
 )
 
 
-def main() -> None:
+def main(handed: int | None, module: str) -> None:
+    """Serve decoders of `module` until stdin is closed; `handed` is the socket for descriptors, if there is one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     requests, replies = sys.stdin.buffer, _private_stdout()
     sys.excepthook = lambda kind, error, trace: _unforeseen(replies, kind, error, trace)
+    descriptors = None if handed is None else socket.socket(fileno=handed)
+    decoders = importlib.import_module(module)
+    if hasattr(decoders, "prepare"):
+        decoders.prepare()
+    sys.dont_write_bytecode = True
+    protection = confine()
     while line := requests.readline():
         gc.freeze()  # what stays between files, above all modules, need not be searched for garbage after each
-        _serve(json.loads(line), requests, replies)
-        gc.collect()  # decoders leave reference cycles that hold the whole file
+        _serve(json.loads(line), requests, replies, descriptors, protection)
 
 
-def _serve(request: dict[str, Any], requests: IO[bytes], replies: IO[bytes]) -> None:
+def _serve(
+    request: dict[str, Any],
+    requests: IO[bytes],
+    replies: IO[bytes],
+    descriptors: socket.socket | None,
+    protection: Protection,
+) -> None:
     """Answer one request; the empty line before the answer says that it has arrived whole."""
-    content = _content(request, requests)
+    count = request["descriptors"]
+    handed = socket.recv_fds(descriptors, 1, count)[1] if descriptors is not None and count else []
+    results_file = handed.pop() if request["shared"] else None
+    contents = [_content(size_bytes, handed, requests) for size_bytes in request["contents"]]
     replies.write(b"\n")
     replies.flush()
     _limit_memory(request["memory_bytes"])
     _limit_time(request["timeout_s"])
-    with results_in(request["results"]) as results:
-        _send(replies, _answer(request, content, results))
+    with results_in(results_file) as results:
+        answer = _answer(request, contents, results)
+    gc.collect()  # decoders leave reference cycles that hold the whole file, and arrays that the parent waits for
+    _send(replies, {**answer, "protection": asdict(protection)})
     _limit_time(0)
 
 
-def _content(request: dict[str, Any], requests: IO[bytes]) -> bytes:
-    """The file to decode; one that shrinks meanwhile comes short, which the parent notices."""
-    if request["source"] is None:
-        return requests.read(request["content_bytes"])
-    with open(request["source"], "rb") as file:  # noqa: PTH123 - a descriptor of the parent
-        return file.read(request["content_bytes"])
+def _content(size_bytes: int, handed: list[int], requests: IO[bytes]) -> bytes:
+    """The next file, from its descriptor or the pipe; one that shrinks meanwhile comes short, as the parent notices."""
+    if not handed:
+        return requests.read(size_bytes)
+    with os.fdopen(handed.pop(0), "rb") as file:
+        file.seek(0)
+        return file.read(size_bytes)
 
 
 def _private_stdout() -> IO[bytes]:
     """The pipe to the parent under a descriptor of its own, so that nothing a library prints can get into it."""
     replies = os.fdopen(os.dup(1), "wb")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
     return replies
 
 
@@ -97,15 +124,19 @@ def _limit_time(seconds: float) -> None:
         signal.alarm(math.ceil(seconds) + 1 if seconds else 0)
 
 
-def _answer(request: dict[str, Any], content: bytes, results: Any) -> dict[str, Any]:
+def _answer(request: dict[str, Any], contents: list[bytes], results: Any) -> dict[str, Any]:
     """What the decoder returns, its arrays in the parent's file (`offsets`) where there is one, or what went wrong."""
+    beside = {"beside": dict(zip(request["beside"], contents[1:], strict=True))} if request["beside"] else {}
     try:
         module, function = request["decoder"].split(":")
         decode = getattr(importlib.import_module(module), function)
-        answer = dict(decode(content, request["name"], **request["options"]))
+        answer = dict(decode(contents[0], request["name"], **beside, **request["options"]))
         arrays = {name: np.ascontiguousarray(value) for name, value in answer.items() if isinstance(value, np.ndarray)}
-        offsets = {name: results.offset(array) for name, array in arrays.items()} if results is not None else None
-        return {**answer, **arrays, "offsets": offsets}
+        if results is None:
+            return {**answer, **arrays}
+        values = {name: value for name, value in answer.items() if name not in arrays}
+        offsets = {name: results.offset(array) for name, array in arrays.items()}
+        return {**values, "arrays": _announced(arrays), "offsets": offsets}
     except InputError as error:
         return {"problem": error.problem, "remedy": error.remedy}
     except MemoryError:
@@ -126,14 +157,16 @@ def _unforeseen(
     sys.__excepthook__(kind, error, trace)
 
 
+def _announced(arrays: dict[str, NDArray[Any]]) -> list[tuple[str, str, tuple[int, ...]]]:
+    return [(name, array.dtype.str, array.shape) for name, array in arrays.items()]
+
+
 def _send(replies: IO[bytes], answer: dict[str, Any]) -> None:
     arrays = {name: value for name, value in answer.items() if isinstance(value, np.ndarray)}
     header = {name: value for name, value in answer.items() if name not in arrays}
-    header["arrays"] = [(name, array.dtype.str, array.shape) for name, array in arrays.items()]
-    replies.write(json.dumps(header).encode() + b"\n")
-    if header.get("offsets") is None:
-        for array in arrays.values():
-            replies.write(array.reshape(-1).view(np.uint8).data)
+    replies.write(json.dumps({"arrays": _announced(arrays), **header}).encode() + b"\n")
+    for array in arrays.values():
+        replies.write(array.reshape(-1).view(np.uint8).data)
     replies.flush()
 
 
@@ -154,7 +187,3 @@ def complaints() -> Iterator[list[str]]:
         os.close(kept)
         with os.fdopen(reader, "rb") as pipe:
             lines += pipe.read().decode("utf-8", "replace").splitlines()
-
-
-if __name__ == "__main__":
-    main()

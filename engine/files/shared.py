@@ -1,19 +1,23 @@
 """Arrays from a decoder to its parent without a copy: a file in memory that both map (Linux `memfd_create`).
 
-The parent makes the file, the child opens it by its name under /proc and lets it grow; before the parent maps it, it is
-sealed against shrinking, so that nothing the child does afterwards can take pages away from under the parent. Where
-there are no such files, `shared_file` gives None and arrays go through the pipe.
+The parent makes the file and hands its descriptor to the child, which lets it grow and gives up its own mappings before
+it answers. The parent then seals the file against every change and maps a private copy of its pages, so that nothing
+the child does afterwards can reach an array that has been checked; where the seal is refused, because the child still
+maps it, the arrays are read into memory of the parent's own. Mappings keep no descriptor. Where there are no such
+files, `shared_file` gives None and arrays go through the pipe.
 """
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import math
 import mmap
+import operator
 import os
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,21 +28,57 @@ class SharedFile:
     """The parent's side."""
 
     def __init__(self, descriptor: int) -> None:
-        self._descriptor = descriptor
-        self.name = f"/proc/{os.getpid()}/fd/{descriptor}"
+        self.descriptor = descriptor
 
     def array(self, offset: int, dtype: np.dtype[Any], shape: tuple[int, ...]) -> NDArray[Any]:
         """The array that the child has put at `offset`; ValueError if it does not lie in the file."""
-        import fcntl
-
-        fcntl.fcntl(self._descriptor, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK)
-        size_bytes = math.prod(shape) * dtype.itemsize
-        if offset < 0 or offset + size_bytes > os.fstat(self._descriptor).st_size:
+        sealed = self._seal()
+        size_bytes, offset = math.prod(shape) * dtype.itemsize, operator.index(offset)
+        if offset < 0 or offset + size_bytes > os.fstat(self.descriptor).st_size:
             raise ValueError(f"decoder announced {size_bytes} bytes at {offset}, which are not there")
         if size_bytes == 0:
             return np.empty(shape, dtype)
-        mapping = mmap.mmap(self._descriptor, size_bytes, offset=offset)
-        return np.frombuffer(mapping, dtype).reshape(shape)
+        content = self._mapped(offset, size_bytes) if sealed else self._read(offset, size_bytes)
+        return content.view(dtype).reshape(shape)
+
+    def _seal(self) -> bool:
+        """Refuse every change of the file from now on; False if somebody maps it for writing."""
+        import fcntl
+
+        fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK)
+        try:
+            fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, fcntl.F_SEAL_GROW | fcntl.F_SEAL_WRITE)
+        except OSError as error:
+            if error.errno != errno.EBUSY:
+                raise
+            return False
+        return True
+
+    def _mapped(self, offset: int, size_bytes: int) -> NDArray[np.uint8]:
+        """A private mapping without a descriptor, which `mmap.mmap` has from Python 3.13 on (`trackfd`)."""
+        libc = ctypes.CDLL(None, use_errno=True)
+        libc.mmap.restype = ctypes.c_void_p
+        libc.mmap.argtypes = [ctypes.c_void_p, ctypes.c_size_t, *[ctypes.c_int] * 3, ctypes.c_long]
+        libc.munmap.argtypes = [ctypes.c_void_p, ctypes.c_size_t]
+        rights = mmap.PROT_READ | mmap.PROT_WRITE
+        address = libc.mmap(None, size_bytes, rights, mmap.MAP_PRIVATE, self.descriptor, offset)
+        if address == ctypes.c_void_p(-1).value:
+            if ctypes.get_errno() == errno.ENOMEM:
+                raise MemoryError
+            raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+        memory = (ctypes.c_uint8 * size_bytes).from_address(address)
+        weakref.finalize(memory, libc.munmap, address, size_bytes).atexit = False  # the process takes it along
+        return np.ctypeslib.as_array(memory)
+
+    def _read(self, offset: int, size_bytes: int) -> NDArray[np.uint8]:
+        content = np.empty(size_bytes, np.uint8)
+        done = 0
+        while done < size_bytes:
+            count = os.preadv(self.descriptor, [content[done:].data], offset + done)
+            if count == 0:
+                raise ValueError("decoder took its result away")
+            done += count
+        return content
 
 
 @contextmanager
@@ -49,8 +89,7 @@ def shared_file() -> Iterator[SharedFile | None]:
         return
     descriptor = os.memfd_create("lightarc-decoded", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
     try:
-        file = SharedFile(descriptor)
-        yield file if Path(file.name).exists() else None
+        yield SharedFile(descriptor)
     finally:
         os.close(descriptor)
 
@@ -58,8 +97,8 @@ def shared_file() -> Iterator[SharedFile | None]:
 class _Results:
     """The child's side: arrays one after the other, each from a whole page."""
 
-    def __init__(self, name: str) -> None:
-        self._descriptor = os.open(name, os.O_RDWR)
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
         self._end = 0
         self._arrays: list[tuple[int, NDArray[Any]]] = []
 
@@ -92,25 +131,21 @@ class _Results:
         place[...] = array
         return self._arrays[-1][0]
 
-    def close(self) -> None:
-        self._arrays.clear()
-        os.close(self._descriptor)
-
 
 _results: _Results | None = None
 
 
 @contextmanager
-def results_in(name: str | None) -> Iterator[_Results | None]:
-    """Within the block `result_array` makes arrays in the parent's file `name`, if there is one."""
+def results_in(descriptor: int | None) -> Iterator[_Results | None]:
+    """Within the block `result_array` makes arrays in the parent's file, if there is one; it is closed at the end."""
     global _results
-    _results = _Results(name) if name is not None else None
+    _results = _Results(descriptor) if descriptor is not None else None
     try:
         yield _results
     finally:
-        if _results is not None:
-            _results.close()
         _results = None
+        if descriptor is not None:
+            os.close(descriptor)
 
 
 def result_array(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:

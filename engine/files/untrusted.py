@@ -4,12 +4,13 @@
 `decode_in_child` hands the file to a decoder in another interpreter (`engine.files.decoder_child`), so that a crash,
 a hang or a huge allocation in a decoder written in C costs one file and never the program. Decoders get bytes, not
 paths: a file name of any spelling works on every system. The child reads them from the file that the parent opened and
-checked (by its name under /proc), or from the pipe.
+checked, whose descriptor it is handed through a socket, or from the pipe. It can open nothing else, as far as the
+system can see to that (`engine.files.sandbox`); its environment is empty but for where libraries lie.
 
 Protocol, in both directions: one line of JSON, then the raw bytes it announces; an empty line before a reply says
 that the request has arrived. Arrays come through memory that both share (`engine.files.shared`) where the system has
 it. There is no pickle anywhere.
-Cost: about 0.3 s for the first file of each child (its start), afterwards next to nothing.
+Cost: 0.3 s for the start of a child, 1 s where its decoders compile kernels; afterwards next to nothing.
 """
 
 from __future__ import annotations
@@ -18,19 +19,22 @@ import atexit
 import contextlib
 import json
 import os
+import socket
 import stat
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent import futures
 from pathlib import Path
+from types import MappingProxyType
 from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.errors import InputError
+from engine.files.sandbox import Protection
 from engine.files.shared import SharedFile, shared_file
 
 GIBIBYTE = 1 << 30
@@ -43,6 +47,23 @@ DECODER_MEMORY_BYTES = 6 * GIBIBYTE
 
 #: Two photographs may be decoded at once.
 CHILDREN = 2
+
+#: True where a process can hand open files to another.
+HANDS_DESCRIPTORS = hasattr(socket, "send_fds")
+
+#: The environment of a child: where libraries and compiled kernels lie, and no threads before it is confined.
+_KEPT = ("LD_LIBRARY_PATH", "NUMBA_CACHE_DIR", "SYSTEMROOT")
+_ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+#: The beginning of a child; its arguments are the number of its socket, its module of decoders and where modules lie.
+_START = """
+import sys
+sys.path[:] = sys.argv[3:]
+from engine.files.decoder_child import main
+main(int(sys.argv[1]) if sys.argv[1] != "-1" else None, sys.argv[2])
+"""
+
+_PROJECT = Path(__file__).resolve().parents[2]
 
 AGAIN = "Copy or download it again, or export it again from the program that wrote it"
 
@@ -177,6 +198,7 @@ def decode_in_child(
     timeout_s: float = 60.0,
     limit_bytes: int = FILE_LIMIT_BYTES,
     cancellation: Cancellation | None = None,
+    beside: Mapping[str, Path] = MappingProxyType({}),
     **options: Any,
 ) -> dict[str, Any]:
     """Run `decoder` on the content of `path` in a child interpreter and return what it returns.
@@ -186,18 +208,19 @@ def decode_in_child(
     decoder : "package.module:function", called as `function(content: bytes, name: str, **options)`. It returns a dict
         of arrays and JSON values, and raises `InputError(name, problem, remedy)` for what it does not accept.
     memory_bytes : address space of the child; what needs more is refused.
+    beside : further files by the names that the decoder knows them by; it gets their contents as the keyword `beside`.
     options : JSON values.
 
     Raises InputError for a file that cannot be read or decoded, also when the decoder crashes or takes too long.
     """
     limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s}
-    with opened(path, limit_bytes) as (file, size_bytes):
-        source = f"/proc/{os.getpid()}/fd/{file.fileno()}"
-        if Path(source).exists():
-            request = _request(decoder, path, options, limits, source, size_bytes)
-            return _decoded(request, b"", cancellation)
-        content = _content(path, file, size_bytes)
-    return _decoded(_request(decoder, path, options, limits, None, size_bytes), content, cancellation)
+    with contextlib.ExitStack() as stack:
+        files = [stack.enter_context(opened(each, limit_bytes)) for each in (path, *beside.values())]
+        request = _request(decoder, path, options, limits, [size for _, size in files], beside)
+        if HANDS_DESCRIPTORS:
+            return _decoded(request, [], [file.fileno() for file, _ in files], cancellation)
+        contents = [_content(each, *file) for each, file in zip((path, *beside.values()), files, strict=True)]
+    return _decoded(request, contents, [], cancellation)
 
 
 def decode_content(
@@ -211,7 +234,7 @@ def decode_content(
 ) -> dict[str, Any]:
     """As `decode_in_child`, for `content` that has been read already (a member of a bundle); `path` names it."""
     limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s}
-    return _decoded(_request(decoder, path, options, limits, None, len(content)), content, None)
+    return _decoded(_request(decoder, path, options, limits, [len(content)]), [content], [], None)
 
 
 def _request(
@@ -219,19 +242,30 @@ def _request(
     path: str | os.PathLike[str],
     options: dict[str, Any],
     limits: dict[str, Any],
-    source: str | None,
-    size_bytes: int,
+    sizes_bytes: list[int],
+    beside: Mapping[str, Path] = MappingProxyType({}),
 ) -> dict[str, Any]:
-    """What the child is told. It reads the file `source`, which the parent holds open, or the content comes after."""
-    content = {"source": source, "content_bytes": size_bytes}
-    return {"decoder": decoder, "name": os.fspath(path), "options": options, **limits, **content}
+    """What the child is told; the contents come as descriptors of files of `sizes_bytes`, or after it."""
+    known = {"decoder": decoder, "name": os.fspath(path), "options": options, **limits}
+    return {**known, "contents": sizes_bytes, "beside": list(beside)}
 
 
-def _decoded(request: dict[str, Any], content: bytes, cancellation: Cancellation | None) -> dict[str, Any]:
-    reply = _answered(request, content, cancellation or Cancellation())
+def _decoded(
+    request: dict[str, Any], contents: list[bytes], files: list[int], cancellation: Cancellation | None
+) -> dict[str, Any]:
+    global _protection
+    reply = _answered(request, contents, files, cancellation or Cancellation())
+    if "protection" in reply:
+        found = Protection(**reply.pop("protection"))
+        _protection = _protection if found == _protection else found
     if "problem" in reply:
         raise InputError(request["name"], reply["problem"], reply["remedy"])
     return reply
+
+
+def protection() -> Protection | None:
+    """The confinement of the child that answered last; None before the first."""
+    return _protection
 
 
 class Decoding:
@@ -257,37 +291,53 @@ class Decoding:
         futures.wait([self._future], 1.0)
 
 
-def _answered(request: dict[str, Any], content: bytes, cancellation: Cancellation) -> dict[str, Any]:
+def _answered(
+    request: dict[str, Any], contents: list[bytes], files: list[int], cancellation: Cancellation
+) -> dict[str, Any]:
     """The reply of a child; a child that died before the request reached it, as idle ones may, is replaced once."""
+    module = request["decoder"].partition(":")[0]
     for _ in range(2):
-        with _child() as child, cancellation.watching(child), shared_file() as results:
-            request["results"] = results.name if results is not None else None
-            reply = child.ask(request, content, results)
+        with _child(module) as child, cancellation.watching(child), shared_file() as results:
+            reply = child.ask(request, contents, files, results if child.socket is not None else None)
         if reply is not None:
             return reply
     return {"problem": "cannot be decoded: the decoder process ends at once", "remedy": "Start the program again"}
 
 
 class _Child:
-    """One decoder process; `ask` leaves it ready for the next file, or dead."""
+    """One process for the decoders of `module`; `ask` leaves it ready for the next file, or dead."""
 
-    def __init__(self) -> None:
-        root = str(Path(__file__).resolve().parents[2])
-        known = os.environ.get("PYTHONPATH")
-        self.process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "engine.files.decoder_child"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": root + (os.pathsep + known if known else "")},
-        )
+    def __init__(self, module: str) -> None:
+        self.module = module
+        own, other = socket.socketpair() if HANDS_DESCRIPTORS else (None, None)
+        handed = -1 if other is None else other.fileno()
+        path = [os.path.abspath(place) for place in (str(_PROJECT), *sys.path)]  # noqa: PTH100 - keeps names as they are
+        try:
+            self.process = subprocess.Popen(
+                [sys.executable, "-I", "-c", _START, str(handed), module, *path],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                env={**{name: os.environ[name] for name in _KEPT if name in os.environ}, **_ONE_THREAD},
+                pass_fds=() if other is None else (handed,),
+            )
+        except BaseException:
+            if own is not None:
+                own.close()
+            raise
+        finally:
+            if other is not None:
+                other.close()
+        self.socket = own
         _running.add(self)
 
     @property
     def alive(self) -> bool:
         return self.process.poll() is None
 
-    def ask(self, request: dict[str, Any], content: bytes, results: SharedFile | None) -> dict[str, Any] | None:
+    def ask(
+        self, request: dict[str, Any], contents: list[bytes], files: list[int], results: SharedFile | None
+    ) -> dict[str, Any] | None:
         """The child's reply, or what became of the child; None if it died before the request reached it."""
         requests, replies = self.process.stdin, self.process.stdout
         assert requests is not None
@@ -299,8 +349,12 @@ class _Child:
         watchdog.start()
         arrived = False
         try:
-            requests.write(json.dumps(request).encode() + b"\n")
-            requests.write(content)
+            handed = files if results is None else [*files, results.descriptor]
+            if self.socket is not None and handed:
+                socket.send_fds(self.socket, [b"\n"], handed)
+            line = json.dumps({**request, "descriptors": len(handed), "shared": results is not None})
+            requests.write(line.encode() + b"\n")
+            requests.writelines(contents)
             requests.flush()
             arrived = replies.readline() == b"\n"
             reply = _receive(replies, results, request["memory_bytes"])
@@ -328,7 +382,7 @@ class _Child:
 
     def kill(self) -> None:
         self.process.kill()
-        for pipe in (self.process.stdin, self.process.stdout):
+        for pipe in (self.process.stdin, self.process.stdout, self.socket):
             with contextlib.suppress(OSError):
                 if pipe is not None:
                     pipe.close()
@@ -368,27 +422,43 @@ def _piped(replies: IO[bytes], dtype: np.dtype[Any], shape: tuple[int, ...]) -> 
     return array
 
 
+_protection: Protection | None = None
 _ahead = futures.ThreadPoolExecutor(CHILDREN, thread_name_prefix="decoding")
 _slots = threading.BoundedSemaphore(CHILDREN)
 _idle: list[_Child] = []
+_idle_lock = threading.Lock()
 _running: set[_Child] = set()
 
 
 @contextlib.contextmanager
-def _child() -> Iterator[_Child]:
+def _child(module: str) -> Iterator[_Child]:
     """An idle child or a new one, for one request; it is kept for the next unless the request killed or left it."""
     with _slots:
-        child = _idle.pop() if _idle else _Child()
-        if not child.alive:
-            child.kill()
-            child = _Child()
+        child = _taken(module) or _Child(module)
         try:
             yield child
         except BaseException:
             child.kill()
             raise
         if child.alive:
-            _idle.append(child)
+            with _idle_lock:
+                _idle.append(child)
+                oldest = _idle.pop(0) if len(_idle) > CHILDREN else None
+            if oldest is not None:
+                oldest.kill()
+
+
+def _taken(module: str) -> _Child | None:
+    """An idle child for `module` that is alive, which is idle no more."""
+    with _idle_lock:
+        child = next((idle for idle in _idle if idle.module == module), None)
+        if child is None:
+            return None
+        _idle.remove(child)
+    if child.alive:
+        return child
+    child.kill()
+    return None
 
 
 @atexit.register

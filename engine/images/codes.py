@@ -5,7 +5,7 @@ Cost: bound by memory: 24 megapixels of 16-bit colour 0.15 s on one thread.
 
 from __future__ import annotations
 
-from engine.kernels import scalar
+from engine.kernels import only, scalar
 
 
 @scalar
@@ -22,3 +22,9 @@ def decode_codes(samples, table, white, pixels, saturated):  # type: ignore[no-u
                 full = full or code >= white
                 pixels[row, column, channel] = table[code]
             saturated[row, column] = full
+
+
+def prepare() -> None:
+    """Compile for every kind of samples, before the process gives up what compiling needs."""
+    rest = "Array(float32, 1, 'C'), int64, Array(float32, 3, 'C'), Array(bool_, 2, 'C')"
+    only(decode_codes, *(f"void(Array({code}, 3, 'A', readonly=True), {rest})" for code in ("uint8", "uint16")))

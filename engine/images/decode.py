@@ -142,6 +142,13 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
     }
 
 
+def prepare() -> None:
+    """Compile what `decode` runs, before the child is confined."""
+    from engine.images import codes
+
+    codes.prepare()
+
+
 def _linear(raster: Raster, orientation: int) -> tuple[NDArray[np.float32], NDArray[np.bool_], int]:
     """Upright linear pixels (H, W, 3), saturation mask and the number of pixels that were not finite."""
     samples = raster.samples

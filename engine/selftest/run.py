@@ -6,11 +6,16 @@ import math
 import warnings
 
 from engine.errors import FileError, MissingCapability
-from engine.selftest import light, pictures, reflectance
+from engine.selftest import confinement, light, pictures, reflectance
 from engine.selftest.case import Case, Question, group_of
 from engine.steps import Step, Steps
 
-QUESTIONS: tuple[Question, ...] = (*pictures.QUESTIONS, *reflectance.QUESTIONS, *light.QUESTIONS)
+QUESTIONS: tuple[Question, ...] = (
+    *pictures.QUESTIONS,
+    *reflectance.QUESTIONS,
+    *light.QUESTIONS,
+    *confinement.QUESTIONS,
+)
 
 #: What a row may fail with that is told in its place.
 FAILURES = (

@@ -9,11 +9,12 @@ from typing import Any
 import pytest
 from PySide6.QtWidgets import QApplication
 
-from app import health_dock
+from app import health_dock, healths
 from app.health_dock import report_text
 from app.healths import figures_of, parts_of, worst_of
 from app.main_window import MainWindow
 from engine.environment_file import open_environment
+from engine.files.sandbox import Protection
 from engine.health import Finding, Health, Verdict
 from engine.selftest.case import Case
 from engine.steps import Step, Steps
@@ -60,13 +61,15 @@ def test_the_status_bar_tells_of_all_results(window: MainWindow) -> None:
     assert window.status.health.toolTip() == "12 texels are clipped"
 
 
-def test_bakes_and_reflectances_are_among_the_parts() -> None:
+def test_bakes_and_reflectances_are_among_the_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     from app.document import Project
 
     table = SimpleNamespace(health=Health({"condition": 3.0}))
     made = SimpleNamespace(transport=SimpleNamespace(table=table), health=Health())
+    monkeypatch.setattr(healths, "protection", lambda: Protection(0, True))
     parts = parts_of(Project(), SimpleNamespace(health=DOUBTFUL), [("Bake, sh", made), ("Bake, wavelet", None)])
-    assert [part.name for part in parts] == ["Reflectance", "Bake, sh", "Bake, sh: reflectance"]
+    assert [part.name for part in parts] == ["Reflectance", "Bake, sh", "Bake, sh: reflectance", "Reading of files"]
+    assert "no Landlock" in parts[-1].summary
     assert worst_of(parts).verdict == Verdict.WARNING
     assert [*figures_of(table.health)] == [("Condition", "3", False)]
 

@@ -28,7 +28,7 @@ def say(content, name, first=""):
 @pytest.fixture
 def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (tmp_path / "decoder_that_lies.py").write_text(DECODER)
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.syspath_prepend(tmp_path)
     untrusted.stop_children()
     yield tmp_path / "decoder_that_lies.py"
     untrusted.stop_children()

@@ -10,7 +10,7 @@ from engine.selftest.case import Case, Question
 from engine.selftest.run import QUESTIONS, asked, selftest
 from engine.steps import Step, drain
 
-GROUPS = {"R", "AL", "S", "P", "BR", "M", "F", "W", "L", "Q", "H", "Z", "V", "G", "EN", "GL", "CO", "T", "X"}
+GROUPS = {"R", "AL", "S", "P", "BR", "M", "F", "W", "L", "Q", "H", "Z", "V", "G", "EN", "GL", "CO", "T", "X", "D"}
 
 
 def test_every_group_of_the_catalogue_has_a_row() -> None:
