@@ -1,7 +1,8 @@
 """The command line: every capability of the window is also a verb.
 
 One JSON object on standard output with `--json` and nothing else there; progress and messages go to standard error.
-Exit codes: 0 done, 2 wrong usage, 3 bad input or output, 4 cancelled, 5 a needed capability is missing.
+Exit codes: 0 done, 2 wrong usage, 3 bad input or output, 4 cancelled, 5 a needed capability is missing,
+6 memory, threads or processes ran out.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from types import FrameType
 from typing import Any, NoReturn, cast
 
 import engine
-from engine.errors import FileError, MissingCapability
+from app import last_words
+from engine.errors import FileError, MissingCapability, OutOfMemory, shortage
 from engine.steps import Step
 
 #: Verb and module, in the order in which people meet them.
@@ -43,7 +45,12 @@ VERBS = (
     ("bench", "app.verbs.bench"),
 )
 
-DONE, WRONG_USAGE, BAD_FILE, CANCELLED, MISSING = 0, 2, 3, 4, 5
+DONE, WRONG_USAGE, BAD_FILE, CANCELLED, MISSING, OUT_OF_MEMORY = 0, 2, 3, 4, 5, 6
+
+EXIT_CODES = (
+    "exit codes: 0 done, 2 wrong usage, 3 a file that cannot be used, 4 cancelled, 5 something is missing from the "
+    "machine, 6 memory, threads or processes ran out"
+)
 
 
 class Progress:
@@ -72,6 +79,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="lightarc",
         description="Ten photographs of a material under a moving lamp become a material. Without a verb: the window.",
+        epilog=EXIT_CODES,
     )
     parser.add_argument("--version", action="version", version=f"lightarc {engine.__version__}")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB")
@@ -99,6 +107,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = build_parser().parse_args(words)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(message)s")
     signal.signal(signal.SIGTERM, _interrupt)
+    last_words.leave_last_words(str(OutOfMemory("There is not enough memory or no further thread")), OUT_OF_MEMORY)
     progress = Progress(sys.stderr)
     try:
         result = options.module.run(options, progress)
@@ -110,6 +119,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(progress, MISSING, str(error))
     except WrongUsage as error:
         return _fail(progress, WRONG_USAGE, f"{error} See lightarc {options.verb} -h.")
+    except (OutOfMemory, MemoryError, RuntimeError, ImportError, OSError) as error:
+        lack = shortage(error)
+        if lack is None:
+            raise
+        return _fail(progress, OUT_OF_MEMORY, str(lack))
     progress.clear()
     _print(options, result)
     return int(result.get("exit_code", DONE)) if isinstance(result, dict) else DONE

@@ -16,7 +16,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
-from engine.errors import FileError, LightarcError, MissingCapability
+from engine.errors import FileError, LightarcError, MissingCapability, shortage
 
 log = logging.getLogger(__name__)
 
@@ -79,8 +79,9 @@ def explain(error: BaseException) -> tuple[str, str]:
         return f"{error.problem[:1].upper()}{error.problem[1:]}.\n{error.remedy}.\n\n{error.path}", ""
     if isinstance(error, MissingCapability):
         return f"{error.capability}.\n{error.remedy}.", ""
-    if isinstance(error, MemoryError):
-        return "There is not enough memory for this. Your work is still here; use fewer or smaller photographs.", ""
+    lack = shortage(error)
+    if lack is not None:
+        return f"{lack.problem}.\nYour work is still here. {lack.remedy}.", ""
     trace = "".join(traceback.format_exception(error))
     return "This is a fault in Lightarc, not in your files. Your work is still here; the log has the details.", trace
 

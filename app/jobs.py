@@ -16,8 +16,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from PySide6.QtCore import QObject, QThread, Signal
+from PySide6.QtCore import QObject, QThread, QTimer, Signal
 
+from engine.errors import OutOfMemory
 from engine.steps import Step, Steps
 
 Work = Callable[[], Steps[Any]]
@@ -163,6 +164,9 @@ class Jobs(QObject):
                 job.begun, job.started_s = True, time.monotonic()
                 job._thread.start()
             self.changed.emit(job)
+            if not job._thread.isRunning() and not job._thread.isFinished():  # Qt says so only in its log
+                lack = Outcome("failed", error=OutOfMemory("No further thread can be started"))
+                QTimer.singleShot(0, self, lambda job=job, lack=lack: self._end(job, lack))
 
     def _progress(self, job: Job, step: Step) -> None:
         if not job.over:

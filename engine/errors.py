@@ -6,6 +6,7 @@ be right. The command line turns them into exit codes (`app.cli`), the window in
 
 from __future__ import annotations
 
+import errno
 import os
 
 
@@ -45,3 +46,44 @@ class MissingCapability(LightarcError):
 
     def __str__(self) -> str:
         return f"{self.capability}. {self.remedy}."
+
+
+class OutOfMemory(LightarcError):
+    """Memory, threads or processes have run out: `problem` says of what there was too little, `remedy` what helps."""
+
+    def __init__(self, problem: str) -> None:
+        self.problem = problem.rstrip(".")
+        self.remedy = (
+            "Close other programs, ask for fewer pixels, texels or vertices, or raise the limits of this account "
+            "(ulimit -v, ulimit -u)"
+        )
+        super().__init__(self.problem)
+
+    def __str__(self) -> str:
+        return f"{self.problem}. {self.remedy}."
+
+
+def shortage(error: BaseException) -> OutOfMemory | None:
+    """`error` as OutOfMemory where that is what it means, in whatever words a library puts it; else None."""
+    if isinstance(error, OutOfMemory):
+        return error
+    if isinstance(error, MemoryError):
+        needed_bytes = getattr(error, "_total_size", 0)  # of numpy's
+        more = f": {needed_bytes / 2**20:,.1f} MiB more were needed" if needed_bytes else ""
+        return OutOfMemory(f"There is not enough memory{more}")
+    if isinstance(error, RuntimeError) and "can't start new thread" in str(error):
+        return OutOfMemory("No further thread can be started")
+    if isinstance(error, OSError) and error.errno == errno.ENOMEM:
+        return OutOfMemory("There is not enough memory")
+    if isinstance(error, BlockingIOError) and not hasattr(error, "characters_written"):  # of a fork, not of a pipe
+        return OutOfMemory("No further process can be started")
+    if isinstance(error, ImportError | OSError):
+        if any(words in str(error).lower() for words in _NO_ROOM_FOR_LIBRARY):
+            return OutOfMemory("There is not enough memory to load all libraries")
+        cause = error.__cause__ or error.__context__
+        return shortage(cause) if cause is not None else None
+    return None
+
+
+#: Words of the dynamic linker that finds no memory for a library.
+_NO_ROOM_FOR_LIBRARY = ("failed to map segment", "cannot allocate memory", "cannot map zero-fill")

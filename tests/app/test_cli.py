@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import json
 import logging
 import os
@@ -18,11 +19,12 @@ from typing import Any
 import pytest
 
 from app import cli
-from engine.errors import InputError, MissingCapability, OutputError
+from engine.errors import InputError, MissingCapability, OutOfMemory, OutputError
 from engine.steps import Step
 
 PROJECT = Path(__file__).resolve().parents[2]
 NAMES = [name for name, _ in cli.VERBS]
+REMEDY = OutOfMemory("").remedy
 
 
 def lightarc(*words: str | bytes, **options: Any) -> subprocess.CompletedProcess[bytes]:
@@ -80,6 +82,15 @@ def test_every_option_of_a_verb_is_explained(name: str) -> None:
         (KeyboardInterrupt(), 4, "Cancelled; nothing was written."),
         (MissingCapability("No OpenGL 3.3", "Install Mesa"), 5, "No OpenGL 3.3. Install Mesa."),
         (cli.WrongUsage("Size must be positive."), 2, "Size must be positive. See lightarc act -h."),
+        (MemoryError(), 6, f"There is not enough memory. {REMEDY}."),
+        (OSError(errno.ENOMEM, "Cannot allocate memory"), 6, f"There is not enough memory. {REMEDY}."),
+        (RuntimeError("can't start new thread"), 6, f"No further thread can be started. {REMEDY}."),
+        (OSError(errno.EAGAIN, "of a fork"), 6, f"No further process can be started. {REMEDY}."),
+        (
+            ImportError("libLLVM.so: failed to map segment from shared object"),
+            6,
+            f"There is not enough memory to load all libraries. {REMEDY}.",
+        ),
     ],
 )
 def test_failures_become_exit_codes_and_one_sentence(
@@ -93,9 +104,10 @@ def test_failures_become_exit_codes_and_one_sentence(
 
 
 def test_mistakes_of_the_programmer_are_not_hidden(stub: Callable[..., None]) -> None:
-    stub(raising(ZeroDivisionError("a bug")))
-    with pytest.raises(ZeroDivisionError):
-        cli.main(["act"])
+    for bug in (ZeroDivisionError("a bug"), RuntimeError("a bug"), OSError(errno.EBADF, "a bug")):
+        stub(raising(bug))
+        with pytest.raises(type(bug), match="a bug"):
+            cli.main(["act"])
 
 
 def test_json_is_one_object_and_nothing_else(stub: Callable[..., None], capfd: pytest.CaptureFixture[str]) -> None:
