@@ -129,7 +129,7 @@ def open_bundle(path: str | os.PathLike[str]) -> Material:
 
 
 def verify_bundle(path: str | os.PathLike[str]) -> Verification:
-    """Check names, sizes, fingerprints, schema, bounds and pixels of a bundle, and collect what is wrong.
+    """Check names, sizes, fingerprints, schema, bounds, pixels, page and shader of a bundle, and collect what is wrong.
 
     Raises InputError only where there is nothing to look at: `path` is missing or not readable.
     """
@@ -143,7 +143,9 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
     if not problems:
         try:
             _check_brdf(archive, manifest)
-            _check_values(_material(archive, manifest))
+            material = _material(archive, manifest)
+            _check_values(material)
+            problems += _foreign_problems(archive, manifest, material)
         except InputError as error:
             problems.append(f"{error.problem}.")
         except ValueError as error:
@@ -279,6 +281,37 @@ def _check_brdf(archive: Archive, manifest: Manifest) -> None:
     brdf = read_json(archive.read(BRDF, _JSON_LIMIT_BYTES), archive.path, BRDF)
     if not isinstance(brdf, dict) or brdf.get("text") != manifest.brdf:
         raise InputError(archive.path, f"{BRDF} contradicts the manifest", "Export the bundle again")
+
+
+def _foreign_problems(archive: Archive, manifest: Manifest, material: Material) -> list[str]:
+    """What shows the material without this program must be what this program makes of it: a page runs in a browser.
+
+    The version in the manifest is named and not believed: whoever replaced a page can have written it.
+    """
+    from engine.files.handover import brdf_json, is_same_text, shader, viewer
+
+    problems = []
+    makers = {BRDF: brdf_json, SHADER: shader, VIEWER: viewer}
+    for name, make in makers.items():
+        if name not in manifest.members:
+            continue
+        try:
+            same = is_same_text(archive.read(name, _SMALL_LIMIT_BYTES), make(material))
+        except ValueError:  # a page for a material that has none
+            same = False
+        if not same:
+            problems.append(f"{name} {_foreign(manifest.software.get('lightarc', ''))}.")
+    return problems
+
+
+def _foreign(version: str) -> str:
+    if version == engine.__version__:
+        return "is not what this program makes of the material; do not open it, and export the bundle again"
+    stated = f"by version {version[:20]!r}" if version else "by no version that is named"
+    return (
+        f"was made {stated} and cannot be checked by this one ({engine.__version__}); "
+        "do not open it unless you trust where it comes from, or export the bundle again"
+    )
 
 
 def _check_values(material: Material) -> None:

