@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ import numpy as np
 from app.brdf_names import BRDF_NAMES
 from app.comparison import MARKERS, Entry, Fitted
 from app.jobs import Job
+from app.results import TABLE
 from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, model_name
 from engine.gl.factor_textures import factor_source
 from engine.steps import Step, Steps, part
@@ -119,20 +121,23 @@ def _as_material(brdf: Any) -> Steps[dict[str, Any]]:
 
 
 def save_table(bench: Workbench, brdf: Any, path: Path) -> Job:
-    """Write `brdf` as a table: .binary as MERL, .exr as ours."""
-    job = bench.jobs.submit(f"Writing {path.name}", lambda: _write(brdf, path))
+    """Write `brdf` as a table: .binary as MERL, .exr as ours; never over a file of the library."""
+    files = [str(file) for file in bench.document.project.comparison.files]
+    job = bench.jobs.submit(f"Writing {path.name}", lambda: _write(brdf, path, files))
     job.succeeded.connect(bench.said.emit)
     return job
 
 
-def _write(brdf: Any, path: Path) -> Steps[str]:
-    """Writes the table and says in a sentence what it cost."""
+def _write(brdf: Any, path: Path, inputs: Sequence[str]) -> Steps[str]:
+    """Writes the table and says in a sentence what it cost. A person was asked before a file is replaced."""
     yield Step(0.0, "preparing kernels")
     from engine.brdf.merl import write_merl
     from engine.brdf.resample import SHAPE, resample
     from engine.brdf.table import DirectionTable, HalfDifferenceTable
     from engine.brdf.table_file import write_table
+    from engine.files.outputs import check_outputs
 
+    check_outputs([(str(path), TABLE)], inputs, overwrite=True)
     merl = path.suffix.lower() == ".binary"
     kept = isinstance(brdf, HalfDifferenceTable) and (brdf.missing.shape == SHAPE or not merl)
     lost = ""

@@ -22,6 +22,7 @@ from typing import Any, NoReturn, cast
 
 import engine
 from app import last_words
+from app.results import add_overwrite, check_results
 from engine.errors import FileError, MissingCapability, OutOfMemory, shortage
 from engine.steps import Step
 
@@ -93,6 +94,7 @@ def build_parser() -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         module.add_arguments(verb)
+        add_overwrite(verb)
         verb.add_argument("--json", action="store_true", help="print one JSON object on standard output")
         verb.set_defaults(module=module)
     return parser
@@ -104,12 +106,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         # File names may hold bytes that no encoding knows.
         cast("io.TextIOWrapper", stream).reconfigure(errors="backslashreplace")
-    options = build_parser().parse_args(words)
+    parser = build_parser()
+    options = parser.parse_args(words)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(message)s")
     signal.signal(signal.SIGTERM, _interrupt)
     last_words.leave_last_words(str(OutOfMemory("There is not enough memory or no further thread")), OUT_OF_MEMORY)
     progress = Progress(sys.stderr)
     try:
+        check_results(parser, options)
         result = options.module.run(options, progress)
     except KeyboardInterrupt:
         return _fail(progress, CANCELLED, "Cancelled; nothing was written.")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.results import FACTORS
 from engine.colour import luminance
 from engine.render.display import diverging
 from engine.steps import Step, Steps, part
@@ -73,7 +74,9 @@ def exported(factorisation: Factorisation, terms: int, folder: Path) -> Steps[st
     """Write so many terms to `folder`; says what stands there."""
     yield Step(0.0, "writing factors")
     from engine.factor.factor_file import write_factors
+    from engine.files.outputs import check_outputs
 
+    check_outputs([(str(folder), FACTORS)], ())
     kept = write_factors(folder, _of(factorisation, terms))
     textures = kept.ladder[-1].textures if kept.ladder else 0
     return f"{folder.name} written: {textures} textures"

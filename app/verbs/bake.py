@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from app.results import TRANSPORT, Input, Output
 from app.verbs import bake_auto, vary
 from app.verbs.baked import carry_out, subject_of, words_of_time
 from app.verbs.brdf import BRDF_HELP
@@ -26,9 +27,21 @@ AUTO = "auto"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob")
-    parser.add_argument("--brdf", required=True, metavar="TEXT", help=BRDF_HELP)
-    parser.add_argument("-o", "--output", required=True, metavar="TRANSPORT", help="file to write, say bunny.transport")
+    parser.add_argument(
+        "mesh",
+        type=Input(reach="file"),
+        metavar="MESH",
+        help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob",
+    )
+    parser.add_argument("--brdf", required=True, type=Input(), metavar="TEXT", help=BRDF_HELP)
+    parser.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type=Output(TRANSPORT),
+        metavar="TRANSPORT",
+        help="file to write, say bunny.transport",
+    )
     hints = "; ".join(f"{method.name}: {method.hint}" for method in transport.METHODS)
     parser.add_argument(
         "--mode",
@@ -49,6 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     vary.add_argument(parser, f"for {', '.join(varied)} and {AUTO}; for sh twice at most")
     parser.add_argument(
         "--error-env",
+        type=Input(reach="file"),
         metavar="FILE",
         help="measure the error under this environment at 400 vertices, seen from 20 directions (half a minute)",
     )
@@ -59,6 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--cluster",
+        type=str,
         metavar="ADDRESS",
         help="bake on the workers of a Dask cluster that has this program: the address of its scheduler, say "
         "tcp://192.168.0.10:8786; use only a cluster of your own",

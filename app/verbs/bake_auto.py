@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
+from app.results import Input
 from app.verbs.baked import carry_out, subject_of
 from app.verbs.plan import add_budget, plan_for, record
 from app.verbs.vary import variations_of
@@ -16,7 +17,9 @@ SHARED = ("--fine",)
 
 
 def add_arguments(parser: Any) -> None:
-    parser.add_argument("--env", metavar="FILE", help="the light that it is for, as for lightarc render")
+    parser.add_argument(
+        "--env", type=Input(reach="file"), metavar="FILE", help="the light that it is for, as for lightarc render"
+    )
     add_budget(parser)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.results import TABLE, Input, Output
 from engine.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     evaluate = _action(actions, "eval", "values in 1/sr without the cosine")
     evaluate.add_argument(
         "--directions",
+        type=Input(),
         metavar="FILE",
         help="CSV of theta_i, phi_i, theta_o, phi_o in degrees, a pair a line",
     )
@@ -41,20 +43,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     evaluate.add_argument("--wo-deg", type=two_numbers, metavar="THETA,PHI", help="a single pair: towards the viewer")
 
     fit = _action(actions, "fit", "the parameters of a model that come nearest")
-    fit.add_argument("--model", required=True, metavar="MODEL", help="e.g. ggx, or ggx:alpha=0.3 to start from there")
-    fit.add_argument("--fix", default="", metavar="NAMES", help="parameters that keep their value, e.g. f0,kd")
+    fit.add_argument(
+        "--model", type=str, required=True, metavar="MODEL", help="e.g. ggx, or ggx:alpha=0.3 to start from there"
+    )
+    fit.add_argument(
+        "--fix", type=str, default="", metavar="NAMES", help="parameters that keep their value, e.g. f0,kd"
+    )
     fit.add_argument("--weighting", default="log", choices=("log", "cosine"), help="what counts: all parts, or energy")
     fit.add_argument("--samples", type=int, default=8000, metavar="N", help="directions that are compared (8000)")
     fit.add_argument("--seed", type=int, default=0, metavar="N", help="of directions and starts (0)")
 
     convert = _action(actions, "convert", "write a table: .binary as MERL, .exr as ours")
-    convert.add_argument("-o", "--output", required=True, metavar="FILE", help=".binary (MERL) or .exr (ours)")
+    convert.add_argument(
+        "-o", "--output", required=True, type=Output(TABLE), metavar="FILE", help=".binary (MERL) or .exr (ours)"
+    )
 
 
 def _action(actions: Any, name: str, words: str, *, brdf: bool = True) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = actions.add_parser(name, help=words, description=f"{words.capitalize()}.")
     if brdf:
-        parser.add_argument("brdf", metavar="BRDF", help=BRDF_HELP)
+        parser.add_argument("brdf", type=Input(), metavar="BRDF", help=BRDF_HELP)
     # As for the verb itself, whose value must not be overwritten where it stands before the action.
     parser.add_argument(
         "--json", action="store_true", default=argparse.SUPPRESS, help="print one JSON object on standard output"
@@ -226,7 +234,6 @@ def _fit(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[st
 
 def _convert(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """What was written, and how far the table is from what it was made of."""
-    from app.cli import WrongUsage
     from engine.brdf.merl import SIZE_BYTES, write_merl
     from engine.brdf.resample import SHAPE, resample
     from engine.brdf.table import DirectionTable, HalfDifferenceTable
@@ -234,8 +241,6 @@ def _convert(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
     from engine.files.atomic import require_space
 
     output = Path(arguments.output)
-    if output.suffix.lower() not in (".binary", ".exr"):
-        raise WrongUsage(f"{output.name} must end in .binary (MERL) or .exr (our table).")
     require_space(output, SIZE_BYTES)
     show(Step(0.0, "reading"))
     merl = output.suffix.lower() == ".binary"

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app import cli
+from app.results import Input
 from engine.steps import Step
 
 NAME = "bundle"
@@ -16,7 +17,7 @@ EXAMPLE = "lightarc bundle verify woven.lightarc --json"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("action", choices=("verify", "show"), help="verify: check everything; show: print the manifest")
-    parser.add_argument("path", metavar="BUNDLE", help="a .lightarc file or a bundle folder")
+    parser.add_argument("path", type=Input(), metavar="BUNDLE", help="a .lightarc file or a bundle folder")
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:

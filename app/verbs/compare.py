@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from app.results import Input, Output, picture_by, software
 from engine.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -24,22 +25,25 @@ SELECTED = 0.5
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("picture", metavar="A", help="EXR, HDR, PNG, TIFF or JPEG; compared as linear light")
-    parser.add_argument("reference", metavar="B", help="what it should be; errors are relative to it")
-    parser.add_argument("--mask", metavar="M", help="a picture of the same size, white where pixels count")
+    parser.add_argument(
+        "picture", type=Input(), metavar="A", help="EXR, HDR, PNG, TIFF or JPEG; compared as linear light"
+    )
+    parser.add_argument("reference", type=Input(), metavar="B", help="what it should be; errors are relative to it")
+    parser.add_argument(
+        "--mask", type=Input(), metavar="M", help="a picture of the same size, white where pixels count"
+    )
     parser.add_argument(
         "--difference",
+        type=Output(picture_by("compare", ".png")),
         metavar="OUT.png",
         help="picture of A less B in luminance: orange where A is brighter, blue where it is darker, with its scale",
     )
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from app.cli import usage
     from engine.accuracy.compare import comparison
     from engine.images.decode import read_image
 
-    usage(_check, arguments)
     start = time.perf_counter()
     picture, reference = (read_image(path) for path in (arguments.picture, arguments.reference))
     _same_size(arguments, arguments.picture, picture, reference)
@@ -68,11 +72,6 @@ def report(result: dict[str, Any]) -> str:
     relative = "–" if result["rmse_rel"] is None else f"{100 * result['rmse_rel']:.3g} %"
     figures = f"relative RMSE {relative}, FLIP {result['flip']:.4f}, largest difference {result['max_abs']:.4g}"
     return "\n".join([f"{figures}, {result['pixels']} pixels", *result["warnings"]])
-
-
-def _check(arguments: argparse.Namespace) -> None:
-    if arguments.difference and not arguments.difference.lower().endswith(".png"):
-        raise ValueError(f"{arguments.difference!r} must end in .png")
 
 
 def _is_radiance(image: Image) -> bool:
@@ -129,7 +128,7 @@ def _write(arguments: argparse.Namespace, a: NDArray[Any], b: NDArray[Any], want
     if not arguments.difference:
         return None
     apart, scale = signed_difference(np.where(wanted[..., None], a, 0), np.where(wanted[..., None], b, 0))
-    write_bytes(arguments.difference, encode_png(labelled(apart, scale)))
+    write_bytes(arguments.difference, encode_png(labelled(apart, scale), software=software("compare")))
     return scale
 
 

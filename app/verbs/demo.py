@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from app.results import DEMO, Output
 from engine.steps import Step, drain
 
 HELP = "Go the whole path on the built-in sample and leave everything, with a contact sheet, in a folder."
@@ -15,7 +16,9 @@ EXAMPLE = "lightarc demo -o demo"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", required=True, type=Path, metavar="FOLDER", help="folder for the results")
+    parser.add_argument(
+        "-o", "--output", required=True, type=Output(DEMO, Path), metavar="FOLDER", help="folder for the results"
+    )
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from app.results import FACTORS, Input, Output
 from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step, drain
 
@@ -49,14 +50,22 @@ METRICS = ("abs_log", "sq_log", "max_log", "abs", "sq", "max")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("brdf", metavar="BRDF", nargs="*", help=f"{BRDF_HELP}; one, or several with --table")
+    parser.add_argument(
+        "brdf", type=Input(), metavar="BRDF", nargs="*", help=f"{BRDF_HELP}; one, or several with --table"
+    )
     parser.add_argument(
         "--table",
         action="store_true",
         help="compare searches, fixed projections and sums at equal bytes on each BRDF, as Cole's Fig. 4.2 does; "
         "minutes each (blue paint, Cook-Torrance)",
     )
-    parser.add_argument("-o", "--output", metavar="FACTORS", help="folder to write: factors.json and OpenEXR textures")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Output(FACTORS),
+        metavar="FACTORS",
+        help="folder to write: factors.json and OpenEXR textures",
+    )
     parser.add_argument(
         "--method", default="auto", choices=METHODS, help="auto: symmetric where the matrix is, else svd"
     )
@@ -98,7 +107,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--preset", default="default", choices=("default", "thesis"), help="of the search: ours, or Cole's own"
     )
-    parser.add_argument("--resume", metavar="FACTORS", help="a folder of searched factors, to go on to more terms")
+    parser.add_argument(
+        "--resume", type=Input(), metavar="FACTORS", help="a folder of searched factors, to go on to more terms"
+    )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of samples and starts (1)")
 
 

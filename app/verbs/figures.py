@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.results import Input, Output, figures_in
 from engine.steps import Step, drain, part
 
 if TYPE_CHECKING:
@@ -31,10 +32,27 @@ FIGURES = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     known = "; ".join(f"{name}: {words}" for name, (_, words) in FIGURES.items())
-    parser.add_argument("names", nargs="+", metavar="NAME", help=f"{known}; all: every one of them")
-    parser.add_argument("-o", "--output", required=True, type=Path, metavar="FOLDER", help="each gets a folder there")
-    parser.add_argument("--mesh", metavar="MESH", help="a file or a built-in model in place of the figures' own")
-    parser.add_argument("--env", metavar="FILE", help="light of the figures that show an environment, as for render")
+    parser.add_argument("names", type=str, nargs="+", metavar="NAME", help=f"{known}; all: every one of them")
+    parser.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type=Output(figures_in, Path),
+        metavar="FOLDER",
+        help="each gets a folder there",
+    )
+    parser.add_argument(
+        "--mesh",
+        type=Input(reach="file"),
+        metavar="MESH",
+        help="a file or a built-in model in place of the figures' own",
+    )
+    parser.add_argument(
+        "--env",
+        type=Input(reach="file"),
+        metavar="FILE",
+        help="light of the figures that show an environment, as for render",
+    )
     parser.add_argument("--quick", action="store_true", help="few vertices, pixels and samples, to see that it works")
 
 

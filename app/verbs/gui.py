@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from app.results import Input
 from engine.errors import MissingCapability
 from engine.steps import Step
 
@@ -18,7 +19,9 @@ EXAMPLE = "lightarc gui --sample"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="photographs, a folder, a mesh or a bundle")
+    parser.add_argument(
+        "files", nargs="*", type=Input(Path), metavar="FILE", help="photographs, a folder, a mesh or a bundle"
+    )
     parser.add_argument("--sample", action="store_true", help="begin with the built-in sample capture")
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from engine.errors import InputError
+from app.results import STACK, Input, Output
 from engine.steps import Step, drain
 
 HELP = "Import photographs of a material under a moving lamp: decode, align, crop and report."
@@ -19,9 +19,15 @@ _MOTIONS = ("auto", "translation", "euclidean", "affine", "homography")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "photographs", nargs="+", type=Path, metavar="FOLDER", help="a folder, the photographs, or a zip or tar of them"
+        "photographs",
+        nargs="+",
+        type=Input(Path, "beside"),
+        metavar="FOLDER",
+        help="a folder, the photographs, or a zip or tar of them",
     )
-    parser.add_argument("-o", "--output", required=True, type=Path, metavar="STACK", help="folder of the stack")
+    parser.add_argument(
+        "-o", "--output", required=True, type=Output(STACK, Path), metavar="STACK", help="folder of the stack"
+    )
     parser.add_argument(
         "--angles-deg",
         type=_numbers,
@@ -57,9 +63,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--size", type=_size, metavar="WIDTHxHEIGHT", help="of the pictures in the stack, with --corners or --crop"
     )
-    parser.add_argument("--dark", type=Path, metavar="FILE", help="photograph without light, which is subtracted")
+    parser.add_argument(
+        "--dark", type=Input(Path), metavar="FILE", help="photograph without light, which is subtracted"
+    )
     flat = parser.add_mutually_exclusive_group()
-    flat.add_argument("--flat", type=Path, metavar="FILE", help="photograph of an even white surface: fall-off")
+    flat.add_argument("--flat", type=Input(Path), metavar="FILE", help="photograph of an even white surface: fall-off")
     flat.add_argument("--no-flat", action="store_true", help="do not use the flat field that lies beside them")
     parser.add_argument(
         "--lamp-distance",
@@ -107,7 +115,6 @@ def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scrat
     frames = [path for path in (arguments.dark, arguments.flat) if path is not None]
     outline, angles_deg = _outline(arguments.sphere), arguments.angles_deg
     sources = drain(find_packed(arguments.photographs, angles_deg, sphere=outline, aside=frames, scratch=scratch), show)
-    _refuse_inside(arguments.output, arguments.photographs)
     settings = usage(
         lambda: ImportSettings(
             motion="none" if arguments.no_align else arguments.motion,
@@ -197,19 +204,6 @@ def _peak_bytes(process: Any) -> int:
         return int(getattr(memory, "peak_wset", memory.rss))
     except (psutil.Error, OSError):
         return 0
-
-
-def _refuse_inside(output: Path, photographs: list[Path]) -> None:
-    """The stack must not be a folder of photographs nor lie in one; beside an archive of them it may."""
-    from engine.files.unpack import is_archive
-
-    place = output.resolve()
-    for path in photographs:
-        folder = (path if path.is_dir() else path.parent).resolve()
-        if place == folder:
-            raise InputError(output, "is the folder of the photographs", "Name another folder for the stack")
-        if folder in place.parents and not is_archive(path):
-            raise InputError(output, "lies in the folder of the photographs", "Name a folder beside it for the stack")
 
 
 def _numbers(text: str) -> list[float]:

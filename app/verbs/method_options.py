@@ -9,6 +9,7 @@ import argparse
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from app.results import Input
 from engine.params import Parameter, parameters
 from engine.transport import method as transport
 from engine.transport.method import Method
@@ -50,8 +51,8 @@ def _option(owners: list[tuple[Method, Parameter]]) -> dict[str, Any]:
         more = {"action": "store_const", "const": True}
     elif parameter.kind == "choice":
         more = {"choices": parameter.values}
-    elif parameter.kind == "texts":
-        more["action"] = "append"
+    elif parameter.kind in ("text", "texts"):
+        more |= {"type": Input()} | ({"action": "append"} if parameter.kind == "texts" else {})
     return {"help": "; ".join(docs), "default": None, **more}
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from app.results import software
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -67,6 +69,6 @@ def write_picture(
         channels = rgb_channels(picture[..., :3])
         for name, layer in (layers or {}).items():
             channels |= rgb_channels(layer, name)
-        write_exr(path, channels, half=not layers)
+        write_exr(path, channels, half=not layers, attributes={"software": software("render")})
     else:
-        write_bytes(path, encode_png(displayed(picture, display)))
+        write_bytes(path, encode_png(displayed(picture, display), software=software("render")))

@@ -8,6 +8,7 @@ import textwrap
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from app.results import Input
 from app.verbs import vary
 from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step, drain, part
@@ -26,11 +27,18 @@ FRAMES = 20_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob")
+    parser.add_argument(
+        "mesh",
+        type=Input(reach="file"),
+        metavar="MESH",
+        help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob",
+    )
     what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument("--brdf", metavar="TEXT", help=BRDF_HELP)
-    what.add_argument("--material", metavar="BUNDLE", help="a material, with its own reflectance")
-    parser.add_argument("--env", required=True, metavar="FILE", help="an environment, as for lightarc render")
+    what.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
+    what.add_argument("--material", type=Input(), metavar="BUNDLE", help="a material, with its own reflectance")
+    parser.add_argument(
+        "--env", required=True, type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
+    )
     add_budget(parser)
     vary.add_argument(parser)
     parser.add_argument("--env-rotation-deg", type=float, default=0.0, metavar="A", help="turn it about +Y (0)")
@@ -60,10 +68,15 @@ def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> Non
     budget.add_argument("--error", type=float, metavar="E", help="relative error that is allowed (0.01)")
     budget.add_argument("--time-ms", type=float, metavar="MS", help="time of a frame that is allowed")
     parser.add_argument(
-        "--force", action="append", default=[], metavar="EFFECT", help="work an effect out even if it adds nothing"
+        "--force",
+        type=str,
+        action="append",
+        default=[],
+        metavar="EFFECT",
+        help="work an effect out even if it adds nothing",
     )
     parser.add_argument(
-        "--skip", action="append", default=[], metavar="EFFECT", help="leave an effect out whatever it adds"
+        "--skip", type=str, action="append", default=[], metavar="EFFECT", help="leave an effect out whatever it adds"
     )
 
 

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from app.results import Input, Output, picture_by
 from app.verbs import render_auto, render_transport
 from app.verbs.lights import LIGHT_DEG, angles_argument, lamp_argument
 from app.verbs.pictures import ON_PROCESSOR, off_screen, record_of, write_picture
@@ -37,11 +38,26 @@ MOST_DEPTH = 1000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("mesh", metavar="MESH", help="a file, or one of sphere, plane, torus-knot, cloth, blob")
-    parser.add_argument("-o", "--output", required=True, metavar="IMAGE", help=".png (tone-mapped) or .exr (radiance)")
-    parser.add_argument("--material", metavar="BUNDLE", help="without it, the BRDF alone is shown")
     parser.add_argument(
-        "--brdf", metavar="TEXT", help="phong:exponent=20 or a measured file; otherwise the material's own"
+        "mesh",
+        type=Input(reach="file"),
+        metavar="MESH",
+        help="a file, or one of sphere, plane, torus-knot, cloth, blob",
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type=Output(picture_by("render", ".png", ".exr")),
+        metavar="IMAGE",
+        help=".png (tone-mapped) or .exr (radiance)",
+    )
+    parser.add_argument("--material", type=Input(), metavar="BUNDLE", help="without it, the BRDF alone is shown")
+    parser.add_argument(
+        "--brdf",
+        type=Input(),
+        metavar="TEXT",
+        help="phong:exponent=20 or a measured file; otherwise the material's own",
     )
     parser.add_argument(
         "--light-deg",
@@ -55,6 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--env",
+        type=Input(reach="file"),
         metavar="FILE",
         help="light from all around instead: an equirectangular .hdr or .exr, or one of studio, sky, noon, afternoon, "
         "evening, sunset, overcast, softboxes, ring-light, strip-lights, window",
@@ -105,6 +122,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--height", type=int, default=768, metavar="PX", help="of the picture (768)")
     parser.add_argument(
         "--camera",
+        type=str,
         metavar="TEXT",
         help="'eye=0,0,4 target=0,0,0 up=0,1,0 fov_deg=35' in the mesh's own coordinates, vertical field of view; "
         "what is left out frames the model",
@@ -172,8 +190,6 @@ def report(result: dict[str, Any]) -> str:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    if not str(arguments.output).lower().endswith((".png", ".exr")):
-        raise ValueError(f"{arguments.output!r} must end in .png or .exr")
     if arguments.width < 1 or arguments.height < 1 or arguments.width * arguments.height > MOST_PIXELS:
         raise ValueError(f"a picture of {arguments.width} × {arguments.height} pixels is not possible")
     render_auto.check(arguments)

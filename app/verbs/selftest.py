@@ -17,7 +17,7 @@ FAILED = 1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--only", nargs="+", metavar="ID", help="cases of these ids or groups: H5 V EN")
+    parser.add_argument("--only", type=str, nargs="+", metavar="ID", help="cases of these ids or groups: H5 V EN")
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:

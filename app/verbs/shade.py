@@ -7,9 +7,9 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.results import Input, Output, material_at, picture_by, software
 from engine.steps import Step, Steps, drain, part
 
 if TYPE_CHECKING:
@@ -27,16 +27,22 @@ MOST_WORST_TEXELS = 10_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("stack", metavar="STACK", help="folder that 'lightarc import' made")
+    parser.add_argument("stack", type=Input(), metavar="STACK", help="folder that 'lightarc import' made")
     parser.add_argument(
-        "-o", "--output", required=True, metavar="MATERIAL", help="bundle: a .lightarc file or a folder"
+        "-o",
+        "--output",
+        required=True,
+        type=Output(material_at),
+        metavar="MATERIAL",
+        help="bundle: a .lightarc file or a folder",
     )
     parser.add_argument("--slices", type=int, default=8, metavar="N", help="slices of the shading map (8)")
     parser.add_argument(
-        "--exclude", nargs="+", action="extend", default=[], metavar="NAME", help="photographs to leave out"
+        "--exclude", type=str, nargs="+", action="extend", default=[], metavar="NAME", help="photographs to leave out"
     )
     parser.add_argument(
         "--brdf",
+        type=Input(),
         metavar="TEXT",
         help="the reflectance: phong:exponent=20 or a measured file, which the bundle then holds as a table",
     )
@@ -60,7 +66,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="store exponents in so many bits; with 8 or 16 the scale becomes half floats (32)",
     )
     compression.add_argument("--worst", type=int, default=10, metavar="N", help="list the N worst texels (10)")
-    compression.add_argument("--error-map", metavar="FILE.png", help="picture of the error of each texel")
+    pictures = picture_by("shade", ".png")
+    compression.add_argument(
+        "--error-map", type=Output(pictures), metavar="FILE.png", help="picture of the error of each texel"
+    )
     tiling = parser.add_argument_group("tiling")
     tiling.add_argument("--tileable", action="store_true", help="cut the material so that it repeats without seams")
     tiling.add_argument(
@@ -69,20 +78,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="texels over which opposite edges are joined (an eighth of the shorter side)",
     )
-    tiling.add_argument("--tile-preview", metavar="FILE.png", help="picture of 3 x 3 tiles")
+    tiling.add_argument("--tile-preview", type=Output(pictures), metavar="FILE.png", help="picture of 3 x 3 tiles")
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.cli import usage
     from engine.capture.stack import open_stack
-    from engine.files.bundle import check_replaceable, save_bundle
+    from engine.files.bundle import save_bundle
     from engine.material import error_figures
     from engine.shading.prepare import prepare_kernels
     from engine.shading.shading_map import build, included
     from engine.shading.tile import make_tile
 
     usage(_check, arguments)
-    check_replaceable(Path(arguments.output))
     stack = open_stack(arguments.stack)
     usage(included, stack, arguments.exclude)
     reflectance = _reflectance(arguments, show)
@@ -218,7 +226,7 @@ def _pictures(
 
     worst = worst_texels(power_law, arguments.worst) if power_law else ()
     if power_law and arguments.error_map:
-        write_bytes(arguments.error_map, encode_png(error_picture(power_law, worst)))
+        write_bytes(arguments.error_map, encode_png(error_picture(power_law, worst), software=software("shade")))
     if arguments.tile_preview:
-        write_bytes(arguments.tile_preview, encode_png(tile_preview(shading_map)))
+        write_bytes(arguments.tile_preview, encode_png(tile_preview(shading_map), software=software("shade")))
     return worst

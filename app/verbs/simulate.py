@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from app.results import CAPTURE, Output
 from engine.steps import Step, drain
 
 HELP = "Photograph a procedural sample on the virtual light arc, with the truth beside the photographs."
@@ -16,7 +17,9 @@ EXAMPLE = "lightarc simulate -o woven --sample woven --elevations-deg 5,20,40,60
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-o", "--output", required=True, type=Path, metavar="FOLDER", help="folder of the capture")
+    parser.add_argument(
+        "-o", "--output", required=True, type=Output(CAPTURE, Path), metavar="FOLDER", help="folder of the capture"
+    )
     parser.add_argument("--sample", default="woven", choices=("woven", "hammered", "leather", "plain"))
     parser.add_argument(
         "--elevations-deg",

@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.results import Input, Output, sweep_in
 from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step, drain, part
 
@@ -38,13 +39,25 @@ FIGURE_WORDS = {"frame_s": "frame", "relight_s": "turned light", "bake_s": "bake
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("mesh", metavar="MESH", help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob")
-    parser.add_argument("--brdf", metavar="TEXT", help=BRDF_HELP)
-    parser.add_argument("--material", metavar="BUNDLE", help="a material that is looked up, with its own reflectance")
-    parser.add_argument("--env", required=True, metavar="FILE", help="an environment, as for lightarc render")
-    parser.add_argument("-o", "--output", required=True, type=Path, metavar="FOLDER", help="for JSON, CSV and plots")
+    parser.add_argument(
+        "mesh",
+        type=Input(reach="file"),
+        metavar="MESH",
+        help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob",
+    )
+    parser.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
+    parser.add_argument(
+        "--material", type=Input(), metavar="BUNDLE", help="a material that is looked up, with its own reflectance"
+    )
+    parser.add_argument(
+        "--env", required=True, type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
+    )
+    parser.add_argument(
+        "-o", "--output", required=True, type=Output(sweep_in, Path), metavar="FOLDER", help="for JSON, CSV and plots"
+    )
     parser.add_argument(
         "--modes",
+        type=str,
         nargs="+",
         metavar="MODE",
         help="of sh, wavelet, gaussian, shading-map, direct, reference (those that draw all of the scene)",
@@ -54,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--choose",
+        type=str,
         metavar="TEXT",
         help="name the best setting within '8 ms and 100 MB' (least error) or '1 %%' (least time)",
     )
@@ -63,7 +77,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ground", nargs="?", type=float, const=0.5, metavar="ALBEDO", help="let the model stand on a matt ground"
     )
-    parser.add_argument("--camera", metavar="TEXT", help="as for lightarc render; otherwise the model is framed")
+    parser.add_argument(
+        "--camera", type=str, metavar="TEXT", help="as for lightarc render; otherwise the model is framed"
+    )
     parser.add_argument("--width", type=int, default=320, metavar="PX", help="of the pictures (320)")
     parser.add_argument("--height", type=int, default=240, metavar="PX", help="of the pictures (240)")
     parser.add_argument(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from app.results import Input
+
 if TYPE_CHECKING:
     from engine.transport.variation import Variation
 
@@ -18,6 +20,7 @@ def add_argument(parser: Any, beside: str = "") -> None:
     """The option, with what there is to say `beside` its usual help."""
     parser.add_argument(
         "--vary",
+        type=Input(),
         action="append",
         default=[],
         metavar="PARAMETER=FROM:TO:SOURCE",

@@ -69,11 +69,15 @@ def align(
     count = len(images)
     if reference is None:
         reference = int(np.argmax([texture(image) for image in images]))
-    target = pyramid(images[reference])
-    supported = supported_motion(images[reference], motion)
-    findings = [] if supported == motion else [Finding(Verdict.NOTE, _UNSUPPORTED.format(motion), names[reference])]
     matrix = np.tile(np.eye(3), (count, 1, 1))
     residual, confidence = np.full(count, np.nan), np.zeros(count)
+    try:
+        target = pyramid(images[reference])
+    except Refused as refusal:
+        stays = Finding(Verdict.WARNING, _NONE_ALIGNED.format(refusal))
+        return Alignment(matrix, residual, confidence > 0.0, confidence, reference, (stays,))
+    supported = supported_motion(images[reference], motion)
+    findings = [] if supported == motion else [Finding(Verdict.NOTE, _UNSUPPORTED.format(motion), names[reference])]
     unlike: dict[int, Finding] = {}
     for done, index in enumerate(_outwards(reference, count), start=1):
         yield Step(0.5 * done / count, f"Aligning {done + 1} of {count}")
@@ -117,6 +121,7 @@ def align(
     return Alignment(whole, residual * factor, aligned, confidence, reference, tuple(findings))
 
 
+_NONE_ALIGNED = "The photographs could not be aligned and stay as they were: {}"
 _REFUSED = "could not be aligned and stays as it was: {}"
 _UNSUPPORTED = "has too little texture, or texture in one line only, for a motion of kind {}: shifts are used instead"
 _CREEPS = (

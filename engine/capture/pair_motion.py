@@ -23,6 +23,9 @@ _LARGEST_CONDITION = 1e6
 #: Correlation that counts as the best one does, and for a small shift: patterns repeat, and tripods move little.
 _EQUALLY_GOOD, _NEARLY_AS_GOOD = 0.9, 0.6
 _COARSE = 320
+
+#: Pixels along the shorter side that alignment needs.
+LEAST_SIDE = 32
 #: How far from no shift, and from that of the neighbour, a lower peak is looked for too.
 _NEAR = 8
 _ITERATIONS, _PRECISION = 30, 1e-6
@@ -46,9 +49,9 @@ class TooUnlike(Refused):
 
 
 def pyramid(image: Grey) -> list[Grey]:
-    """Features of the picture and of its halves, fine to coarse; refuses pictures without texture."""
-    if min(image.shape) < 32:
-        raise Refused("it is smaller than 32 pixels")
+    """Features of the picture and of its halves, fine to coarse; refuses pictures below `LEAST_SIDE` or texture."""
+    if min(image.shape) < LEAST_SIDE:
+        raise Refused(f"at {image.shape[1]} × {image.shape[0]} pixels they are smaller than {LEAST_SIDE} on a side")
     levels = [image]
     while max(levels[-1].shape) > _COARSE and min(levels[-1].shape) >= 64:
         levels.append(reduced(levels[-1], 2))

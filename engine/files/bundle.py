@@ -201,7 +201,7 @@ def _in_thread(produce: Callable[[], Value], done: float, note: str) -> Steps[Va
 @contextmanager
 def _sink(target: Path, size_bytes: int) -> Iterator[Callable[[str, bytes], None]]:
     """A function that takes (member name, content); the bundle appears at `target` when the block ends."""
-    if target.suffix == SUFFIX:
+    if target.suffix.lower() == SUFFIX:
         with atomic_file(target, size_bytes) as output, zipfile.ZipFile(output, "w") as packed:
             yield lambda name, content: packed.writestr(_zip_entry(name), content)
     else:

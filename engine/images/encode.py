@@ -21,8 +21,13 @@ from engine.images.raster import Transfer
 HALF_MAX = 65504.0
 
 
-def encode_png(pixels: NDArray[np.uint8] | NDArray[np.uint16], *, transfer: Transfer = "srgb") -> bytes:
-    """PNG of uint8 or uint16 codes, (H, W), (H, W, 3) or (H, W, 4); it says how they are coded (`sRGB` or `gAMA`)."""
+def encode_png(
+    pixels: NDArray[np.uint8] | NDArray[np.uint16], *, transfer: Transfer = "srgb", software: str = ""
+) -> bytes:
+    """PNG of uint8 or uint16 codes, (H, W), (H, W, 3) or (H, W, 4); it says how they are coded (`sRGB` or `gAMA`).
+
+    `software` is kept as its tag of that name, by which `engine.files.outputs.has_tag` knows it again.
+    """
     import cv2
 
     if pixels.dtype not in (np.uint8, np.uint16) or pixels.ndim not in (2, 3):
@@ -34,7 +39,8 @@ def encode_png(pixels: NDArray[np.uint8] | NDArray[np.uint16], *, transfer: Tran
     content: bytes = data.tobytes()
     after_header = len(SIGNATURE) + 25
     coding = _chunk(b"sRGB", b"\1") if transfer == "srgb" else _chunk(b"gAMA", LINEAR_GAMMA)
-    return content[:after_header] + coding + content[after_header:]
+    tag = _chunk(b"tEXt", b"Software\0" + software.encode("latin-1")) if software else b""
+    return content[:after_header] + coding + tag + content[after_header:]
 
 
 def _chunk(kind: bytes, body: bytes) -> bytes:

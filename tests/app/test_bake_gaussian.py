@@ -30,7 +30,7 @@ def test_a_model_is_baked_with_its_errors_told(lightarc: Command, mesh: Path, tm
 
 
 def test_indirect_light_compression_and_variation(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
-    plain, small = tmp_path / "plain", tmp_path / "small"
+    plain, small = tmp_path / "plain.transport", tmp_path / "small.transport"
     words = ("bake", mesh, "--brdf", "ggx:kd=0.3,alpha=0.3,f0=0.2", "--vary", "alpha=0.2:0.5:y", "--ground")
     words = (*words, "--ground-cells", "2", "--indirect", "--lobes", "2", "--weights", "preserving", *QUICK)
     whole = result(lightarc(*words, "-o", plain))
@@ -61,19 +61,19 @@ def test_indirect_light_compression_and_variation(lightarc: Command, mesh: Path,
 def test_what_cannot_be_is_wrong_usage(
     lightarc: Command, mesh: Path, tmp_path: Path, words: tuple[str, ...], said: str
 ) -> None:
-    made = lightarc("bake", mesh, "--brdf", "ggx:alpha=0.3", "-o", tmp_path / "a", *QUICK, *words)
+    made = lightarc("bake", mesh, "--brdf", "ggx:alpha=0.3", "-o", tmp_path / "a.transport", *QUICK, *words)
     assert made.code == 2
     assert said in made.err
-    assert not (tmp_path / "a").exists()
+    assert not (tmp_path / "a.transport").exists()
 
 
 def test_a_matt_reflectance_is_sent_to_the_other_modes(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
-    made = lightarc("bake", mesh, "--brdf", "lambert:albedo=0.5", "-o", tmp_path / "a", *QUICK)
+    made = lightarc("bake", mesh, "--brdf", "lambert:albedo=0.5", "-o", tmp_path / "a.transport", *QUICK)
     assert made.code == 2
     assert "--mode sh" in made.err
 
 
 def test_options_of_this_mode_belong_to_no_other(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
-    made = lightarc("bake", mesh, "--brdf", "ggx:alpha=0.3", "-o", tmp_path / "a", "--lobes", "2")
+    made = lightarc("bake", mesh, "--brdf", "ggx:alpha=0.3", "-o", tmp_path / "a.transport", "--lobes", "2")
     assert made.code == 2
     assert "--lobes needs --mode gaussian" in made.err

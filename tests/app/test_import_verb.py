@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from app.verbs import import_
+from engine.images.encode import encode_png
 
 KEYS = [
     "images", "height_px", "width_px", "elevations_deg", "angle_source", "alignment_residual_px", "clipped_fraction",
@@ -160,5 +161,19 @@ def test_nothing_is_written_into_the_folder_of_photographs(lightarc, photographs
     given = sorted(photographs.glob("*.png")) if as_files else [photographs]
     done = lightarc("import", *given, "-o", photographs / below)
     assert done.code == 3
-    assert "folder of the photographs" in done.err
+    assert "is read by this command" in done.err
     assert sorted(photographs.rglob("*")) == before
+
+
+@pytest.mark.parametrize(("size", "motion"), [((31, 40), "auto"), ((1, 1), "homography")])
+def test_photographs_too_small_to_be_aligned_stay_as_they_were(lightarc, tmp_path, size, motion):
+    (tmp_path / "small").mkdir()
+    for angle in (10, 30, 50, 70, 90):
+        codes = np.random.default_rng(angle).integers(0, 600 * angle, (*size, 3), dtype=np.uint16)
+        (tmp_path / "small" / f"x_{angle}deg.png").write_bytes(encode_png(codes))
+    done = lightarc("import", tmp_path / "small", "-o", tmp_path / "s", "--motion", motion, "--json")
+    assert done.code == 0, done.err
+    found = json.loads(done.out)
+    assert (found["height_px"], found["width_px"]) == size
+    assert any("smaller than 32" in text for text in found["warnings"])
+    assert found["alignment_residual_px"] == [None] * 5
