@@ -12,6 +12,7 @@ from pathlib import Path
 import psutil
 
 from engine.errors import InputError
+from engine.files.text import utf8
 from engine.files.untrusted import DECODER_MEMORY_BYTES, GIBIBYTE, read_head
 
 #: What reading a triangle takes at most, measured on files of each kind, besides the file itself.
@@ -53,6 +54,7 @@ def estimated_faces(head: bytes, size_bytes: int, kind: str) -> int:
     announced: int | None = None
     if kind == "stl" and len(head) >= 84 and size_bytes == 84 + 50 * int.from_bytes(head[80:84], "little"):
         return int.from_bytes(head[80:84], "little")
+    head = utf8(head)
     if kind == "stl":
         kind = "stl_ascii"
     if kind in ("ply", "off"):

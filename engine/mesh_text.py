@@ -1,7 +1,8 @@
-"""Text meshes (OBJ, OFF, ASCII PLY and STL) before trimesh parses them: their letters, and whether they are whole.
+"""Text meshes (OBJ, OFF, ASCII PLY and STL, glTF) before they are parsed: their letters, and whether they are whole.
 
-trimesh reads UTF-8 only and takes what is there for all there is. PLY and OFF say beforehand how many lines follow;
-ASCII STL has an end mark, which trimesh wants. OBJ has neither: one that was cut between two lines cannot be noticed.
+The parsers read UTF-8 only, to which UTF-16 and Latin-1 are turned, and trimesh takes what is there for all there is.
+PLY and OFF say beforehand how many lines follow; ASCII STL has an end mark, which trimesh wants. OBJ has neither: one
+that was cut between two lines cannot be noticed.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import re
 
 from engine.errors import InputError
+from engine.files.text import utf8
 from engine.files.untrusted import AGAIN
 
 _STL_HEADER_BYTES, _STL_FACE_BYTES = 84, 50
@@ -19,6 +21,8 @@ _COUNTS = re.compile(rb"\s*(\d{1,12})\s+(\d{1,12})")
 
 def checked_text(content: bytes, kind: str, name: str) -> bytes:
     """`content` of a mesh of `kind` ("obj", …), text as UTF-8; InputError where lines that it announces are missing."""
+    if kind in ("obj", "off", "ply", "gltf") or (kind.startswith("stl") and not _is_binary_stl(content)):
+        content = utf8(content)
     if kind == "ply" and b"ascii" in content[:40]:
         header, end, body = content.partition(b"end_header")
         _check_lines(body.strip().count(b"\n") + 1, sum(map(int, _PLY_ELEMENT.findall(header))) if end else 0, name)

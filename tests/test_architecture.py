@@ -35,6 +35,8 @@ LAYERS = (
         "files.archive",
         "files.unpack",
         "files.manifest",
+        "files.outputs",
+        "files.text",
     },
     {
         "images",

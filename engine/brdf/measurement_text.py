@@ -1,6 +1,6 @@
 """Text files of measurements: their letters, lines and numbers, checked before anything is believed.
 
-UTF-8 with or without a mark, UTF-16 with one and Latin-1 are read, with any line ends. What is wrong is reported with
+UTF-8 and UTF-16 with or without a mark and Latin-1 are read, with any line ends. What is wrong is reported with
 its line, counted from 1. Numbers are written with a decimal point, and with Fortran's exponents too (`1.5D-02`);
 `nan`, `inf` and numbers beyond float64 are numbers here, and the value that they make invalid is dropped where samples
 are made (`engine.brdf.samples`).
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.errors import InputError
+from engine.files.text import marked
 from engine.files.untrusted import AGAIN, read_bytes
 
 #: Largest text that is read, longest line, and most samples: far beyond any published measurement.
@@ -45,7 +46,7 @@ class Line(NamedTuple):
 
 def read_lines(path: str | os.PathLike[str]) -> list[Line]:
     """The lines of a text file that hold anything; InputError for what is not text."""
-    content = read_bytes(path, LIMIT_BYTES)
+    content = marked(read_bytes(path, LIMIT_BYTES))
     text = _decoded(path, content)
     lines = [Line(number, line.strip()) for number, line in enumerate(re.split("\r\n|\n|\r", text), 1)]
     for line in lines:
@@ -56,6 +57,7 @@ def read_lines(path: str | os.PathLike[str]) -> list[Line]:
 
 def head_lines(head: bytes) -> list[str]:
     """The lines of the first bytes of a file as far as they can be told, for a look at the format; [] for no text."""
+    head = marked(head)
     for mark, coding in ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be")):
         if head.startswith(mark):
             return [line.strip() for line in head[2:].decode(coding, "ignore").splitlines()]
@@ -103,13 +105,13 @@ def refuse(path: str | os.PathLike[str], line: int, problem: str, remedy: str = 
 
 
 def _decoded(path: str | os.PathLike[str], content: bytes) -> str:
-    marked = next((coding for mark, coding in _MARKS if content.startswith(mark)), None)
-    found = _NO_TEXT.search(content) if marked != "utf-16" else None
+    coding = next((each for mark, each in _MARKS if content.startswith(mark)), None)
+    found = _NO_TEXT.search(content) if coding != "utf-16" else None
     if found:
         raise InputError(path, f"is not text (byte {found[0][0]:#04x} at {found.start()})", AGAIN)
     try:
-        return content.decode(marked or "utf-8")
+        return content.decode(coding or "utf-8")
     except UnicodeDecodeError:
-        if marked:
-            raise InputError(path, f"is damaged: it begins as {marked} text and does not go on so", AGAIN) from None
+        if coding:
+            raise InputError(path, f"is damaged: it begins as {coding} text and does not go on so", AGAIN) from None
         return content.decode("latin-1")

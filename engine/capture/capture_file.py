@@ -36,6 +36,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from engine.errors import InputError
+from engine.files.text import utf8
 from engine.files.untrusted import read_bytes
 
 NAME = "capture.toml"
@@ -91,7 +92,7 @@ def capture_files(files: Iterable[Path]) -> list[Path]:
 def read_capture_file(path: Path) -> CaptureFile:
     """Read and check `path`; InputError names the line or the key that is wrong."""
     try:
-        return CaptureFile.model_validate(tomllib.loads(read_bytes(path, _LIMIT_BYTES).decode("utf-8")))
+        return CaptureFile.model_validate(tomllib.loads(utf8(read_bytes(path, _LIMIT_BYTES)).decode("utf-8-sig")))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"])

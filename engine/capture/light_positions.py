@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from engine.errors import InputError
+from engine.files.text import utf8
 from engine.files.untrusted import read_bytes
 
 _LIMIT_BYTES = 16 << 20
@@ -35,7 +36,7 @@ class Light:
 
 def read_light_positions(path: Path) -> tuple[Light, ...]:
     """The lights of an `.lp` file in its order; InputError names the line that is wrong."""
-    text = read_bytes(path, _LIMIT_BYTES).decode("utf-8-sig", "surrogateescape")
+    text = utf8(read_bytes(path, _LIMIT_BYTES)).decode("utf-8-sig", "surrogateescape")
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
     if not lines or not re.fullmatch(r"\d{1,7}", lines[0][1]):
         _refuse(path, 1, "should hold the number of lights")
