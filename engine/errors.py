@@ -55,7 +55,7 @@ class OutOfMemory(LightarcError):
         self.problem = problem.rstrip(".")
         self.remedy = (
             "Close other programs, ask for fewer pixels, texels or vertices, or raise the limits of this account "
-            "(ulimit -v, ulimit -u)"
+            "(ulimit -v, ulimit -u, ulimit -n)"
         )
         super().__init__(self.problem)
 
@@ -75,6 +75,8 @@ def shortage(error: BaseException) -> OutOfMemory | None:
         return OutOfMemory("No further thread can be started")
     if isinstance(error, OSError) and error.errno == errno.ENOMEM:
         return OutOfMemory("There is not enough memory")
+    if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
+        return OutOfMemory("Too many files are open")
     if isinstance(error, BlockingIOError) and not hasattr(error, "characters_written"):  # of a fork, not of a pipe
         return OutOfMemory("No further process can be started")
     if isinstance(error, ImportError | OSError):

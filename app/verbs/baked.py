@@ -6,6 +6,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 from engine.steps import Step, Steps, drain, part
@@ -45,7 +46,7 @@ def carry_out(
     the progress was shown before. With --restart nothing of an earlier bake is used, and nothing is left of this one.
     """
     from app.cli import CANCELLED, DONE
-    from engine.files.atomic import discard_unfinished, unfinished
+    from engine.files.resumable import discard_unfinished, unfinished
 
     expected = f"{work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB, about {words_of_time(estimated_s)}"
     print(expected, file=sys.stderr, flush=True)
@@ -61,7 +62,8 @@ def carry_out(
         discard_unfinished(arguments.output)
     started = time.perf_counter()
     try:
-        done: Baked = drain(part(bake(), start, 1.0), show)
+        with closing(bake()) as steps:  # an interrupted one lets go of its file here
+            done: Baked = drain(part(steps, start, 1.0), show)
     except KeyboardInterrupt:
         record |= {"bake_s": time.perf_counter() - started, "cancelled": True, "exit_code": CANCELLED}
         if arguments.restart:

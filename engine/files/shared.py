@@ -84,7 +84,7 @@ class SharedFile:
 @contextmanager
 def shared_file() -> Iterator[SharedFile | None]:
     """A new file for one reply, or None where there are none; its memory is free when the last array is gone."""
-    if not hasattr(os, "memfd_create"):
+    if not hasattr(os, "memfd_create") or _limited():
         yield None
         return
     descriptor = os.memfd_create("lightarc-decoded", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
@@ -92,6 +92,13 @@ def shared_file() -> Iterator[SharedFile | None]:
         yield SharedFile(descriptor)
     finally:
         os.close(descriptor)
+
+
+def _limited() -> bool:
+    """True where this account may write small files only, among which the system counts those in memory."""
+    import resource
+
+    return resource.getrlimit(resource.RLIMIT_FSIZE)[0] != resource.RLIM_INFINITY
 
 
 class _Results:

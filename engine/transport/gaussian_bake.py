@@ -28,7 +28,7 @@ from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
 from engine.brdf.diffuse import Lambert
 from engine.cube_map import CubeMap, cube_of
 from engine.environment_file import open_environment
-from engine.files.atomic import resumable_file
+from engine.files.resumable import resumable_file
 from engine.ground import Ground
 from engine.mesh import Mesh
 from engine.params import check_values

@@ -7,7 +7,7 @@
 Arrays are of two kinds. Whole ones are known when the bake begins: the mesh itself, factors of the reflectance, the
 bounds of the chunks. Streamed ones have one row for each thing that is baked, and chunks of rows arrive in any order.
 Everything before the first array depends only on what is baked, so a bake that was interrupted is known again by it,
-and goes on with the chunks that are missing or damaged (`engine.files.atomic.resumable_file`). The size is known
+and goes on with the chunks that are missing or damaged (`engine.files.resumable`). The size is known
 before the bake begins. Opening checks every byte once, about 1 s for a gigabyte.
 """
 
@@ -27,7 +27,8 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from engine.errors import InputError
-from engine.files.atomic import Resumable, atomic_file, discard_unfinished, resumable_file
+from engine.files.atomic import atomic_file
+from engine.files.resumable import Resumable, resumable_file
 from engine.health import Health
 from engine.mesh import Mesh
 from engine.transport.transport_check import REMEDY as REMEDY
@@ -152,14 +153,13 @@ class TransportWriter:
         self._output, self._plan = output, plan
         self._arrays = {array.name: array for array in plan.header.arrays}
         self._bounds = plan.whole[BOUNDS]
+        for name, array in plan.whole.items():  # also of a resumed file: they may not have outlived a loss of power
+            output.write_at(self._arrays[name].offset, array.data)
+        self._table = np.zeros(plan.chunks, "<u8")
         if output.resumed:
             self._table = np.frombuffer(output.read_at(plan.header.table_offset, 8 * plan.chunks), "<u8").copy()
-        else:
-            self._table = np.zeros(plan.chunks, "<u8")
-            for name, array in plan.whole.items():
-                output.write_at(self._arrays[name].offset, array.data)
-        self.put_any = False
         self.missing = [chunk for chunk in range(plan.chunks) if not self._holds(chunk)]
+        output.worth_keeping = len(self.missing) < plan.chunks
 
     def put(self, chunk: int, rows: Mapping[str, NDArray[Any]]) -> None:
         """Write the rows of one chunk of every streamed array."""
@@ -173,7 +173,7 @@ class TransportWriter:
             checksum = zlib.crc32(part.data, checksum)
         self._table[chunk] = DONE | checksum
         self._output.write_at(self._plan.header.table_offset + 8 * chunk, self._table[chunk : chunk + 1].data)
-        self.put_any = True
+        self._output.worth_keeping = True
 
     def get(self, chunk: int) -> dict[str, NDArray[Any]]:
         """The rows of one chunk that is not missing, as they were put."""
@@ -213,20 +213,10 @@ def writing(path: str | os.PathLike[str], plan: TransportPlan) -> Iterator[Trans
     What was written stays for a later call with an equal plan if the block is left early with any chunk done.
     OutputError where the disk has no room or another run writes the same file.
     """
-    in_vain = False
-    try:
-        with resumable_file(path, plan.size_bytes, plan.beginning) as output:
-            writer = TransportWriter(output, plan)
-            try:
-                yield writer
-            except BaseException:
-                in_vain = len(writer.missing) == plan.chunks and not writer.put_any
-                raise
-            writer.finish()
-    except BaseException:
-        if in_vain:
-            discard_unfinished(path)
-        raise
+    with resumable_file(path, plan.size_bytes, plan.beginning) as output:
+        writer = TransportWriter(output, plan)
+        yield writer
+        writer.finish()
 
 
 def write_transport(path: str | os.PathLike[str], plan: TransportPlan) -> None:

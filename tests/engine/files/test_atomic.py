@@ -5,15 +5,19 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from engine.errors import OutputError
-from engine.files import atomic
+from engine.files import atomic, partial_names
+from engine.files.partial_names import aside_name, partial_name
 
 OLD, NEW = b"old" * 40_000, b"new" * 50_000
 
@@ -234,7 +238,7 @@ def test_fault_17_closed_generator_leaves_nothing(
 
 
 def test_what_was_put_aside_is_kept_until_it_can_be_brought_back(tmp_path: Path) -> None:
-    aside = tmp_path / ".lightarc-replaced-999999999-0123abcd"
+    aside = tmp_path / written_by(aside_name(), 999999999)
     (aside / "result.exr").mkdir(parents=True)
     (aside / "result.exr" / "marker.json").write_bytes(OLD)
     for at in range(1, 4):
@@ -248,16 +252,53 @@ def test_what_was_put_aside_is_kept_until_it_can_be_brought_back(tmp_path: Path)
 
 
 def test_leftovers_of_a_running_process_stay(tmp_path: Path) -> None:
-    running = tmp_path / f".a.partial-{os.getppid()}-0123abcd.exr"
-    dead = tmp_path / ".a.partial-999999999-0123abcd.exr"
-    ours = tmp_path / f".a.partial-{os.getpid()}-0123abcd.exr"
-    foreign = tmp_path / ".a.partial-notes.exr"
-    for path in (running, dead, ours, foreign):
-        path.touch()
+    parent = os.getppid()
+    ours = partial_name(tmp_path / "a.exr")
+    running = written_by(ours, parent, partial_names._start_of(parent))
+    elsewhere, abandoned = (written_by(ours, number, host="render_farm_7") for number in (999999998, 999999997))
+    kept = [running, elsewhere, ".a.partial-notes.exr"]
+    number_used_again = written_by(ours, parent, 1)
+    for name in (*kept, ours, written_by(ours, 999999999), number_used_again, abandoned):
+        (tmp_path / name).touch()
+    long_ago = time.time() - partial_names.ABANDONED_S - 60.0
+    os.utime(tmp_path / abandoned, (long_ago, long_ago))
     with atomic.atomic_file(tmp_path / "b") as output:
-        assert names(tmp_path) == sorted([running.name, foreign.name, *(n for n in names(tmp_path) if "b.part" in n)])
+        assert names(tmp_path) == sorted([*kept, *(name for name in names(tmp_path) if "b.part" in name)])
         output.write(b"1")
-    assert names(tmp_path) == sorted([running.name, foreign.name, "b"])
+    assert names(tmp_path) == sorted([*kept, "b"])
+
+
+def written_by(name: str, process: int, start: int | None = 1, host: str | None = None) -> str:
+    """The name of a partial as another process or machine would have made it."""
+    head, tail = name.split("-", 2)[:2] if name.startswith(".lightarc") else name.split("-", 1)[:1], name.split("-")
+    return "-".join([*head, host or tail[-4], str(process), str(start), tail[-1]])
+
+
+@pytest.mark.skipif(not hasattr(os, "statvfs"), reason="the system does not say")
+def test_a_medium_without_writing_is_called_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path) != tmp_path)
+    monkeypatch.setattr(os, "statvfs", lambda _folder: SimpleNamespace(f_flag=os.ST_RDONLY))
+    with pytest.raises(OutputError, match="the file system is read-only"):
+        atomic.write_bytes(tmp_path / "a", b"1")
+
+
+@KINDS
+def test_a_failing_close_is_a_failure_of_the_disk(
+    tmp_path: Path, prepare: Callable[[Path], None], write: Callable[[Path], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prepare(tmp_path)
+    really_close = os.close
+
+    def over_quota(descriptor: int) -> None:
+        really_close(descriptor)
+        raise OSError(errno.EDQUOT, "")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "close", over_quota)
+        complaint = complaint_of(write, tmp_path)
+    assert complaint is not None
+    assert re.search(r"your disk quota is used up", complaint)
+    assert (names(tmp_path), content(tmp_path)) == (["result.exr"], OLD)
 
 
 def test_fault_12_only_files_are_replaced_by_files(tmp_path: Path) -> None:
