@@ -1,11 +1,16 @@
-"""Reading a transport file that may be anything: mapped, its header understood, every byte of it checked once."""
+"""Reading a transport file that may be anything: its header understood, all of it copied, every byte checked once.
+
+It is copied and not mapped, because a mapped file that is cut short or unplugged ends the process.
+"""
 
 from __future__ import annotations
 
+import io
 import os
 import stat
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,22 +20,47 @@ from pydantic import ValidationError
 
 from engine.errors import InputError
 from engine.files.manifest import read_json
+from engine.files.scratch import scratch_array
 from engine.transport.transport_header import BOUNDS, DONE, HEADER_LIMIT_BYTES, MAGIC, MESH_ARRAYS, PAGE, Header
 
 REMEDY = "Bake the mesh again"
 
+_PART_BYTES = 1 << 26
 
-def mapped(path: Path) -> NDArray[np.uint8]:
-    """All bytes of a file; InputError where it is no regular file, too short to be ours, or cannot be read."""
+
+def head_of(path: Path) -> tuple[NDArray[np.uint8], int]:
+    """The beginning of a file, as much as a header takes, and the size of the whole; InputError as `content_of`."""
+    with _opened(path) as (file, size_bytes):
+        if size_bytes < len(MAGIC) + 8:
+            raise InputError(path, "is no transport file", "Give one that lightarc bake made")
+        return np.frombuffer(file.read(len(MAGIC) + 8 + HEADER_LIMIT_BYTES), np.uint8), size_bytes
+
+
+def content_of(path: Path, size_bytes: int) -> NDArray[np.uint8]:
+    """A copy of all bytes of a file, in memory or, where there are many, in an unnamed file.
+
+    InputError where it is no regular file of that size, or cannot be read.
+    """
+    content = scratch_array((size_bytes,), np.uint8)
+    with _opened(path) as (file, now_bytes):
+        read = 0
+        while part := file.readinto(content.data[read : read + _PART_BYTES]):
+            read += part
+        if read != size_bytes or now_bytes != size_bytes:
+            raise InputError(path, "changed while it was being read", "Wait until it is complete and try again")
+    content.flags.writeable = False
+    return content
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[io.FileIO, int]]:
     try:
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-        with open(os.open(path, flags), "rb") as file:  # noqa: PTH123 - opened by descriptor
+        with io.FileIO(os.open(path, flags), "rb") as file:
             status = os.fstat(file.fileno())
             if not stat.S_ISREG(status.st_mode):
                 raise InputError(path, "is no regular file", "Give a transport file that lightarc bake made")
-            if status.st_size < len(MAGIC) + 8:
-                raise InputError(path, "is no transport file", "Give one that lightarc bake made")
-            return np.memmap(file, dtype=np.uint8, mode="r")
+            yield file, status.st_size
     except FileNotFoundError:
         raise InputError(path, "does not exist", "Check the name") from None
     except (OSError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""Transport files: what a bake finds for every vertex, in a file that is mapped into memory and not read.
+"""Transport files: what a bake finds for every vertex, in a file.
 
     8 bytes "LATRANS1", u32 length and u32 CRC-32 of the header (JSON in UTF-8), the header,
     u64 for each chunk of rows: its CRC-32, and 2^32 on top once it is written; then a u32 CRC-32 of these numbers,
@@ -32,7 +32,7 @@ from engine.files.resumable import Resumable, resumable_file
 from engine.health import Health
 from engine.mesh import Mesh
 from engine.transport.transport_check import REMEDY as REMEDY
-from engine.transport.transport_check import check_content, mapped, read_header
+from engine.transport.transport_check import check_content, content_of, head_of, read_header
 from engine.transport.transport_header import (
     BOUNDS,
     DONE,
@@ -77,7 +77,7 @@ class TransportPlan:
 
 @dataclass(frozen=True, eq=False)
 class TransportFile:
-    """An open transport file; its arrays are mapped and read-only.
+    """An open transport file; its arrays are read-only and do not depend on the file any more.
 
     Attributes
     ----------
@@ -241,12 +241,13 @@ def open_transport(path: str | os.PathLike[str], mesh: Mesh | None = None) -> Tr
     InputError where it is none, incomplete, damaged, of a newer version or of another mesh.
     """
     place = Path(path)
-    content = mapped(place)
-    header = read_header(place, content)
+    head, size_bytes = head_of(place)
+    header = read_header(place, head)
     if mesh is not None and mesh_fingerprint(mesh) != header.mesh_sha256:
         raise InputError(place, f"was baked for another mesh ({header.mesh_name})", "Bake this mesh")
-    if len(content) != header.size_bytes:
-        raise InputError(place, f"has {len(content):,} bytes instead of {header.size_bytes:,}", REMEDY)
+    if size_bytes != header.size_bytes:
+        raise InputError(place, f"has {size_bytes:,} bytes instead of {header.size_bytes:,}", REMEDY)
+    content = content_of(place, size_bytes)
     arrays = {array.name: _array(content, array) for array in header.arrays}
     check_content(place, content, header, arrays)
     try:

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from engine.errors import InputError, OutputError
-from engine.files import atomic
+from engine.files import atomic, scratch
 from engine.shapes import plane, sphere
 from engine.transport.transport_file import (
     TransportPlan,
@@ -71,7 +71,7 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "sphere.transport"
 
 
-def test_what_was_written_is_mapped_and_read_only(file: Path) -> None:
+def test_what_was_written_is_found_again_and_read_only(file: Path) -> None:
     found = open_transport(file, sphere())
     assert (found.kind, dict(found.settings)) == ("wavelet", {"edge": 16})
     assert found.size_bytes == file.stat().st_size == planned().size_bytes
@@ -199,6 +199,16 @@ def test_rows_of_another_shape_or_type_are_refused(tmp_path: Path) -> None:
 def test_a_file_of_another_mesh_is_refused(file: Path) -> None:
     with pytest.raises(InputError, match="another mesh"):
         open_transport(file, plane())
+
+
+@pytest.mark.parametrize("in_memory_bytes", [0, 1 << 30], ids=["in a scratch file", "in memory"])
+def test_an_open_file_may_be_cut_short(file: Path, in_memory_bytes: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a mapped file this test would end with signal 7."""
+    monkeypatch.setattr(scratch, "IN_MEMORY_BYTES", in_memory_bytes)
+    found = open_transport(file)
+    file.write_bytes(b"")
+    assert np.array_equal(found.arrays["words"][:100], rows(0)["words"])
+    assert np.array_equal(found.mesh.positions, sphere().positions)
 
 
 def test_every_truncation_is_refused(file: Path, tmp_path: Path) -> None:
