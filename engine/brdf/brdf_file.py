@@ -2,23 +2,26 @@
 
 A format is a file of this package with `looks_like_…(head, size_bytes, name)` and `read_…(path)`, and a line in
 `FORMATS`. Readers give a BRDF, or `BrdfSamples` where the file is a scattered list, which `read_brdf` makes smooth.
+Text is read in the decoder child (`engine.brdf.samples_child`).
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-from engine.brdf.alta import looks_like_alta, read_alta
+from engine.brdf.alta import looks_like_alta
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text
-from engine.brdf.cornell import looks_like_cornell, read_cornell
-from engine.brdf.csv_samples import looks_like_csv, read_csv_samples
-from engine.brdf.curet import looks_like_curet, read_curet, split_material
+from engine.brdf.cornell import looks_like_cornell
+from engine.brdf.csv_samples import looks_like_csv
+from engine.brdf.curet import looks_like_curet, split_material
 from engine.brdf.merl import looks_like_merl, read_merl
 from engine.brdf.rgl import looks_like_rgl, read_rgl
 from engine.brdf.samples import BrdfSamples
+from engine.brdf.samples_child import read_samples
 from engine.brdf.table_file import looks_like_table, read_table
 from engine.brdf.utia import looks_like_utia, read_utia
 from engine.errors import InputError
@@ -74,10 +77,10 @@ FORMATS: tuple[Format, ...] = (
     Format("tables of this program (.exr)", looks_like_table, read_table),
     Format("MERL (.binary)", looks_like_merl, read_merl),
     Format("UTIA (.bin)", looks_like_utia, read_utia),
-    Format("Cornell and ASTM E1392 (.brdf, .astm)", looks_like_cornell, read_cornell),
-    Format("ALTA text (.dat)", looks_like_alta, read_alta),
-    Format("CUReT (rbrdf.dat …)", looks_like_curet, read_curet),
-    Format("tables of angles and colours (.csv)", looks_like_csv, read_csv_samples),
+    Format("Cornell and ASTM E1392 (.brdf, .astm)", looks_like_cornell, partial(read_samples, "cornell")),
+    Format("ALTA text (.dat)", looks_like_alta, partial(read_samples, "alta")),
+    Format("CUReT (rbrdf.dat …)", looks_like_curet, partial(read_samples, "curet")),
+    Format("tables of angles and colours (.csv)", looks_like_csv, partial(read_samples, "csv")),
 )
 
 

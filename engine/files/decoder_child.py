@@ -138,7 +138,7 @@ def _answer(request: dict[str, Any], contents: list[bytes], results: Any) -> dic
         offsets = {name: results.offset(array) for name, array in arrays.items()}
         return {**values, "arrays": _announced(arrays), "offsets": offsets}
     except InputError as error:
-        return {"problem": error.problem, "remedy": error.remedy}
+        return {"problem": error.problem, "remedy": error.remedy, "path": os.fspath(error.path)}
     except MemoryError:
         limit = request["memory_bytes"] / 2**30
         return {"problem": f"needs more than {limit:.1f} GiB to decode", "remedy": "Make it smaller"}

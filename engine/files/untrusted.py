@@ -63,17 +63,36 @@ from engine.files.decoder_child import main
 main(int(sys.argv[1]) if sys.argv[1] != "-1" else None, sys.argv[2])
 """
 
+_handed: dict[str, bytes] = {}
+
 _PROJECT = Path(__file__).resolve().parents[2]
 
 AGAIN = "Copy or download it again, or export it again from the program that wrote it"
 
 
 def read_bytes(path: str | os.PathLike[str], limit_bytes: int = FILE_LIMIT_BYTES) -> bytes:
-    """The content of a regular file of at most `limit_bytes`, unchanged while it was read; else InputError."""
+    """The content of a regular file of at most `limit_bytes`, unchanged while it was read; else InputError.
+
+    In a decoder it is that of a file that the child was `handed`, which can open none.
+    """
+    if (known := _handed.get(os.fspath(path))) is not None:
+        if len(known) > limit_bytes:
+            raise _too_large(path, len(known), limit_bytes)
+        return known
     with opened(path, limit_bytes) as (file, size_bytes):
         content = _content(path, file, size_bytes)
     _refuse_pointer(path, content)
     return content
+
+
+@contextlib.contextmanager
+def handed(contents: Mapping[str, bytes]) -> Iterator[None]:
+    """Within the block `read_bytes` gives these contents for these names: decoders that read several files use it."""
+    _handed.update(contents)
+    try:
+        yield
+    finally:
+        _handed.clear()
 
 
 def read_head(path: str | os.PathLike[str], most_bytes: int) -> tuple[bytes, int]:
@@ -156,11 +175,12 @@ def _check_kind(path: str | os.PathLike[str], status: os.stat_result, limit_byte
     if status.st_size == 0:
         raise InputError(path, "is empty (0 bytes)", AGAIN)
     if status.st_size > limit_bytes:
-        raise InputError(
-            path,
-            f"has {status.st_size / 1e6:.0f} MB, more than the limit of {limit_bytes / 1e6:.0f} MB",
-            "Make it smaller",
-        )
+        raise _too_large(path, status.st_size, limit_bytes)
+
+
+def _too_large(path: str | os.PathLike[str], size_bytes: int, limit_bytes: int) -> InputError:
+    problem = f"has {size_bytes / 1e6:.0f} MB, more than the limit of {limit_bytes / 1e6:.0f} MB"
+    return InputError(path, problem, "Make it smaller")
 
 
 class Cancellation:
@@ -259,7 +279,8 @@ def _decoded(
         found = Protection(**reply.pop("protection"))
         _protection = _protection if found == _protection else found
     if "problem" in reply:
-        raise InputError(request["name"], reply["problem"], reply["remedy"])
+        path = reply["path"] if reply.get("path") in request["beside"] else request["name"]
+        raise InputError(path, reply["problem"], reply["remedy"])
     return reply
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from engine.brdf import alta, cornell, csv_samples, curet
 from engine.brdf.brdf_file import read_measurement
 from engine.brdf.csv_samples import read_directions
 from engine.colour import XYZ_FROM_SRGB
@@ -126,3 +127,17 @@ def test_a_column_that_counts_rows_is_not_taken_for_angles(tmp_path: Path) -> No
         read_measurement(path)
     path.write_text("".join(f"{row + 1} 10 20 30 0.4\n" for row in (0, 1, 2, 3, 5)))
     assert read_measurement(path).samples == 5
+
+
+def test_text_is_read_in_the_decoder_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Spec 15, S16: what a stranger wrote is taken apart where nothing else can be reached."""
+    (tmp_path / "table.txt").write_text("\n".join(f"0.1 0 0.{n % 8} 0" for n in range(205)))
+    for letter in "rgb":
+        (tmp_path / f"{letter}brdf.dat").write_text("17 " + " ".join(["0.25"] * 205))
+    for module in (alta, cornell, csv_samples, curet):
+        monkeypatch.setattr(module, "read_lines", lambda path: pytest.fail(f"{path} was read in this process"))
+    assert read_measurement(tmp_path / "rbrdf.dat#17").value.shape == (205, 3)
+    (tmp_path / "table.txt").write_text("0.1 0 0.2\n")
+    with pytest.raises(InputError, match="line 1 has 3 values") as caught:
+        read_measurement(tmp_path / "rbrdf.dat")
+    assert caught.value.path == str(tmp_path / "table.txt")
