@@ -131,13 +131,13 @@ def parse(text: str, default: Camera) -> Camera:
     for item in text.split():
         name, equals, numbers = item.partition("=")
         if not equals or name not in ("eye", "target", "up", "fov_deg"):
-            raise ValueError(f"unknown camera setting {item!r}; known are eye, target, up and fov_deg")
+            raise ValueError(f"unknown camera setting {item[:40]!r}; known are eye, target, up and fov_deg")
         try:
             parsed = tuple(float(number) for number in numbers.split(","))
         except ValueError:
-            raise ValueError(f"{item!r} is not made of numbers") from None
+            raise ValueError(f"{item[:40]!r} is not made of numbers") from None
         if len(parsed) != (1 if name == "fov_deg" else 3):
-            raise ValueError(f"{item!r} needs {'one number' if name == 'fov_deg' else 'three numbers'}")
+            raise ValueError(f"{item[:40]!r} needs {'one number' if name == 'fov_deg' else 'three numbers'}")
         values[name] = parsed[0] if name == "fov_deg" else parsed
     return dataclasses.replace(default, **values)  # type: ignore[arg-type]
 

@@ -6,7 +6,6 @@ Cost: one read of a few kilobytes.
 from __future__ import annotations
 
 import os
-import re
 from pathlib import Path
 
 import psutil
@@ -14,6 +13,7 @@ import psutil
 from engine.errors import InputError
 from engine.files.text import utf8
 from engine.files.untrusted import DECODER_MEMORY_BYTES, GIBIBYTE, read_head
+from engine.mesh_text import off_counts, ply_counts
 
 #: What reading a triangle takes at most, measured on files of each kind, besides the file itself.
 FACE_BYTES = 1500
@@ -25,8 +25,6 @@ _LEAST_BYTES = {"obj": 30, "glb": 18, "gltf": 18, "stl_ascii": 150}
 SHARE = 0.8
 
 _HEAD_BYTES = 1 << 16
-_PLY_FACES = re.compile(rb"^element\s+face\s+(\d{1,12})\s*$", re.MULTILINE)
-_OFF_FACES = re.compile(rb"OFF(?:\s|#[^\n]*\n)+\d{1,12}\s+(\d{1,12})")
 
 
 def decoder_memory_bytes() -> int:
@@ -57,8 +55,9 @@ def estimated_faces(head: bytes, size_bytes: int, kind: str) -> int:
     head = utf8(head)
     if kind == "stl":
         kind = "stl_ascii"
-    if kind in ("ply", "off"):
-        found = (_PLY_FACES if kind == "ply" else _OFF_FACES).search(head)
-        announced = int(found[1]) if found else None
+    if kind == "ply":
+        announced = ply_counts(head).get(b"face")
+    if kind == "off" and (counts := off_counts(head)):
+        announced = counts[1]
     least = size_bytes // _LEAST_BYTES.get(kind, 10)
     return least if announced is None else min(announced, size_bytes // 6)

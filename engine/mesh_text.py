@@ -7,16 +7,14 @@ that was cut between two lines cannot be noticed.
 
 from __future__ import annotations
 
-import re
+from collections.abc import Iterator
 
 from engine.errors import InputError
 from engine.files.text import utf8
 from engine.files.untrusted import AGAIN
 
 _STL_HEADER_BYTES, _STL_FACE_BYTES = 84, 50
-_PLY_ELEMENT = re.compile(rb"^element\s+\S+\s+(\d{1,12})\s*$", re.MULTILINE)
-_OFF_LINE = re.compile(rb"^[ \t]*[^\s#].*$", re.MULTILINE)
-_COUNTS = re.compile(rb"\s*(\d{1,12})\s+(\d{1,12})")
+_COUNT_DIGITS = 12
 
 
 def checked_text(content: bytes, kind: str, name: str) -> bytes:
@@ -25,7 +23,7 @@ def checked_text(content: bytes, kind: str, name: str) -> bytes:
         content = utf8(content)
     if kind == "ply" and b"ascii" in content[:40]:
         header, end, body = content.partition(b"end_header")
-        _check_lines(body.strip().count(b"\n") + 1, sum(map(int, _PLY_ELEMENT.findall(header))) if end else 0, name)
+        _check_lines(body.strip().count(b"\n") + 1, sum(ply_counts(header).values()) if end else 0, name)
     elif kind == "off":
         _check_off(content, name)
     if kind in ("obj", "off") or (kind == "stl" and not _is_binary_stl(content)):
@@ -33,11 +31,37 @@ def checked_text(content: bytes, kind: str, name: str) -> bytes:
     return content
 
 
+def ply_counts(header: bytes) -> dict[bytes, int]:
+    """How many of each element the header of a PLY file announces."""
+    lines = [line.split() for line in header.splitlines() if line.startswith(b"element")]
+    return {words[1]: int(words[2]) for words in lines if len(words) == 3 and _is_count(words[2])}
+
+
+def off_counts(content: bytes) -> tuple[int, int] | None:
+    """The vertices and faces that an OFF file announces, None where it does not."""
+    return _two_counts(next(_off_lines(content), b""))
+
+
+def _off_lines(content: bytes) -> Iterator[bytes]:
+    """The lines after the word OFF that hold anything but a comment."""
+    lines = (line.partition(b"#")[0].strip() for line in content.partition(b"OFF")[2].splitlines())
+    return (line for line in lines if line)
+
+
+def _two_counts(line: bytes) -> tuple[int, int] | None:
+    words = line.split(maxsplit=2)[:2]
+    return (int(words[0]), int(words[1])) if len(words) == 2 and all(map(_is_count, words)) else None
+
+
+def _is_count(word: bytes) -> bool:
+    return word.isdigit() and len(word) <= _COUNT_DIGITS
+
+
 def _check_off(content: bytes, name: str) -> None:
-    lines = _OFF_LINE.findall(content.partition(b"OFF")[2])
-    counts = _COUNTS.match(lines[0]) if lines else None
+    lines = list(_off_lines(content))
+    counts = _two_counts(lines[0]) if lines else None
     if counts:
-        _check_lines(len(lines) - 1, int(counts[1]) + int(counts[2]), name)
+        _check_lines(len(lines) - 1, sum(counts), name)
 
 
 def _check_lines(found: int, announced: int, name: str) -> None:

@@ -22,7 +22,7 @@ from engine.polygons import Polygons
 
 Rows = tuple[list[int], list[bytes]]
 
-_OFF_HEADER = re.compile(rb"\s*(?P<st>ST)?(?P<c>C)?(?P<n>N)?(?P<odd>4?n?)OFF(?P<binary>[ \t]+BINARY)?(?=\s|$)")
+_OFF_HEADER = re.compile(rb"(?P<st>ST)?(?P<c>C)?(?P<n>N)?(?P<odd>4?n?)OFF")
 _NOT_A_NUMBER = re.compile(rb"[+-]?(1\.#|nan|inf)", re.IGNORECASE)
 
 
@@ -139,13 +139,15 @@ def numbers_of(text: bytes) -> NDArray[np.float64] | None:
 
 def read_off(content: bytes, name: str) -> Polygons:
     """The polygons of an OFF file, with its normals and texture coordinates where it has them."""
-    header = _OFF_HEADER.match(re.sub(rb"^(\s*#[^\n]*\n)+", b"", content))
+    lines = (line.partition(b"#")[0].split() for line in content.splitlines())
+    rows = [(number, line) for number, line in enumerate(lines, 1) if line]
+    header = _OFF_HEADER.fullmatch(rows[0][1][0]) if rows else None
     if header is None:
         raise InputError(name, "is damaged or of an unknown kind: it does not begin with OFF", AGAIN)
-    if header["odd"] or header["binary"]:
+    first, beside = rows[0][0], rows[0][1][1:]
+    if header["odd"] or beside[:1] == [b"BINARY"]:
         raise InputError(name, "is OFF of a kind that is not read (binary, or of four dimensions)", "Export it as PLY")
-    lines = [line.partition(b"#")[0].split() for line in header.string[header.end() :].splitlines()]
-    rows = [(number, line) for number, line in enumerate(lines, 1) if line]
+    rows = [(first, beside), *rows[1:]] if beside else rows[1:]
     counts = _whole(rows[0][1][:2], rows[0][0], name) if rows else []
     if len(counts) < 2 or min(counts) < 0 or len(rows) <= sum(counts):
         raise InputError(name, f"is damaged: it announces {counts} vertices and faces, which do not follow", AGAIN)
@@ -178,5 +180,5 @@ def _columns(rows: Iterable[tuple[int, list[bytes]]], part: slice, count: int, n
 
 def _whole(tokens: Sequence[bytes], line: int, name: str) -> list[int]:
     if not all(re.fullmatch(rb"[+-]?\d{1,15}", token) for token in tokens):
-        raise InputError(name, f"is damaged: line {line} after the header does not begin with counts", AGAIN)
+        raise InputError(name, f"is damaged: line {line} does not begin with counts", AGAIN)
     return [int(token) for token in tokens]

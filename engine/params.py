@@ -223,14 +223,14 @@ def parse(of: type[Instance], text: str) -> Instance:
     for item in filter(None, (piece.strip() for piece in text.split(","))):
         name, equals, number = (piece.strip() for piece in item.partition("="))
         if not equals or name not in declared:
-            raise ValueError(f"unknown parameter {name!r}; known are {', '.join(declared)}")
+            raise ValueError(f"unknown parameter {name[:40]!r}; known are {', '.join(declared)}")
         try:
             numbers = tuple(float(channel) for channel in number.split("/"))
         except ValueError:
-            raise ValueError(f"{name} = {number!r} is not a number") from None
+            raise ValueError(f"{name} = {number[:40]!r} is not a number") from None
         if len(numbers) != 1 and not (declared[name].is_colour and len(numbers) == 3):
             raise ValueError(
-                f"{name} = {number!r} needs {'one number or r/g/b' if declared[name].is_colour else 'one number'}"
+                f"{name} = {number[:40]!r} needs {'one number or r/g/b' if declared[name].is_colour else 'one number'}"
             )
         values[name] = numbers if len(numbers) == 3 else numbers[0]
     return of(**values)

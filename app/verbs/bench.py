@@ -100,9 +100,11 @@ MEASURES = {
     "import-aligned-24mp": "app.bench_program:import_aligned",
     "import-bracketed-24mp": "app.bench_program:import_bracketed",
     "align-24mp": "engine.bench.capture:align_large",
+    "hostile-text": "engine.bench.hostile_text:hostile_text",
 }
 LARGE = (
     *(name for name in MEASURES if name.endswith(("-large", "-24mp")) or name.startswith("transport-paid-off")),
+    "hostile-text",
     "alignment-arc",
     "transport-errors",
     "gaussian-fit-quality",

@@ -12,7 +12,6 @@ holds the cosine of the outgoing direction and is divided by it; without a name 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -30,12 +29,16 @@ from engine.health import Finding, Verdict
 Column = NDArray[np.float64]
 Pair = tuple[Column, Column]
 
-_KEY = re.compile(r"#\s*([A-Z_]+)\s*(.*)")
-
 
 def looks_like_alta(head: bytes, size_bytes: int, name: str) -> bool:
     """True where a line names dimensions or coordinates as ALTA does."""
-    return any(re.match(r"#\s*(DIM\s+\d+\s+\d+|PARAM_IN\s+[A-Z])", line) for line in head_lines(head))
+    for line in head_lines(head):
+        words = line[1:].split(maxsplit=3) if line.startswith("#") else []
+        if words[:1] == ["DIM"] and len(words) > 2 and words[1].isdigit() and words[2][0].isdigit():
+            return True
+        if words[:1] == ["PARAM_IN"] and len(words) > 1 and words[1][0].isupper():
+            return True
+    return False
 
 
 def read_alta(path: Path) -> BrdfSamples:
@@ -65,9 +68,9 @@ def read_alta(path: Path) -> BrdfSamples:
 def _header(path: Path, lines: list[Line]) -> dict[str, Line]:
     header: dict[str, Line] = {}
     for line in lines:
-        match = _KEY.match(line.text)
-        if match:
-            header.setdefault(match[1], Line(line.number, match[2].strip()))
+        words = line.text[1:].split(maxsplit=1) if line.text.startswith("#") else []
+        if words:
+            header.setdefault(words[0], Line(line.number, "".join(words[1:])))
     return header
 
 
@@ -75,10 +78,10 @@ def _dimensions(path: Path, header: dict[str, Line]) -> tuple[int, int]:
     if "DIM" not in header:
         raise InputError(path, "has no line #DIM with its dimensions", AGAIN)
     line, text = header["DIM"]
-    match = re.fullmatch(r"(\d{1,3})\s+(\d{1,3})", text)
-    if not match:
+    words = text.split()
+    if len(words) != 2 or not all(word.isdecimal() and len(word) <= 3 for word in words):
         refuse(path, line, f"has {text[:40]!r} where two dimensions are needed")
-    coordinates, outputs = int(match[1]), int(match[2])
+    coordinates, outputs = map(int, words)
     if outputs not in (1, 3):
         refuse(path, line, f"says {outputs} values per sample; 1 (grey) or 3 (colour) are read")
     return coordinates, outputs

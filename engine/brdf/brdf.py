@@ -75,7 +75,7 @@ def brdf_from_text(text: str) -> Brdf:
     """
     name, _, values = text.strip().partition(":")
     if name not in MODELS:
-        raise ValueError(f"unknown BRDF {name!r}; known are {', '.join(MODELS)}")
+        raise ValueError(f"unknown BRDF {name[:40]!r}; known are {', '.join(MODELS)}")
     given = [piece.partition("=")[0].strip() for piece in values.split(",")]
     if "preset" in given:
         if len(given) > 1:

@@ -18,7 +18,17 @@ from pathlib import Path
 
 import numpy as np
 
-from engine.brdf.measurement_text import SAMPLES_LIMIT, Line, head_lines, is_number, numbers, read_lines, refuse, table
+from engine.brdf.measurement_text import (
+    SAMPLES_LIMIT,
+    Line,
+    head_lines,
+    is_number,
+    numbers,
+    read_lines,
+    refuse,
+    table,
+    without_unit,
+)
 from engine.brdf.samples import BrdfSamples, Floats, samples_from_rows
 from engine.brdf.spectrum import srgb_from_measured_xyz
 from engine.directions import surface_direction
@@ -30,8 +40,8 @@ _ANGLES = ("theta_i", "phi_i", "theta_s", "phi_s")
 _SPELLINGS = {"theta_o": "theta_s", "theta_r": "theta_s", "phi_o": "phi_s", "phi_r": "phi_s"}
 _SPELLINGS |= {"red": "r", "green": "g", "blue": "b"}
 _RGB, _XYZ = ["r", "g", "b"], ["x", "y", "z"]
-_WAVELENGTH = re.compile(r"(\d+(?:\.\d+)?)\s*nm", re.IGNORECASE)
-_UNIT = re.compile(r"[_ (\[]*(deg|degrees?|rad|radians?)[)\]]?$", re.IGNORECASE)
+_WAVELENGTH = re.compile(r"(\d{1,9}+(?:\.\d{1,9}+)?) {0,9}+nm", re.IGNORECASE)
+_UNITS = ("degrees", "degree", "deg", "radians", "radian", "rad")
 
 #: A polar angle above this (a little more than π) is in degrees.
 _LARGEST_RADIANS = 3.15
@@ -44,7 +54,9 @@ def looks_like_cornell(head: bytes, size_bytes: int, name: str) -> bool:
 
 
 def _is_astm(lines: list[str]) -> bool:
-    return any(re.match(r"VARS\s+\S", line) or re.match(r"NUM_POINTS\s+\d", line) for line in lines)
+    """True where a line names columns or the number of points."""
+    keys = [line.split(maxsplit=1) for line in lines if line.startswith(("VARS", "NUM_POINTS"))]
+    return any(len(key) == 2 and (key[0] == "VARS" or (key[0] == "NUM_POINTS" and key[1][0].isdigit())) for key in keys)
 
 
 def _is_table(lines: list[str]) -> bool:
@@ -138,14 +150,16 @@ def _read_astm(path: Path, lines: list[Line]) -> BrdfSamples:
 def _columns(path: Path, header: dict[str, Line]) -> tuple[list[str], bool]:
     """The names of the columns without their units, and whether angles are said to be in degrees."""
     line, text = header["VARS"]
-    stated = " ".join(value.text for key, value in header.items() if "UNIT" in key).lower()
+    in_degrees = any("deg" in value.text.lower() for key, value in header.items() if "UNIT" in key)
+    words = [word.strip() for word in text.replace(";", ",").split(",")]
+    if len(words) > len(_ANGLES) + _WAVELENGTHS_LIMIT:
+        refuse(path, line, f"names {len(words)} columns; at most {len(_ANGLES) + _WAVELENGTHS_LIMIT} are possible")
     names = []
-    for word in re.split(r"[,;]", text):
-        name = word.strip()
-        unit = _UNIT.search(name)
+    for name in words:
+        bare, unit = without_unit(name, _UNITS)
         if unit and name.lower().startswith(("theta", "phi")):
-            stated += " " + unit[1].lower()
-            name = name[: unit.start()]
+            in_degrees = in_degrees or unit.startswith("deg")
+            name = bare
         names.append(_SPELLINGS.get(name.lower(), name.lower()))
     missing = [angle for angle in _ANGLES if names.count(angle) != 1]
     if missing:
@@ -158,7 +172,7 @@ def _columns(path: Path, header: dict[str, Line]) -> tuple[list[str], bool]:
         unknown = next(name for name, band in zip(values, spectral, strict=True) if not band)
         problem = f"names a column {unknown[:40]!r}; wavelengths as 400nm, R,G,B, X,Y,Z or one value are read"
         refuse(path, line, problem)
-    return names, "deg" in stated
+    return names, in_degrees
 
 
 def _check_count(path: Path, header: dict[str, Line], found: int) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import re
+import string
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
@@ -18,7 +19,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.brdf.measurement_text import Line, head_lines, is_number, numbers, read_lines, refuse, table
+from engine.brdf.measurement_text import Line, head_lines, is_number, numbers, read_lines, refuse, table, without_unit
 from engine.brdf.samples import BrdfSamples, samples_from_rows
 from engine.brdf.spectrum import srgb_from_measured_xyz
 from engine.directions import Vectors, surface_direction
@@ -38,10 +39,13 @@ _GREY = ("value", "f", "fr", "f_r", "brdf", "y", "luminance", "grey", "gray")
 _VALUES = (*_COLOURS, _XYZ, *((grey,) for grey in _GREY))
 _OUTGOING = re.compile(r"(theta|phi)_?(o|out|outgoing|r|reflected|s|scattered|v|view)")
 _INCIDENT = re.compile(r"(theta|phi)_?(i|in|incident|incoming|l|light)")
-_PER_STERADIAN = re.compile(r"[_ (\[]*(1/sr|/sr|sr\^?-1|sr⁻¹)[)\]]?$")
-_IN_DEGREES = re.compile(r"[_ (\[]*(deg|degrees?|°)[)\]]?$")
-_IN_RADIANS = re.compile(r"[_ (\[]*(rad|radians?)[)\]]?$")
+_PER_STERADIAN = ("1/sr", "/sr", "sr^-1", "sr-1", "sr⁻¹")
+_DEGREES = ("degrees", "degree", "deg", "°")
+_RADIANS = ("radians", "radian", "rad")
 _SEPARATORS = (";", "\t", ",", None)
+
+#: Most columns that are named: far beyond any table.
+_COLUMNS_LIMIT = 4096
 
 #: Angles beyond this many degrees are damage.
 _LARGEST_DEG = 3600.0
@@ -165,13 +169,16 @@ def _named_in_comments(lines: Sequence[Line], count: int) -> tuple[Line, list[st
 
 
 def _is_header(words: list[str]) -> bool:
-    return any(re.match(r"\W*(theta|phi)", word.lower()) for word in words)
+    return any(
+        word.lower().lstrip(string.punctuation + string.whitespace).startswith(("theta", "phi")) for word in words
+    )
 
 
 def _plain(word: str) -> str:
     """`theta_o` for every usual spelling of it, and so on; other words in small letters."""
-    name = _PER_STERADIAN.sub("", _IN_DEGREES.sub("", word.lower().strip())).strip()
-    name = re.sub(r"[ \-]+", "_", name)
+    name, _ = without_unit(word.lower().strip(), _DEGREES)
+    name, _ = without_unit(name, _PER_STERADIAN)
+    name = "_".join(name.replace("-", " ").split())
     for pattern, letter in ((_OUTGOING, "o"), (_INCIDENT, "i")):
         match = pattern.fullmatch(name)
         if match:
@@ -180,8 +187,10 @@ def _plain(word: str) -> str:
 
 
 def _named(path: Path, line: Line, words: list[str]) -> list[str]:
+    if len(words) > _COLUMNS_LIMIT:
+        refuse(path, line.number, f"names {len(words)} columns; at most {_COLUMNS_LIMIT} are possible")
     for word in words:
-        if _IN_RADIANS.search(word.lower()):
+        if without_unit(word, _RADIANS)[1]:
             refuse(path, line.number, f"says that {word[:40]!r} is in radians", "Write degrees")
     columns = [_plain(word) for word in words]
     for angle in ANGLES:

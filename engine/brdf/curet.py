@@ -26,7 +26,7 @@ from engine.health import Finding, Verdict
 _FEWEST = 100
 
 _CHANNELS = "rgb"
-_NAME = re.compile(r"[argb]brdf\b.*", re.IGNORECASE)
+_NAME = re.compile(r"[argb]brdf\b", re.IGNORECASE)
 _LARGEST_RADIANS = 1.6
 
 
@@ -75,7 +75,7 @@ def read_curet(path: Path) -> BrdfSamples:
 
 def _channels(path: Path) -> list[Path]:
     """The files of red, green and blue where `path` is one of the four and all three are there, else `path`."""
-    if not _NAME.fullmatch(path.name):
+    if not _NAME.match(path.name):
         return [path]
     siblings = [path.with_name(letter + path.name[1:]) for letter in _CHANNELS]
     return siblings if all(sibling.is_file() for sibling in siblings) else [path]
@@ -89,8 +89,8 @@ def _directions(path: Path) -> NDArray[np.float64]:
     rows: list[list[float]] = []
     for line in read_lines(source):
         words = line.text.replace(",", " ").split()
-        if not rows and not is_number(words[0]):
-            continue  # a heading
+        if not words or (not rows and not is_number(words[0])):
+            continue  # a heading, or commas alone
         if len(words) not in (4, 5):
             refuse(source, line.number, f"has {len(words)} values; theta_v phi_v theta_i phi_i are needed")
         rows.append(numbers(source, line.number, words)[-4:])

@@ -45,9 +45,9 @@ def find_preset(model: str, name: str) -> Preset:
         raise ValueError(f"{model} has no presets; those of lafortune are the only ones")
     names = [preset.name for preset in known]
     alike = [known_name for known_name in names if any(word and word in known_name for word in name.split("-"))]
-    listed = (alike or get_close_matches(name, names) or names)[:_LISTED]
+    listed = (alike or get_close_matches(name[:40], names) or names)[:_LISTED]
     more = "" if len(names) == len(listed) else f" and {len(names) - len(listed)} more"
-    raise ValueError(f"unknown preset {name!r} of {model}; known are {', '.join(listed)}{more}")
+    raise ValueError(f"unknown preset {name[:40]!r} of {model}; known are {', '.join(listed)}{more}")
 
 
 def _rows(table: str) -> tuple[str, list[dict[str, str]]]:

@@ -28,6 +28,7 @@ ignored is an angle that is silently wrong.
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
@@ -43,6 +44,13 @@ NAME = "capture.toml"
 
 _LIMIT_BYTES = 16 << 20
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
+
+
+#: Most parts of a dotted key; the time of Python's parser grows with their square, and none of ours has more than one.
+_PARTS_LIMIT = 32
+
+#: What begins and ends strings, comments and keys of TOML; six quotes are a string of none.
+_MARKS = re.compile(r"""\\.|"{6}|"{3,5}|'{6}|'{3,5}|["'.=,{}\[\]\n#]""", re.DOTALL)
 
 
 class PhotographEntry(BaseModel):
@@ -92,10 +100,35 @@ def capture_files(files: Iterable[Path]) -> list[Path]:
 def read_capture_file(path: Path) -> CaptureFile:
     """Read and check `path`; InputError names the line or the key that is wrong."""
     try:
-        return CaptureFile.model_validate(tomllib.loads(utf8(read_bytes(path, _LIMIT_BYTES)).decode("utf-8-sig")))
+        text = utf8(read_bytes(path, _LIMIT_BYTES)).decode("utf-8-sig")
+        if _most_parts(text) > _PARTS_LIMIT:
+            raise InputError(path, f"has a key of more than {_PARTS_LIMIT} parts", "Correct it, or remove the file")
+        return CaptureFile.model_validate(tomllib.loads(text))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        where = ".".join(str(part) for part in first["loc"])
+        where = ".".join(str(part) for part in first["loc"])[:80]
         raise InputError(path, f"{where}: {first['msg']}", "Correct this key, or remove the file") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(path, f"is not valid TOML ({error})", "Correct it, or remove the file") from None
+    except RecursionError:
+        raise InputError(path, "is nested too deeply", "Correct it, or remove the file") from None
+    except ValueError as error:  # also for a whole number of thousands of digits
+        raise InputError(path, f"is not valid TOML ({str(error)[:120]})", "Correct it, or remove the file") from None
+
+
+def _most_parts(text: str) -> int:
+    """The most dots between two marks of TOML, outside of strings and comments."""
+    parts = most = 0
+    closing = ""
+    for mark in map(re.Match.group, _MARKS.finditer(text)):
+        if closing:
+            long = len(closing) == 3 and mark.startswith(closing)
+            short = len(closing) == 1 and (mark == "\n" or mark == closing or (mark[-1] == closing == "'"))
+            closing = "" if long or short else closing
+        elif mark[0] in "\"'":
+            closing = {1: mark, 6: ""}.get(len(mark), mark[:3])
+        elif mark == ".":
+            parts += 1
+            most = max(most, parts)
+        else:
+            parts = 0
+            closing = "\n" if mark == "#" else ""
+    return most

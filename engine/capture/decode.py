@@ -20,6 +20,7 @@ from engine.images import decode as images
 from engine.images import exr, hdr, tiff
 from engine.images.exif import read_exif
 from engine.images.raster import Transfer
+from engine.images.tiff_directories import check_directories
 
 WhiteBalance = Literal["camera", "none"] | Sequence[float]
 
@@ -160,7 +161,7 @@ def _is_raw(content: bytes, name: str) -> bool:
     """By content where a signature tells; a camera's suffix decides for the rest."""
     named_raw = Path(name).suffix.lower() in RAW_SUFFIXES
     if content.startswith(tiff.SIGNATURES):
-        return named_raw or tiff.is_raw_tiff(content)
+        return named_raw or tiff.is_raw_tiff(content, name)
     return named_raw and images.reader(content) is None and not content.startswith(b"version https://git-lfs")
 
 
@@ -168,6 +169,8 @@ def decode_exposure(content: bytes, name: str) -> dict[str, Any]:
     """The decoder of what the camera noted alone: exposure_s, iso, aperture, each None where it did not."""
     if content.startswith(_EXR_AND_HDR):
         return {"exposure_s": None, "iso": None, "aperture": None}
+    if content.startswith(tiff.SIGNATURES):
+        check_directories(content, name, tiff.DIRECTORIES_LIMIT)
     noted = read_exif(content)
     if noted.exposure_s is None and not noted.exposure_garbled and _is_raw(content, name):
         from engine.capture.raw import noted_exposure

@@ -57,11 +57,11 @@ def _light(path: Path, number: int, line: str) -> Light:
     if len(words) != 4:
         _refuse(path, number, f"should hold a name and three numbers, not {line[:60]!r}")
     if any("," in word for word in words[1:]):
-        _refuse(path, number, f"has a decimal comma in {' '.join(words[1:])!r}; write decimal points")
+        _refuse(path, number, f"has a decimal comma in {' '.join(words[1:])[:60]!r}; write decimal points")
     try:
         x, y, z = (float(word) for word in words[1:])
     except ValueError:
-        _refuse(path, number, f"has no three numbers at its end: {' '.join(words[1:])!r}")
+        _refuse(path, number, f"has no three numbers at its end: {' '.join(words[1:])[:60]!r}")
     length = math.sqrt(x * x + y * y + z * z)
     if not abs(length - 1.0) <= _UNIT_TOLERANCE:
         _refuse(path, number, f"has a direction of length {length:g}; a unit vector is needed")
@@ -75,7 +75,7 @@ def _refuse_repeated_names(path: Path, lights: tuple[Light, ...]) -> None:
     for light in lights:
         earlier = first.setdefault(comparable(light.name), light.line)
         if earlier != light.line:
-            _refuse(path, light.line, f"names {light.name}, as line {earlier} does")
+            _refuse(path, light.line, f"names {light.name[:60]}, as line {earlier} does")
 
 
 def _refuse(path: Path, line: int, problem: str) -> NoReturn:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-_NUMBER = r"\d+(?:[.,]\d+)?"
+_NUMBER = r"\d{1,20}+(?:[.,]\d{1,20}+)?"
 _WORDED = re.compile(
     rf"(?:(?<![a-z])(?:elevation|elev|angle|el)[ _=-]?({_NUMBER}))|(?:({_NUMBER})[ _-]?(?:degrees|deg|°)(?![a-z]))",
     re.IGNORECASE,
@@ -38,7 +38,9 @@ def bare_angles(stems: Sequence[str]) -> list[float] | None:
 
 def natural(name: str) -> list[tuple[int, int | str]]:
     """Sorting key in which img2 comes before img10."""
-    return [(0, int(part)) if part.isdecimal() else (1, part) for part in re.split(r"(\d+)", name.casefold()) if part]
+    return [
+        (0, int(part)) if part.isdecimal() else (1, part) for part in re.split(r"(\d{1,255}+)", name.casefold()) if part
+    ]
 
 
 def _may_be_angles(numbers: list[float]) -> bool:

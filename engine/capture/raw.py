@@ -28,6 +28,7 @@ from engine.images.decode import halved
 from engine.images.exif import EXPOSURE_GARBLED, Exif, oriented, rational, read_exif
 from engine.images.raster import check_size
 from engine.images.tiff import RAW_PHOTOMETRICS, check_segments, check_tags
+from engine.images.tiff_directories import check_directories
 
 WhiteBalance = str | Sequence[float]
 
@@ -41,6 +42,9 @@ _LEAST_SIDE = 4
 
 #: Bands of rows in which missing data is looked for.
 _BANDS = 64
+
+#: Most directories of a RAW file; cameras write some 10.
+_DIRECTORIES_LIMIT = 100
 
 _CONVERT = "Convert it to DNG, for example with Adobe DNG Converter"
 
@@ -113,6 +117,7 @@ def _check_strips(content: bytes, name: str) -> None:
     """All tags, strips and tiles of a TIFF-like file must lie inside it, and in a DNG fit the size it states."""
     if not content.startswith((b"II*\0", b"MM\0*")):
         return
+    check_directories(content, name, _DIRECTORIES_LIMIT)
     with tifffile.TiffFile(io.BytesIO(content)) as file:
         pages = [page for top in file.pages for page in (top, *(top.pages or ()))]
         for page in pages:

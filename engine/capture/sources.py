@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 import stat
+import string
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -211,7 +212,8 @@ def _sorted_out(place: Path, files: list[Path], capture: CaptureFile | None) -> 
     findings: list[Finding] = []
     frames = {kind: _stated(place, files, name) for kind, name in _frame_names(capture).items()}
     for file in files:
-        aside = _SET_ASIDE.fullmatch(re.sub(r"[ _.-]?\d*$", "", file.stem))
+        stem = file.stem.rstrip(string.digits)
+        aside = _SET_ASIDE.fullmatch(stem[:-1] if stem.endswith(tuple(" _.-")) else stem)
         if file in frames.values():
             continue
         if file.suffix.lower() in _UNREAD_PICTURES:

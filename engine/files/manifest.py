@@ -168,7 +168,11 @@ def read_manifest(content: bytes, path: Any) -> Manifest:
     if isinstance(version, int) and version > SCHEMA_VERSION:
         problem = f"it was written by a newer Lightarc (schema {version}, this one reads {SCHEMA_VERSION})"
         raise InputError(path, problem, "Update Lightarc")
-    if value.pop("manifest_sha256", None) != _seal(value):
+    try:
+        sealed = value.pop("manifest_sha256", None) == _seal(value)
+    except RecursionError:
+        raise InputError(path, "manifest.json is nested too deeply", "Export the bundle again") from None
+    if not sealed:
         raise InputError(path, "manifest.json is not as it was written", "Ask for the bundle again from where it came")
     try:
         return Manifest.model_validate(value)

@@ -42,13 +42,18 @@ def read_hdr(content: bytes, name: str) -> Raster:
 def _ignored(header: bytes) -> tuple[str, ...]:
     """Warnings of what the header says and nobody reads: a gamma, other primaries than those of sRGB."""
     warnings = []
-    gamma = re.search(rb"^GAMMA=[ \t]*(\S+)", header, re.MULTILINE)
-    if gamma and gamma[1] not in (b"1", b"1.0", b"1.00"):
-        warnings.append(f"states a gamma of {gamma[1].decode('ascii', 'replace')[:20]}, which is not applied")
-    primaries = re.search(rb"^PRIMARIES=(.*)$", header, re.MULTILINE)
-    if primaries and not _are_srgb(primaries[1]):
+    gamma = b"".join(_stated(header, b"GAMMA")[:1]).strip()
+    if gamma not in (b"", b"1", b"1.0", b"1.00"):
+        warnings.append(f"states a gamma of {gamma[:20].decode('ascii', 'replace')}, which is not applied")
+    primaries = _stated(header, b"PRIMARIES")
+    if primaries and not _are_srgb(primaries[0]):
         warnings.append("states primaries other than sRGB's, which are not applied")
     return tuple(warnings)
+
+
+def _stated(header: bytes, key: bytes) -> list[bytes]:
+    """What the lines `key=value` say, in their order."""
+    return [line.partition(b"=")[2] for line in header.split(b"\n") if line.startswith(key + b"=")]
 
 
 def _are_srgb(primaries: bytes) -> bool:
@@ -102,12 +107,15 @@ def _upright(samples: np.ndarray, size: re.Match[bytes]) -> np.ndarray:
 def _exposure(header: bytes, name: str) -> np.ndarray:
     """(3,) by which the samples were multiplied: all EXPOSURE lines, and all COLORCORR lines for each channel."""
     product = np.ones(3)
-    for key, value in re.findall(rb"^(EXPOSURE|COLORCORR)=(.*)$", header, re.MULTILINE):
+    for count, value in [
+        *((1, value) for value in _stated(header, b"EXPOSURE")),
+        *((3, value) for value in _stated(header, b"COLORCORR")),
+    ]:
         try:
             factors = np.array([float(word) for word in value.split()])
         except ValueError:
             factors = np.zeros(1)
-        if len(factors) != (1 if key == b"EXPOSURE" else 3):
+        if len(factors) != count:
             factors = np.zeros(1)
         with np.errstate(over="ignore", invalid="ignore"):
             product = product * factors

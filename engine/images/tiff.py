@@ -24,6 +24,7 @@ from engine.files.decoder_child import complaints
 from engine.files.untrusted import AGAIN
 from engine.images.jpeg import check_jpeg
 from engine.images.raster import UNWANTED, Raster, Transfer, check_size, profile_warning, white_code
+from engine.images.tiff_directories import TYPE_BYTES, check_directories
 
 SIGNATURES = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
@@ -33,8 +34,11 @@ LINEAR_MARK = '"transfer": "linear"'
 _STRIP_OFFSETS, _TILE_OFFSETS, _EXIF_DIRECTORY = 273, 324, 34665
 _NONE, _JPEG, _LOGLUV = 1, 7, (34676, 34677)
 
-#: Bytes of a value, by the type of its tag (TIFF 6.0, section 2; 13 is a directory).
-_TYPE_BYTES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4}
+#: Most directories that are walked, of pictures and their parts.
+DIRECTORIES_LIMIT = 10_000
+
+#: Strips and tiles may overlap, where they are alike, but not so that the file is walked more often than this.
+_OVERLAPS_LIMIT = 16
 
 #: Decoded length of a segment, for codings that do not state it.
 _LENGTHS: dict[int, Callable[[bytes], int]] = {
@@ -51,10 +55,11 @@ RAW_PHOTOMETRICS = (32803, 34892)
 logging.getLogger("tifffile").setLevel(logging.CRITICAL)
 
 
-def is_raw_tiff(content: bytes) -> bool:
-    """True for DNG and camera files that are TIFFs outside and sensor data inside."""
+def is_raw_tiff(content: bytes, name: str) -> bool:
+    """True for DNG and camera files that are TIFFs outside and sensor data inside; InputError for endless ones."""
     if content[8:10] == b"CR":
         return True
+    check_directories(content, name, DIRECTORIES_LIMIT)
     with tifffile.TiffFile(io.BytesIO(content)) as file:
         first = file.pages[0]
         if "DNGVersion" in first.tags:
@@ -63,6 +68,7 @@ def is_raw_tiff(content: bytes) -> bool:
 
 
 def read_tiff(content: bytes, name: str) -> Raster:
+    check_directories(content, name, DIRECTORIES_LIMIT)
     with tifffile.TiffFile(io.BytesIO(content)) as file:
         page = file.pages[0]
         _check_page(page, content, name)
@@ -123,7 +129,7 @@ def check_tags(content: bytes, directory: int, name: str) -> None:
     (count,) = struct.unpack_from(f"{order}H", content, directory)
     for entry in range(count):
         tag, kind, length, value = struct.unpack_from(f"{order}HHII", content, directory + 2 + 12 * entry)
-        size_bytes = _TYPE_BYTES.get(kind, 0) * length
+        size_bytes = TYPE_BYTES.get(kind, 0) * length
         if size_bytes > 4 and value + size_bytes > len(content):
             raise InputError(name, f"is an incomplete TIFF: the value of its tag {tag} is missing", AGAIN)
         if tag == _EXIF_DIRECTORY and value != directory:
@@ -146,6 +152,8 @@ def check_segments(page: Any, content: bytes, name: str) -> None:
     for offset, count in zip(offsets, counts, strict=True):
         if count <= 0 or offset <= 0 or offset + count > len(content):
             raise InputError(name, "is an incomplete TIFF: it ends before its picture does", AGAIN)
+    if sum(counts) > _OVERLAPS_LIMIT * len(content):
+        raise InputError(name, "is a damaged TIFF (its strips or tiles overlap)", AGAIN)
     _check_lengths(page, content, name)
 
 

@@ -20,7 +20,7 @@ _UNITS = {
     "gb": ("bytes", 1e9),
 }
 
-_PART = re.compile(r"([0-9]+(?:\.[0-9]*)?|\.[0-9]+)\s*(%|[a-zµ]+)", re.IGNORECASE)
+_PART = re.compile(r"([0-9]{1,20}+(?:\.[0-9]{0,20}+)?|\.[0-9]{1,20}+)\s{0,9}+(%|[a-zµ]{1,9}+)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -68,11 +68,11 @@ def budget_from_text(text: str) -> Budget:
     for number, unit in _PART.findall(text):
         name, factor = _UNITS.get(unit.lower(), ("", 0.0))
         if not name or name in found:
-            raise ValueError(f"{text!r} is not a budget such as '8 ms and 100 MB' or '1 %'")
+            raise ValueError(f"{text[:60]!r} is not a budget such as '8 ms and 100 MB' or '1 %'")
         found[name] = float(number) * factor
     rest = re.sub(r"\band\b|[\s,;&+|]", "", _PART.sub("", text), flags=re.IGNORECASE)
     if not found or rest:
-        raise ValueError(f"{text!r} is not a budget such as '8 ms and 100 MB' or '1 %'")
+        raise ValueError(f"{text[:60]!r} is not a budget such as '8 ms and 100 MB' or '1 %'")
     return Budget(**found)
 
 

@@ -10,7 +10,6 @@ they multiply what the light has made of each term, and everything that draws te
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,9 +22,6 @@ from engine.mesh import Mesh
 from engine.transport.variation import vertex_colours, vertex_values
 
 Floats = NDArray[np.floating[Any]]
-
-#: A source is what follows the last colon that is not that of a drive.
-_TEXT = re.compile(r"(?P<brdf>.+?):(?P<source>(?:[A-Za-z]:[\\/])?[^:]+)", re.DOTALL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,10 +88,12 @@ def mixture(
 
 def blend_from_text(text: str) -> tuple[str, str]:
     """`BRDF:SOURCE` as its two parts, say `ggx:alpha=0.1:y`; ValueError where there is only one."""
-    found = _TEXT.fullmatch(text)
-    if found is None or "=" in found["source"]:
-        raise ValueError(f"{text!r} is not of the form BRDF:SOURCE, say ggx:alpha=0.1:y or phong:mask.png")
-    return found["brdf"], found["source"]
+    brdf, _, source = text.rpartition(":")
+    if source.startswith(("/", "\\")) and brdf[-2:-1] == ":" and brdf[-1].isalpha():  # the colon is that of a drive
+        brdf, source = brdf[:-2], f"{brdf[-1]}:{source}"
+    if not brdf or not source or "=" in source:
+        raise ValueError(f"{text[:60]!r} is not of the form BRDF:SOURCE, say ggx:alpha=0.1:y or phong:mask.png")
+    return brdf, source
 
 
 def together(bases: Sequence[SeparableFactors]) -> SeparableFactors:

@@ -39,7 +39,7 @@ PATIENCE_S = 20.0
 #: Chunks that are under way for each thread of the workers.
 AHEAD = 2
 
-_ADDRESS = re.compile(r"(tcp|tls|ws|wss)://(\[[0-9a-fA-F:.]+\]|[^\s:/@]+):\d{1,5}/?")
+_ADDRESS = re.compile(r"(tcp|tls|ws|wss)://(\[[0-9a-fA-F:.]{1,45}+\]|[^\s:/@]{1,253}+):\d{1,5}/?")
 
 
 @dataclass(frozen=True, eq=False)

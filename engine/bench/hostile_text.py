@@ -1,0 +1,247 @@
+"""Text made to be slow, through every reader of text from outside: time per byte, and how it grows with the length.
+
+A place is where a sound file is interrupted; a fill is what is put there, over and over. A reader whose time is
+proportional to the length grows with the exponent 1; one that searches backwards at every place grows with 2.
+Cost: some minutes, of which most is 1 MB for each place and fill.
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from engine.bench.measure import Measure
+from engine.brdf.brdf import brdf_from_text
+from engine.brdf.brdf_file import read_measurement
+from engine.brdf.csv_samples import read_directions
+from engine.camera import Camera
+from engine.camera import parse as read_camera
+from engine.capture.capture_file import read_capture_file
+from engine.capture.light_positions import read_light_positions
+from engine.capture.name_angles import angles_with_words, bare_angles, natural
+from engine.errors import InputError
+from engine.files.manifest import read_manifest
+from engine.images.decode import read_image
+from engine.lamps import lamp_from_text
+from engine.mesh import read_mesh
+from engine.mesh_memory import check_memory
+from engine.tradeoff.choose import budget_from_text
+from engine.transport.blend import blend_from_text
+
+#: What text from outside may take, per 2^20 bytes.
+LIMIT_S = 2.0
+
+#: Lengths in bytes; a fill that has taken longer than `LIMIT_S` at one is not tried at the next.
+LENGTHS = (1 << 14, 1 << 17, 1 << 20)
+
+FILLS = {
+    "blanks": " ",
+    "tabs": "\t",
+    "newlines": "\n",
+    "returns": "\r",
+    "blank lines": " \n",
+    "comments": "# \n",
+    "hashes": "#",
+    "underscores": "_",
+    "parentheses": "(",
+    "brackets": "[",
+    "braces": '{"a":[',
+    "tables": "[a]\n",
+    "dotted": "a.",
+    "commas": ",",
+    "semicolons": ";",
+    "digits": "1",
+    "numbers": "1 ",
+    "fractions": "1.",
+    "exponents": "1e",
+    "Fortran": "1D",
+    "signs": "+-",
+    "huge": "1e400 ",
+    "nan": "nan ",
+    "inf": "inf,",
+    "hexadecimal": "0x",
+    "letters": "a",
+    "degrees": "deg(",
+    "names": "theta_i,",
+    "wavelengths": "1nm",
+    "elements": "element face 1\n",
+    "faces": "f 1 2 3\n",
+    "slashes": "1/",
+    "backslashes": "\\",
+    "continued": "\\\n",
+    "quotes": '"',
+    "equals": "=",
+    "colons": ":",
+    "NUL": "\0",
+    "separators": "\x1f",
+    "accents": "é",
+    "ideographs": "漢",
+    "no-break": "\u00a0",
+    "line separators": "\u2028",
+}
+
+
+class Place(NamedTuple):
+    """A sound text of `before` and `after` around the place, the name of its file, and what reads that."""
+
+    file: str
+    before: str
+    after: str
+    read: Callable[[Path], object]
+
+
+def _place(file: str, text: str, read: Callable[[Path], object]) -> Place:
+    before, after = text.split("@")
+    return Place(file, before, after, read)
+
+
+def _as_text(read: Callable[[str], object]) -> Callable[[Path], object]:
+    return lambda path: read(path.read_bytes().decode("utf-8", "replace"))
+
+
+def _manifest(path: Path) -> object:
+    return read_manifest(path.read_bytes(), path)
+
+
+_CSV = "theta_i,phi_i,theta_o,phi_o,r,g,b\n10,0,10,0,1,1,1\n"
+_ALTA = "#DIM 4 3\n#PARAM_IN RUSIN_TH_PH_TD_PD\n0 0 0 0 1 1 1\n"
+_ASTM = "NUM_POINTS 1\nVARS theta_i,phi_i,theta_s,phi_s,400nm,500nm\n0,0,0,0,1,1\n"
+_CORNELL = "2 400 500\n0 0 0 0 1 1\n"
+_CURET = "1 " + "0.1 " * 205 + "\n"
+_OFF = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+_XYZ = "".join(f"property float {axis}\n" for axis in "xyz")
+_PLY_HEAD = f"element vertex 3\n{_XYZ}element face 1\nproperty list uchar int vertex_indices\n"
+_PLY = f"ply\nformat ascii 1.0\n{_PLY_HEAD}end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+_OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+_STL = (
+    "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n"
+)
+_HDR = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=1\n\n-Y 1 +X 1\n\1\1\1\1"
+
+
+def _at(text: str, mark: str, *, before: bool = False) -> str:
+    """`text` with the place after (or before) the first `mark`."""
+    return text.replace(mark, "@" + mark if before else mark + "@", 1)
+
+
+PLACES = {
+    "CSV name": _place("a.csv", _at(_CSV, "phi_o"), read_measurement),
+    "CSV unit": _place("a.csv", _at(_CSV, "phi_o").replace("@", " (@deg)"), read_measurement),
+    "CSV first name": _place("a.csv", _at(_CSV, "theta_i", before=True), read_directions),
+    "CSV number": _place("a.csv", _at(_CSV, "1,1"), read_measurement),
+    "CSV comment": _place("a.csv", "# @\n" + _CSV, read_measurement),
+    "CSV rows": _place("a.csv", _CSV + "@", read_measurement),
+    "ALTA key": _place("a.dat", _at(_ALTA, "#PARAM", before=True).replace("@", "#@ 3\n"), read_measurement),
+    "ALTA sizes": _place("a.dat", "#PARAM_IN CARTESIAN\n#DIM 4@3\n", read_measurement),
+    "ALTA name": _place("a.dat", _at(_ALTA, "RUSIN"), read_measurement),
+    "ALTA rows": _place("a.dat", _ALTA + "@", read_measurement),
+    "ASTM names": _place("a.astm", _at(_ASTM, "theta_s"), read_measurement),
+    "ASTM wavelength": _place("a.astm", _at(_ASTM, ",4"), read_measurement),
+    "ASTM count": _place("a.astm", _at(_ASTM, "NUM_POINTS 1"), read_measurement),
+    "ASTM head": _place("a.astm", _at(_ASTM, "1\n"), read_measurement),
+    "ASTM rows": _place("a.astm", _ASTM + "@", read_measurement),
+    "Cornell count": _place("a.brdf", "@" + _CORNELL, read_measurement),
+    "Cornell wavelengths": _place("a.brdf", _at(_CORNELL, "500"), read_measurement),
+    "Cornell rows": _place("a.brdf", _CORNELL + "@", read_measurement),
+    "CUReT rows": _place("abrdf.dat", _CURET + "@", read_measurement),
+    ".lp count": _place("a.lp", "@1\na.jpg 0 0 1\n", read_light_positions),
+    ".lp name": _place("a.lp", "1\na@.jpg 0 0 1\n", read_light_positions),
+    ".lp numbers": _place("a.lp", "1\na.jpg 0 0 1@\n", read_light_positions),
+    ".lp lines": _place("a.lp", "1\n@\n", read_light_positions),
+    "TOML": _place("capture.toml", "@", read_capture_file),
+    "TOML value": _place("capture.toml", "notes = @\n", read_capture_file),
+    "TOML text": _place("capture.toml", 'notes = "@"\n', read_capture_file),
+    "TOML key": _place("capture.toml", "a@ = 1\n", read_capture_file),
+    "TOML number": _place("capture.toml", "lamp_distance = 1@\n", read_capture_file),
+    "TOML list": _place("capture.toml", "x = [@]\n", read_capture_file),
+    "JSON": _place("manifest.json", "@", _manifest),
+    "JSON value": _place("manifest.json", '{"format":"lightarc-bundle","name":@}', _manifest),
+    "JSON number": _place("manifest.json", '{"format":"lightarc-bundle","sigma":1@}', _manifest),
+    "JSON text": _place("manifest.json", '{"format":"lightarc-bundle","name":"@"}', _manifest),
+    "OBJ": _place("a.obj", "@" + _OBJ, read_mesh),
+    "OBJ vertex": _place("a.obj", _at(_OBJ, "v 0 0 0"), read_mesh),
+    "OBJ face": _place("a.obj", _OBJ.rstrip() + "@\n", read_mesh),
+    "OFF head": _place("a.off", "@" + _OFF, read_mesh),
+    "OFF counts": _place("a.off", _at(_OFF, "OFF"), read_mesh),
+    "OFF counts in memory": _place("a.off", _at(_OFF, "OFF"), check_memory),
+    "OFF vertex": _place("a.off", _at(_OFF, "0 1 0\n", before=True), read_mesh),
+    "PLY head": _place("a.ply", _at(_PLY, "1.0\n"), read_mesh),
+    "PLY element": _place("a.ply", _at(_PLY, "element vertex 3"), read_mesh),
+    "PLY element in memory": _place("a.ply", _at(_PLY, "element face"), check_memory),
+    "PLY vertex": _place("a.ply", _at(_PLY, "0 1 0\n", before=True), read_mesh),
+    "STL name": _place("a.stl", _at(_STL, "solid a"), read_mesh),
+    "STL vertex": _place("a.stl", _at(_STL, "vertex 0 0 0"), read_mesh),
+    "glTF": _place("a.gltf", "@", read_mesh),
+    "glTF value": _place("a.gltf", '{"asset":{"version":"2.0"},"meshes":@}', read_mesh),
+    "HDR head": _place("a.hdr", _at(_HDR, "RADIANCE\n"), read_image),
+    "HDR exposure": _place("a.hdr", _at(_HDR, "EXPOSURE=1"), read_image),
+    "HDR size": _place("a.hdr", _at(_HDR, "-Y 1"), read_image),
+    "angle in a name": _place("a", "cloth_10@deg", _as_text(lambda name: angles_with_words([name]))),
+    "number in a name": _place("a", "cloth_10@", _as_text(lambda name: bare_angles([name, "cloth_20"]))),
+    "order of names": _place("a", "cloth_10@", _as_text(natural)),
+    "lamp": _place("a", "theta_deg=1@", _as_text(lamp_from_text)),
+    "camera": _place("a", "eye=1,2,3@", _as_text(lambda text: read_camera(text, Camera((0, 0, 4), (0, 0, 0))))),
+    "BRDF": _place("a", "ggx:alpha=0.3@", _as_text(brdf_from_text)),
+    "budget": _place("a", "1@ ms", _as_text(budget_from_text)),
+    "blend": _place("a", "ggx:alpha=0.1@:y", _as_text(blend_from_text)),
+}
+
+
+def content(place: Place, fill: str, length: int) -> bytes:
+    """The text with about `length` bytes of `fill` at the place, in UTF-8."""
+    return (place.before + fill * (length // len(fill.encode())) + place.after).encode()
+
+
+def refusal(place: Place, fill: str, length: int, folder: Path) -> str | None:
+    """What the reader says against the text, which is written into `folder`; None where it reads it.
+
+    Words of the command line are refused by ValueError, files by InputError; other exceptions pass.
+    """
+    path = folder / place.file
+    path.write_bytes(content(place, fill, length))
+    if place.file == "abrdf.dat":
+        (folder / "table.txt").write_text("0.1 0.2 0.3 0.4\n" * 205)
+    try:
+        place.read(path)
+    except InputError as error:
+        return str(error)
+    except ValueError as error:
+        if place.file != "a":
+            raise
+        return str(error)
+    return None
+
+
+def hostile_text() -> Measure:
+    """The slowest place and fill, in seconds per 2^20 bytes, beside `LIMIT_S`."""
+    slowest: dict[str, Any] = {"time_s": 0.0}
+    steepest = 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        for name, place in PLACES.items():
+            refusal(place, "1", 16, Path(folder))  # loads and compiles what it needs
+            for what, fill in FILLS.items():
+                times = _times(place, fill, Path(folder))
+                length, time_s = max(times.items())
+                rate_s = time_s * 2**20 / length
+                growth = math.log(time_s / times[length // 8]) / math.log(8.0) if length > LENGTHS[0] else 0.0
+                steepest = max(steepest, growth if time_s > 0.1 else 0.0)
+                if rate_s > slowest["time_s"] and time_s > 0.1:
+                    slowest = {"time_s": rate_s, "place": name, "fill": what, "bytes": length, "growth": growth}
+    more = {**slowest, "steepest_growth": steepest}
+    return Measure("hostile-text", more.pop("time_s"), LIMIT_S, "2 s a megabyte", more)
+
+
+def _times(place: Place, fill: str, folder: Path) -> dict[int, float]:
+    """Seconds by length; the children's are counted, for which the caller waits."""
+    times: dict[int, float] = {}
+    for length in LENGTHS:
+        start = time.perf_counter()
+        refusal(place, fill, length, folder)
+        times[length] = time.perf_counter() - start
+        if times[length] > LIMIT_S:
+            break
+    return times
