@@ -45,6 +45,11 @@ FILE_LIMIT_BYTES = 4 * GIBIBYTE
 #: Address space of a decoder: enough for 100 megapixels in 16 bits (file, samples, float32 result, temporaries).
 DECODER_MEMORY_BYTES = 6 * GIBIBYTE
 
+#: Seconds that a decoder gets for the smallest files (in which it may have to start, and to compile its kernels), and
+#: at most; in between by the size of the file.
+SMALLEST_LIMIT_S, LARGEST_LIMIT_S = 30.0, 60.0
+_BYTES_PER_S = 1_000_000
+
 #: Two photographs may be decoded at once.
 CHILDREN = 2
 
@@ -215,7 +220,7 @@ def decode_in_child(
     path: str | os.PathLike[str],
     *,
     memory_bytes: int = DECODER_MEMORY_BYTES,
-    timeout_s: float = 60.0,
+    timeout_s: float | None = None,
     limit_bytes: int = FILE_LIMIT_BYTES,
     cancellation: Cancellation | None = None,
     beside: Mapping[str, Path] = MappingProxyType({}),
@@ -228,15 +233,17 @@ def decode_in_child(
     decoder : "package.module:function", called as `function(content: bytes, name: str, **options)`. It returns a dict
         of arrays and JSON values, and raises `InputError(name, problem, remedy)` for what it does not accept.
     memory_bytes : address space of the child; what needs more is refused.
+    timeout_s : what is not decoded by then is refused; None is `time_limit_s`.
     beside : further files by the names that the decoder knows them by; it gets their contents as the keyword `beside`.
     options : JSON values.
 
     Raises InputError for a file that cannot be read or decoded, also when the decoder crashes or takes too long.
     """
-    limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s}
     with contextlib.ExitStack() as stack:
         files = [stack.enter_context(opened(each, limit_bytes)) for each in (path, *beside.values())]
-        request = _request(decoder, path, options, limits, [size for _, size in files], beside)
+        sizes = [size_bytes for _, size_bytes in files]
+        limits = {"memory_bytes": memory_bytes, "timeout_s": timeout_s or time_limit_s(sum(sizes))}
+        request = _request(decoder, path, options, limits, sizes, beside)
         if HANDS_DESCRIPTORS:
             return _decoded(request, [], [file.fileno() for file, _ in files], cancellation)
         contents = [_content(each, *file) for each, file in zip((path, *beside.values()), files, strict=True)]
@@ -249,12 +256,17 @@ def decode_content(
     content: bytes,
     *,
     memory_bytes: int = DECODER_MEMORY_BYTES,
-    timeout_s: float = 60.0,
+    timeout_s: float | None = None,
     **options: Any,
 ) -> dict[str, Any]:
     """As `decode_in_child`, for `content` that has been read already (a member of a bundle); `path` names it."""
-    limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s}
+    limits: dict[str, Any] = {"memory_bytes": memory_bytes, "timeout_s": timeout_s or time_limit_s(len(content))}
     return _decoded(_request(decoder, path, options, limits, [len(content)]), [content], [], None)
+
+
+def time_limit_s(size_bytes: int) -> float:
+    """Seconds in which a file of this size is decoded on a slow machine, or never."""
+    return min(LARGEST_LIMIT_S, SMALLEST_LIMIT_S + size_bytes // _BYTES_PER_S)
 
 
 def _request(
