@@ -2,7 +2,7 @@
 
 A place is where a sound file is interrupted; a fill is what is put there, over and over. A reader whose time is
 proportional to the length grows with the exponent 1; one that searches backwards at every place grows with 2.
-Cost: some minutes, of which most is 1 MB for each place and fill.
+Cost: half an hour, of which most is 1 MB for each place and fill.
 """
 
 from __future__ import annotations
