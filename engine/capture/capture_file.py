@@ -108,9 +108,7 @@ def read_capture_file(path: Path) -> CaptureFile:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"])[:80]
         raise InputError(path, f"{where}: {first['msg']}", "Correct this key, or remove the file") from None
-    except RecursionError:
-        raise InputError(path, "is nested too deeply", "Correct it, or remove the file") from None
-    except ValueError as error:  # also for a whole number of thousands of digits
+    except (ValueError, RecursionError) as error:  # also for a whole number of thousands of digits
         raise InputError(path, f"is not valid TOML ({str(error)[:120]})", "Correct it, or remove the file") from None
 
 
