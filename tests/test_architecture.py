@@ -121,6 +121,7 @@ EXCEPTIONS = {
     "app/bench_window.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
     "app/bench_program.py tempfile.TemporaryDirectory": "photographs of a measured import, removed with it",
     "engine/bench/tables.py tempfile.TemporaryDirectory": "a table whose reading is measured, removed with it",
+    "engine/bench/hostile_text.py tempfile.TemporaryDirectory": "texts whose reading is measured, removed with it",
     "engine/effects/calibration.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/bench/wavelet.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/bench/gaussian_bake.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",

@@ -24,6 +24,7 @@ from engine.capture.capture_file import read_capture_file
 from engine.capture.light_positions import read_light_positions
 from engine.capture.name_angles import angles_with_words, bare_angles, natural
 from engine.errors import InputError
+from engine.files.atomic import write_bytes
 from engine.files.manifest import read_manifest
 from engine.images.decode import read_image
 from engine.lamps import lamp_from_text
@@ -202,9 +203,9 @@ def refusal(place: Place, fill: str, length: int, folder: Path) -> str | None:
     Words of the command line are refused by ValueError, files by InputError; other exceptions pass.
     """
     path = folder / place.file
-    path.write_bytes(content(place, fill, length))
+    write_bytes(path, content(place, fill, length))
     if place.file == "abrdf.dat":
-        (folder / "table.txt").write_text("0.1 0.2 0.3 0.4\n" * 205)
+        write_bytes(folder / "table.txt", b"0.1 0.2 0.3 0.4\n" * 205)
     try:
         place.read(path)
     except InputError as error:
