@@ -26,7 +26,7 @@ OWN_TEXT = {
     "engine/gl/program.py",
     "engine/files/handover.py",
     "engine/figures/figure.py",
-    "engine/files/atomic.py",
+    "engine/files/partial_names.py",
     "app/cli.py",
 }
 
