@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 import os
+import zlib
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
@@ -97,6 +98,7 @@ class _Output:
         require_space(place, math.prod(shape) * 13 + (1 << 20))
         self.view = view
         self.tallies: list[Tally] = []
+        self.radiance_crc32 = self.saturated_crc32 = 0
         self._count = count
         self._radiance, self._saturated = (
             self._started(files, place / name, npy_header(full, kind))
@@ -121,6 +123,8 @@ class _Output:
             band, mask = warp(radiance, saturated, whole, region, first, min(first + rows, region.height), view.samples)
             self._radiance.write(band.data)
             self._saturated.write(mask.data)
+            self.radiance_crc32 = zlib.crc32(band.data, self.radiance_crc32)
+            self.saturated_crc32 = zlib.crc32(mask.data, self.saturated_crc32)
             tally.add(band, mask, first)
         self.tallies.append(tally)
 
@@ -166,6 +170,8 @@ def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> S
         azimuths_deg=None if sources.azimuth is None else _degrees(sources.azimuth),
         angle_source=sources.angle_source,  # type: ignore[arg-type]
         mean_radiance=[float(mean) for mean in mean_radiance],
+        radiance_crc32=output.radiance_crc32,
+        saturated_crc32=output.saturated_crc32,
         quality=quality,
         provenance={
             "software": f"lightarc {engine.__version__}",

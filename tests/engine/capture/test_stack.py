@@ -290,6 +290,31 @@ def test_fault_5_arrays_of_another_kind(damaged, stack, shape):
         refused("radiance.npy")
 
 
+@pytest.mark.parametrize(
+    ("name", "damage"),
+    [("radiance.npy", "rows swapped"), ("radiance.npy", "a brighter pixel"), ("saturated.npy", "a mask of ones")],
+)
+def test_damaged_pixels_are_found(damaged, name, damage):
+    folder, refused = damaged
+    pixels = np.load(folder / name)
+    if damage == "rows swapped":
+        pixels[0, [0, 1]] = pixels[0, [1, 0]]
+    elif damage == "a brighter pixel":
+        pixels[1, 2, 3] *= 1.5
+    else:
+        pixels[...] = True
+    np.save(folder / name, pixels)
+    refused(f"{name}: is damaged: the checksum of its pixels does not fit")
+
+
+def test_stacks_of_before_there_were_checksums_open_with_a_note(damaged):
+    folder, _ = damaged
+    record = json.loads((folder / "stack.json").read_text())
+    older = {key: value for key, value in record.items() if not key.endswith("crc32")}
+    (folder / "stack.json").write_text(json.dumps(older))
+    assert any("before stacks had checksums" in finding.text for finding in open_stack(folder).health.findings)
+
+
 def test_a_folder_that_is_no_stack(tmp_path):
     with pytest.raises(InputError, match="is no stack"):
         open_stack(tmp_path)
