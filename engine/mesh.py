@@ -38,6 +38,7 @@ from engine.mesh_clean import (
 from engine.mesh_memory import check_memory, decoder_memory_bytes
 from engine.mesh_scene import files_beside, named_files, scene_parts
 from engine.mesh_text import checked_text
+from engine.mesh_weld import GAP, without_gaps
 from engine.tangents import uv_tangents
 from engine.unwrap import with_atlas
 
@@ -172,6 +173,10 @@ def decode_mesh(content: bytes, name: str, beside: Mapping[str, bytes] = Mapping
         parts = [part]
     else:
         too_few, parts = 0, scene_parts(content, kind, name, beside)
+    moved = 0
+    for part in parts if kind.startswith("stl") else ():
+        part["positions"], count = without_gaps(part["positions"], part["faces"])
+        moved += count
     if not any(len(part["faces"]) for part in parts):
         raise InputError(name, "holds no triangles", "Give a mesh with faces, not points or curves alone")
     first_vertex = np.cumsum([0] + [len(part["positions"]) for part in parts])
@@ -185,7 +190,7 @@ def decode_mesh(content: bytes, name: str, beside: Mapping[str, bytes] = Mapping
         _joined(parts, "normals", 3),
         _joined(parts, "uv", 2),
         name,
-        {"faces_of_fewer_than_3_corners_dropped": too_few},
+        {"faces_of_fewer_than_3_corners_dropped": too_few, "points_moved_to_close_gaps": moved},
     )
 
 
@@ -319,6 +324,9 @@ def findings_of(figures: Mapping[str, float]) -> list[Finding]:
         if name.endswith("_dropped") and count:
             verdict = Verdict.NOTE if name.startswith("vertices") else Verdict.WARNING
             findings.append(Finding(verdict, with_count(int(count), f"{_plain(name)} left out")))
+    if count := int(figures.get("points_moved_to_close_gaps", 0)):
+        text = f"points were moved by less than {2 * GAP:g} of the size, to close gaps that rounding had left"
+        findings.append(Finding(Verdict.NOTE, with_count(count, text)))
     if count := int(figures.get("normals_replaced", 0)):
         findings.append(Finding(Verdict.WARNING, with_count(count, "normals were none and taken from the faces")))
     count = int(figures["faces_without_texture_coordinates"])

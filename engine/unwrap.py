@@ -62,11 +62,14 @@ def decode_atlas(content: bytes, name: str, vertices: int) -> dict[str, Any]:
     table = np.frombuffer(content[:size]).reshape(-1, 6)
     faces = np.frombuffer(content[size:], np.int32).reshape(-1, 3).astype(np.int64)
     points, place = merged_points(table[:, :3])
-    return weld(points, place[faces], table[:, 3:][faces], atlas(points, place[faces]))
+    return weld(points, place[faces], table[:, 3:][faces], atlas(points, place[faces], name))
 
 
-def atlas(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(F, 3, 2) texture coordinates of the corners of `faces` between different `points`."""
+def atlas(points: NDArray[np.float64], faces: NDArray[np.int64], name: str = "") -> NDArray[np.float64]:
+    """(F, 3, 2) texture coordinates of the corners of `faces` between different `points`.
+
+    InputError about `name` where xatlas finds none: it works in 32 bits, in which charts of extreme shape vanish.
+    """
     import xatlas
 
     used, index = np.unique(faces, return_inverse=True)
@@ -74,18 +77,18 @@ def atlas(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.f
     low, high = points[used].min(axis=0), points[used].max(axis=0)
     charts = xatlas.Atlas()
     charts.add_mesh(((points[used] - low) / np.max(high - low)).astype(np.float32), corners)
-    vertex, cut, uv = _packed(charts)
+    vertex, cut, uv = _packed(charts, name)
     if cut.shape != faces.shape or not np.array_equal(vertex[cut], corners):
         raise ValueError("the charts are not those of the mesh")
     turned = xatlas.Atlas()
     turned.add_uv_mesh(_turned_over(uv, cut).astype(np.float32), cut)
-    vertex, again, uv = _packed(turned)
+    vertex, again, uv = _packed(turned, name)
     if again.shape != cut.shape or not np.array_equal(vertex[again], cut):
         raise ValueError("the charts changed as they were laid out")
     return uv[again]
 
 
-def _packed(charts: Any) -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.float64]]:
+def _packed(charts: Any, name: str) -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArray[np.float64]]:
     """Cut and lay out: which vertex each new one was, the faces between new ones, and where these lie."""
     import xatlas
 
@@ -94,7 +97,12 @@ def _packed(charts: Any) -> tuple[NDArray[np.uint32], NDArray[np.uint32], NDArra
     pack.rotate_charts = False  # it exchanges u and v, which mirrors
     charts.generate(xatlas.ChartOptions(), pack)
     vertex, faces, uv = charts.get_mesh(0)
-    return vertex, faces, uv * (np.array([charts.width, charts.height], np.float64) / TEXELS)
+    uv = uv * (np.array([charts.width, charts.height], np.float64) / TEXELS)
+    if not np.isfinite(uv).all():
+        raise InputError(
+            name, "they have no size in 32 bits where a mesh is much longer than wide", "Cut them elsewhere"
+        )
+    return vertex, faces, uv
 
 
 def _turned_over(uv: NDArray[np.float64], faces: NDArray[np.uint32]) -> NDArray[np.float64]:

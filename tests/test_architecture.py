@@ -62,6 +62,7 @@ LAYERS = (
     {
         "mesh",
         "mesh_text",
+        "mesh_weld",
         "shapes",
         "ground",
         "mesh_clean",

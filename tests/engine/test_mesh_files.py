@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -228,6 +229,34 @@ def test_stl_of_several_solids(tmp_path: Path) -> None:
     text = "".join(f"solid part {k}\n{facet.format(k)}endsolid part {k}\n" for k in range(3))
     for name in ("a.stl", "a.STL", "a.stl_ascii"):
         assert len(read(tmp_path, name, text.encode()).faces) == 3
+
+
+def soup_of(triangles: np.ndarray) -> bytes:
+    """A binary STL file of `triangles` (F, 3, 3)."""
+    faces = np.arange(len(triangles) * 3).reshape(-1, 3)
+    content: bytes = trimesh.Trimesh(triangles.reshape(-1, 3), faces, process=False).export(file_type="stl")
+    return content
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_an_stl_whose_corners_differ_by_rounding_is_closed(tmp_path: Path, size: float) -> None:
+    """Each face has corners of its own, off by 1e-7 of the size; what is off by 1e-5 is apart."""
+    solid = trimesh.creation.icosphere(subdivisions=3, radius=size / 2)
+    random = np.random.default_rng(0)
+    soup = solid.triangles + random.uniform(-1e-7, 1e-7, solid.triangles.shape) * size
+    found = read(tmp_path, "a.stl", soup_of(soup))
+    assert found.topology.closed
+    assert len(found.faces) == len(solid.faces)
+    assert any("close gaps" in finding.text for finding in found.health.findings)
+    assert np.abs(np.linalg.norm(found.positions, axis=1) / (size / 2) - 1.0).max() < 2e-6
+    soup[0] *= 1.0 + 1e-5
+    assert read(tmp_path, "b.stl", soup_of(soup)).topology.open_edges == 6
+
+
+def test_small_faces_of_an_stl_keep_their_area(tmp_path: Path) -> None:
+    near = [[0.5, 0.5, 0], [0.5 + 2e-7, 0.5, 0], [0.5, 0.5 + 2e-7, 0]]
+    soup = np.array([[[0, 0, 1], [1, 0, 1], [0, 1, 1]], near])
+    assert len(read(tmp_path, "a.stl", soup_of(soup)).faces) == 2
 
 
 def gltf(points: np.ndarray, *nodes: dict[str, Any], uri: str | None = None, **primitive: Any) -> dict[str, Any]:

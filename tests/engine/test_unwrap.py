@@ -103,3 +103,12 @@ def test_charts_that_fail_keep_the_box_projection(monkeypatch: pytest.MonkeyPatc
     reply = reply_of("box")
     (finding,) = with_atlas(reply, "solid.ply")
     assert finding.text.endswith("charts could not be cut (could not be decoded within 15 s)")
+
+
+def test_charts_of_extreme_meshes_that_are_no_numbers_are_replaced() -> None:
+    """xatlas works in 32 bits, in which a bar 10⁷ times as long as wide has charts of no size."""
+    bar = trimesh.creation.icosphere(2)
+    reply = complete(bar.vertices * (1e7, 1.0, 1.0), bar.faces, None, None, "bar")
+    (finding,) = with_atlas(reply, "bar.ply")
+    assert np.isfinite(reply["uv"]).all()
+    assert "box projection: charts could not be cut" in finding.text
