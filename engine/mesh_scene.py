@@ -40,7 +40,7 @@ _MOST_FILES = 200
 
 def named_files(content: bytes) -> list[str]:
     """The files that a glTF file keeps its numbers in, as it names them."""
-    tree = json.loads(content.decode("utf-8-sig"))
+    tree = json.loads(content)  # in any of the Unicode codings
     uris = [buffer["uri"] for buffer in tree.get("buffers", ()) if "uri" in buffer]
     return [str(uri) for uri in uris if not str(uri).startswith("data:")]
 

@@ -322,6 +322,8 @@ def test_gltf_with_its_numbers_in_a_file_beside_it(tmp_path: Path) -> None:
     (tmp_path / "my data").mkdir()
     (tmp_path / "my data" / "a.bin").write_bytes(CORNERS.tobytes() + np.array([0, 1, 2, 1, 3, 2], np.uint16).tobytes())
     assert len(as_gltf(tmp_path, tree).faces) == 2
+    (tmp_path / "wide.gltf").write_text(json.dumps(tree), encoding="utf-16")
+    assert len(read_mesh(tmp_path / "wide.gltf").faces) == 2
 
 
 @pytest.mark.parametrize("how", ["up", "absolute", "link", "web", "file"])
