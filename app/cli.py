@@ -13,15 +13,13 @@ import io
 import json
 import logging
 import re
-import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
-from types import FrameType
-from typing import Any, NoReturn, cast
+from typing import Any, cast
 
 import engine
-from app import last_words
+from app import ending, last_words
 from app.results import add_overwrite, check_results
 from engine.errors import FileError, MissingCapability, OutOfMemory, shortage
 from engine.steps import Step
@@ -46,7 +44,7 @@ VERBS = (
     ("bench", "app.verbs.bench"),
 )
 
-DONE, WRONG_USAGE, BAD_FILE, CANCELLED, MISSING, OUT_OF_MEMORY = 0, 2, 3, 4, 5, 6
+DONE, WRONG_USAGE, BAD_FILE, CANCELLED, MISSING, OUT_OF_MEMORY = 0, 2, 3, ending.CANCELLED, 5, 6
 
 EXIT_CODES = (
     "exit codes: 0 done, 2 wrong usage, 3 a file that cannot be used, 4 cancelled, 5 something is missing from the "
@@ -109,14 +107,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = build_parser()
     options = parser.parse_args(words)
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(message)s")
-    signal.signal(signal.SIGTERM, _interrupt)
     last_words.leave_last_words(str(OutOfMemory("There is not enough memory or no further thread")), OUT_OF_MEMORY)
+    with ending.during(ending.FINISH):
+        return _run(parser, options)
+
+
+def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
     progress = Progress(sys.stderr)
     try:
-        check_results(parser, options)
-        result = options.module.run(options, progress)
+        with ending.during(ending.INTERRUPT):
+            check_results(parser, options)
+            result = options.module.run(options, progress)
     except KeyboardInterrupt:
-        return _fail(progress, CANCELLED, "Cancelled; nothing was written.")
+        return _fail(progress, CANCELLED, ending.SENTENCE)
     except FileError as error:
         return _fail(progress, BAD_FILE, str(error))
     except MissingCapability as error:
@@ -173,7 +176,3 @@ def _fail(progress: Progress, code: int, message: str) -> int:
     progress.clear()
     print(message, file=sys.stderr)
     return code
-
-
-def _interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
-    raise KeyboardInterrupt

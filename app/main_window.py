@@ -9,7 +9,7 @@ from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QSize, Qt, QTimer
+from PySide6.QtCore import QByteArray, QObject, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAction,
     QCloseEvent,
@@ -36,7 +36,7 @@ from PySide6.QtWidgets import (
 )
 
 import engine
-from app import icons, session, settings, theme
+from app import ending, icons, session, settings, theme
 from app.accuracy_dock import AccuracyDock
 from app.brdf_tab import BrdfTab
 from app.capture_tab import CaptureTab
@@ -84,7 +84,9 @@ SWITCH_S = 0.0005
 
 
 class MainWindow(QMainWindow):
-    """Owns the workbench and everything on screen."""
+    """Owns the workbench and everything on screen. `closes`: it has kept its settings and ends its jobs now."""
+
+    closes = Signal()
 
     def __init__(self, config: Path | None) -> None:
         super().__init__()
@@ -403,6 +405,7 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         self._keep_settings()
+        self.closes.emit()
         self.hide()
         self.bench.jobs.close()
         self.log_dock.disconnect_log()
@@ -474,13 +477,30 @@ def start() -> QApplication:
 
 
 def run(paths: Sequence[Path], *, sample: bool = False) -> int:
-    """Open the window and return the exit code when it is closed."""
+    """Open the window and return the exit code when it is closed, also where the system or a terminal asked for that."""
     application = start()
-    window = MainWindow(settings.config_folder())
-    window.failures.install()
-    window.show()
-    if sample:
-        QTimer.singleShot(0, window.bench.open_sample)
-    elif paths:
-        QTimer.singleShot(0, lambda: window.open(paths))
-    return application.exec()
+    closing = _Closing()
+    with ending.during(closing.asked.emit, ending.WINDOW_S):
+        window = MainWindow(settings.config_folder())
+        window.closes.connect(lambda: ending.end_within(ending.WINDOW_S))
+        window.failures.install()
+        window.show()
+        if sample:
+            QTimer.singleShot(0, window.bench.open_sample)
+        elif paths:
+            QTimer.singleShot(0, lambda: window.open(paths))
+        return application.exec()
+
+
+class _Closing(QObject):
+    """Closes all windows from within the event loop; `asked` may be emitted on any thread, also before the loop."""
+
+    asked = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked.connect(self._close, Qt.ConnectionType.QueuedConnection)
+
+    def _close(self) -> None:
+        QApplication.closeAllWindows()
+        QApplication.exit(0)

@@ -21,7 +21,7 @@ PREFIX = "session-"
 
 def open_session() -> Path:
     """A new folder below the cache folder, or below the one for temporary files where that cannot be written."""
-    for base in (Path(platformdirs.user_cache_dir("lightarc", appauthor=False)), Path(tempfile.gettempdir())):
+    for base in _bases():
         try:
             base.mkdir(parents=True, exist_ok=True)
             remove_abandoned(base)
@@ -29,6 +29,13 @@ def open_session() -> Path:
         except OSError as error:
             log.warning("%s cannot hold working data: %s", base, error)
     return Path(tempfile.mkdtemp(prefix=f"{PREFIX}{os.getpid()}-"))
+
+
+def close_own_sessions() -> None:
+    """Remove the working folders of this process, also those that it still uses: it ends."""
+    for base in _bases():
+        for folder in base.glob(f"{PREFIX}{os.getpid()}-*"):
+            close_session(folder)
 
 
 def close_session(folder: Path) -> None:
@@ -43,3 +50,7 @@ def remove_abandoned(base: Path) -> None:
         number = folder.name.removeprefix(PREFIX).partition("-")[0]
         if number.isdigit() and int(number) not in running:
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def _bases() -> tuple[Path, Path]:
+    return Path(platformdirs.user_cache_dir("lightarc", appauthor=False)), Path(tempfile.gettempdir())

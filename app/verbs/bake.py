@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from app.ending import SENTENCE
 from app.results import TRANSPORT, Input, Output
 from app.verbs import bake_auto, vary
 from app.verbs.baked import carry_out, subject_of, words_of_time
@@ -153,7 +154,7 @@ def _lines(result: dict[str, Any]) -> list[str]:
 
 def _cancelled(result: dict[str, Any]) -> str:
     if result["unfinished"] is None:
-        return "Cancelled; nothing was written."
+        return SENTENCE
     left, size = result["unfinished"], f"{result['unfinished_bytes'] / 1e6:.1f} MB"
     return f"Cancelled; the same command goes on from here, with {left} ({size}), which --restart discards."
 

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from app import ending
 from app.results import FACTORS, Input, Output
 from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step, drain
@@ -139,6 +140,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     def keep(step: Step) -> None:
         nonlocal best
         best = step.partial or best
+        if best is not None and arguments.output:
+            ending.keep_work()
         show(step)
 
     cancelled = False

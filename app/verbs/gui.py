@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from app import ending
 from app.results import Input
 from engine.errors import MissingCapability
 from engine.steps import Step
@@ -33,7 +34,8 @@ def run(options: argparse.Namespace, _show: Callable[[Step], None]) -> dict[str,
             "Run lightarc demo -o FOLDER for the same work without a window, or set DISPLAY",
         )
     try:
-        from app.main_window import run as open_window
+        with ending.during(ending.END):
+            from app.main_window import run as open_window
     except ImportError as error:
         raise MissingCapability(
             f"The window needs a library that is missing ({error})",

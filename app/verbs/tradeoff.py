@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app import ending
 from app.results import Input, Output, sweep_in
 from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step, drain, part
@@ -136,6 +137,7 @@ def _measured(
     def keep(step: Step) -> None:
         if step.partial is not None and step.partial.points:
             latest[:] = [step.partial]
+            ending.keep_work()
         show(step)
 
     try:

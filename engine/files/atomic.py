@@ -165,6 +165,15 @@ def remove_leftovers(folder: AnyPath) -> None:
                 discard(leftover)
 
 
+def remove_own_partials() -> None:
+    """Remove what this process has half-written, and restore what it was about to replace, where no `finally` will."""
+    for path in tuple(_in_use):
+        if _REPLACED.match(path.name):
+            _settle(path)
+        elif _PARTIAL.match(path.name):
+            _discard(path)
+
+
 def require_space(path: AnyPath, size_bytes: int) -> None:
     """Raise OutputError unless the folder of `path` can be written to and its disk has room for 1.1 `size_bytes`."""
     target = target_of(path)

@@ -1,0 +1,170 @@
+"""The end that a person or the system asks for: Ctrl+C, SIGTERM, SIGHUP, at any moment of the process.
+
+`watch` comes before any other import. From then on a wish is answered by what `during` says: the process ends at once
+(`END`, while there is nothing to unwind), the work is interrupted so that every `finally` runs (`INTERRUPT`), what is
+done is told (`FINISH`), or a function is called (the window closes itself). What has not ended `GRACE_S` later, because
+a library does not come back, ends hard: partial files and children of this process go, one sentence is said, and the
+exit code is `CANCELLED`. A second wish does that at once.
+
+Python runs handlers of signals between two bytecodes of the main thread, which a long call of a library keeps waiting.
+The byte that Python's own handler in C writes does not wait; a thread reads it.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from types import FrameType
+from typing import Any, NoReturn
+
+CANCELLED = 4
+
+SENTENCE = "Cancelled; nothing was written."
+
+#: Seconds from the wish to the hard end: of a verb, of a verb that has work to keep, and of the window.
+GRACE_S, KEEPING_S, WINDOW_S = 0.35, 10.0, 3.0
+
+#: Seconds that tidying up may take when the end is hard.
+TIDYING_S = 1.0
+
+WISHES = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name))
+
+Answer = Callable[[], None]
+
+
+def END() -> None:
+    """End at once: nothing has begun that must be unwound."""
+    _end_hard()
+
+
+def INTERRUPT() -> None:
+    """Raise KeyboardInterrupt in the main thread, which its handler does."""
+
+
+def FINISH() -> None:
+    """Go on: the work is done and only told."""
+
+
+_answer: Answer = END
+_grace_s = GRACE_S
+_wished = threading.Event()
+_ends = threading.Lock()
+
+
+def watch() -> None:
+    """Heed wishes from now on, but for those that the process was started to ignore (`nohup`, in the background)."""
+    reading, writing = os.pipe()
+    os.set_blocking(writing, False)
+    threading.Thread(target=_attend, args=(reading,), name="ending", daemon=True).start()
+    signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+    for number in WISHES:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _handle)
+    sys.unraisablehook = _unraisable
+
+
+def wished() -> bool:
+    """Whether the end was asked for."""
+    return _wished.is_set()
+
+
+def keep_work() -> None:
+    """Give an interrupted verb `KEEPING_S`, because there is something now that it still writes."""
+    global _grace_s
+    _grace_s = KEEPING_S
+
+
+@contextmanager
+def during(answer: Answer, grace_s: float = GRACE_S) -> Iterator[None]:
+    """While the block runs, `answer` is called at the first wish, on another thread, and the end is due `grace_s` later.
+
+    Whatever a library made of the KeyboardInterrupt on the way becomes one again.
+    """
+    global _answer, _grace_s
+    before, (_answer, _grace_s) = (_answer, _grace_s), (answer, grace_s)
+    try:
+        yield
+    except BaseException:
+        if answer is INTERRUPT and wished():
+            raise KeyboardInterrupt from None
+        raise
+    finally:
+        _answer, _grace_s = before
+
+
+def leave(code: int) -> NoReturn:
+    """End with `code` without waiting for threads that are still at work."""
+    with _ends:
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        _end(code)
+
+
+def end_within(seconds: float) -> None:
+    """End hard unless the process has ended by itself before."""
+    late = threading.Timer(seconds, _end_hard)
+    late.daemon = True
+    late.start()
+
+
+def _handle(number: int, _frame: FrameType | None) -> None:
+    """Runs in the main thread, some time after the byte was written."""
+    if _answer is INTERRUPT and not wished():
+        _wished.set()
+        raise KeyboardInterrupt
+
+
+def _attend(reading: int) -> None:
+    """Answer the first wish; at the second, or when the time is over, end hard."""
+    while os.read(reading, 1)[0] not in WISHES:
+        pass
+    answer, grace_s = _answer, _grace_s
+    if answer is not INTERRUPT:
+        _wished.set()
+    answer()
+    end_within(grace_s)
+    while os.read(reading, 1)[0] not in WISHES:
+        pass
+    _end_hard()
+
+
+def _end_hard() -> None:
+    _ends.acquire(timeout=TIDYING_S)
+    mark = "\r\x1b[K" if sys.stderr is not None and sys.stderr.isatty() else ""
+    _end(CANCELLED, f"{mark}{SENTENCE}\n")
+
+
+def _end(code: int, words: str = "") -> NoReturn:
+    """Tidy up, say `words`, and end; on a thread of its own, because a disk or a full pipe may keep either waiting."""
+    last = threading.Thread(target=_tidy_up, args=(words,), daemon=True)
+    with suppress(RuntimeError):  # no thread starts any more once the interpreter ends by itself
+        last.start()
+        last.join(TIDYING_S)
+    os._exit(code)
+
+
+def _tidy_up(words: str) -> None:
+    """Remove what no `finally` will: partial files, decoders, working folders and folders for temporary files."""
+    sys.excepthook = threading.excepthook = lambda *_: None
+    if (untrusted := sys.modules.get("engine.files.untrusted")) is not None:
+        untrusted.stop_children()
+    if (atomic := sys.modules.get("engine.files.atomic")) is not None:
+        atomic.remove_own_partials()
+    if (session := sys.modules.get("app.session")) is not None:
+        session.close_own_sessions()
+    if words:
+        with suppress(OSError):
+            os.write(2, words.encode())
+    if (weakref := sys.modules.get("weakref")) is not None:
+        weakref.finalize._exitfunc()
+
+
+def _unraisable(hook: Any) -> None:
+    """Drop an interrupt that fell into a destructor: the end that was asked for comes all the same."""
+    if not (wished() and issubclass(hook.exc_type, KeyboardInterrupt)):
+        sys.__unraisablehook__(hook)
