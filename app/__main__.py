@@ -10,7 +10,7 @@ if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
     # Until `ending.watch` an interrupt ends the process as SIGTERM does, without a traceback of an import.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
-from app import ending  # noqa: E402
+from app import ending
 
 
 def main() -> int:

@@ -57,10 +57,11 @@ _ends = threading.Lock()
 
 def watch() -> None:
     """Heed wishes from now on, but for those that the process was started to ignore (`nohup`, in the background)."""
-    reading, writing = os.pipe()
-    os.set_blocking(writing, False)
-    threading.Thread(target=_attend, args=(reading,), name="ending", daemon=True).start()
-    signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
+    with suppress(OSError, RuntimeError):  # without a pipe or a thread the main thread alone answers
+        reading, writing = os.pipe()
+        os.set_blocking(writing, False)
+        threading.Thread(target=_attend, args=(reading,), name="ending", daemon=True).start()
+        signal.set_wakeup_fd(writing, warn_on_full_buffer=False)
     for number in WISHES:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _handle)
@@ -80,7 +81,7 @@ def keep_work() -> None:
 
 @contextmanager
 def during(answer: Answer, grace_s: float = GRACE_S) -> Iterator[None]:
-    """While the block runs, `answer` is called at the first wish, on another thread, and the end is due `grace_s` later.
+    """While the block runs, the first wish calls `answer`, on another thread, and the end is due `grace_s` later.
 
     Whatever a library made of the KeyboardInterrupt on the way becomes one again.
     """
@@ -114,6 +115,8 @@ def end_within(seconds: float) -> None:
 
 def _handle(number: int, _frame: FrameType | None) -> None:
     """Runs in the main thread, some time after the byte was written."""
+    if _answer is END:
+        END()
     if _answer is INTERRUPT and not wished():
         _wished.set()
         raise KeyboardInterrupt
@@ -150,7 +153,8 @@ def _end(code: int, words: str = "") -> NoReturn:
 
 def _tidy_up(words: str) -> None:
     """Remove what no `finally` will: partial files, decoders, working folders and folders for temporary files."""
-    sys.excepthook = threading.excepthook = lambda *_: None
+    sys.excepthook = lambda *_: None
+    threading.excepthook = lambda *_: None
     if (untrusted := sys.modules.get("engine.files.untrusted")) is not None:
         untrusted.stop_children()
     if (atomic := sys.modules.get("engine.files.atomic")) is not None:

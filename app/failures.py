@@ -16,6 +16,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtWidgets import QMessageBox, QWidget
 
+from app import crash
 from engine.errors import FileError, LightarcError, MissingCapability, shortage
 
 log = logging.getLogger(__name__)
@@ -38,7 +39,9 @@ class Failures(QObject):
         if isinstance(error, LightarcError):
             log.warning("%s: %s", title, error)
         else:
-            log.error("%s\n%s", title, "".join(traceback.format_exception(error)))
+            trace = "".join(traceback.format_exception(error))
+            log.error("%s\n%s", title, trace)
+            crash.note(trace)
         self.arrived.emit(title, error)
 
     def install(self) -> None:

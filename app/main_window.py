@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -36,7 +37,7 @@ from PySide6.QtWidgets import (
 )
 
 import engine
-from app import ending, icons, session, settings, theme
+from app import crash, ending, icons, session, settings, theme
 from app.accuracy_dock import AccuracyDock
 from app.brdf_tab import BrdfTab
 from app.capture_tab import CaptureTab
@@ -59,6 +60,8 @@ from app.surfaces import request_format
 from app.theme import PADDING, STEP, role
 from app.view_tab import ViewTab
 from app.workbench import Workbench
+
+log = logging.getLogger(__name__)
 
 #: The workspaces in the order of the work, and what their tabs say.
 WORKSPACES = {
@@ -477,11 +480,15 @@ def start() -> QApplication:
 
 
 def run(paths: Sequence[Path], *, sample: bool = False) -> int:
-    """Open the window and return the exit code when it is closed, also where the system or a terminal asked for that."""
+    """Open the window and return the exit code when it is closed: 0, also where the system asked for that."""
     application = start()
     closing = _Closing()
     with ending.during(closing.asked.emit, ending.WINDOW_S):
+        crashed = crash.begin()
         window = MainWindow(settings.config_folder())
+        if crashed:
+            log.warning(crashed)
+            window.status.say(crashed)
         window.closes.connect(lambda: ending.end_within(ending.WINDOW_S))
         window.failures.install()
         window.show()
@@ -489,7 +496,9 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
             QTimer.singleShot(0, window.bench.open_sample)
         elif paths:
             QTimer.singleShot(0, lambda: window.open(paths))
-        return application.exec()
+        code = application.exec()
+        crash.end()
+        return code
 
 
 class _Closing(QObject):

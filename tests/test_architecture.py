@@ -130,6 +130,7 @@ EXCEPTIONS = {
     "engine/bench/cost_model.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/tradeoff/baked.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/bench/paid_off.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
+    "app/crash.py open": "the report of a crash, which is written while the process falls",
     "app/settings.py folder.mkdir": "an empty folder for the settings",
 }
 

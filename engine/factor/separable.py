@@ -180,7 +180,8 @@ def _separated(
             wait([future for future in futures if not future.done()], PACE_S, FIRST_COMPLETED)
         found = [[future.result() for future in channel] for channel in work]
     finally:
-        pool.shutdown(cancel_futures=True)
+        # who cancels does not wait for a call of LAPACK, which is bounded and whose result nobody wants
+        pool.shutdown(wait=False, cancel_futures=True)
     cuts = [_cut(one, parts, terms) for one, parts in zip(sectors, found, strict=True)]
     by_channel = [cuts[index] for index in _same_as(matrix.rows)]
     kept = max(1, *(int(np.count_nonzero(cut.value)) for cut in cuts))

@@ -27,7 +27,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, TypeVar, cast
 
 from engine.errors import OutputError
-from engine.files.partial_names import aside_name, is_abandoned, is_aside, partial_name
+from engine.files.partial_names import aside_name, is_abandoned, is_aside, is_partial, partial_name
 
 Value = TypeVar("Value")
 AnyPath = str | os.PathLike[str]
@@ -168,10 +168,10 @@ def remove_leftovers(folder: AnyPath) -> None:
 def remove_own_partials() -> None:
     """Remove what this process has half-written, and restore what it was about to replace, where no `finally` will."""
     for path in tuple(_in_use):
-        if _REPLACED.match(path.name):
+        if is_aside(path.name):
             _settle(path)
-        elif _PARTIAL.match(path.name):
-            _discard(path)
+        elif is_partial(path.name):
+            discard(path)
 
 
 def require_space(path: AnyPath, size_bytes: int) -> None:

@@ -189,13 +189,16 @@ def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[
 
 
 def _in_thread(produce: Callable[[], Value], done: float, note: str) -> Steps[Value]:
-    """Run `produce`, which releases the interpreter lock, while yielding steps."""
-    with ThreadPoolExecutor(1) as pool:
+    """Run `produce`, which releases the interpreter lock, while yielding steps; who cancels does not wait for it."""
+    pool = ThreadPoolExecutor(1)
+    try:
         future = pool.submit(produce)
         yield Step(done, note)
         while wait([future], timeout=0.05).not_done:
             yield Step(done, note)
         return future.result()
+    finally:
+        pool.shutdown(wait=False)
 
 
 @contextmanager

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from engine.factor import decompose
 from engine.factor.decompose import (
     ASYMMETRY,
     Decomposition,
@@ -102,6 +103,38 @@ SPECTRA = {
 @pytest.mark.parametrize("size", [40, 250])
 def test_W3_W4_W5_W8_W13_eigenvalues_that_crowd_together(method: Method, name: str, size: int) -> None:
     assert_optimal(with_eigenvalues(SPECTRA[name], size), method, 4)
+
+
+@pytest.mark.campaign(rounds=20)
+@pytest.mark.parametrize("method", [symmetric, svd])
+def test_equal_leading_values_however_small_their_gaps(method: Method, seed: int) -> None:
+    """LAPACK's full decomposition is the judge; ARPACK was kept busy for ever by some of these."""
+    draw = np.random.default_rng(seed)
+    for _ in range(4):
+        size, equal, gap = int(draw.integers(201, 420)), int(draw.integers(2, 17)), 10.0 ** -draw.uniform(3.0, 15.0)
+        values = [*(1.0 - gap * np.arange(equal)), *(draw.uniform(0.3, 0.9) * 0.97 ** np.arange(150))]
+        matrix = with_eigenvalues(values, size, int(draw.integers(1000)))
+        terms = int(draw.integers(1, 9))
+        found = assert_optimal(matrix, method, terms)
+        left, sigma, right = np.linalg.svd(matrix)
+        assert found.value == pytest.approx(sigma[:terms], rel=1e-8)
+        cluster = max(equal, terms)
+        for vectors, exact in ((found.left, left), (found.right, right.T)):
+            outside = vectors - exact[:, :cluster] @ (exact[:, :cluster].T @ vectors)
+            assert np.abs(outside).max() <= 1e-4, (size, equal, gap, terms)
+
+
+@pytest.mark.parametrize("shape", [(260, 260), (260, 230), (230, 260)])
+def test_more_equal_values_than_a_block_is_wide_are_left_to_lapack(
+    monkeypatch: pytest.MonkeyPatch, shape: tuple[int, int]
+) -> None:
+    monkeypatch.setattr(decompose, "MOST_SPACES", 1)
+    matrix = with_singular_values([1.0 - 1e-6 * k for k in range(220)], 260)[: shape[0], : shape[1]]
+    assert_optimal(matrix, svd, 4)
+    monkeypatch.setattr(decompose, "MOST_DENSE", 200)
+    found = svd(matrix, 4)
+    assert found.iterations <= decompose.MOST_ITERATIONS
+    assert np.isfinite(found.left).all()
 
 
 def test_W8_sixteen_terms_stay_orthonormal() -> None:
