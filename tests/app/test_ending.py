@@ -121,7 +121,7 @@ class Parser:
     def parse_args(self, words):
         import argparse
         return argparse.Namespace(module=Stub, verb="stub", json=False)
-cli.build_parser = Parser
+cli.build_parser, cli.check_results = Parser, lambda *_: None
 sys.exit(__main__.main())
 """
 
