@@ -43,7 +43,8 @@ def begin() -> str:
     try:
         make_folder(folder)
         crashed = _of_the_dead(folder)
-        _report = (folder / f"{OPEN}{os.getpid()}.txt").open("wb", buffering=0)
+        path = folder / f"{OPEN}{os.getpid()}.txt"
+        _report = path.open("wb", buffering=0)
     except (OutputError, OSError) as error:
         log.warning("crashes are not recorded: %s", error)
         return ""

@@ -130,7 +130,8 @@ EXCEPTIONS = {
     "engine/bench/cost_model.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/tradeoff/baked.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "engine/bench/paid_off.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "app/crash.py open": "the report of a crash, which is written while the process falls",
+    "app/crash.py path.open": "the report of a crash, which is written while the process falls",
+    "app/crash.py path.unlink": "reports of crashes that are empty or too many",
     "app/settings.py folder.mkdir": "an empty folder for the settings",
 }
 
