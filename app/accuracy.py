@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from app.bake_work import SPELLED, BakeChoices, setting_for
+from app.bake_work import BakeChoices, setting_for
 from app.document import Look
+from app.modes import mode_named
 from app.number_field import plain
-from engine.effects.setting import Setting
+from engine.effects.setting import Setting, knobs_of
 from engine.scene import Scene
 from engine.steps import Step, Steps, part
 from engine.tradeoff.break_even import break_even_frames, effort
@@ -21,16 +21,6 @@ if TYPE_CHECKING:
 
 #: Pixels of the pictures that are measured, at most: ꟻLIP of more would take longer than the pictures.
 MOST_PIXELS = 120_000
-
-#: What the modes are called.
-NAMES = {
-    "sh": "SH",
-    "wavelet": "Wavelet",
-    "gaussian": "Gaussian",
-    "shading-map": "Shading map",
-    "direct": "Direct",
-    "reference": "Reference",
-}
 
 #: Knobs that are on or off, as they are called where they are on.
 FLAGS = {"interreflection": "bounced light", "power_law": "power law"}
@@ -80,13 +70,10 @@ def accuracy_of(found: Tradeoff, of: tuple[Any, ...]) -> Accuracy:
 
 def setting_of(mode: str, look: Look, choices: Mapping[str, BakeChoices]) -> Setting:
     """The setting that the window shows: `choices` of the bake of each mode (`app.baking.Baking.chosen`)."""
-    if mode == "direct":
-        return Setting(mode, {"directions": look.directions})
-    if mode == "shading-map":
-        return Setting(mode, {"directions": look.directions, "power_law": int(look.source == "power-law")})
-    if mode not in choices:
-        return Setting(mode)
-    return setting_for(mode, choices[mode])
+    if mode in choices:
+        return setting_for(choices[mode])
+    own = {"directions": look.directions, "power_law": int(look.source == "power-law")}
+    return Setting(mode, {name: value for name, value in own.items() if name in knobs_of(mode)})
 
 
 def look_with(setting: Setting, look: Look) -> dict[str, Any]:
@@ -101,13 +88,8 @@ def look_with(setting: Setting, look: Look) -> dict[str, Any]:
 
 
 def choices_with(setting: Setting, choices: BakeChoices) -> BakeChoices:
-    """`choices` for a bake with the knobs of a setting, as far as they know them."""
-    known = {each.name: SPELLED.get(each.name, each.name) for each in fields(choices)}
-    turned = {name: setting[knob] for name, knob in known.items() if knob in setting.knobs}
-    alike: dict[str, Any] = {
-        name: bool(value) if name == "interreflection" else int(value) for name, value in turned.items()
-    }
-    return dataclasses.replace(choices, **alike)
+    """`choices` for a bake with the knobs of a setting."""
+    return choices.with_values(setting.knobs)
 
 
 def size_of(screen: tuple[int, int]) -> tuple[int, int]:
@@ -158,7 +140,7 @@ def _two(value: float) -> str:
 def setting_text(setting: Setting) -> str:
     """'SH, order 15, bounced light'."""
     knobs = [FLAGS.get(name, f"{name} {value}") for name, value in setting.knobs.items() if value]
-    return ", ".join((NAMES[setting.mode], *knobs))
+    return ", ".join((mode_named(setting.mode).label, *knobs))
 
 
 def _predicted_text(point: Point) -> str:

@@ -9,7 +9,6 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QComboBox, QDockWidget, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from app.accuracy import (
-    NAMES,
     Accuracy,
     accuracy_of,
     frame_text,
@@ -22,10 +21,10 @@ from app.accuracy import (
 )
 from app.document import Project
 from app.jobs import Job
-from app.modes import MODES, why_not
+from app.modes import mode_named, modes, why_not
 from app.panels import Rows, button, enable, text
 from app.theme import PADDING, STEP, role
-from app.tradeoff_plot import AXES, MARKS, TradeoffPlot, colour_of
+from app.tradeoff_plot import AXES, TradeoffPlot, colour_of
 from app.view_tab import ViewTab
 from app.workbench import Workbench
 from engine.steps import Step
@@ -121,7 +120,7 @@ class AccuracyDock(QDockWidget):
         chosen = self.modes.currentData()
         self.modes.clear()
         self.modes.addItem("All modes", "")
-        for mode in MODES:
+        for mode in modes():
             if not why_not(mode, project):
                 self.modes.addItem(mode.label, mode.value)
         self.modes.setCurrentIndex(max(0, self.modes.findData(chosen)))
@@ -154,7 +153,9 @@ class AccuracyDock(QDockWidget):
         accuracy = self.accuracy
         self.plot.show_points(accuracy, self.axis.currentData(), self.view.setting)
         self.plot.setEnabled(accuracy is not None)
-        self.legend.show_modes([mode for mode in MARKS if accuracy and any(p.mode == mode for p in accuracy.points)])
+        self.legend.show_modes(
+            [mode.value for mode in modes() if accuracy and any(p.mode == mode.value for p in accuracy.points)]
+        )
         running = self.job is not None
         self.go.setText("Stop measuring" if running else "Measure")
         scene = self.view.scene(self.bench.document.project)
@@ -210,14 +211,14 @@ class AccuracyDock(QDockWidget):
         if scene is None:
             return
         chosen = self.modes.currentData()
-        modes = [chosen] if chosen else [mode.value for mode in MODES if not why_not(mode, project)]
-        if not chosen and project.has_map:
-            modes = [mode for mode in modes if mode in ("shading-map", "direct", "reference")]
-        bases = [setting for mode in modes if (setting := self.view.setting_of(mode)).mode == mode]
+        offered = [mode for mode in modes() if not why_not(mode, project)]
+        whole = [mode.value for mode in offered if not (project.has_map and mode.baked)]
+        wanted = [chosen] if chosen else whole
+        bases = [setting for mode in wanted if (setting := self.view.setting_of(mode)).mode == mode]
         size, bounces = size_of(self.view.viewport.screen_px()), project.look.bounces
         seconds, of = float(self.time.currentData()), scene_key(scene, bounces)
         job = self.bench.jobs.submit(
-            "Measuring accuracy", lambda: measured(scene, modes, bases, size, seconds, bounces)
+            "Measuring accuracy", lambda: measured(scene, wanted, bases, size, seconds, bounces)
         )
         self.job = job
         job.progressed.connect(lambda step: self._progressed(step, of))
@@ -260,14 +261,11 @@ class Legend(QLabel):
     def show_modes(self, modes: list[str]) -> None:
         """Name these."""
         self.modes = modes
-        words = (f'<span style="color:{colour_of(mode)}">{GLYPHS[mode]}</span>&nbsp;{NAMES[mode]}' for mode in modes)
+        shown = [mode_named(mode) for mode in modes]
+        words = (f'<span style="color:{colour_of(m.value)}">{m.mark[1]}</span>&nbsp;{m.label}' for m in shown)
         self.setText(" &nbsp; ".join(word.replace(" map", "&nbsp;map") for word in words))
         self.setVisible(bool(modes))
 
     def apply_theme(self) -> None:
         """Take the colours of the current theme."""
         self.show_modes(self.modes)
-
-
-#: The markers of `MARKS` as characters.
-GLYPHS = {"sh": "●", "wavelet": "■", "gaussian": "▲", "shading-map": "◆", "direct": "▼", "reference": "★"}

@@ -2,76 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from PySide6.QtWidgets import QComboBox
 
 from app.accuracy import share_text
-from app.bake_work import Method, Wanted
+from app.bake_work import Wanted
 from app.baking import Baking
 from app.effect_names import LEAST_ERROR, NAMES
 from app.number_field import plain
 from app.panels import Rows, button, enable, line, text
 from app.planning import LOOKING
 from app.theme import STEP
-
-#: Values of a choice and what they are called, where that is not the number itself.
-Values = tuple[tuple[Any, str], ...]
-
-
-def _numbers(*values: int) -> Values:
-    return tuple((value, str(value)) for value in values)
+from engine.params import Parameter, parameters
+from engine.transport.method import Method
 
 
-PLANNED: Values = ((None, "As planned"), (False, "Left out"), (True, "With"))
-
-TITLES: dict[Method, str] = {"sh": "Harmonics", "wavelet": "Wavelets", "gaussian": "Gaussians"}
-
-#: For each method the fields of `BakeChoices` that it has, what they are called, their values, and what they are for.
-CHOICES: dict[Method, tuple[tuple[str, str, Values, str], ...]] = {
-    "sh": (
-        ("order", "Order", _numbers(3, 5, 7, 9, 12, 15), "Bands: more of them keep sharper light and highlights"),
-        ("interreflection", "Bounced light", PLANNED, "Light that parts of the model send each other"),
-        (
-            "window",
-            "Window",
-            (("none", "None"), ("hanning", "Hanning"), ("lanczos", "Lanczos")),
-            "Damps high bands against ringing, at the price of blurred light; asks for no bake",
-        ),
-    ),
-    "wavelet": (
-        ("terms", "Terms", _numbers(1, 2, 4, 8), "Products that the reflectance is made of: glossy ones need more"),
-        ("coefficients", "Coefficients", _numbers(32, 64, 96, 200, 400), "Kept for each vertex: more keep more shadow"),
-        ("edge", "Cube", _numbers(16, 32, 64), "Texels along a face of the map of light: more keep sharper shadows"),
-        (
-            "occluder_cells",
-            "Shaded by",
-            ((0, "The model"), (128, "128 cells"), (64, "64 cells"), (32, "32 cells")),
-            "What casts shadows: the model, or a simpler one, whose rays are quicker",
-        ),
-    ),
-    "gaussian": (
-        (
-            "lobes",
-            "Lobes",
-            _numbers(1, 2, 3),
-            "Gaussians for each vertex and view: more follow partly shaded highlights",
-        ),
-        ("interreflection", "Bounced light", PLANNED, "Highlights of light that comes by way of the model"),
-    ),
-}
+def choices_of(method: Method) -> tuple[Parameter, ...]:
+    """What can be chosen of a method: the parameters of its bake and of the light on it that offer values."""
+    return tuple(each for of in (method.settings, method.light) for each in parameters(of) if each.offered)
 
 
 class BakePanel(Rows):
     """Shows one `Baking` and begins or stops it."""
 
     def __init__(self, baking: Baking) -> None:
-        super().__init__(TITLES[baking.method])
+        super().__init__(baking.method.title)
         self.baking = baking
         self.choices: dict[str, QComboBox] = {}
-        for name, label, values, hint in CHOICES[baking.method]:
-            self._choice(name, label, values, hint)
+        for parameter in choices_of(baking.method):
+            self._choice(parameter)
         self.words = text("", "secondary", wrap=True)
         self.wide(self.words)
         self.go = button("Bake", "primary", hint="Work out what light does at each vertex, in the background")
@@ -83,15 +43,15 @@ class BakePanel(Rows):
         baking.changed.connect(self.refresh)
         self.refresh()
 
-    def _choice(self, name: str, label: str, values: Values, hint: str) -> None:
-        choice = QComboBox()
-        for value, words in values:
+    def _choice(self, parameter: Parameter) -> None:
+        choice, name = QComboBox(), parameter.name
+        for value, words in parameter.offered:
             choice.addItem(words, value)
         choice.activated.connect(
-            lambda _index: self.baking.choose(replace(self.baking.choices, **{name: choice.currentData()}))
+            lambda _index: self.baking.choose(self.baking.choices.with_values({name: choice.currentData()}))
         )
         self.choices[name] = choice
-        self.row(label, choice, hint)
+        self.row(parameter.label, choice, f"{parameter.doc[:1].upper()}{parameter.doc[1:]}")
 
     def refresh(self) -> None:
         """Say how things stand."""
@@ -106,9 +66,10 @@ class BakePanel(Rows):
         forced = baking.plan is not None and baking.plan.decision("interreflection").startswith("forced")
         for name, choice in self.choices.items():
             by_plan = forced and name == "interreflection"
-            why_fixed = "Forced under Effects" if by_plan else "A bake is running" if name != "window" else ""
+            is_of_light = hasattr(baking.choices.light, name)
+            why_fixed = "Forced under Effects" if by_plan else "" if is_of_light else "A bake is running"
             enable(choice, why_fixed if running or by_plan else "")
-            _show(choice, getattr(baking.chosen if by_plan else baking.choices, name))
+            _show(choice, (baking.chosen if by_plan else baking.choices).value(name))
 
 
 def _show(choice: QComboBox, value: Any) -> None:

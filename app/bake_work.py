@@ -6,67 +6,62 @@ what is forced on is. The knobs are the person's own.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from engine.brdf.brdf import Brdf
-from engine.effects.setting import KNOBS, Setting
+from engine.effects.setting import Setting
 from engine.ground import Ground
 from engine.mesh import Mesh
 from engine.steps import Step, Steps, part
+from engine.transport.method import Method, Relight, Subject, method_of
 
 if TYPE_CHECKING:
     from engine.effects.plan import Effect, EffectsPlan
-    from engine.transport.sh import Window
-    from engine.transport.wavelet_relight import Relighter
-
-Method = Literal["sh", "wavelet", "gaussian"]
-
-WORDS: dict[Method, str] = {"sh": "Baking harmonics", "wavelet": "Baking wavelets", "gaussian": "Baking Gaussians"}
-
-#: Fields of the choices for a bake that are called otherwise than the knobs of a setting.
-SPELLED = {"edge": "cube"}
 
 #: Effects that a bake works out or not, and those among them that are told where it does not.
 DECIDED = ("self-shadowing", "glossy", "anisotropy", "fresnel", "retro-reflection")
 LEFT_OUT = ("self-shadowing", "interreflection", "glossy", "anisotropy")
 
-NAMES: dict[Method, str] = {"sh": "harmonics", "wavelet": "wavelets", "gaussian": "Gaussians"}
-
 
 @dataclass(frozen=True)
 class BakeChoices:
-    """What is chosen for the next bake, and for the light on it.
+    """What is chosen for the next bake with a method, `settings`, and for the `light` on it, which asks for no bake.
 
-    Attributes
-    ----------
-    order : bands of harmonics.
-    interreflection : with light that comes by way of the model; of harmonics and Gaussians. None for what the plan of
-        the scene says, and without one where there is no plan.
-    window : what damps high bands of harmonics against ringing. It belongs to the light, and asks for no bake.
-    terms : of the factors of wavelets.
-    coefficients : wavelets kept for each vertex and term.
-    edge : texels along a face of the wavelets' light.
-    occluder_cells : cells in which what shades wavelets is simplified; 0 for the model itself.
-    lobes : Gaussians for each vertex and view.
+    Interreflection that is None is what the plan of the scene says, and left out where there is no plan.
     """
 
-    order: int = 5
-    interreflection: bool | None = None
-    window: Window = "none"
-    terms: int = 4
-    coefficients: int = 96
-    edge: int = 64
-    occluder_cells: int = 0
-    lobes: int = 1
+    method: Method
+    settings: Any
+    light: Any
 
     @property
     def baked(self) -> BakeChoices:
         """The same where nothing is chosen of the light."""
-        return replace(self, window="none")
+        return replace(self, light=self.method.light())
+
+    def value(self, name: str) -> Any:
+        """A setting of the bake or of the light."""
+        return getattr(self.settings if hasattr(self.settings, name) else self.light, name)
+
+    def with_values(self, values: Mapping[str, Any]) -> BakeChoices:
+        """These with other values; those that the method does not have are left out."""
+        of_light = {each.name for each in fields(self.light)}
+        settings = self.method.with_values(values, self.settings)
+        return replace(
+            self,
+            settings=settings,
+            light=replace(self.light, **{name: value for name, value in values.items() if name in of_light}),
+        )
+
+
+def choices_for(method: str, **values: Any) -> BakeChoices:
+    """The defaults of a method, but for `values`."""
+    of = method_of(method)
+    return BakeChoices(of, of.settings(), of.light()).with_values(values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,49 +105,46 @@ def _baked_as(effect: Effect) -> tuple[str, bool, bool]:
     return effect.effect, effect.on, effect.decision == "forced on" and is_idle
 
 
-def wanted_of(
-    method: Method, mesh: Mesh, ground: Ground | None, brdf: Brdf, choices: BakeChoices, plan: EffectsPlan | None
-) -> Wanted:
+def wanted_of(mesh: Mesh, ground: Ground | None, brdf: Brdf, choices: BakeChoices, plan: EffectsPlan | None) -> Wanted:
     """What a bake is of that has the knobs of `choices` and, for the rest, follows the `plan` of the scene."""
-    chosen = decided_by(method, choices, plan).baked
+    chosen = decided_by(choices, plan).baked
     if plan is None:
         return Wanted(mesh, ground, brdf, chosen)
-    effects = tuple(_for_method(method, effect, chosen) for effect in plan.effects)
-    return Wanted(mesh, ground, brdf, chosen, replace(plan, effects=effects, setting=setting_for(method, chosen)))
+    effects = tuple(_for_method(effect, chosen) for effect in plan.effects)
+    return Wanted(mesh, ground, brdf, chosen, replace(plan, effects=effects, setting=setting_for(chosen)))
 
 
-def decided_by(method: Method, choices: BakeChoices, plan: EffectsPlan | None) -> BakeChoices:
+def decided_by(choices: BakeChoices, plan: EffectsPlan | None) -> BakeChoices:
     """`choices` with all that was left to the plan, or is forced there."""
-    if "interreflection" not in KNOBS[method]:
+    if not hasattr(choices.settings, "interreflection"):
         return choices
-    chosen = choices.interreflection
+    chosen = choices.settings.interreflection
     if plan is not None:
         decision = plan.decision("interreflection")
         if chosen is None or decision.startswith("forced"):
             chosen = decision in ("needed", "forced on")
-    return replace(choices, interreflection=bool(chosen))
+    return choices.with_values({"interreflection": bool(chosen)})
 
 
-def _for_method(method: Method, effect: Effect, choices: BakeChoices) -> Effect:
-    """An effect as a bake of `method` decides it, where nobody forces it.
+def _for_method(effect: Effect, choices: BakeChoices) -> Effect:
+    """An effect as a bake with the method decides it, where nobody forces it.
 
-    Gaussians are of the highlights alone, which a plan of another mode may have left out.
+    What all its pictures have, as Gaussians have gloss, a plan of another mode may have left out.
     """
     if effect.decision.startswith("forced"):
         return effect
     if effect.effect == "interreflection":
-        return replace(effect, decision="needed" if choices.interreflection else "skipped")
-    if method == "gaussian" and effect.effect in ("glossy", "anisotropy") and effect.estimated_error_rel > 0.0:
-        return replace(effect, decision="needed")
-    if method != "sh" and effect.effect == "self-shadowing" and effect.estimated_error_rel > 0.0:
+        is_shown = getattr(choices.settings, "interreflection", False)
+        return replace(effect, decision="needed" if is_shown else "skipped")
+    if effect.effect in choices.method.always and effect.estimated_error_rel > 0.0:
         return replace(effect, decision="needed")
     return effect
 
 
-def setting_for(mode: str, choices: BakeChoices) -> Setting:
-    """The knobs of `choices` that a mode has."""
-    values = {SPELLED.get(each.name, each.name): getattr(choices, each.name) for each in fields(choices)}
-    return Setting(mode, {name: int(value or 0) for name, value in values.items() if name in KNOBS[mode]})
+def setting_for(choices: BakeChoices) -> Setting:
+    """The knobs of `choices`."""
+    method = choices.method
+    return Setting(method.name, {each.name: int(choices.value(each.name) or 0) for each in method.knobs})
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,87 +172,38 @@ class Made:
     size_bytes: int
 
     @cached_property
-    def relighter(self) -> Relighter:
-        """Of wavelets: what keeps of one light what is the same under the next."""
-        from engine.transport.wavelet_relight import Relighter
+    def relighter(self) -> Relight:
+        """Lights it, one light after the other."""
+        return self.wanted.choices.method.baking.relighter(self.transport, self.wanted.brdf)
 
-        return Relighter(self.transport)
+    @property
+    def why_baked_for_one(self) -> str:
+        """Why another BRDF asks for another bake; empty where it does not."""
+        return self.wanted.choices.method.baking.why_baked_for_one(self.transport)
 
 
-def estimated(method: Method, wanted: Wanted) -> Steps[Estimate]:
-    """What a bake would take."""
+def estimated(wanted: Wanted) -> Steps[Estimate]:
+    """What a bake would take; modules, and kernels, are loaded on the thread that asks."""
     yield Step(0.0, "preparing kernels")
     try:
-        work, start = yield from part(_prepared(method, wanted), 0.0, 0.8)
+        work, start = yield from part(_prepared(wanted), 0.0, 0.8)
     except ValueError as reason:
         return Estimate(wanted, None, 0.0, why_not=f"{str(reason)[:1].upper()}{str(reason)[1:]}.")
     yield Step(0.8, "estimating")
-    return Estimate(wanted, work, _module(method).estimate_s(work), start)
+    return Estimate(wanted, work, wanted.choices.method.baking.estimate_s(work), start)
 
 
-def _module(method: Method) -> Any:
-    """`engine.transport`'s bake of a method; imported on the thread that asks, because it compiles kernels."""
-    if method == "sh":
-        from engine.transport import sh_bake
-
-        return sh_bake
-    if method == "wavelet":
-        from engine.transport import wavelet_bake
-
-        return wavelet_bake
-    from engine.transport import gaussian_bake
-
-    return gaussian_bake
-
-
-def _prepared(method: Method, wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]:
+def _prepared(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]:
     """The work of a bake, and what does it."""
-    bake = _module(method).bake
+    settings = wanted.choices.settings
     if wanted.plan is None:
-        work = yield from WORKS[method](wanted)
-        return work, lambda path: bake(path, work)
+        baking = wanted.choices.method.baking
+        work = yield from baking.prepare(Subject(wanted.mesh, wanted.brdf, wanted.ground), settings)
+        return work, lambda path: baking.bake(path, work)
     from engine.effects.bake import prepare
 
-    ready = yield from prepare(wanted.plan, wanted.mesh, wanted.brdf, wanted.ground)
-    cells = wanted.choices.occluder_cells
-    if method != "wavelet" or not cells or wanted.plan.decision("self-shadowing") == "forced on":
-        return ready.work, ready.start
-    from engine.transport.occluder import simplified
-
-    settings = replace(ready.work.settings, occluder_cells=cells)
-    shaded = replace(ready.work, settings=settings, occluder=simplified(ready.work.surface, cells))
-    return shaded, lambda path: bake(path, shaded)
-
-
-def _work_sh(wanted: Wanted) -> Steps[Any]:
-    from engine.effects.bake import BOUNCES
-    from engine.transport import sh_bake
-
-    settings = sh_bake.BakeSettings(wanted.choices.order, bounces=BOUNCES if wanted.choices.interreflection else 0)
-    return (yield from sh_bake.prepare(wanted.mesh, wanted.brdf, settings, wanted.ground))
-
-
-def _work_wavelets(wanted: Wanted) -> Steps[Any]:
-    from engine.transport import wavelet_bake
-
-    choices = wanted.choices
-    factors = yield from wavelet_bake.factors_for(wanted.brdf, choices.terms)
-    settings = wavelet_bake.BakeSettings(choices.edge, choices.coefficients, occluder_cells=choices.occluder_cells)
-    return wavelet_bake.prepare(wanted.mesh, factors, settings, wanted.ground)
-
-
-def _work_gaussians(wanted: Wanted) -> Steps[Any]:
-    from engine.transport import gaussian_bake
-
-    settings = gaussian_bake.BakeSettings(wanted.choices.lobes, indirect=bool(wanted.choices.interreflection))
-    return (yield from gaussian_bake.prepare(wanted.mesh, wanted.brdf, settings, wanted.ground))
-
-
-WORKS: dict[Method, Callable[[Wanted], Steps[Any]]] = {
-    "sh": _work_sh,
-    "wavelet": _work_wavelets,
-    "gaussian": _work_gaussians,
-}
+    ready = yield from prepare(wanted.plan, wanted.mesh, wanted.brdf, wanted.ground, settings=settings)
+    return ready.work, ready.start
 
 
 def baked(path: Path, estimate: Estimate) -> Steps[Made]:

@@ -1,7 +1,7 @@
 """Baked light in the View workspace: what a bake would take, the bake, and what it makes of each new light.
 
-For each method one bake is kept, in the working folder of the run. It belongs to a model on a ground and, but for
-harmonics, which can have another reflectance tabulated, to a reflectance. Estimates, bakes and light all come from
+For each method one bake is kept, in the working folder of the run. It belongs to a model on a ground and, unless the
+method can put in another BRDF, to a BRDF. Estimates, bakes and light all come from
 jobs; of the light only the newest matters, and until it is there the picture keeps the one before. A bake follows the
 plan of the scene (`app.planning`), for which it waits where one is coming.
 """
@@ -13,14 +13,12 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from app.bake_work import (
-    NAMES,
-    WORDS,
     BakeChoices,
     Estimate,
     Made,
-    Method,
     Wanted,
     baked,
+    choices_for,
     decided_by,
     estimated,
     wanted_of,
@@ -29,14 +27,12 @@ from app.jobs import Job
 from app.latest import Latest
 from app.relighting import relit, same_light
 from app.workbench import Workbench
-from engine.brdf.brdf import Brdf
 from engine.scene import Scene
+from engine.transport.method import Method
 
 if TYPE_CHECKING:
     from engine.effects.plan import EffectsPlan
     from engine.transport.lit import Lit
-    from engine.transport.sh import Window
-    from engine.transport.sh_transfer import ShTransport
 
 
 class Baking(QObject):
@@ -48,7 +44,7 @@ class Baking(QObject):
     def __init__(self, bench: Workbench, method: Method) -> None:
         super().__init__()
         self.bench, self.method = bench, method
-        self.choices = BakeChoices()
+        self.choices = choices_for(method.name)
         self.estimate: Estimate | None = None
         self.made: Made | None = None
         self.job: Job | None = None
@@ -58,10 +54,9 @@ class Baking(QObject):
         self._scene: Scene | None = None
         self._asked: Wanted | None = None
         self._lit: tuple[Wanted, Lit] | None = None
-        self._light: tuple[Scene, Window] | None = None
+        self._light: tuple[Scene, object] | None = None
         self._estimating = Latest(bench.jobs, "Estimating a bake")
         self._lighting = Latest(bench.jobs, "Relighting")
-        self._tabled: tuple[Brdf, ShTransport] | None = None
 
     def want(self, scene: Scene, plan: EffectsPlan | None = None, *, is_planning: bool = False) -> None:
         """Show `scene`: have its light ready where its bake is, or say what that would take.
@@ -89,12 +84,12 @@ class Baking(QObject):
         self.changed.emit()
 
     def _of(self, scene: Scene) -> Wanted:
-        return wanted_of(self.method, scene.mesh, scene.ground, scene.brdf, self.choices, self.plan)
+        return wanted_of(scene.mesh, scene.ground, scene.brdf, self.choices, self.plan)
 
     @property
     def chosen(self) -> BakeChoices:
         """The choices, and what the plan decides of them."""
-        return decided_by(self.method, self.choices, self.plan)
+        return decided_by(self.choices, self.plan)
 
     @property
     def is_made(self) -> bool:
@@ -128,12 +123,7 @@ class Baking(QObject):
             return "The ground is another one than was baked."
         if made.wanted.brdf == wanted.brdf:
             return ""
-        if self.method != "sh":
-            return f"The reflectance is another one, and {NAMES[self.method]} are baked for one."
-        if made.transport.interreflection:
-            return "The reflectance is another one, and light from the model itself was baked for one."
-        matt = made.transport.diffuse
-        return "A matt model was baked, which holds nothing of the view." if matt else ""
+        return made.why_baked_for_one
 
     def lit(self, scene: Scene) -> Lit | None:
         """What can be drawn of `scene`: its light, or the light before while its own is on the way."""
@@ -144,7 +134,7 @@ class Baking(QObject):
     def _ask(self, wanted: Wanted) -> None:
         if not wanted.is_as(self._asked):
             self._asked, self.estimate = wanted, None
-            self._estimating.ask(lambda: estimated(self.method, wanted), self._keep_estimate)
+            self._estimating.ask(lambda: estimated(wanted), self._keep_estimate)
 
     def _keep_estimate(self, estimate: Estimate) -> None:
         if estimate.wanted.is_as(self._asked):
@@ -164,8 +154,8 @@ class Baking(QObject):
         estimate = self.ready
         if estimate is None or estimate.why_not or self.job is not None:
             return
-        path = self.bench.folder / f"baked-{self.method}.transport"
-        job = self.bench.jobs.submit(WORDS[self.method], lambda: baked(path, estimate))
+        path = self.bench.folder / f"baked-{self.method.name}.transport"
+        job = self.bench.jobs.submit(f"Baking {self.method.noun}", lambda: baked(path, estimate))
         self.job = job
         job.succeeded.connect(self._keep)
         job.failed.connect(lambda _error: self._ended())
@@ -179,7 +169,7 @@ class Baking(QObject):
             self.bench.jobs.cancel(self.job)
 
     def _keep(self, made: Made) -> None:
-        self.made, self._lit, self._light, self._tabled = made, None, None, None
+        self.made, self._lit, self._light = made, None, None
         self._ended()
         self.lit_changed.emit()
 
@@ -191,18 +181,13 @@ class Baking(QObject):
         """Work out the light of `scene` for the bake, unless it is there or under way."""
         made = self.made
         assert made is not None
-        window = self.choices.window
-        before = self._light
-        if before is not None and before[1] == window and same_light(before[0], scene, self.method):
+        asked, before = self.choices.light, self._light
+        if before is not None and before[1] == asked and same_light(before[0], scene, self.method):
             return
-        self._light = (scene, window)
-        self._lighting.ask(
-            lambda: relit(self.method, made, scene, self._tabled, window), lambda lit: self._take(made, scene, lit)
-        )
+        self._light = (scene, asked)
+        self._lighting.ask(lambda: relit(made, scene, asked), lambda lit: self._take(made, lit))
 
-    def _take(self, made: Made, scene: Scene, lit: Lit) -> None:
+    def _take(self, made: Made, lit: Lit) -> None:
         if made is self.made:
-            if self.method == "sh":
-                self._tabled = (scene.brdf, lit.transport)
             self._lit = (made.wanted, lit)
             self.lit_changed.emit()

@@ -9,7 +9,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox
 
 from app.document import Look, Project
-from app.modes import MODES, mode_of, why_not
+from app.modes import mode_of, modes, why_not
 from app.number_field import plain
 from app.panels import Rows, Segments
 from app.picture_error import PictureError
@@ -32,7 +32,7 @@ class ComparePanel(Rows):
         super().__init__("Compare")
         self.look = Look()
         self.against = QComboBox()
-        for mode in MODES:
+        for mode in modes():
             self.against.addItem(mode.label, mode.value)
         self.against.activated.connect(lambda _index: self.set("Compare with", against=self.against.currentData()))
         self.row("Against", self.against, "The other mode; Tab exchanges the two while the picture has the focus")
@@ -86,6 +86,6 @@ def why_not_compared(project: Project) -> str:
     """Why the two modes of a project cannot be compared; empty where they can."""
     look = project.look
     if mode_of(look.mode, project) == mode_of(look.against, project):
-        other = next((why_not(mode, project) for mode in MODES if mode.value == look.against), "")
+        other = next((why_not(mode, project) for mode in modes() if mode.value == look.against), "")
         return other or "Both are the same: choose another under Against"
     return ""

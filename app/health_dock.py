@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
 )
 
 from app import icons, theme
-from app.bake_work import NAMES
 from app.healths import Part, figures_of, parts_of, worst_of
 from app.jobs import Job
 from app.panels import button, sheet, text
@@ -80,7 +79,7 @@ class HealthDock(QDockWidget):
 
     def refresh(self) -> None:
         """Ask all results again."""
-        bakings = [(f"Baked {NAMES[baking.method]}", baking.made) for baking in self.view.bakings.values()]
+        bakings = [(f"Baked {baking.method.noun}", baking.made) for baking in self.view.bakings.values()]
         parts = parts_of(self.bench.document.project, self.view.brdf, bakings)
         alike = [(part.name, id(part.health)) for part in parts] == [
             (part.name, id(part.health)) for part in self.parts

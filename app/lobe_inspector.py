@@ -148,7 +148,7 @@ class LobeInspector(QDockWidget):
             scene.brdf,
             camera,
             transport,
-            baking.choices.lobes,
+            baking.choices.value("lobes"),
             self.vertex,
             pixel,
             (viewport.width(), viewport.height()),

@@ -1,8 +1,8 @@
 """The ways in which the View workspace can draw a scene: each has a name, a key, and a scene of its own.
 
 What OpenGL draws at once is a scene; a mode that is `progressive` shows that first, and then the reference over it; one
-that is `baked` shows direct light until there is a bake (`app.baking`). A further mode is one more line of `MODES` and,
-where it draws something else, of `scene_of`.
+that is `baked` is a transport method (`engine.transport.method`) and shows direct light until there is a bake
+(`app.baking`). The methods are all in the list of the engine; the other modes are here.
 """
 
 from __future__ import annotations
@@ -13,36 +13,70 @@ from typing import Any
 
 from app.document import Look, Project
 from engine.scene import Scene
+from engine.transport import method as transport
 
 
 @dataclass(frozen=True)
 class Mode:
-    """`value` is what the project keeps; `key` chooses it while the View workspace is in front."""
+    """`value` is what the project keeps; `key` chooses it while the View workspace is in front.
+
+    `mark` is that of its points in plots: pyqtgraph's name of it, and a sign like it. `colour` is the number of their
+    colour in the theme, negative for that of text.
+    """
 
     value: str
     label: str
     key: str
     hint: str
+    mark: tuple[str, str]
+    colour: int
     progressive: bool = False
     baked: bool = False
 
 
-MODES = (
-    Mode("sh", "SH", "H", "Baked spherical harmonics: shadows under any soft light", baked=True),
-    Mode("wavelet", "Wavelet", "W", "Baked wavelets: sharp shadows under any light", baked=True),
-    Mode("gaussian", "Gaussian", "G", "Baked Gaussians: sharp highlights under any light", baked=True),
-    Mode("shading-map", "Shading map", "M", "The material's photographs, looked up under every light"),
-    Mode("direct", "Direct", "D", "The reflectance alone under every light, without shadows"),
-    Mode("reference", "Reference", "R", "Paths of light with shadows, finer the longer you look", progressive=True),
+UNBAKED = (
+    Mode(
+        "shading-map",
+        "Shading map",
+        "M",
+        "The material's photographs, looked up under every light",
+        ("d", "◆"),
+        3,
+    ),
+    Mode("direct", "Direct", "D", "The reflectance alone under every light, without shadows", ("t", "▼"), 4),
+    Mode(
+        "reference",
+        "Reference",
+        "R",
+        "Paths of light with shadows, finer the longer you look",
+        ("star", "★"),
+        -1,
+        progressive=True,
+    ),
 )
 
-_BY_VALUE = {mode.value: mode for mode in MODES}
+#: Colours of the theme for methods, in their order.
+_COLOURS = (0, 1, 2, 5)
+
+
+def modes() -> tuple[Mode, ...]:
+    """All modes, as they stand beside each other: first those that are baked."""
+    baked = (
+        Mode(method.name, method.short, method.key, method.hint, method.mark, _COLOURS[at % len(_COLOURS)], baked=True)
+        for at, method in enumerate(transport.METHODS)
+    )
+    return (*baked, *UNBAKED)
+
+
+def mode_named(value: str) -> Mode:
+    """The mode that a project or a setting calls so; KeyError where there is none."""
+    return {mode.value: mode for mode in modes()}[value]
 
 
 def mode_of(value: str, project: Project) -> Mode:
     """The mode that is shown where the project asks for `value`: another one where that cannot be shown now."""
-    mode = _BY_VALUE.get(value, _BY_VALUE["shading-map"])
-    return _BY_VALUE["direct"] if why_not(mode, project) else mode
+    mode = next((each for each in modes() if each.value == value), mode_named("shading-map"))
+    return mode_named("direct") if why_not(mode, project) else mode
 
 
 def why_not(mode: Mode, project: Project) -> str:

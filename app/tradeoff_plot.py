@@ -18,6 +18,7 @@ from PySide6.QtCore import QPointF, Qt, Signal
 from app import theme
 from app.accuracy import Accuracy, describe
 from app.factor_plot import log_ticks
+from app.modes import mode_named, modes
 from app.plots import Plot
 from engine.effects.setting import Setting
 from engine.tradeoff.front import front
@@ -31,16 +32,6 @@ AXES = {
     "relight": ("Relighting / ms", 1e3),
     "bake": ("Bake / s", 1.0),
     "memory": ("Memory / MB", 1e-6),
-}
-
-#: Marker of each mode, and the number of its colour in the theme; the reference is drawn in the colour of text.
-MARKS = {
-    "sh": ("o", 0),
-    "wavelet": ("s", 1),
-    "gaussian": ("t1", 2),
-    "shading-map": ("d", 3),
-    "direct": ("t", 4),
-    "reference": ("star", -1),
 }
 
 #: Errors below this are drawn on it: a logarithm needs an end.
@@ -69,14 +60,14 @@ class TradeoffPlot(Plot):
         self.marks: dict[str, Any] = {}
         for each in (self.joined, self.bars, self.ring, self.reached):
             item.addItem(each, ignoreBounds=True)
-        for mode, (symbol, _) in MARKS.items():
+        for mode in modes():
             marks = pg.ScatterPlotItem(
-                size=MARK_PX, symbol=symbol, hoverable=True, hoverSize=MARK_PX + 4, tip=self._tip
+                size=MARK_PX, symbol=mode.mark[0], hoverable=True, hoverSize=MARK_PX + 4, tip=self._tip
             )
             marks.sigClicked.connect(self._clicked)
             marks.setZValue(4)
             item.addItem(marks, ignoreBounds=True)
-            self.marks[mode] = marks
+            self.marks[mode.value] = marks
         self._draw()
 
     def show_points(self, accuracy: Accuracy | None, axis: str, current: Setting | None) -> None:
@@ -208,5 +199,5 @@ class TradeoffPlot(Plot):
 
 def colour_of(mode: str) -> str:
     """The colour of a mode in the current theme."""
-    number = MARKS[mode][1]
-    return theme.LINES[number] if number >= 0 else theme.current().text
+    number = mode_named(mode).colour
+    return theme.LINES[number % len(theme.LINES)] if number >= 0 else theme.current().text

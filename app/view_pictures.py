@@ -17,7 +17,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.accuracy import size_of
 from app.document import Project
 from app.jobs import Jobs
-from app.modes import MODES, Mode, mode_of, scene_of, why_not
+from app.modes import Mode, mode_of, modes, scene_of, why_not
 from app.overlay import Handle
 from app.picture_error import Comparing, PictureError, Pixels, Side
 from app.progressive import Progressive, progress_text
@@ -158,7 +158,7 @@ class ViewPictures(QObject):
         """Why there is nothing to compare the picture with; empty where there is."""
         if self._project is None:
             return ""
-        return next((why_not(mode, self._project) for mode in MODES if mode.progressive), "")
+        return next((why_not(mode, self._project) for mode in modes() if mode.progressive), "")
 
     def measure(self, measuring: bool) -> None:
         """Ask for the error of a mode that is shown alone, or no longer."""

@@ -12,13 +12,12 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
 from app import icons
 from app.accuracy import choices_with, look_with, setting_of
 from app.bake_panel import BakePanel
-from app.bake_work import WORDS
 from app.baking import Baking
 from app.compare_panel import ComparePanel
 from app.document import Look, Project
 from app.latest import Latest
 from app.light_panel import LIGHT_FIELDS, LightPanel
-from app.modes import MODES, flipped, mode_of, why_not
+from app.modes import flipped, mode_of, modes, why_not
 from app.panels import Fitting, Panel, Segments, enable, side_by_side, text, tool
 from app.param_form import ParamForm
 from app.picture_error import PictureError
@@ -35,6 +34,7 @@ from engine.effects.setting import Setting
 from engine.mesh import Mesh
 from engine.scene import Scene
 from engine.steps import Step, Steps
+from engine.transport import method as transport
 
 TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"))
 
@@ -70,7 +70,7 @@ class ViewTab(QWidget):
         self._to_bake = ""
         self.viewport = Viewport(bench.jobs)
         self.pictures = ViewPictures(self.viewport, bench.jobs)
-        self.bakings: dict[str, Baking] = {method: Baking(bench, method) for method in WORDS}
+        self.bakings: dict[str, Baking] = {method.name: Baking(bench, method) for method in transport.METHODS}
         self.planning = Planning(bench, self.scene, self.viewport.screen_px, self)
         self.pictures.lit_of = lambda mode, scene: self.bakings[mode].lit(scene) if mode in self.bakings else None
         self._make_actions()
@@ -83,7 +83,7 @@ class ViewTab(QWidget):
 
     def _make_actions(self) -> None:
         self.frame_action = self._action("Frame the model", "F", self.viewport.frame, "fit")
-        for mode in MODES:
+        for mode in modes():
             self._action(mode.label, mode.key, lambda value=mode.value: self.choose_mode(value))
         self._action("Wipe", "B", lambda: self.compare.toggle("wipe"))
         self._action("Difference", "E", lambda: self.compare.toggle("difference"))
@@ -119,7 +119,7 @@ class ViewTab(QWidget):
         return panel
 
     def _make_centre(self) -> QWidget:
-        labels = [(mode.value, mode.label, f"{mode.hint} ({mode.key})") for mode in MODES]
+        labels = [(mode.value, mode.label, f"{mode.hint} ({mode.key})") for mode in modes()]
         self.mode = Segments(labels, {"shading-map": "Map"})
         self.mode.chosen.connect(self.choose_mode)
         bar = role(QWidget(), "bar")
@@ -257,7 +257,7 @@ class ViewTab(QWidget):
 
     def _show_modes(self, project: Project) -> None:
         self.mode.choose(mode_of(project.look.mode, project).value)
-        for mode in MODES:
+        for mode in modes():
             self.mode.disable(mode.value, why_not(mode, project))
 
     def _show_caption(self) -> None:
@@ -326,7 +326,7 @@ class ViewTab(QWidget):
     def choose_mode(self, value: str) -> None:
         """Show another mode; where it is the one compared with, the two change places."""
         look, project = self.bench.document.project.look, self.bench.document.project
-        if next((why_not(mode, project) for mode in MODES if mode.value == value), ""):
+        if next((why_not(mode, project) for mode in modes() if mode.value == value), ""):
             return
         before = mode_of(look.mode, project).value
         against = before if value == look.against else look.against
@@ -346,7 +346,7 @@ class ViewTab(QWidget):
     def apply_setting(self, setting: Setting) -> None:
         """Show a mode with these knobs; a bake that it calls for begins as soon as what it takes is known."""
         project = self.bench.document.project
-        if next((why_not(mode, project) for mode in MODES if mode.value == setting.mode), "unknown"):
+        if next((why_not(mode, project) for mode in modes() if mode.value == setting.mode), "unknown"):
             return
         baking = self.bakings.get(setting.mode)
         if baking is not None:

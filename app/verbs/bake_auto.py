@@ -81,9 +81,9 @@ def lines(result: dict[str, Any]) -> list[str]:
 
 
 def _names(result: dict[str, Any]) -> set[str]:
-    from engine.effects.setting import KNOBS
+    from engine.effects.setting import knobs_of
 
-    return set(KNOBS[result["mode"]])
+    return set(knobs_of(result["mode"]))
 
 
 def _check(arguments: argparse.Namespace) -> None:

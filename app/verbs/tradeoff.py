@@ -13,6 +13,7 @@ from app import ending
 from app.results import Input, Output, sweep_in
 from app.verbs.brdf import BRDF_HELP
 from engine.steps import Step, drain, part
+from engine.transport import method as transport
 
 if TYPE_CHECKING:
     from engine.effects.setting import Setting
@@ -61,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=str,
         nargs="+",
         metavar="MODE",
-        help="of sh, wavelet, gaussian, shading-map, direct, reference (those that draw all of the scene)",
+        help=f"of {', '.join(transport.names())}, shading-map, direct, reference (those that draw all of the scene)",
     )
     parser.add_argument(
         "--budget-s", type=float, default=BUDGET_S, metavar="S", help=f"measure for so long at most ({BUDGET_S:.0f})"
@@ -244,13 +245,13 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _settings(arguments: argparse.Namespace, scene: Scene) -> list[Setting]:
-    from engine.effects.setting import MODES
+    from engine.effects.setting import modes as all_modes
     from engine.tradeoff.sweep import modes_of, settings_of
 
     modes = list(dict.fromkeys(name for text in arguments.modes or () for name in text.replace(",", " ").split()))
-    strange = [mode for mode in modes if mode not in MODES]
+    strange = [mode for mode in modes if mode not in all_modes()]
     if strange:
-        raise ValueError(f"{strange[0]!r} is no mode; known are {', '.join(MODES)}")
+        raise ValueError(f"{strange[0]!r} is no mode; known are {', '.join(all_modes())}")
     if "shading-map" in modes and not arguments.material:
         raise ValueError("the mode shading-map needs --material")
     return settings_of(scene, modes or modes_of(scene), bounces=arguments.max_depth > 1)

@@ -18,7 +18,6 @@ from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.camera import frame
 from engine.effects.others import DISTURBED, others, spent
 from engine.effects.setting import Setting
-from engine.effects.sizes import MATT_ORDER
 from engine.environment import EnvironmentMap
 from engine.environment_file import open_environment
 from engine.errors import MissingCapability
@@ -29,11 +28,12 @@ from engine.selftest.light import ball
 from engine.shapes import grid_mesh, shape
 from engine.steps import Step, Steps, drain
 from engine.stopwatch import shortest
-from engine.tradeoff.baked import Bake, lit
+from engine.tradeoff.baked import Bake, lit, settings_of
 from engine.tradeoff.predicting import Predictions
 from engine.tradeoff.prediction import FACTOR
-from engine.transport import gaussian_bake, sh_bake, wavelet_bake
+from engine.transport import method as transport
 from engine.transport.lit import Lit
+from engine.transport.method import Subject
 from engine.transport.sh_transfer import products, texel_basis
 
 #: Rows of the balls that settings are baked of: some 800 vertices, and 200 of those for Gaussians.
@@ -196,19 +196,9 @@ def _baked(setting: Setting, scene: Scene, folder: Path) -> Any:
 
 
 def _bake_of(setting: Setting, scene: Scene) -> Callable[[Path], Steps[Any]]:
-    if setting.mode == "sh":
-        bounces = 3 if setting["interreflection"] else 0
-        settings = sh_bake.BakeSettings(setting["order"], sh_bake.default_edge(setting["order"]), bounces=bounces)
-        sh_work = drain(sh_bake.prepare(scene.mesh, scene.brdf, settings))
-        return lambda path: sh_bake.bake(path, sh_work)
-    if setting.mode == "wavelet":
-        factors = drain(wavelet_bake.factors_for(scene.brdf, setting["terms"]))
-        wanted = wavelet_bake.BakeSettings(setting["cube"], setting["coefficients"])
-        work = wavelet_bake.prepare(scene.mesh, factors, wanted)
-        return lambda path: wavelet_bake.bake(path, work)
-    asked = gaussian_bake.BakeSettings(setting["lobes"], bool(setting["interreflection"]), order=MATT_ORDER)
-    cut = drain(gaussian_bake.prepare(scene.mesh, scene.brdf, asked, probes=4))
-    return lambda path: gaussian_bake.bake(path, cut)
+    baking = transport.method_of(setting.mode).baking
+    work = drain(baking.prepare(Subject(scene.mesh, scene.brdf), settings_of(setting)))
+    return lambda path: baking.bake(path, work)
 
 
 def _held(baked: Any, light: Lit) -> int:

@@ -36,11 +36,8 @@ from engine.render.reference import ReferencePicture, reference
 from engine.scene import Scene
 from engine.shapes import open_mesh
 from engine.steps import drain
-from engine.transport import sh_bake, wavelet_bake
-from engine.transport.lit import Lit, LitHarmonics, LitWavelets
-from engine.transport.sh_lighting import scene_coefficients
-from engine.transport.sh_transfer import transferred
-from engine.transport.wavelet_lighting import lighting_of, tuples
+from engine.transport.lit import Lit, light_of
+from engine.transport.method import Method, Subject, method_of
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 BUNNY, GRACE = DATA / "mesh/classic/stanford-bunny.obj", DATA / "hdr/debevec/grace_probe_latlong.hdr"
@@ -49,9 +46,6 @@ BRDF = "ggx:kd=0.5,alpha=0.3,f0=0.04"
 
 #: The window of Kautz et al. 2002, and the samples of the picture that both are compared with.
 SIZE, SAMPLES = (720, 760), 64
-
-#: Terms and order of the bakes; the rest is what `lightarc bake` takes.
-TERMS, ORDER = 4, 5
 
 #: Radians between the light of one frame and of the next, and how many are timed.
 TURN, FRAMES = 0.3, 5
@@ -122,9 +116,10 @@ def measured(name: str, mode: str, scene: Scene, size: tuple[int, int] = SIZE, s
 
 def spent_by(mode: str, scene: Scene, size: tuple[int, int]) -> Spent:
     """What baking `scene` and drawing it through OpenGL takes of the processor."""
+    method = method_of(mode)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder, create_context() as context:
         started = time.process_time()
-        transport = _BAKES[mode](Path(folder) / "bench.transport", scene)
+        transport = _bake(method, Path(folder) / "bench.transport", scene)
         bake_s = time.process_time() - started
         renderer = TransportRenderer(context)
         target = context.framebuffer([context.renderbuffer(size)])
@@ -133,7 +128,7 @@ def spent_by(mode: str, scene: Scene, size: tuple[int, int]) -> Spent:
             renderer.draw(lit, scene.camera, target, size, samples=1)
             context.finish()
 
-        light = functools.partial(_LIT[mode], transport)
+        light = functools.partial(_lit, method, transport)
         times = _cpu_s(scene, light, draw)
         picture = renderer.radiance(light(scene), scene.camera, size, samples=2)
         renderer.release()
@@ -141,30 +136,13 @@ def spent_by(mode: str, scene: Scene, size: tuple[int, int]) -> Spent:
     return Spent(bake_s, *times, picture)
 
 
-def _bake_wavelets(path: Path, scene: Scene) -> Any:
-    factors = drain(wavelet_bake.factors_for(scene.brdf, TERMS))
-    work = wavelet_bake.prepare(scene.mesh, factors, wavelet_bake.BakeSettings())
-    return drain(wavelet_bake.bake(path, work)).transport
+def _bake(method: Method, path: Path, scene: Scene) -> Any:
+    work = drain(method.baking.prepare(Subject(scene.mesh, scene.brdf), method.settings()))
+    return drain(method.baking.bake(path, work)).transport
 
 
-def _bake_harmonics(path: Path, scene: Scene) -> Any:
-    settings = sh_bake.BakeSettings(ORDER, sh_bake.default_edge(ORDER))
-    work = drain(sh_bake.prepare(scene.mesh, scene.brdf, settings))
-    return drain(sh_bake.bake(path, work)).transport
-
-
-def _lit_wavelets(transport: Any, scene: Scene) -> Lit:
-    assert scene.environment is not None
-    lighting = lighting_of(scene.environment, transport.edge, rotation=scene.environment_rotation)
-    return LitWavelets(transport, tuples(transport, lighting))
-
-
-def _lit_harmonics(transport: Any, scene: Scene) -> Lit:
-    return LitHarmonics(transport, transferred(transport, scene_coefficients(scene, transport.order)))
-
-
-_BAKES: dict[str, Callable[[Path, Scene], Any]] = {"wavelet": _bake_wavelets, "sh": _bake_harmonics}
-_LIT: dict[str, Callable[[Any, Scene], Lit]] = {"wavelet": _lit_wavelets, "sh": _lit_harmonics}
+def _lit(method: Method, transport: Any, scene: Scene) -> Lit:
+    return method.baking.lit(transport, light_of(scene), method.light())
 
 
 def _cpu_s(scene: Scene, light: Callable[[Scene], Lit], draw: Callable[[Lit], None]) -> tuple[float, float, float]:

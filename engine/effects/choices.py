@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
+from itertools import product
 
 from engine.camera import Camera, frame
 from engine.effects.cost_model import Cost, CostModel, Load
@@ -17,10 +18,11 @@ from engine.effects.estimates import LOW_ORDER, Estimate, Scenery, seen_as
 from engine.effects.load import Rays, covered, rays_of, shaded
 from engine.effects.mode_error import ModeErrors, mode_errors
 from engine.effects.noise import REFERENCE_DEPTH
-from engine.effects.setting import KNOBS, Setting
+from engine.effects.planned import planning_of
+from engine.effects.setting import Setting, knobs_of, shows
 from engine.effects.simplified import albedos, matt
+from engine.transport import method as transport
 from engine.transport.sh_transfer import is_diffuse
-from engine.transport.sh_varied import MOST_VARIATIONS
 
 #: Frames over which a bake is spread, and over which a changed light is.
 FRAMES, LIGHTS = 20_000, 50
@@ -34,11 +36,11 @@ PATIENCE_S = 10.0
 #: Share of an error budget that all effects together that are left out may take.
 SHARE = 0.5
 
+#: What is drawn where light of high frequency is left out, and the most that is drawn in the same way.
+LOW, HIGH = Setting("sh", {"order": LOW_ORDER}), Setting("sh", {"order": 15})
+
 #: Pixels of a picture where nobody says.
 PIXELS = 720 * 760
-
-#: The modes that are baked.
-BAKED = ("sh", "wavelet", "gaussian")
 
 #: Seconds of the tables of a reflectance that varies, beside the one that every bake makes.
 VARIED_S = 2.0
@@ -151,7 +153,7 @@ class Choices:
         """What `setting` costs; with `asked`, effects that the scene may not have, but that are worked out."""
         load = self._load(skipped, asked | self.wishes.force)
         found = self.cost_model.predict(setting, self._vertices, self.wishes.pixels, load=load)
-        if self.scene.varied is None or "spatially-varying-gloss" in skipped or setting.mode not in BAKED:
+        if self.scene.varied is None or "spatially-varying-gloss" in skipped or setting.mode not in transport.names():
             return found
         return replace(found, bake_s=found.bake_s + VARIED_S)
 
@@ -166,7 +168,8 @@ class Choices:
         """Sets of effects to leave out, each with those before and the next larger one."""
         least = {name for name, each in self.found.items() if each.error_rel == 0.0}
         always = frozenset(((least | self.wishes.skip) - self.wishes.force) - {"all-frequency-light"})
-        if not self._varies("gaussian", always):  # what is left out for the user leaves no parameters that could vary
+        # what is left out for the user leaves no parameters that could vary
+        if not any(self._varies(mode, always) for mode in transport.names()):
             always |= {"spatially-varying-gloss"} - self.wishes.force
         yield always
         rest = sorted(
@@ -185,22 +188,21 @@ class Choices:
     def _settings(self, skipped: frozenset[str]) -> Iterator[Setting]:
         """What may be chosen where `skipped` is left out."""
         bounces = int("interreflection" not in skipped)
-        for order in KNOBS["sh"]["order"].ladder:
-            yield from self._allowed(skipped, Setting("sh", {"order": order, "interreflection": bounces}))
-        for terms in (1,) if self._diffuse(skipped) else KNOBS["wavelet"]["terms"].ladder:
-            for kept in KNOBS["wavelet"]["coefficients"].ladder:
-                for cube in KNOBS["wavelet"]["cube"].ladder:
-                    knobs = {"terms": terms, "coefficients": min(kept, 6 * int(cube) ** 2), "cube": cube}
-                    yield from self._allowed(skipped, Setting("wavelet", knobs))
-        for lobes in KNOBS["gaussian"]["lobes"].ladder:
-            yield from self._allowed(skipped, Setting("gaussian", {"lobes": lobes, "interreflection": bounces}))
+        for name in transport.names():
+            ladders = {knob: each.ladder for knob, each in knobs_of(name).items()}
+            if "interreflection" in ladders:
+                ladders["interreflection"] = (bounces,)
+            turned = (dict(zip(ladders, values, strict=True)) for values in product(*ladders.values()))
+            diffuse, planning = self._diffuse(skipped), planning_of(name)
+            for setting in dict.fromkeys(planning.adapted(Setting(name, knobs), diffuse) for knobs in turned):
+                yield from self._allowed(skipped, setting)
         mode = "direct" if "mesostructure" in skipped else "shading-map"
         for directions in (4, 16, 64, 256):
             yield from self._allowed(skipped, Setting(mode, {"directions": directions}))
 
     def _allowed(self, skipped: frozenset[str], setting: Setting) -> Iterator[Setting]:
         force, skip, modes = self.wishes.force, self.wishes.skip, self.wishes.modes
-        low = setting.mode == "sh" and setting["order"] <= LOW_ORDER
+        low = is_low(setting)
         if not self._varies(setting.mode, skipped):
             return
         if modes is not None and setting.mode not in modes:
@@ -208,11 +210,12 @@ class Choices:
         if ("all-frequency-light" in force and low) or ("all-frequency-light" in skip and not low):
             return
         unshaded = "self-shadowing" in skipped and self.estimated("self-shadowing") > 0.0
-        if setting.mode == "wavelet" and (unshaded or not self._mode_errors(frozenset()).knows("wavelet")):
-            return
-        if setting.mode == "gaussian" and (unshaded or not self._is_for_gaussians(skipped)):
-            return
-        if setting.mode in ("direct", "shading-map") and {"self-shadowing", "interreflection"} & force:
+        if setting.mode in transport.names():
+            if unshaded and "self-shadowing" in transport.method_of(setting.mode).always:
+                return
+            if not planning_of(setting.mode).suits(self, skipped):
+                return
+        if "self-shadowing" in force and not shows(setting.mode, "self-shadowing"):
             return
         if "interreflection" in force and not shows_bounces(setting, skipped):
             return
@@ -220,7 +223,7 @@ class Choices:
 
     def _references(self, skipped: frozenset[str], error: float | None) -> Iterator[Setting]:
         """The reference with samples that bring its noise below what the budget leaves for it, or in steps."""
-        knob = KNOBS["reference"]["samples"]
+        knob = knobs_of("reference")["samples"]
         unshaded = "self-shadowing" in skipped and self.estimated("self-shadowing") > 0.0
         if unshaded or not self._varies("reference", skipped):
             return
@@ -245,18 +248,7 @@ class Choices:
         left_out = {"glossy", "anisotropy"} & skipped | {"fresnel", "retro-reflection"} & self.wishes.skip
         if any(self.estimated(name) > 0.0 for name in left_out):
             return False
-        return mode == "gaussian" or (mode == "sh" and len(own.variations) <= MOST_VARIATIONS)
-
-    def _is_for_gaussians(self, skipped: frozenset[str]) -> bool:
-        """Whether the reflectance that is left has a model's own parts, without which nothing is cut into lobes."""
-        changed = skipped - {name for name in skipped if self.estimated(name) == 0.0}
-        if changed & {"glossy", "anisotropy", "fresnel", "retro-reflection"}:
-            return False
-        if {"glossy", "anisotropy"} & self.wishes.force and (
-            is_diffuse(self.scene.brdf) or ("anisotropy" in self.wishes.force and self.scene.brdf.isotropic)
-        ):
-            return False
-        return self._mode_errors(frozenset()).knows("gaussian")
+        return mode in transport.names() and len(own.variations) <= transport.method_of(mode).variations
 
     def _diffuse(self, skipped: frozenset[str]) -> bool:
         return is_diffuse(self.scene.brdf) or "glossy" in skipped
@@ -280,12 +272,10 @@ class Choices:
         missing = {name: self.found[name].error_rel for name in skipped if name != "all-frequency-light"}
         if not shows_bounces(setting, skipped):
             missing["interreflection"] = self.found["interreflection"].error_rel
-        if setting.mode in ("direct", "shading-map"):
-            missing["self-shadowing"] = self.found["self-shadowing"].error_rel
-            missing.pop("sun-split", None)
-        if setting.mode != "shading-map":
-            missing["mesostructure"] = self.found["mesostructure"].error_rel
-        if setting.mode != "wavelet":
+        for name in ("self-shadowing", "glossy", "mesostructure"):
+            if not shows(setting.mode, name):
+                missing[name] = self.found[name].error_rel
+        if not shows(setting.mode, "sun-split"):
             missing.pop("sun-split", None)
         return sum(missing.values())
 
@@ -310,6 +300,11 @@ class Choices:
             depth=depth_of(skipped),
             ground=self._vertices - looked.model_vertices,
         )
+
+
+def is_low(setting: Setting) -> bool:
+    """True for spherical harmonics of an order that is enough where light is of low frequency."""
+    return setting.mode == LOW.mode and setting["order"] <= LOW["order"]
 
 
 def shows_bounces(setting: Setting, skipped: frozenset[str]) -> bool:

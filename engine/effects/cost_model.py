@@ -29,11 +29,11 @@ from engine.effects.load import Rates as Rates
 from engine.effects.load import Rays
 from engine.effects.setting import Setting
 from engine.effects.sizes import MATT_ORDER as MATT_ORDER
-from engine.effects.sizes import channels, gaussians, harmonics, wavelets
 from engine.errors import FileError
 from engine.files.atomic import make_folder, write_json
 from engine.files.untrusted import read_bytes
 from engine.render.reference import BYTES_PER_PIXEL
+from engine.transport import method as transport
 from engine.transport.haar import FACES
 from engine.transport.sh_bake import default_edge
 
@@ -47,12 +47,9 @@ FILE_LIMIT_BYTES = 1 << 16
 #: three harmonics do.
 LARGEST, STEEPEST = 1e9, 8.0
 
-#: Bounces between parts of the model, where there are any.
-BOUNCES = 3
-
 #: Kinds of frames, and the parts of each: what it takes at least, for each vertex and each pixel that shows the model,
 #: and what both take more for each light, term, lobe, or coefficient of harmonics.
-FRAMES = ("direct", "sh", "sh-flat", "wavelet", "gaussian")
+FRAMES = ("direct", *(kind for method in transport.METHODS for kind in method.frames))
 PARTS = ("base", "vertex", "vertex-each", "pixel", "pixel-each")
 
 #: What each table of a model is called; a kept model that lacks one is measured anew.
@@ -146,24 +143,18 @@ class CostModel:
     def predict(self, setting: Setting, vertices: int, pixels: int, *, load: Load | None = None, **more: Any) -> Cost:
         """What `setting` costs on so many vertices and pixels; `load`, or `more` of its fields, tell the rest."""
         load = load or Load(vertices, pixels, **more)
-        predictions = {
-            "reference": self._reference,
-            "direct": self._direct,
-            "shading-map": self._direct,
-            "sh": self._harmonics,
-            "wavelet": self._wavelets,
-            "gaussian": self._gaussians,
-        }
-        if setting.mode not in predictions:
-            raise ValueError(f"nothing is known of the cost of {setting.mode}")
-        return predictions[setting.mode](setting, load)
+        if setting.mode in transport.names():
+            found: Cost = transport.method_of(setting.mode).planning.cost(self, setting, load)
+            return found
+        return self._reference(setting, load) if setting.mode == "reference" else self._direct(setting, load)
 
-    def _frame(self, mode: str, each: float, load: Load) -> float:
+    def frame_s(self, mode: str, each: float, load: Load) -> float:
+        """Seconds of a frame of one of `FRAMES`, with so many terms, lobes or coefficients."""
         base, vertex, vertex_each, pixel, pixel_each = (self.rate(f"{mode}-{part}") for part in PARTS)
         shown = load.fragments * (pixel + each * pixel_each)
         return base + load.vertices * (vertex + each * vertex_each) + shown + self.rate("frame-pixel") * load.pixels
 
-    def _rays(self, edge: int, load: Load) -> float:
+    def rays_s(self, edge: int, load: Load) -> float:
         """Seconds of visibility over a cube map of all vertices, and of preparing them."""
         seen = rate_at(load.visibility or self.tables["visibility"], edge) * load.occluded
         return load.vertices * (seen + self.rate("receivers"))
@@ -179,83 +170,19 @@ class CostModel:
 
     def _direct(self, setting: Setting, load: Load) -> Cost:
         directions = setting["directions"]
-        return Cost(0.0, 0.0, self._frame("direct", directions, load), load.mesh_bytes + 48 * directions, 0)
+        return Cost(0.0, 0.0, self.frame_s("direct", directions, load), load.mesh_bytes + 48 * directions, 0)
 
-    def _harmonics(self, setting: Setting, load: Load) -> Cost:
-        order, edge = setting["order"], default_edge(setting["order"])
-        matrices = 0 if load.diffuse else load.model
-        bake_s = (
-            self._rays(edge, load)
-            + matrices * self._matrix_s(order)
-            + (load.vertices - matrices) * self._vector_s(order)
-        )
-        if not load.tables_made:
-            bake_s += self._tables_s(order, load.diffuse)
-        if setting["interreflection"]:
-            bake_s += (BOUNCES - 1) * load.vertices * self._bounce_s("vector", order, load)
-            bake_s += matrices * self._bounce_s("matrix", order, load)
-            bake_s += (load.vertices - matrices) * self._bounce_s("vector", order, load)
-        sizes = harmonics(setting, load)
-        bake_s += self.rate("file-byte") * sizes.file
-        rows = load.vertices - matrices + matrices * order**2
-        values = rows * order**2 * channels(setting, load)
-        relight_s = self._turned_s("light-sh", order, load) + self.rate("relight-sh", order) * values
-        frame_s = self._frame("sh-flat" if load.diffuse else "sh", order**2, load)
-        return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file)
-
-    def _matrix_s(self, order: int) -> float:
-        """Seconds of a vertex's matrix, its visibility being known: harmonics of that, products, and a rotation."""
-        return FACES * default_edge(order) ** 2 * self.rate("sh-seen", 2 * order - 1) + self.rate("sh-matrix", order)
-
-    def _vector_s(self, order: int) -> float:
+    def vector_s(self, order: int) -> float:
+        """Seconds of the vector of a vertex that is diffuse, its visibility being known."""
         return FACES * default_edge(order) ** 2 * self.rate("sh-vector", order)
 
-    def _bounce_s(self, kind: str, order: int, load: Load) -> float:
+    def bounce_s(self, kind: str, order: int, load: Load) -> float:
         """Seconds of a bounce at a vertex: its rays, and what is gathered from those that meet something."""
         return self.rate("bounce-rays") * load.ray_scale + self.rate(f"bounce-{kind}", order)
 
-    def _tables_s(self, order: int, diffuse: bool) -> float:
-        """Seconds of the tables that a process makes once: integrals over texels, and of products of three."""
-        if diffuse:
-            return self.rate("sh-basis") * basis_values(default_edge(order), order)
-        integrals = self.rate("sh-basis") * basis_values(default_edge(order), 2 * order - 1)
-        return integrals + self.rate("sh-products", order)
-
-    def _turned_s(self, name: str, knob: float, load: Load) -> float:
+    def turned_s(self, name: str, knob: float, load: Load) -> float:
         """Seconds that a map takes until rows can be made of it."""
         return self.rate(name, knob) + self.rate(f"{name}-texel", knob) * load.texels
-
-    def _wavelets(self, setting: Setting, load: Load) -> Cost:
-        terms, edge = setting["terms"], setting["cube"]
-        kept = min(setting["coefficients"], FACES * edge * edge)
-        rows = load.model * terms + load.ground
-        cutting = self.rate("wavelet-coefficients", kept) / self.rate("wavelet-coefficients", 96)
-        bake_s = self.rate("wavelet-fixed") + self._rays(edge, load)
-        bake_s += rows * self.rate("wavelet-row", edge) * cutting
-        relight_s = self._turned_s("light-wavelet", edge, load) + self.rate("relight-wavelet", kept) * rows
-        relight_s += load.lamps * load.vertices * self.rate("ray") * load.ray_scale
-        sizes = wavelets(setting, load)
-        bake_s += self.rate("file-byte") * sizes.file
-        return Cost(bake_s, relight_s, self._frame("wavelet", terms, load), sizes.memory, sizes.file)
-
-    def _gaussians(self, setting: Setting, load: Load) -> Cost:
-        """Lobes of all views of a vertex, and vectors of the matt part."""
-        lobes, bounces = setting["lobes"], bool(setting["interreflection"])
-        shaded = load.model * load.occluded
-        bake_s = load.model * (self.rate("gaussian-table") + self.rate("gaussian-fit", lobes))
-        bake_s += shaded * self.rate("gaussian-rays") * load.ray_scale
-        bake_s += self._rays(default_edge(MATT_ORDER), load) + load.vertices * self._vector_s(MATT_ORDER)
-        if bounces:
-            fitted_s = self.rate("gaussian-fit", lobes) * self.rate("gaussian-indirect-fit")
-            bake_s += shaded * (self.rate("gaussian-table") + fitted_s)
-            bake_s += load.model * load.closed * self.rate("gaussian-indirect")
-            bake_s += (BOUNCES + 1) * load.vertices * self._bounce_s("vector", MATT_ORDER, load)
-        values = load.vertices * MATT_ORDER**2 * (3 if bounces else 1)
-        relight_s = self._turned_s("light-sh", MATT_ORDER, load) + self.rate("relight-sh", MATT_ORDER) * values
-        frame_s = self._frame("gaussian", lobes * (2 if bounces else 1), load)
-        sizes = gaussians(setting, load)
-        bake_s += self.rate("file-byte") * sizes.file
-        return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file)
 
 
 def rate_at(rates: Rates, knob: float) -> float:

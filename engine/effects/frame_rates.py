@@ -11,40 +11,33 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import brdf_from_text
-from engine.brdf.diffuse import Lambert
 from engine.camera import Camera, frame
 from engine.effects.cost_model import PARTS
 from engine.effects.load import Rates, shaded
-from engine.environment import EnvironmentMap
+from engine.effects.planned import planning_of
 from engine.environment_file import open_environment
 from engine.errors import MissingCapability
-from engine.factor.maps import DirectionMap
-from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
 from engine.ray_caster import caster_of
 from engine.render.transported import picture_of
 from engine.scene import Scene
 from engine.steps import Step, Steps, drain
 from engine.stopwatch import shortest
-from engine.transport.gaussian import GaussianTransport
-from engine.transport.lit import Lit, LitGaussians, LitHarmonics, LitWavelets, lit_gaussians
-from engine.transport.sh_table import BrdfTable, lambert_table
-from engine.transport.sh_transfer import ShTransport
-from engine.transport.spherical_gaussian import Lobes
-from engine.transport.view_directions import VIEWS
-from engine.transport.wavelet import Vectors16, WaveletTransport
+from engine.transport.lit import Lit
+from engine.transport.method import METHODS
 
 #: Vertices of the small and the large mesh, and sides of the small and the large picture.
 FEW, MANY, SMALL, LARGE = 1_000, 6_000, 128, 320
 
-#: The knobs at which each mode is measured, by what its cost grows with: lights, coefficients, terms, lobes.
-KNOBS = {"direct": (4, 40), "sh": (9, 144), "sh-flat": (25,), "wavelet": (1, 8), "gaussian": (1, 6)}
+#: Lights at which frames without a bake are measured.
+LIGHTS = (4, 40)
 
 #: How often a frame is drawn after one that warms up, and the seconds after which no further one begins.
 FRAMES, ENOUGH_S = 16, 0.1
@@ -59,22 +52,23 @@ def frame_rates(tables: dict[str, Rates]) -> Steps[str]:
     camera = frame(meshes[0].positions)
     shown = shaded(caster_of(meshes[0]), camera)
     with _drawing() as (name, draw):
-        plain = _drawn("direct", 4, meshes[0])
+        plain = _lights(LIGHTS[0], meshes[0])
         far = replace(camera, eye=tuple(1e3 * np.array(camera.eye)))
         small_s, large_s = (_frame_s(draw, plain, far, side) for side in (SMALL, LARGE))
         empty_s = max(0.0, large_s - small_s) / (LARGE**2 - SMALL**2)
         tables["frame-pixel"] = ((1.0, empty_s),)
-        for number, (mode, knobs) in enumerate(KNOBS.items()):
-            yield Step(number / len(KNOBS), f"measuring frames, {mode}")
+        kinds = _kinds()
+        for number, (kind, knobs, drawn) in enumerate(kinds):
+            yield Step(number / len(kinds), f"measuring frames, {kind}")
             rows, times = [], []
             for knob in knobs:
-                few, many = (_drawn(mode, knob, mesh) for mesh in meshes)
+                few, many = (drawn(knob, mesh) for mesh in meshes)
                 for what, side in ((few, SMALL), (few, LARGE), (many, SMALL)):
                     pixels, vertices = side * side, len(what.mesh.positions)
                     rows.append([1.0, vertices, vertices * knob, shown * pixels, shown * pixels * knob])
                     times.append(max(_frame_s(draw, what, camera, side) - empty_s * pixels, 1e-7))
             for name_of_part, seconds in zip(PARTS, _parts(np.array(rows), np.array(times)), strict=True):
-                tables[f"{mode}-{name_of_part}"] = ((1.0, seconds),)
+                tables[f"{kind}-{name_of_part}"] = ((1.0, seconds),)
     return name
 
 
@@ -144,43 +138,20 @@ def round_mesh(vertices: int) -> Mesh:
     return Mesh(points, points.astype(np.float32), uv, faces, "sphere")
 
 
-def _drawn(mode: str, knob: int, mesh: Mesh) -> Lit | Scene:
-    """Something of a mode that can be drawn; its numbers mean nothing."""
-    count = len(mesh.positions)
-    if mode == "direct":
-        environment = open_environment("studio")  # lights are in front of the model or above it, as usual
-        brdf = brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04")
-        return Scene(mesh, frame(mesh.positions), brdf, environment=environment, directions=knob)
-    if mode == "wavelet":
-        rows = count * knob
-        nothing = Vectors16(
-            np.zeros((rows, 1), np.uint16),
-            np.zeros((rows, 1), np.uint32),
-            np.zeros((rows, 3), np.float32),
-            np.zeros(rows, np.uint16),
-        )
-        return LitWavelets(WaveletTransport(mesh, count, _factors(knob), 0.0, 64, nothing), np.ones((rows, 3)))
-    if mode == "gaussian":
-        return _lit_gaussians(mesh, knob)
-    order, flat = math.isqrt(knob), mode == "sh-flat"
-    matt = lambert_table(Lambert((0.5, 0.5, 0.5)), order)
-    table = matt if flat else BrdfTable(order, np.ones((256, knob, 3)))
-    rows = count * (1 if flat else knob)
-    nothing_yet = np.broadcast_to(np.float32(0.0), (rows, 1, knob))
-    return LitHarmonics(ShTransport(mesh, count, flat, 0.0, table, False, nothing_yet), np.ones((rows, 3), np.float32))
+#: A kind of frame, the knobs at which it is measured, and what is drawn at one on a mesh.
+Kind = tuple[str, tuple[int, ...], Callable[[int, Mesh], "Lit | Scene"]]
 
 
-def _factors(terms: int) -> SeparableFactors:
-    chart = DirectionMap("orthographic", 48)
-    maps = np.ones((terms, 48, 48, 3), np.float32)
-    return SeparableFactors(chart, "in-out", maps, maps, True, True, "frames")
+def _kinds() -> list[Kind]:
+    """All kinds of frames."""
+    found: list[Kind] = [("direct", LIGHTS, _lights)]
+    for method in METHODS:
+        planning = planning_of(method.name)
+        found += [(kind, knobs, partial(planning.drawn, kind)) for kind, knobs in method.frames.items()]
+    return found
 
 
-def _lit_gaussians(mesh: Mesh, lobes: int) -> LitGaussians:
-    """Lobes that point up, all alike."""
-    count = len(mesh.positions)
-    up = np.broadcast_to(np.array([0.0, 1.0, 0.0], np.float32), (count, VIEWS, lobes, 3))
-    alike = Lobes(np.ones_like(up), up, np.full(up.shape[:3], 0.2, np.float32))
-    environment = EnvironmentMap(np.ones((32, 64, 3), np.float32))
-    transport = GaussianTransport(mesh, count, 0.0, (alike,), None)
-    return lit_gaussians(transport, environment)
+def _lights(lights: int, mesh: Mesh) -> Scene:
+    """So many lights, in front of the model or above it, as usual."""
+    brdf = brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04")
+    return Scene(mesh, frame(mesh.positions), brdf, environment=open_environment("studio"), directions=lights)

@@ -19,15 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.effects.estimates import Scenery, relative_error
-from engine.effects.lobe_error import lobe_error
+from engine.effects.planned import planning_of
 from engine.effects.radiance import LIGHTS, ORDERS
 from engine.effects.sample import FINE, Sample
-from engine.effects.setting import Setting
+from engine.effects.setting import Setting, knobs_of
 from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
 from engine.one_thread import one_thread
 from engine.steps import drain
-from engine.transport.matt_part import parts
+from engine.transport import method as transport
 from engine.transport.wavelet import (
     WaveletTransport,
     check_factors,
@@ -66,33 +66,27 @@ class ModeErrors:
 
     def of(self, setting: Setting) -> float:
         """The error of `setting`; ValueError for a mode of which nothing is known."""
-        if setting.mode == "sh":
-            return max(FLOOR, _between(self.harmonics, setting["order"]))
-        if setting.mode in ("direct", "shading-map"):
-            return max(FLOOR, _between(self.lights, setting["directions"]))
-        if setting.mode == "wavelet":
-            rows = {
-                terms: _between({k: e for (t, k), e in self.wavelet.items() if t == terms}, setting["coefficients"])
-                for terms in TERMS
-            }
-            texels = self.coarse * (0.5 * FINE[2]) / setting["cube"]
-            return max(FLOOR, math.hypot(_between(rows, setting["terms"]), texels))
-        if setting.mode == "gaussian":
-            found = [lobe_error(self.scene, lobes) for lobes in range(1, setting["lobes"] + 1)]
-            return max(FLOOR, min(error for error in found if error is not None))
+        if setting.mode in transport.names():
+            return planning_of(setting.mode).error(self, setting)
+        if "directions" in setting.knobs:
+            return max(FLOOR, between(self.lights, setting["directions"]))
         raise ValueError(f"nothing is known of the error of {setting.mode}")
 
     def knows(self, mode: str) -> bool:
         """Whether settings of a mode can draw the scene at all."""
-        return (
-            mode in ("sh", "direct", "shading-map")
-            or (mode == "wavelet" and _can_be_factored(self.scene.brdf))
-            or (mode == "gaussian" and self._glossy)
-        )
+        if mode in transport.names():
+            return planning_of(mode).can_draw(self.scene)
+        return "directions" in knobs_of(mode)
 
-    @property
-    def _glossy(self) -> bool:
-        return parts(self.scene.brdf)[1] is not None
+
+def wavelet_error(errors: ModeErrors, setting: Setting) -> float:
+    """The error of terms and coefficients, and of the edge of the light's map."""
+    rows = {
+        terms: between({k: e for (t, k), e in errors.wavelet.items() if t == terms}, setting["coefficients"])
+        for terms in TERMS
+    }
+    texels = errors.coarse * (0.5 * FINE[2]) / setting["cube"]
+    return max(FLOOR, math.hypot(between(rows, setting["terms"]), texels))
 
 
 @lru_cache(maxsize=8)
@@ -116,7 +110,7 @@ def _falling(errors: dict[int, float]) -> dict[int, float]:
     return {knob: float(error) for knob, error in zip(errors, most, strict=True)}
 
 
-def _between(errors: dict[int, float], knob: float) -> float:
+def between(errors: dict[int, float], knob: float) -> float:
     """A power law between two of `errors`; beyond the last as between the last two, before the first as there."""
     knobs = sorted(errors)
     if len(knobs) == 1:
@@ -127,7 +121,7 @@ def _between(errors: dict[int, float], knob: float) -> float:
     return one * (knob / low) ** (math.log(other / one) / math.log(knobs[high] / low))
 
 
-def _can_be_factored(brdf: Any) -> bool:
+def can_be_factored(brdf: Any) -> bool:
     """Whether wavelets take the reflectance: factors over half and difference vectors, or too many, they do not."""
     if isinstance(brdf, SeparableFactors):
         try:

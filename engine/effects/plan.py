@@ -24,16 +24,17 @@ from typing import Any
 
 import psutil
 
-from engine.effects.choices import BAKED, FRAMES, PIXELS, Choice, Choices, Wishes, depth_of, shows_bounces
+from engine.effects.choices import FRAMES, HIGH, LOW, PIXELS, Choice, Choices, Wishes, depth_of, is_low, shows_bounces
 from engine.effects.cost_model import Cost, CostModel
-from engine.effects.estimates import EFFECTS, LOW_ORDER, Estimate, Scenery, estimates, percent, scenery
+from engine.effects.estimates import EFFECTS, Estimate, Scenery, estimates, percent, scenery
 from engine.effects.noise import REFERENCE_DEPTH, probed
-from engine.effects.setting import Setting
+from engine.effects.setting import Setting, shows
 from engine.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise, matt
 from engine.environment import EnvironmentMap
 from engine.ground import Ground
 from engine.material import Material
 from engine.mesh import Mesh
+from engine.transport import method as transport
 from engine.transport.sh_transfer import is_diffuse
 from engine.transport.variation import Variation, with_parameters
 
@@ -257,13 +258,13 @@ def _effect(
     shown = name not in chosen.skipped
     setting = chosen.setting
     if name == "all-frequency-light":
-        shown = not (setting.mode == "sh" and setting["order"] <= LOW_ORDER)
-    elif (name in ("self-shadowing", "interreflection") and setting.mode in ("direct", "shading-map")) or (
+        shown = not is_low(setting)
+    elif name == "mesostructure":
+        shown = shows(setting.mode, name)
+    elif (name in ("self-shadowing", "glossy") and not shows(setting.mode, name)) or (
         name == "interreflection" and not shows_bounces(setting, chosen.skipped)
     ):
         shown = False
-    elif name == "mesostructure":
-        shown = setting.mode == "shading-map"
     if name in force:
         decision = "forced on"
     elif name in skip:
@@ -288,16 +289,15 @@ def _savings(name: str, chosen: Choice, offers: Choices) -> tuple[float, int]:
     """Seconds of the bake and bytes of the file that leaving the effect out saves, beside the chosen setting."""
     setting = chosen.setting
     if name == "all-frequency-light":
-        if setting.mode not in BAKED:
+        if setting.mode not in transport.names():
             return 0.0, 0
-        low = Setting("sh", {"order": LOW_ORDER})
-        high = Setting("sh", {"order": 15}) if setting.mode == "sh" and setting["order"] <= LOW_ORDER else setting
-        without, with_it = offers.cost(low, chosen.skipped), offers.cost(high, chosen.skipped)
-    elif name not in COSTING or setting.mode not in BAKED:
+        high = HIGH if is_low(setting) else setting
+        without, with_it = offers.cost(LOW, chosen.skipped), offers.cost(high, chosen.skipped)
+    elif name not in COSTING or setting.mode not in transport.names():
         return 0.0, 0
     elif name == "interreflection":
         if "interreflection" not in setting.knobs:
-            setting = Setting("sh")
+            setting = LOW
         without = offers.cost(setting.replaced(interreflection=0), chosen.skipped | {name})
         with_it = offers.cost(setting.replaced(interreflection=1), chosen.skipped - {name})
     else:

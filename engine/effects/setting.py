@@ -3,9 +3,8 @@
     reference     samples: paths for each pixel
     direct        directions: lights that stand for the environment
     shading-map   directions; power_law: 0 the slices, 1 the fit
-    sh            order; interreflection: 0 or 1
-    wavelet       terms, coefficients, cube: edge of the light's map
-    gaussian      lobes; interreflection: 0 or 1
+
+and the transport methods with those of their parameters that have a ladder (`engine.transport.method`).
 
 Knobs that are not named have their mode's default. A setting is a value: it may be a key, and equal settings are one.
 """
@@ -16,24 +15,31 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
+
+from engine.params import Parameter
+from engine.transport import method as transport
 
 Number = int | float
 
 
 @dataclass(frozen=True)
 class Knob:
-    """A knob of a mode: its range, what it stands at where nobody chose, and the values of a sweep, cheapest first."""
+    """A knob of a mode: its range, what it stands at where nobody chose, and the values of a sweep, cheapest first.
+
+    Where there are `values`, no others are possible.
+    """
 
     low: Number
     high: Number
     default: Number
     ladder: tuple[Number, ...]
     text: str
+    values: tuple[Number, ...] = ()
 
 
-#: Every mode and its knobs, from the one that bakes nothing and is exact to the one that bakes most.
-KNOBS: Mapping[str, Mapping[str, Knob]] = MappingProxyType(
+#: Modes that bake nothing and their knobs, from the one that is exact on.
+AT_ONCE: Mapping[str, Mapping[str, Knob]] = MappingProxyType(
     {
         "reference": {"samples": Knob(1, 65536, 64, (1, 4, 16, 64, 256), "paths for each pixel")},
         "direct": {"directions": Knob(1, 4096, 64, (4, 16, 64, 256, 1024), "lights that stand for the environment")},
@@ -41,23 +47,39 @@ KNOBS: Mapping[str, Mapping[str, Knob]] = MappingProxyType(
             "directions": Knob(1, 4096, 64, (4, 16, 64, 256), "lights that stand for the environment"),
             "power_law": Knob(0, 1, 0, (1, 0), "whether two numbers for each texel take the place of the slices"),
         },
-        "sh": {
-            "order": Knob(1, 15, 5, (3, 5, 8, 15), "bands of the harmonics"),
-            "interreflection": Knob(0, 1, 0, (0, 1), "whether light from the model itself counts"),
-        },
-        "wavelet": {
-            "terms": Knob(1, 8, 4, (1, 2, 4, 8), "products of a light and a view map that make the reflectance"),
-            "coefficients": Knob(1, 24576, 96, (24, 48, 96, 192, 384), "wavelets kept for each vertex and term"),
-            "cube": Knob(16, 64, 64, (16, 32, 64), "edge of the light's cube map"),
-        },
-        "gaussian": {
-            "lobes": Knob(1, 3, 1, (1, 2, 3), "Gaussians for each vertex and view"),
-            "interreflection": Knob(0, 1, 0, (0, 1), "whether light from the model itself counts"),
-        },
     }
 )
 
-MODES: tuple[str, ...] = tuple(KNOBS)
+#: Effects that pictures of the modes without a bake can have, of those that not all modes have.
+_SHOWN = {
+    "reference": frozenset({"self-shadowing", "interreflection", "glossy"}),
+    "direct": frozenset({"glossy"}),
+    "shading-map": frozenset({"glossy", "mesostructure"}),
+}
+
+
+def modes() -> tuple[str, ...]:
+    """Every mode, from the one that bakes nothing and is exact to the one that bakes most."""
+    return (*AT_ONCE, *transport.names())
+
+
+def knobs_of(mode: str) -> Mapping[str, Knob]:
+    """The knobs of a mode by name; ValueError where there is no such mode."""
+    if mode in AT_ONCE:
+        return AT_ONCE[mode]
+    if mode not in transport.names():
+        raise ValueError(f"{mode!r} is no mode; known are {', '.join(modes())}")
+    return {each.name: _knob(each) for each in transport.method_of(mode).knobs}
+
+
+def _knob(parameter: Parameter) -> Knob:
+    low, high, default = int(parameter.low), int(parameter.high), int(cast(int, parameter.default or 0))
+    return Knob(low, high, default, parameter.ladder, parameter.doc, parameter.values)
+
+
+def shows(mode: str, effect: str) -> bool:
+    """True where pictures of a mode can have an effect that not all modes have."""
+    return effect in (_SHOWN[mode] if mode in _SHOWN else transport.method_of(mode).shows)
 
 
 @dataclass(frozen=True)
@@ -71,9 +93,7 @@ class Setting:
     knobs: Mapping[str, Number] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
-        known = KNOBS.get(self.mode)
-        if known is None:
-            raise ValueError(f"{self.mode!r} is no mode; known are {', '.join(MODES)}")
+        known = knobs_of(self.mode)
         strange = [name for name in self.knobs if name not in known]
         if strange:
             raise ValueError(f"{strange[0]!r} is no knob of {self.mode}; it has {', '.join(known)}")
@@ -109,7 +129,7 @@ def setting_of(record: Any) -> Setting:
 def ladder(mode: str, knob: str, base: Setting | None = None) -> Iterator[Setting]:
     """`base` (the defaults of the mode where None) at each step of one knob, cheapest first."""
     start = Setting(mode) if base is None else base
-    for value in KNOBS[mode][knob].ladder:
+    for value in knobs_of(mode)[knob].ladder:
         yield start.replaced(**{knob: value})
 
 
@@ -118,4 +138,6 @@ def _checked(name: str, knob: Knob, value: Any) -> Number:
         raise ValueError(f"{name} is a number, not {value!r}")
     if not knob.low <= value <= knob.high or value != int(value):
         raise ValueError(f"{name} {value} is not a whole number in {knob.low} … {knob.high}")
+    if knob.values and value not in knob.values:
+        raise ValueError(f"{name} {value} is none of the numbers {', '.join(map(str, knob.values))}")
     return int(value)

@@ -13,14 +13,12 @@ from engine.effects.load import Load
 from engine.effects.setting import Setting
 from engine.transport import sh_bake, sh_table, wavelet_bake
 from engine.transport.haar import FACES
+from engine.transport.method import MATT_ORDER as MATT_ORDER
 from engine.transport.transport_header import PAGE
 from engine.transport.view_directions import VIEWS
 
 #: Bytes of a Gaussian for one view: three heights, its mean and its width, in float32.
 LOBE_BYTES = 28
-
-#: Order of the matt part beside Gaussians.
-MATT_ORDER = 8
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ What rays cost is nearly all of a bake, so a ladder of terms, coefficients or or
 step. Times stay those of a bake alone: its seconds are those of the shared rays, measured, and of its own vectors,
 measured; as in any bake they begin when the reflectance is tabulated or factored. That transport is made in memory; the
 seconds that a file would take to write are not part of it.
-Gaussians are baked one setting after the other, into a file as for use.
+Methods that share no rays are baked one setting after the other, into a file as for use.
 
 Only the vertices that a picture shows are baked, which is about half of them, and the others get copies: the picture is
 the same, and so are the times of its light and its frames, and its memory. The seconds of a bake are those of all
@@ -17,39 +17,22 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import psutil
 from numpy.typing import NDArray
 
-from engine.brdf.brdf import Brdf
-from engine.effects.cost_model import BOUNCES
 from engine.effects.setting import Setting
-from engine.effects.sizes import MATT_ORDER
-from engine.factor.separable_factors import SeparableFactors
-from engine.ground import Ground
-from engine.lamps import Lamp
-from engine.mesh import Mesh
 from engine.scene import Scene
 from engine.steps import Step, Steps, part
-from engine.transport import gaussian_bake, sh_bake, wavelet_bake
-from engine.transport.gaussian import GaussianTransport
-from engine.transport.gaussian_samples import GlossySurface
-from engine.transport.lit import Lit, LitHarmonics, LitWavelets, lit_gaussians
-from engine.transport.sh_lighting import scene_coefficients
-from engine.transport.sh_transfer import ShTransport, transferred
-from engine.transport.shared_rays import FINE, Indices, Make, chunks, counted, joined, wavelet_maker
-from engine.transport.spherical_gaussian import Lobes
+from engine.transport.lit import Lit, light_of
+from engine.transport.method import Subject, method_of, methods_with
+from engine.transport.shared_rays import Indices, Make, Sharing, chunks, counted, joined
 from engine.transport.visibility import Receivers, receivers
-from engine.transport.wavelet import WaveletTransport, vectors_of
-from engine.transport.wavelet_lighting import dark, lighting_of, tuples
-
-#: Orders of harmonics up to this share their rays with wavelets.
-HIGH = 8
 
 #: Share of free memory that the transport of one group may take.
 SHARE = 0.4
@@ -57,8 +40,8 @@ SHARE = 0.4
 #: Chunks from which on the time of all of them is told.
 TELLING = 6
 
-#: Factors of one reflectance by their number of terms.
-Factors = dict[int, SeparableFactors]
+#: What outlives a setting: factors of one BRDF by their number of terms.
+Factors = dict[Any, Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,28 +101,43 @@ class _Rays:
         return self.ready_s + member.own_s + rays * self.cast_s + more * member.made_s
 
 
+def settings_of(setting: Setting) -> Any:
+    """The settings of a bake with the knobs of `setting`."""
+    method = method_of(setting.mode)
+    return method.with_values({**method.planned, **setting.knobs})
+
+
+def _sharing(setting: Setting) -> Sharing:
+    return cast(Sharing, method_of(setting.mode).baking)
+
+
 def edge_of(setting: Setting) -> int:
     """Texels along an edge of the cube maps over which a setting sums visibility."""
-    return setting["cube"] if setting.mode == "wavelet" else sh_bake.default_edge(setting["order"])
+    return _sharing(setting).edge_of(settings_of(setting))
 
 
 def groups(settings: Sequence[Setting]) -> list[list[Setting]]:
-    """Those settings of harmonics and wavelets that share rays, coarse cube maps first.
+    """Those settings that share rays, coarse cube maps first.
 
-    Harmonics of high orders come last and by themselves: their matrices take longer than all the rest.
+    Settings that take long beside their rays come last and by themselves.
     """
-    shared = [setting for setting in settings if setting.mode in ("sh", "wavelet")]
+    names = [method.name for method in methods_with("shares_rays")]
+    shared = [setting for setting in settings if setting.mode in names]
     kinds = sorted({_kind(setting) for setting in shared})
     return [[setting for setting in shared if _kind(setting) == kind] for kind in kinds]
 
 
-def is_high(setting: Setting) -> bool:
-    """Whether a setting is of harmonics that share their rays with nothing."""
-    return setting.mode == "sh" and setting["order"] > HIGH
+def is_apart(setting: Setting) -> bool:
+    """True for a setting that shares its rays with no other method's."""
+    return _sharing(setting).is_apart(settings_of(setting))
 
 
 def _kind(setting: Setting) -> tuple[bool, int]:
-    return is_high(setting), edge_of(setting)
+    return is_apart(setting), edge_of(setting)
+
+
+def _subject(scene: Scene) -> Subject:
+    return Subject(scene.mesh, scene.brdf, scene.ground)
 
 
 def bake_group(
@@ -224,7 +222,9 @@ def _prepared(scene: Scene, group: Sequence[Setting], known: Factors) -> Steps[t
     for number, setting in enumerate(group):
         share = number / len(group), (number + 1) / len(group)
         try:
-            work = yield from part(_work(scene, setting, known), *share)
+            work = yield from part(
+                _sharing(setting).prepare_shared(_subject(scene), settings_of(setting), known), *share
+            )
         except ValueError as reason:
             left_out.append(LeftOut(setting, str(reason)))
             continue
@@ -234,65 +234,19 @@ def _prepared(scene: Scene, group: Sequence[Setting], known: Factors) -> Steps[t
             continue
         room -= work.size_bytes
         before = time.perf_counter()
-        make = yield from _MAKER[setting.mode](work)
+        make = yield from _sharing(setting).maker(work)
         members.append(_Member(setting, work, make, time.perf_counter() - before))
     return members, left_out
-
-
-def _work(scene: Scene, setting: Setting, known: Factors) -> Steps[Any]:
-    if setting.mode == "sh":
-        return (yield from _sh_work(scene.mesh, scene.brdf, scene.ground, setting))
-    terms = setting["terms"]
-    if terms not in known:
-        known[terms] = yield from wavelet_bake.factors_for(scene.brdf, terms)
-    return _wavelet_work(scene.mesh, known[terms], scene.ground, setting)
-
-
-def _sh_work(mesh: Mesh, brdf: Brdf, ground: Ground | None, setting: Setting) -> Steps[sh_bake.Work]:
-    bounces = BOUNCES if setting["interreflection"] else 0
-    settings = sh_bake.BakeSettings(setting["order"], edge_of(setting), FINE, bounces)
-    return (yield from sh_bake.prepare(mesh, brdf, settings, ground))
-
-
-def _wavelet_work(mesh: Mesh, factors: SeparableFactors, ground: Ground | None, setting: Setting) -> wavelet_bake.Work:
-    settings = wavelet_bake.BakeSettings(setting["cube"], setting["coefficients"], FINE)
-    return wavelet_bake.prepare(mesh, factors, settings, ground)
-
-
-def _sh_maker(work: sh_bake.Work) -> Steps[Make]:
-    of: Receivers = receivers(work.surface, work.caster)
-    sent = (yield from sh_bake.reflected(work, of)) if work.settings.bounces else None
-    baker = sh_bake.baker_of(work, of, sent)
-    return lambda vertices, counts: {"rows": baker.rows(vertices, counts)}
-
-
-def _wavelet_maker(work: wavelet_bake.Work) -> Steps[Make]:
-    yield Step(1.0, "preparing vectors")
-    settings = work.settings
-    return wavelet_maker(work.surface, work.ground_vertex, work.factors, settings.edge, settings.coefficients)
-
-
-_MAKER: Mapping[str, Callable[..., Steps[Any]]] = {"sh": _sh_maker, "wavelet": _wavelet_maker}
 
 
 def _finished(member: _Member, rays: _Rays) -> Bake:
     work, before = member.work, time.perf_counter()
     some = joined(member.parts[start] for start in sorted(member.parts))
     member.parts.clear()
-    transport: Any
-    if member.setting.mode == "sh":
-        table, bounces = work.table, bool(work.settings.bounces)
-        rows = _for_all(some, rays, work.ground_vertex, 1 if table.diffuse else table.order**2)["rows"]
-        first, albedo = work.ground_vertex, work.ground_albedo
-        transport = ShTransport(work.surface, first, table.diffuse, albedo, table, bounces, rows)
-        held = [table.values, rows]
-    else:
-        arrays = _for_all(some, rays, work.ground_vertex, work.factors.terms)
-        parts = (work.surface, work.ground_vertex, work.factors, work.ground_albedo, work.settings.edge)
-        transport = WaveletTransport(*parts, vectors_of(arrays))
-        held = [work.factors.first, work.factors.second, *arrays.values()]
+    sharing = _sharing(member.setting)
+    transport = sharing.assembled(work, _for_all(some, rays, work.ground_vertex, sharing.rows_of(work)))
     taken_s = rays.bake_s(member) + time.perf_counter() - before
-    memory = sum(array.nbytes for array in held)
+    memory = sum(array.nbytes for array in method_of(member.setting.mode).baking.held(transport))
     return Bake(member.setting, transport, taken_s, memory, int(work.size_bytes))
 
 
@@ -310,80 +264,30 @@ def _for_all(some: Mapping[str, NDArray[Any]], rays: _Rays, first: int, rows: in
     return {name: array[taken] for name, array in some.items()}
 
 
-def bake_gaussians(
+def bake_alone(
     scene: Scene, setting: Setting, seconds: float = float("inf"), shown: Indices | None = None
 ) -> Steps[tuple[list[Bake], list[LeftOut]]]:
-    """The bake of Gaussians in a file that is gone again, or why there is none, as `bake_group`.
-
-    Where light from the model itself counts, all vertices are baked, because they light each other.
-    """
-    settings = gaussian_bake.BakeSettings(setting["lobes"], bool(setting["interreflection"]), order=MATT_ORDER)
+    """The bake of a setting in a file that is gone again, or why there is none, as `bake_group`."""
+    baking = method_of(setting.mode).baking
     started = time.perf_counter()
     try:
-        whole = yield from part(gaussian_bake.prepare(scene.mesh, scene.brdf, settings, scene.ground), 0.0, 0.2)
+        whole = yield from part(baking.prepare(_subject(scene), settings_of(setting)), 0.0, 0.2)
     except ValueError as reason:
         return [], [LeftOut(setting, str(reason))]
-    vertices, first = len(whole.surface.positions), whole.model.ground_vertex
-    chosen = _chosen(None if settings.indirect else shown, first, vertices)
-    work = whole if len(chosen) == vertices else replace(whole, model=_only(whole.model, chosen))
-    if time.perf_counter() - started + gaussian_bake.estimate_s(work) > seconds:
-        return [], [LeftOut(setting, too_long(gaussian_bake.estimate_s(whole)))]
+    vertices, first = len(whole.surface.positions), len(scene.mesh.positions)
+    chosen = _chosen(shown, first, vertices)
+    work = baking.restricted(whole, chosen)
+    if time.perf_counter() - started + baking.estimate_s(work) > seconds:
+        return [], [LeftOut(setting, too_long(baking.estimate_s(whole)))]
     with tempfile.TemporaryDirectory(prefix="lightarc-") as folder:
-        made = yield from part(gaussian_bake.bake(Path(folder) / "lobes", work), 0.2, 1.0)
-        transport = _of_all(made.transport, whole.surface, first, chosen)
-    lobes = [array for of in transport.components for array in (of.weight, of.mean, of.sigma)]
-    held = [*lobes, *([] if transport.diffuse is None else [transport.diffuse.rows])]
-    taken_s = made.bake_s * vertices / len(chosen)
-    return [Bake(setting, transport, taken_s, sum(array.nbytes for array in held), whole.size_bytes)], []
-
-
-def _only(model: GlossySurface, chosen: Indices) -> GlossySurface:
-    """A model with only the `chosen` vertices, and the faces that have no others, in the shade of all of it."""
-    number = np.full(len(model.mesh.positions), -1)
-    number[chosen] = np.arange(len(chosen))
-    faces = number[model.mesh.faces]
-    of_model, of, mesh = chosen[chosen < model.ground_vertex], model.of, model.mesh
-    return replace(
-        model,
-        mesh=replace(
-            mesh,
-            positions=mesh.positions[chosen],
-            normals=mesh.normals[chosen],
-            uv=mesh.uv[chosen],
-            faces=faces[(faces >= 0).all(axis=1)].astype(np.int32),
-        ),
-        ground_vertex=len(of_model),
-        varied={name: values[of_model] for name, values in model.varied.items()},
-        of=Receivers(of.caster, of.origin[chosen], of.normal[chosen], of.free[chosen]),
-        frames=model.frames[chosen],
-    )
-
-
-def _of_all(some: GaussianTransport, surface: Mesh, first: int, chosen: Indices) -> GaussianTransport:
-    """Lobes of the `chosen` vertices as those of all of `surface`, in memory."""
-    copied = np.searchsorted(chosen, np.arange(len(surface.positions)), side="right") - 1
-    components = tuple(
-        Lobes(lobes.weight[copied[:first]], lobes.mean[copied[:first]], lobes.sigma[copied[:first]])
-        for lobes in some.components
-    )
-    matt = some.diffuse
-    diffuse = None if matt is None else replace(matt, mesh=surface, ground_vertex=first, rows=matt.rows[copied])
-    return replace(some, mesh=surface, ground_vertex=first, components=components, diffuse=diffuse)
+        made = yield from part(baking.bake(Path(folder) / "alone", work), 0.2, 1.0)
+        transport = baking.completed(made.transport, whole, chosen)
+    taken_s = made.bake_s * vertices / work.vertices
+    memory = sum(array.nbytes for array in baking.held(transport))
+    return [Bake(setting, transport, taken_s, memory, whole.size_bytes)], []
 
 
 def lit(bake: Bake, scene: Scene) -> Lit:
     """What the light of `scene` makes of a bake: all that has to be worked out when the light has changed."""
-    if isinstance(bake.transport, GaussianTransport):
-        around, of_map = scene.environment, {"rotation": scene.environment_rotation, "factor": scene.irradiance}
-        own = (Lamp(scene.light, (scene.irradiance,) * 3),) if around is None and scene.irradiance > 0.0 else ()
-        return lit_gaussians(bake.transport, around, **of_map, lamps=(*own, *scene.lamps))
-    if isinstance(bake.transport, ShTransport):
-        light = scene_coefficients(scene, bake.transport.order)
-        return LitHarmonics(bake.transport, transferred(bake.transport, light))
-    edge, lamps = bake.transport.edge, scene.lamps
-    if scene.environment is None:
-        own = (Lamp(scene.light, (scene.irradiance,) * 3),) if scene.irradiance > 0.0 else ()
-        return LitWavelets(bake.transport, tuples(bake.transport, dark(edge, (*own, *lamps))))
-    turn, factor = scene.environment_rotation, scene.irradiance
-    lighting = lighting_of(scene.environment, edge, rotation=turn, factor=factor, lamps=lamps)
-    return LitWavelets(bake.transport, tuples(bake.transport, lighting))
+    method = method_of(bake.setting.mode)
+    return method.baking.lit(bake.transport, light_of(scene), method.light())

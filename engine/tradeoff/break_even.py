@@ -11,9 +11,7 @@ import math
 from collections.abc import Sequence
 
 from engine.tradeoff.point import Point
-
-#: Modes that prepare something before the first frame.
-BAKED = ("sh", "wavelet", "gaussian")
+from engine.transport import method as transport
 
 
 def effort(points: Sequence[Point]) -> float | None:
@@ -31,7 +29,7 @@ def break_even_frames(point: Point, reference_effort: float | None) -> int | Non
 
     None where the mode bakes nothing, where the reference is quicker in each frame, and where its effort is not known.
     """
-    if point.mode not in BAKED or reference_effort is None:
+    if point.mode not in transport.names() or reference_effort is None:
         return None
     error = max(point.error_rmse_rel, point.error_uncertainty)
     if error <= 0.0:

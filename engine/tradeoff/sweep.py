@@ -17,14 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.effects.cost_model import CostModel
-from engine.effects.setting import KNOBS, Setting, ladder
+from engine.effects.setting import AT_ONCE as UNBAKED
+from engine.effects.setting import Setting, knobs_of, ladder
 from engine.render.path import check_scene
 from engine.render.reference import BYTES_PER_PIXEL, reference
 from engine.scene import Scene, Source
 from engine.shading.power_law import PowerLawMap
 from engine.steps import Step, Steps, part
 from engine.stopwatch import shortest
-from engine.tradeoff.baked import Bake, Factors, LeftOut, bake_gaussians, bake_group, groups, is_high, lit, too_long
+from engine.tradeoff.baked import Bake, Factors, LeftOut, bake_alone, bake_group, groups, is_apart, lit, too_long
 from engine.tradeoff.break_even import break_even_frames, effort
 from engine.tradeoff.drawing import LONG_ENOUGH_S, SAMPLES, Drawer, drawing
 from engine.tradeoff.front import front, rises
@@ -32,6 +33,7 @@ from engine.tradeoff.point import Point
 from engine.tradeoff.predicting import Predictions
 from engine.tradeoff.shown import shown_vertices
 from engine.tradeoff.truth import FEW_PASSES, QUIET, Refining, Truth
+from engine.transport import method as transport
 
 #: Shares of the time that the first reference and the last refinement of it may take.
 FIRST, LAST = 0.15, 0.2
@@ -94,8 +96,8 @@ class Tradeoff:
 
 
 def ladders_of(points: Sequence[Point], mode: str, knob: str) -> list[list[Point]]:
-    """Points of a mode that differ in one knob only, each ladder in the order of `KNOBS`, of at least two steps."""
-    steps = KNOBS[mode][knob].ladder
+    """Points of a mode that differ in one knob only, each ladder in the order of its values, of at least two steps."""
+    steps = knobs_of(mode)[knob].ladder
     found: dict[tuple[object, ...], list[Point]] = {}
     for point in points:
         if point.mode == mode:
@@ -110,11 +112,14 @@ def modes_of(scene: Scene) -> tuple[str, ...]:
     """The modes that draw all of a scene: with a material, those that look it up."""
     if scene.material is not None and scene.shading is not None:
         return ("shading-map", "direct", "reference")
-    return ("sh", "wavelet", "gaussian", "direct", "reference")
+    return (*transport.names(), "direct", "reference")
 
 
-#: The knob of a mode that costs most, about whose cheapest value all others are turned as well.
-_DEAR = {"wavelet": "cube", "shading-map": "directions"}
+def _dear(mode: str) -> str:
+    """The knob of a mode that costs most, about whose cheapest value all others are turned as well."""
+    if mode in transport.names():
+        return transport.method_of(mode).dear
+    return "directions" if "power_law" in knobs_of(mode) else ""
 
 
 def settings_of(
@@ -130,15 +135,15 @@ def settings_of(
     found: dict[Setting, None] = {}
     for mode in modes:
         base = next((base for base in bases if base.mode == mode), Setting(mode))
-        if bounces and "interreflection" in KNOBS[mode]:
+        if bounces and "interreflection" in knobs_of(mode):
             base = base.replaced(interreflection=1)
-        dear = _DEAR.get(mode)
+        dear = _dear(mode)
         coarse = (
-            [base.replaced(**{dear: KNOBS[mode][dear].ladder[0]})] if dear and _matters(scene, dear, bounces) else []
+            [base.replaced(**{dear: knobs_of(mode)[dear].ladder[0]})] if dear and _matters(scene, dear, bounces) else []
         )
         for start in (base, *coarse):
             found |= dict.fromkeys([start])
-            for knob in KNOBS[mode]:
+            for knob in knobs_of(mode):
                 if _matters(scene, knob, bounces):
                     found |= dict.fromkeys(ladder(mode, knob, start))
     return list(found)
@@ -251,7 +256,7 @@ class _Run:
         self.refining.covered = covered.picture[..., 3] >= 0.999
         first_s = min(FIRST * self.seconds, FIRST_S)
         self.truth = yield from part(self.refining.refine(first_s, 10.0 * QUIET, FEW_PASSES), 0.01, FIRST)
-        at_once = sorted((setting for setting in settings if setting.mode in _AT_ONCE), key=_effort)
+        at_once = sorted((setting for setting in settings if setting.mode in UNBAKED), key=_effort)
         shared = _jobs(settings)
         self.has_bakes = bool(shared)
         jobs = len(at_once) + 4 * len(shared)
@@ -326,10 +331,10 @@ class _Run:
         if self._too_late(group, 1.0 - LAST):
             return
         left_s = self.left_s(1.0 - LAST)
-        if group[0].mode == "gaussian":
-            making = bake_gaussians(self.scene, group[0], left_s, self.shown)
-        else:
+        if transport.method_of(group[0].mode).shares_rays:
             making = bake_group(self.scene, group, left_s, self.shown, self.factors)
+        else:
+            making = bake_alone(self.scene, group[0], left_s, self.shown)
         bakes, left_out = yield from part(making, 0.0, 0.8)
         self.left_out += left_out
         for number, bake in enumerate(bakes):
@@ -391,15 +396,19 @@ class _Run:
 
 def _jobs(settings: Sequence[Setting]) -> list[list[Setting]]:
     """Bakes that are made together, cheap ones first: one lobe is cheaper than high orders, several are dearer."""
-    shared, lobes = groups(settings), sorted({setting for setting in settings if setting.mode == "gaussian"}, key=str)
-    low = [group for group in shared if not is_high(group[0])]
-    high = [group for group in shared if is_high(group[0])]
-    one = [[setting] for setting in lobes if setting["lobes"] == 1]
-    return low + one + high + [[setting] for setting in lobes if setting["lobes"] > 1]
+    shared = groups(settings)
+    together = {setting for group in shared for setting in group}
+    alone = [each for each in dict.fromkeys(settings) if each.mode in transport.names() and each not in together]
+    low = [group for group in shared if not is_apart(group[0])]
+    high = [group for group in shared if is_apart(group[0])]
+    cheap = [[setting] for setting in alone if _is_cheapest(setting)]
+    return low + cheap + high + [[setting] for setting in alone if not _is_cheapest(setting)]
 
 
-#: Modes that draw without a bake.
-_AT_ONCE = ("direct", "shading-map", "reference")
+def _is_cheapest(setting: Setting) -> bool:
+    """True for the first step of the ladder of the first knob."""
+    name, knob = next(iter(knobs_of(setting.mode).items()))
+    return setting.knobs[name] == knob.ladder[0]
 
 
 def _effort(setting: Setting) -> int:

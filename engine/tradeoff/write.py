@@ -10,7 +10,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from engine.effects.setting import KNOBS, Setting
+from engine.effects.setting import Setting, knobs_of, modes
 from engine.files.atomic import make_folder, write_bytes, write_json
 from engine.plot import Dot, save, scatter_front
 from engine.steps import Step, Steps
@@ -19,6 +19,7 @@ from engine.tradeoff.front import front
 from engine.tradeoff.point import COSTS, Point
 from engine.tradeoff.prediction import checked
 from engine.tradeoff.sweep import Tradeoff
+from engine.transport import method as transport
 
 #: What is written under the axis of a cost, and how many of its units are a second or a byte.
 AXES = {
@@ -28,15 +29,14 @@ AXES = {
     "memory": ("Memory / MB", 1e-6),
 }
 
-#: Modes as people read them, in the order in which plots colour them.
-NAMES = {
-    "sh": "Harmonics",
-    "wavelet": "Wavelets",
-    "gaussian": "Gaussians",
-    "shading-map": "Shading map",
-    "direct": "Direct",
-    "reference": "Reference",
-}
+#: Modes without a bake as people read them.
+_UNBAKED = {"shading-map": "Shading map", "direct": "Direct", "reference": "Reference"}
+
+
+def names() -> dict[str, str]:
+    """Modes as people read them, in the order in which plots colour them."""
+    return {method.name: method.title for method in transport.METHODS} | _UNBAKED
+
 
 #: Values of knobs in labels on plots; other knobs are named in full.
 _SHORT = {
@@ -76,8 +76,8 @@ def record_of(found: Tradeoff, **scene: Any) -> dict[str, Any]:
 def ladders(found: Tradeoff) -> list[dict[str, Any]]:
     """For each knob that was turned, whether the error fell along it (1 % slack), and where it did not."""
     told = []
-    for mode, knobs in KNOBS.items():
-        for knob in knobs:
+    for mode in modes():
+        for knob in knobs_of(mode):
             steps = found.ladders(mode, knob)
             if not steps:
                 continue
@@ -103,17 +103,18 @@ def table_of(found: Tradeoff) -> str:
 
 def plot_of(found: Tradeoff, axis: str, title: str = "", current: Setting | None = None) -> Figure | None:
     """Error against a cost, both logarithmic, the front joined; None where no point has that cost."""
+    titles = names()
     words, factor = AXES[axis]
     shown = [point for point in found.points if point.cost(axis) > 0.0]
     if not shown:
         return None
     best = {id(point) for point in front(shown, axis)}
-    order = sorted(shown, key=lambda point: list(NAMES).index(point.mode))
+    order = sorted(shown, key=lambda point: list(titles).index(point.mode))
     dots = [
         Dot(
             factor * point.cost(axis),
             100.0 * point.error_rmse_rel,
-            NAMES[point.mode],
+            titles[point.mode],
             label_of(point, found.points),
             100.0 * point.error_uncertainty,
             id(point) in best,
@@ -136,7 +137,7 @@ def _paid_off(found: Tradeoff) -> str:
         return ""
     frames, point = paid_off
     times = "1 frame" if frames == 1 else f"{frames} frames"
-    name = f"{NAMES[point.mode].lower()} ({label_of(point, found.points)})"
+    name = f"{transport.method_of(point.mode).noun} ({label_of(point, found.points)})"
     return f"\nBreak-even: with their bake, {name} take less time than the reference at equal error after {times}."
 
 
@@ -154,14 +155,14 @@ def write(found: Tradeoff, folder: Path, title: str = "", **scene: Any) -> Steps
     """
     make_folder(folder)
     record = record_of(found, **scene)
-    names: list[str] = []
+    files: list[str] = []
     for number, axis in enumerate(COSTS):
         yield Step(number / len(COSTS), "drawing plots")
         figure = plot_of(found, axis, title)
         if figure is not None:
             stem = "tradeoff" if axis == "frame" else f"tradeoff-{axis}"
-            names += [path.name for path in save(figure, folder / f"{stem}.png")]
+            files += [path.name for path in save(figure, folder / f"{stem}.png")]
     write_bytes(folder / "tradeoff.csv", table_of(found).encode())
-    record["files"] = ["tradeoff.json", "tradeoff.csv", *names]
+    record["files"] = ["tradeoff.json", "tradeoff.csv", *files]
     write_json(folder / "tradeoff.json", record)
     return record

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,16 +13,22 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import Brdf
 from engine.cube_map import cube_of
 from engine.environment import EnvironmentMap
+from engine.mesh import Mesh
 from engine.steps import Step, Steps
 from engine.transport import gaussian_bake
 from engine.transport.gaussian import GaussianTransport, radiance_towards
 from engine.transport.gaussian_lighting import filtered_for, levels_under
+from engine.transport.gaussian_samples import GlossySurface
 from engine.transport.lit import Illuminated, Light, LitGaussians, lit_gaussians
 from engine.transport.method import GaussianSettings, Relight, Subject
 from engine.transport.radiance_error import error_lines
 from engine.transport.sh_bake import default_edge
+from engine.transport.spherical_gaussian import Lobes
 from engine.transport.transport_file import TransportFile
 from engine.transport.view_directions import VIEWS
+from engine.transport.visibility import Receivers
+
+Indices = NDArray[np.int64]
 
 #: Edge of the cube map that errors are measured under, and vertices that they are measured at.
 ERROR_EDGE, ERROR_VERTICES = 64, 400
@@ -183,3 +190,56 @@ def _negative_rel(radiance: NDArray[np.float64]) -> float:
     """How much of it is below 0, over what is not."""
     kept = float(radiance.clip(0.0).sum())
     return float((-radiance).clip(0.0).sum()) / kept if kept > 0.0 else 0.0
+
+
+def restricted(work: gaussian_bake.Work, chosen: Indices) -> gaussian_bake.Work:
+    """Where light from the model itself counts, all vertices are baked, because they light each other."""
+    if work.settings.indirect or len(chosen) == work.vertices:
+        return work
+    return replace(work, model=_only(work.model, chosen))
+
+
+def completed(transport: GaussianTransport, work: gaussian_bake.Work, chosen: Indices) -> GaussianTransport:
+    """The lobes of all vertices."""
+    everything = np.arange(work.vertices)
+    return _of_all(transport, work.surface, work.model.ground_vertex, everything if work.settings.indirect else chosen)
+
+
+def held(transport: GaussianTransport) -> list[NDArray[Any]]:
+    """The lobes, and the rows of the diffuse part."""
+    lobes = [array for of in transport.components for array in (of.weight, of.mean, of.sigma)]
+    return [*lobes, *([] if transport.diffuse is None else [transport.diffuse.rows])]
+
+
+def _only(model: GlossySurface, chosen: Indices) -> GlossySurface:
+    """A model with only the `chosen` vertices, and the faces that have no others, in the shade of all of it."""
+    number = np.full(len(model.mesh.positions), -1)
+    number[chosen] = np.arange(len(chosen))
+    faces = number[model.mesh.faces]
+    of_model, of, mesh = chosen[chosen < model.ground_vertex], model.of, model.mesh
+    return replace(
+        model,
+        mesh=replace(
+            mesh,
+            positions=mesh.positions[chosen],
+            normals=mesh.normals[chosen],
+            uv=mesh.uv[chosen],
+            faces=faces[(faces >= 0).all(axis=1)].astype(np.int32),
+        ),
+        ground_vertex=len(of_model),
+        varied={name: values[of_model] for name, values in model.varied.items()},
+        of=Receivers(of.caster, of.origin[chosen], of.normal[chosen], of.free[chosen]),
+        frames=model.frames[chosen],
+    )
+
+
+def _of_all(some: GaussianTransport, surface: Mesh, first: int, chosen: Indices) -> GaussianTransport:
+    """Lobes of the `chosen` vertices as those of all of `surface`, in memory."""
+    copied = np.searchsorted(chosen, np.arange(len(surface.positions)), side="right") - 1
+    components = tuple(
+        Lobes(lobes.weight[copied[:first]], lobes.mean[copied[:first]], lobes.sigma[copied[:first]])
+        for lobes in some.components
+    )
+    matt = some.diffuse
+    diffuse = None if matt is None else replace(matt, mesh=surface, ground_vertex=first, rows=matt.rows[copied])
+    return replace(some, mesh=surface, ground_vertex=first, components=components, diffuse=diffuse)

@@ -11,15 +11,19 @@ because the command line reads it at every start; a method's own modules are imp
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from importlib import import_module
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 from engine.params import Parameter, check, choice, flag, parameters, text, texts, whole
 
 if TYPE_CHECKING:
     import os
+
+    import numpy as np
+    from numpy.typing import NDArray
 
     from engine.brdf.brdf import Brdf
     from engine.environment import EnvironmentMap
@@ -32,6 +36,9 @@ if TYPE_CHECKING:
 
 #: Bounces between parts of the model, where interreflection is asked for.
 BOUNCES = 3
+
+#: Order of the diffuse part beside Gaussians in what is planned.
+MATT_ORDER = 8
 
 #: What a form offers where a plan may decide.
 AS_PLANNED = ((None, "As planned"), (False, "Left out"), (True, "With"))
@@ -280,6 +287,15 @@ class Baking(Protocol):
     def why_baked_for_one(self, transport: Any) -> str:
         """Why another BRDF asks for another bake, as a sentence; empty where it does not."""
 
+    def restricted(self, work: Any, chosen: NDArray[np.int64]) -> Any:
+        """The bake of the `chosen` vertices alone, as far as vertices do not need each other."""
+
+    def completed(self, transport: Any, work: Any, chosen: NDArray[np.int64]) -> Any:
+        """Transport of a restricted bake as that of all vertices of `work`, in memory: others copy one that is near."""
+
+    def held(self, transport: Any) -> Sequence[NDArray[Any]]:
+        """The arrays that are in memory while it is drawn."""
+
     def illuminated(self, file: TransportFile, light: Light, asked: Any, brdf: str | None) -> Steps[Illuminated]:
         """The transport in a file under a light, with its figures, and with another BRDF where the method takes one."""
 
@@ -290,7 +306,8 @@ class Method:
 
     Attributes
     ----------
-    name : in files, options and records. title : its name for people. short : where there is little room.
+    name : in files, options and records.
+    title : its name for people. noun : the same within a sentence. short : the same where there is little room.
     key : chooses it in the View workspace; `hint` says there what it is for.
     settings, light : dataclasses of parameters (`engine.params`): of a bake, and of the light on it.
     baking, drawing, planning : modules. `Baking` bakes and lights; `drawing` has `Textures` for OpenGL
@@ -300,13 +317,17 @@ class Method:
     variations : parameters of a BRDF, at most, that can vary from vertex to vertex.
     takes_brdf : another BRDF can be put in without a bake. on_cluster : chunks can be baked elsewhere.
     near_light : lamps may stand near the model.
-    shares_rays : bakes of several settings can share their rays (`engine.tradeoff.baked`).
+    shares_rays : bakes of several settings can share their rays; `baking` is then a `shared_rays.Sharing` too.
     dear : the knob that costs most, about whose cheapest value a sweep turns all others as well.
+    planned : settings, beside the knobs, that a plan and a sweep take in place of the defaults.
+    frames : kinds of frames whose rates a machine profile holds, each with the knobs at which it is measured: the
+        numbers of coefficients, terms or lobes with which the cost of a frame grows.
     mark : of its points in plots (pyqtgraph's name of it, and the sign that is nearest to it).
     """
 
     name: str
     title: str
+    noun: str
     short: str
     key: str
     hint: str
@@ -323,7 +344,9 @@ class Method:
     near_light: bool = False
     shares_rays: bool = False
     dear: str = ""
+    planned: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     mark: tuple[str, str] = ("+", "+")
+    frames: Mapping[str, tuple[int, ...]] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def baking(self) -> Baking:
@@ -342,15 +365,20 @@ class Method:
         """The parameters of a bake that a plan chooses and a sweep turns."""
         return tuple(each for each in parameters(self.settings) if each.ladder)
 
-    def with_knobs(self, knobs: Any, settings: Any = None) -> Any:
-        """`settings` (the defaults where None) with the numbers of a plan."""
-        values = {each.name: _from_number(each, knobs[each.name]) for each in self.knobs if each.name in knobs}
+    def with_values(self, values: Mapping[str, Any], settings: Any = None) -> Any:
+        """`settings` (the defaults where None) with other values; numbers stand for flags, as in a plan.
+
+        Values that the method does not have are left out.
+        """
         base = self.settings() if settings is None else settings
-        return type(base)(**{**{each.name: getattr(base, each.name) for each in parameters(base)}, **values})
+        known = {each.name: each for each in parameters(base)}
+        return replace(base, **{name: _value(known[name], value) for name, value in values.items() if name in known})
 
 
-def _from_number(parameter: Parameter, value: Any) -> Any:
-    return bool(value) if parameter.kind == "flag" else int(value)
+def _value(parameter: Parameter, value: Any) -> Any:
+    if value is None:
+        return None
+    return bool(value) if parameter.kind == "flag" else int(value) if parameter.kind == "whole" else value
 
 
 _GLOSSY = frozenset({"glossy", "anisotropy", "fresnel", "retro-reflection"})
@@ -359,6 +387,7 @@ METHODS: tuple[Method, ...] = (
     Method(
         "sh",
         "Spherical harmonics",
+        "spherical harmonics",
         "SH",
         "H",
         "Baked spherical harmonics: shadows under any soft light",
@@ -374,10 +403,12 @@ METHODS: tuple[Method, ...] = (
         near_light=True,
         shares_rays=True,
         mark=("o", "●"),
+        frames=MappingProxyType({"sh": (9, 144), "sh-flat": (25,)}),
     ),
     Method(
         "wavelet",
         "Wavelets",
+        "wavelets",
         "Wavelets",
         "W",
         "Baked wavelets: sharp shadows under any light",
@@ -392,9 +423,11 @@ METHODS: tuple[Method, ...] = (
         shares_rays=True,
         dear="cube",
         mark=("s", "■"),
+        frames=MappingProxyType({"wavelet": (1, 8)}),
     ),
     Method(
         "gaussian",
+        "Gaussians",
         "Gaussians",
         "Gaussians",
         "G",
@@ -407,7 +440,9 @@ METHODS: tuple[Method, ...] = (
         _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "spatially-varying-gloss"},
         always=frozenset({"self-shadowing", "glossy", "anisotropy"}),
         variations=1 << 20,
+        planned=MappingProxyType({"order": MATT_ORDER}),
         mark=("t1", "▲"),
+        frames=MappingProxyType({"gaussian": (1, 6)}),
     ),
 )
 

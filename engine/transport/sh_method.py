@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -24,9 +25,11 @@ from engine.transport.sh_lighting import lamp_coefficients, project, turned_abou
 from engine.transport.sh_near_light import TOLERANCE, near_light
 from engine.transport.sh_table import tabulate
 from engine.transport.sh_transfer import ShTransport, local_views, signed_radiance, transferred, with_table
-from engine.transport.sh_varied import VariedTable, table_of
+from engine.transport.sh_varied import VariedTable, table_of, tables_of
+from engine.transport.shared_rays import Make
 from engine.transport.transport_file import TransportFile
 from engine.transport.variation import variation_from_text
+from engine.transport.visibility import Receivers, receivers
 
 estimate_s, transport_of = sh_bake.estimate_s, sh_bake.transport_of
 
@@ -223,3 +226,57 @@ def _negative_rel(transport: ShTransport, rows: NDArray[np.float32], eye: Vector
     signed = signed_radiance(transport, rows, local_views(transport, eye), everything)
     kept = float(np.maximum(signed, 0.0).sum())
     return float(np.maximum(-signed, 0.0).sum()) / kept if kept > 0.0 else 0.0
+
+
+def restricted(work: sh_bake.Work, _chosen: NDArray[np.int64]) -> sh_bake.Work:
+    """All of it: where few vertices are wanted, rays are shared."""
+    return work
+
+
+def completed(transport: ShTransport, _work: sh_bake.Work, _chosen: NDArray[np.int64]) -> ShTransport:
+    """It is complete."""
+    return transport
+
+
+def held(transport: ShTransport) -> list[NDArray[Any]]:
+    """The table and the rows."""
+    return [*(table.values for table in tables_of(transport.table)), transport.rows]
+
+
+#: Orders up to this share their rays with other methods.
+HIGH = 8
+
+
+def edge_of(settings: ShSettings) -> int:
+    """That of the order, where no other is asked for."""
+    return settings.cube or sh_bake.default_edge(settings.order)
+
+
+def is_apart(settings: ShSettings) -> bool:
+    """Matrices of high orders take longer than all the rest."""
+    return settings.order > HIGH
+
+
+def prepare_shared(subject: Subject, settings: ShSettings, _known: dict[Any, Any]) -> Steps[sh_bake.Work]:
+    """Nothing outlives a setting."""
+    return (yield from prepare(subject, settings))
+
+
+def maker(work: sh_bake.Work) -> Steps[Make]:
+    """Makes matrices or vectors, after light between parts of the model has been followed."""
+    of: Receivers = receivers(work.surface, work.caster)
+    sent = (yield from sh_bake.reflected(work, of)) if work.settings.bounces else None
+    baker = sh_bake.baker_of(work, of, sent)
+    return lambda vertices, counts: {"rows": baker.rows(vertices, counts)}
+
+
+def rows_of(work: sh_bake.Work) -> int:
+    """A vector has one, a matrix as many as there are coefficients."""
+    return 1 if work.table.diffuse else work.table.order**2
+
+
+def assembled(work: sh_bake.Work, arrays: Mapping[str, NDArray[Any]]) -> ShTransport:
+    """The rows with their table."""
+    table, bounces = work.table, bool(work.settings.bounces)
+    first, albedo = work.ground_vertex, work.ground_albedo
+    return ShTransport(work.surface, first, table.diffuse, albedo, table, bounces, arrays["rows"])

@@ -7,13 +7,15 @@ finest step. Counts are those of `lightarc bake`, and so are the vectors.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.factor.separable_factors import SeparableFactors
 from engine.mesh import Mesh
+from engine.steps import Steps
+from engine.transport.method import Subject
 from engine.transport.visibility import Receivers, visibility_shares
 from engine.transport.wavelet import DIFFUSE, cube_texels, light_maps, transport_vectors, vertex_frames
 
@@ -27,6 +29,28 @@ Indices = NDArray[np.int64]
 
 #: Rows of a bake for some vertices, all of the model or all of the ground, and how many parts of each texel they see.
 Make = Callable[[Indices, NDArray[np.uint8]], Mapping[str, NDArray[Any]]]
+
+
+class Sharing(Protocol):
+    """What the module of a method offers whose bakes can share their rays."""
+
+    def edge_of(self, settings: Any) -> int:
+        """Texels along an edge of the cube maps over which visibility is summed."""
+
+    def is_apart(self, settings: Any) -> bool:
+        """True where a bake takes so long beside its rays that it shares them with no other method's."""
+
+    def prepare_shared(self, subject: Subject, settings: Any, known: dict[Any, Any]) -> Steps[Any]:
+        """As `prepare`; what outlives one setting is taken from `known`, and put there."""
+
+    def maker(self, work: Any) -> Steps[Make]:
+        """Makes the rows of a bake."""
+
+    def rows_of(self, work: Any) -> int:
+        """Rows of a vertex of the model; one of the ground has one."""
+
+    def assembled(self, work: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
+        """The transport of all rows."""
 
 
 def chunks(vertices: Indices, first: int, edge: int) -> list[Indices]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.environment import EnvironmentMap
@@ -17,8 +19,9 @@ from engine.transport.lit import Illuminated, Light, LitWavelets
 from engine.transport.method import Relight, Subject, WaveletLight, WaveletSettings
 from engine.transport.occluder import occluder_error
 from engine.transport.radiance_error import error_lines, error_record
+from engine.transport.shared_rays import Make, wavelet_maker
 from engine.transport.transport_file import TransportFile
-from engine.transport.wavelet import WaveletTransport, radiance_from, remixed
+from engine.transport.wavelet import WaveletTransport, radiance_from, remixed, vectors_of
 from engine.transport.wavelet_error import wavelet_error
 from engine.transport.wavelet_lighting import Lighting, dark, lighting_of, tuples
 from engine.transport.wavelet_relight import Relighter
@@ -166,3 +169,54 @@ def _lighting(transport: WaveletTransport, light: Light) -> Lighting:
         return dark(transport.edge, light.lamps)
     around, turn, factor = light.environment, light.rotation, light.factor
     return lighting_of(around, transport.edge, rotation=turn, factor=factor, lamps=light.lamps)
+
+
+def restricted(work: wavelet_bake.Work, _chosen: NDArray[np.int64]) -> wavelet_bake.Work:
+    """All of it: where few vertices are wanted, rays are shared."""
+    return work
+
+
+def completed(transport: WaveletTransport, _work: wavelet_bake.Work, _chosen: NDArray[np.int64]) -> WaveletTransport:
+    """It is complete."""
+    return transport
+
+
+def held(transport: WaveletTransport) -> list[NDArray[Any]]:
+    """The maps and the vectors."""
+    of, vectors = transport.factors, transport.vectors
+    return [of.first, of.second, vectors.indices, vectors.words, vectors.peaks, vectors.counts]
+
+
+def edge_of(settings: WaveletSettings) -> int:
+    """That of the light."""
+    return settings.cube
+
+
+def is_apart(_settings: WaveletSettings) -> bool:
+    """Rays are nearly all that it takes."""
+    return False
+
+
+def prepare_shared(subject: Subject, settings: WaveletSettings, known: dict[Any, Any]) -> Steps[wavelet_bake.Work]:
+    """Factors of so many terms serve all settings."""
+    if settings.terms not in known:
+        known[settings.terms] = yield from wavelet_bake.factors_for(subject.brdf, settings.terms)
+    return wavelet_bake.prepare(subject.mesh, known[settings.terms], bake_settings(settings), subject.ground)
+
+
+def maker(work: wavelet_bake.Work) -> Steps[Make]:
+    """Makes vectors."""
+    yield Step(1.0, "preparing vectors")
+    settings = work.settings
+    return wavelet_maker(work.surface, work.ground_vertex, work.factors, settings.edge, settings.coefficients)
+
+
+def rows_of(work: wavelet_bake.Work) -> int:
+    """One for each term."""
+    return work.factors.terms
+
+
+def assembled(work: wavelet_bake.Work, arrays: Mapping[str, NDArray[Any]]) -> WaveletTransport:
+    """The vectors with their factors."""
+    parts = (work.surface, work.ground_vertex, work.factors, work.ground_albedo, work.settings.edge)
+    return WaveletTransport(*parts, vectors_of(arrays))

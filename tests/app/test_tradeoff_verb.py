@@ -14,7 +14,7 @@ import pytest
 
 from app.verbs import tradeoff
 from engine.effects.cost_model import NAMES, CostModel
-from engine.effects.setting import MODES
+from engine.effects.setting import modes
 from engine.steps import Step, Steps
 from engine.tradeoff.point import COSTS
 from tests.app.command import Command
@@ -37,7 +37,9 @@ def _known_costs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_choices_are_those_of_the_engine() -> None:
     assert tuple(COSTS) == tradeoff.AXES
-    assert all(mode in " ".join(MODES) for mode in ("sh", "wavelet", "gaussian", "shading-map", "direct", "reference"))
+    assert all(
+        mode in " ".join(modes()) for mode in ("sh", "wavelet", "gaussian", "shading-map", "direct", "reference")
+    )
 
 
 def test_points_are_measured_and_one_is_chosen(lightarc: Command, mesh: Path, tmp_path: Path) -> None:

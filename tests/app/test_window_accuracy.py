@@ -18,7 +18,7 @@ from app.accuracy import (
     setting_of,
     setting_text,
 )
-from app.baking import BakeChoices, Baking
+from app.baking import Baking, choices_for
 from app.document import Look
 from app.main_window import MainWindow
 from app.tradeoff_plot import AXES
@@ -94,7 +94,10 @@ def test_a_click_applies_mode_and_knobs(view: MainWindow, qtbot: Any, monkeypatc
     assert view.accuracy_dock.plot.current == POINTS[1].setting
     click(view, qtbot, POINTS[3].setting)
     assert view.bench.document.project.look.mode == "wavelet"
-    assert (view.view.bakings["wavelet"].choices.terms, view.view.bakings["wavelet"].choices.edge) == (2, 16)
+    assert (
+        view.view.bakings["wavelet"].choices.value("terms"),
+        view.view.bakings["wavelet"].choices.value("cube"),
+    ) == (2, 16)
 
 
 def test_arrow_keys_reach_points_and_enter_applies_one(view: MainWindow, qtbot: Any) -> None:
@@ -170,7 +173,7 @@ def test_docks_of_the_view_come_and_go_with_it(window: MainWindow, qtbot: Any) -
 
 
 def test_settings_go_to_the_window_and_back() -> None:
-    look, choices = Look(), {"sh": BakeChoices(), "wavelet": BakeChoices()}
+    look, choices = Look(), {name: choices_for(name) for name in ("sh", "wavelet")}
     wanted = Setting("wavelet", {"terms": 2, "cube": 16})
     turned = choices | {"wavelet": choices_with(wanted, choices["wavelet"])}
     assert setting_of("wavelet", look, turned) == wanted

@@ -61,7 +61,7 @@ def drawn(window: MainWindow) -> Any:
 def baked(window: MainWindow, qtbot: Any, method: str) -> Baking:
     """Show a mode and bake it with the button, as quickly as it goes."""
     baking, panel = window.view.bakings[method], window.view.bake_panels[method]
-    for name, value in (("order", 3), ("terms", 2), ("edge", 16)):
+    for name, value in (("order", 3), ("terms", 2), ("cube", 16)):
         if name in panel.choices:
             panel.choices[name].setCurrentIndex(max(0, panel.choices[name].findData(value)))
             panel.choices[name].activated.emit(0)

@@ -11,12 +11,13 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QDockWidget, QWidget
 
-from app.bake_panel import CHOICES
-from app.bake_work import BakeChoices, setting_for
+from app.bake_panel import choices_of
+from app.bake_work import choices_for, setting_for
 from app.main_window import MainWindow
 from app.theme import ROW
 from engine.environment_file import open_environment
 from engine.steps import Step, Steps
+from engine.transport.method import METHODS
 from tests.app.test_window_bake import LONG, ball
 
 
@@ -90,7 +91,7 @@ def test_effects_are_reached_from_the_first_to_the_plan(view: MainWindow) -> Non
 
 
 def test_every_choice_of_a_bake_is_a_setting() -> None:
-    for method, choices in CHOICES.items():
-        for name, _label, values, _hint in choices:
-            for value, _words in values:
-                setting_for(method, dataclasses.replace(BakeChoices(), **{name: value}))
+    for method in METHODS:
+        for parameter in choices_of(method):
+            for value, _words in parameter.offered:
+                setting_for(choices_for(method.name, **{parameter.name: value}))

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.bake_panel import CHOICES
-from app.baking import BakeChoices
+from app.bake_panel import choices_of
+from app.bake_work import choices_for
 from app.main_window import MainWindow
 from engine.environment_file import open_environment
 from engine.mesh import Mesh
 from engine.transport.lit import LitGaussians
+from engine.transport.method import METHODS
 from tests.app.test_window_bake import GLOSSY, baked, change, drawn, set_brdf, wait
 from tests.engine.gl.lit_scenes import ball
 
@@ -102,13 +103,12 @@ def test_knobs_of_wavelets_reach_the_bake(view: MainWindow, qtbot: Any) -> None:
     choose(view, "wavelet", "occluder_cells", 32)
     baking = baked(view, qtbot, "wavelet")
     assert baking.made is not None
-    assert baking.made.wanted.choices == BakeChoices(terms=2, coefficients=32, edge=16, occluder_cells=32)
+    assert baking.made.wanted.choices == choices_for("wavelet", terms=2, coefficients=32, cube=16, occluder_cells=32)
     assert baking.made.transport.vectors.counts.max() <= 32
 
 
 def test_every_choice_is_a_field_with_its_default_among_the_values() -> None:
-    defaults = BakeChoices()
-    for choices in CHOICES.values():
-        for name, _label, values, hint in choices:
-            assert getattr(defaults, name) in dict(values)
-            assert hint
+    for method in METHODS:
+        for parameter in choices_of(method):
+            assert parameter.default in dict(parameter.offered)
+            assert parameter.doc

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from app.bake_panel import state_text
-from app.bake_work import BakeChoices, decided_by, wanted_of
+from app.bake_work import choices_for, decided_by, wanted_of
 from app.baking import Baking
 from app.main_window import MainWindow
 from engine.effects.plan import Effect
@@ -25,7 +25,7 @@ def planned(window: MainWindow, qtbot: Any) -> MainWindow:
     material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
     document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
     window.show_workspace("view")
-    window.view.bakings["sh"].choose(BakeChoices(order=3))
+    window.view.bakings["sh"].choose(choices_for("sh", order=3))
     window.view.choose_mode("sh")
     return window
 
@@ -113,11 +113,11 @@ def test_choices_of_a_person_go_before_what_the_plan_would_do(planned: MainWindo
     qtbot.waitUntil(lambda: dock.plan is not None, timeout=LONG)
     mesh = ball()
     for chosen, expected in ((None, False), (True, True), (False, False)):
-        choices = BakeChoices(interreflection=chosen)
-        assert decided_by("sh", choices, dock.plan).interreflection is expected
-        wanted = wanted_of("sh", mesh, None, None, choices, dock.plan)  # type: ignore[arg-type]
+        choices = choices_for("sh", interreflection=chosen)
+        assert decided_by(choices, dock.plan).settings.interreflection is expected
+        wanted = wanted_of(mesh, None, None, choices, dock.plan)  # type: ignore[arg-type]
         assert ("interreflection" in names(wanted.left_out)) is not expected
-    gaussian = wanted_of("gaussian", mesh, None, None, BakeChoices(), dock.plan)  # type: ignore[arg-type]
+    gaussian = wanted_of(mesh, None, None, choices_for("gaussian"), dock.plan)  # type: ignore[arg-type]
     assert "glossy" not in names(gaussian.left_out), "nothing else is baked of Gaussians"
 
 

@@ -18,7 +18,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.main_window import MainWindow
-from app.modes import MODES
+from app.modes import modes
 from app.panels import Fitting
 from app.surfaces import GlSurface
 from engine.colour import srgb_encode
@@ -82,9 +82,9 @@ def coded(radiance: float) -> float:
 
 
 def test_modes_have_keys_of_their_own_and_a_lit_segment(view: MainWindow, qtbot: Any) -> None:
-    assert len({mode.key for mode in MODES}) == len(MODES)
+    assert len({mode.key for mode in modes()}) == len(modes())
     count = view.bench.document.undo_stack.count()
-    by_value = {mode.value: mode for mode in MODES}
+    by_value = {mode.value: mode for mode in modes()}
     for mode in (by_value[value] for value in ("direct", "reference", "shading-map", "direct")):
         press(view, mode.key)
         assert look(view).mode == mode.value

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from engine.effects.cost_model import NAMES, CostModel, load_model, machine_name, save
 from engine.effects.load import Rays
 from engine.effects.others import others, spent
-from engine.effects.setting import KNOBS, Setting, ladder
+from engine.effects.setting import Setting, knobs_of, ladder
 
 
 @pytest.fixture
@@ -47,7 +47,7 @@ def test_a_rate_of_zero_is_interpolated_too(model: CostModel) -> None:
 def test_T7_a_turned_up_knob_never_costs_less(mode: str, data: st.DataObject) -> None:
     tables = dict.fromkeys(NAMES, ((1.0, 1e-06), (16.0, 1.6e-05)))
     model = CostModel("machine", "processor", tables)
-    knob = data.draw(st.sampled_from(list(KNOBS[mode])))
+    knob = data.draw(st.sampled_from(list(knobs_of(mode))))
     diffuse = data.draw(st.booleans())
     costs = [model.predict(each, 5000, 100_000, diffuse=diffuse) for each in ladder(mode, knob)]
     if knob != "power_law":

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.effects.setting import KNOBS, MODES, Setting, ladder, setting_of
+from engine.effects.setting import Knob, Setting, knobs_of, ladder, modes, setting_of
 
 
 def test_unnamed_knobs_have_their_default() -> None:
@@ -15,9 +15,13 @@ def test_unnamed_knobs_have_their_default() -> None:
     assert len({Setting("sh", {"order": 5}), Setting("sh"), Setting("sh", {"order": 8})}) == 2
 
 
-@given(st.sampled_from(MODES), st.data())
+def values_of(knob: Knob) -> st.SearchStrategy[int]:
+    return st.sampled_from(knob.values) if knob.values else st.integers(int(knob.low), int(knob.high))
+
+
+@given(st.sampled_from(modes()), st.data())
 def test_every_setting_survives_its_record(mode: str, data: st.DataObject) -> None:
-    knobs = {name: data.draw(st.integers(int(knob.low), int(knob.high))) for name, knob in KNOBS[mode].items()}
+    knobs = {name: data.draw(values_of(knob)) for name, knob in knobs_of(mode).items()}
     setting = Setting(mode, knobs)
     assert setting_of(setting.as_json()) == setting
     assert hash(setting_of(setting.as_json())) == hash(setting)
@@ -29,7 +33,10 @@ def test_every_setting_survives_its_record(mode: str, data: st.DataObject) -> No
         ("ptex", {}),
         ("sh", {"terms": 4}),
         ("sh", {"order": 0}),
+        ("sh", {"order": 2}),
         ("sh", {"order": 16}),
+        ("wavelet", {"cube": 48}),
+        ("wavelet", {"coefficients": 5000}),
         ("sh", {"order": 4.5}),
         ("sh", {"order": float("nan")}),
         ("sh", {"order": True}),
@@ -52,4 +59,4 @@ def test_ladders_stay_in_range_and_keep_the_other_knobs() -> None:
     base = Setting("wavelet", {"terms": 8})
     assert [each["coefficients"] for each in ladder("wavelet", "coefficients", base)] == [24, 48, 96, 192, 384]
     assert {each["terms"] for each in ladder("wavelet", "coefficients", base)} == {8}
-    assert all(list(ladder(mode, knob)) for mode, knobs in KNOBS.items() for knob in knobs)
+    assert all(list(ladder(mode, knob)) for mode in modes() for knob in knobs_of(mode))

@@ -27,7 +27,7 @@ from engine.render.transported import picture_of
 from engine.scene import Scene
 from engine.shapes import shape
 from engine.steps import Step, drain
-from engine.tradeoff.baked import bake_gaussians, bake_group, groups, lit
+from engine.tradeoff.baked import bake_alone, bake_group, groups, lit
 from engine.tradeoff.drawing import SAMPLES
 from engine.tradeoff.front import front
 from engine.tradeoff.shown import shown_vertices
@@ -151,8 +151,8 @@ def test_lobes_of_what_is_shown_draw_nearly_the_same(scene: Scene) -> None:
     """Each vertex is fitted beside those that were fitted before, and these are others."""
     glossy = dataclasses.replace(scene, brdf=brdf_from_text("ggx:kd=0.3,alpha=0.4,f0=0.3"), ground=Ground(cells=4))
     setting = Setting("gaussian")
-    whole, _ = drain(bake_gaussians(glossy, setting))
-    some, _ = drain(bake_gaussians(glossy, setting, shown=shown_vertices(glossy, SIZE, SAMPLES)))
+    whole, _ = drain(bake_alone(glossy, setting))
+    some, _ = drain(bake_alone(glossy, setting, shown=shown_vertices(glossy, SIZE, SAMPLES)))
     one, other = (
         drain(picture_of(lit(bake[0], glossy), glossy.camera, SIZE, SAMPLES)).picture for bake in (whole, some)
     )

@@ -48,7 +48,7 @@ def test_a_bake_takes_every_value_that_a_plan_or_a_form_may_choose(method: Metho
         for value in (*ends, *parameter.values, *(value for value, _ in parameter.offered)):
             BAKES[method.name](method.settings(**{parameter.name: value}))
         for value in parameter.ladder:
-            BAKES[method.name](method.with_knobs({parameter.name: value}))
+            BAKES[method.name](method.with_values({parameter.name: value}))
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
