@@ -7,6 +7,8 @@ import importlib
 import logging
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from engine.errors import MissingCapability
@@ -109,6 +111,7 @@ LARGE = (
     "transport-errors",
     "gaussian-fit-quality",
     "gaussian-errors",
+    "window-soak",
 )
 
 #: Name of a group of errors and the function that finds them in a working folder.
@@ -122,6 +125,7 @@ ACCURACIES = {
     "cost-model": "engine.bench.cost_model:cost_model",
     "gaussian-fit-quality": "engine.bench.gaussian_fit:gaussian_fit_quality",
     "gaussian-errors": "engine.bench.gaussian_bake:gaussian_errors",
+    "window-soak": "app.bench_soak:window_soak",
 }
 
 log = logging.getLogger(__name__)
@@ -132,6 +136,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--only", nargs="+", choices=names, metavar="NAME", help=", ".join(names))
     parser.add_argument(
         "--large", action="store_true", help="also what takes minutes: 24 megapixels, arcs that move, searches"
+    )
+    parser.add_argument("--runs", type=int, metavar="N", help="runs of window-soak (8)")
+    parser.add_argument("--run-s", type=float, metavar="S", help="seconds of each (8)")
+    parser.add_argument(
+        "--seed", type=int, metavar="N", help="seed of the first run of window-soak; the others count on"
+    )
+    parser.add_argument(
+        "--log", type=Path, metavar="FOLDER", help="folder that keeps what each run of window-soak says"
     )
 
 
@@ -146,7 +158,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
             if arguments.only:
                 raise
             log.warning("%s was left out. %s", name, missing)
-    accuracies = [record for name in chosen if name in ACCURACIES for record in _accuracies(name, show)]
+    names = [name for name in chosen if name in ACCURACIES]
+    accuracies = [record for name in names for record in _accuracies(name, show, arguments)]
     return {"measures": measures, "accuracies": accuracies}
 
 
@@ -166,12 +179,16 @@ def _measure(name: str) -> Measure:
     return measure
 
 
-def _accuracies(name: str, show: Callable[[Step], None]) -> list[dict[str, Any]]:
+def _accuracies(name: str, show: Callable[[Step], None], arguments: argparse.Namespace) -> list[dict[str, Any]]:
     from app.session import close_session, open_session
 
+    chosen = {key: getattr(arguments, key) for key in ("runs", "run_s", "seed", "log")} if name == "window-soak" else {}
     folder = open_session()
     try:
-        found = drain(_function(ACCURACIES[name])(folder), show)
+        find = partial(
+            _function(ACCURACIES[name]), **{key: value for key, value in chosen.items() if value is not None}
+        )
+        found = drain(find(folder), show)
     finally:
         close_session(folder)
     return [asdict(accuracy) for accuracy in found]
