@@ -14,14 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent, QWheelEvent
-from PySide6.QtOpenGLWidgets import QOpenGLWidget
 from PySide6.QtWidgets import QWidget
-from shiboken6 import isValid
 
 from app import theme
 from app.brdf_plots import marker_path
+from app.gl_widget import GlWidget
 from engine.camera import Camera, orbit, zoom
-from engine.errors import MissingCapability
 from engine.gl.lobe import WORLD_FROM_SURFACE, LobeColours, LobeRenderer, LobeSurface
 
 START = Camera((2.0, 1.35, 2.4), (0.0, 0.36, 0.0), fov_deg=32.0)
@@ -63,11 +61,10 @@ def surfaces(lobes: Sequence[Lobe], highest: float, *, logarithmic: bool) -> lis
     return made
 
 
-class LobeView(QOpenGLWidget):
+class LobeView(GlWidget):
     """Shows lobes; `light_moved(theta_deg, final)` asks to move the light in its plane."""
 
     light_moved = Signal(float, bool)
-    failed = Signal(object)
 
     def __init__(self) -> None:
         super().__init__()
@@ -75,7 +72,6 @@ class LobeView(QOpenGLWidget):
         self.markers: list[str] = []
         self.light = (radians(45.0), pi)
         self.camera = START
-        self._context: Any = None
         self._renderer: LobeRenderer | None = None
         self._grab: tuple[str, QPointF] | None = None
         self._still = QTimer(self)
@@ -115,44 +111,33 @@ class LobeView(QOpenGLWidget):
         x, y, _, w = matrix @ np.append(WORLD_FROM_SURFACE @ farthest, 1.0)
         return QPointF((x / w + 1.0) / 2.0 * self.width(), (1.0 - y / w) / 2.0 * self.height())
 
-    def initializeGL(self) -> None:
-        from engine.gl.context import attach_context
+    def begin(self) -> None:
+        self._renderer = LobeRenderer(self.gl)
 
-        try:
-            self._context = attach_context()
-        except MissingCapability as error:
-            self._context = self._renderer = None
-            self.failed.emit(error)
-            return
-        self._renderer = LobeRenderer(self._context)
-        self.context().aboutToBeDestroyed.connect(self._forget)
-
-    def paintGL(self) -> None:
-        if self._renderer is None:
+    def paint(self, framebuffer: Any) -> None:
+        if self._renderer is None or min(framebuffer.size) < 1:
             return
         colours = theme.current()
-        framebuffer = self._context.detect_framebuffer(self.defaultFramebufferObject())
-        if min(framebuffer.size) > 0:
-            palette = LobeColours(_rgb(colours.canvas), _rgb(colours.disabled), _rgb(colours.text))
-            smooth = not self._still.isActive()
-            target = self._smooth_target(framebuffer.size) if smooth else framebuffer
-            self._renderer.draw(target, self.lobes, self.light, self.camera, palette)
-            if smooth:
-                self._context.copy_framebuffer(framebuffer, target)
+        palette = LobeColours(_rgb(colours.canvas), _rgb(colours.disabled), _rgb(colours.text))
+        smooth = not self._still.isActive()
+        target = self._smooth_target(framebuffer.size) if smooth else framebuffer
+        self._renderer.draw(target, self.lobes, self.light, self.camera, palette)
+        if smooth:
+            self.gl.copy_framebuffer(framebuffer, target)
 
     def _smooth_target(self, size: tuple[int, int]) -> Any:
         if self._smooth is None or self._smooth.size != size:
             self._release_smooth()
-            samples = min(SAMPLES, self._context.max_samples)
-            colour = self._context.renderbuffer(size, samples=samples)
-            depth = self._context.depth_renderbuffer(size, samples=samples)
-            self._smooth = self._context.framebuffer([colour], depth)
+            samples = min(SAMPLES, self.gl.max_samples)
+            colour = self.gl.renderbuffer(size, samples=samples)
+            depth = self.gl.depth_renderbuffer(size, samples=samples)
+            self._smooth = self.gl.framebuffer([colour], depth)
         return self._smooth
 
     def _release_smooth(self) -> None:
         if self._smooth is not None:
             # a new framebuffer restores the one bound before it, which must not be one that is gone
-            self._context.detect_framebuffer(self.defaultFramebufferObject()).use()
+            self.gl.detect_framebuffer(self.defaultFramebufferObject()).use()
             for item in (self._smooth, *self._smooth.color_attachments, self._smooth.depth_attachment):
                 item.release()
             self._smooth = None
@@ -195,16 +180,11 @@ class LobeView(QOpenGLWidget):
         self.camera = zoom(self.camera, 2.0 ** (-event.angleDelta().y() / 600.0))
         self._redraw()
 
-    def _forget(self) -> None:
-        """The context goes away; everything is made anew in the next one."""
-        if not isValid(self):
-            return
-        self.makeCurrent()
+    def forget(self) -> None:
         if self._renderer is not None:
             self._release_smooth()
             self._renderer.release()
-        self._renderer = self._context = None
-        self.doneCurrent()
+            self._renderer = None
 
 
 class _Markers(QWidget):

@@ -166,10 +166,7 @@ class MainWindow(QMainWindow):
         self._show_docks_of_view()
 
     def _show_docks_of_view(self) -> None:
-        """Show them beside their workspace, at the earliest when its picture is on screen.
-
-        Qt 6.11 composes a window wrongly, and crashes, where an OpenGL widget changes its size before its first frame.
-        """
+        """Show them beside their workspace, at the earliest when its picture is on screen."""
         in_front = self.stack.currentWidget() is self.view
         self.of_view.show(in_front and self._has_drawn)
         if in_front and self._has_drawn:

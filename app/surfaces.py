@@ -15,14 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QSize, QTimer, Signal
 from PySide6.QtGui import QColor, QOffscreenSurface, QOpenGLContext, QSurfaceFormat
-from PySide6.QtOpenGLWidgets import QOpenGLWidget
-from shiboken6 import isValid
 
 from app import theme
+from app.gl_widget import GlWidget
 from app.quality import MOVING_S, STILL_S, Quality
 from app.refining import Refining, same
 from engine.colour import srgb_decode
-from engine.errors import MissingCapability
 from engine.render.display import Display
 from engine.scene import Scene
 
@@ -79,15 +77,14 @@ def display_of(exposure_ev: float, operator: Any) -> Display:
     return Display(exposure_ev, operator, (red, green, blue))
 
 
-class GlSurface(QOpenGLWidget):
+class GlSurface(GlWidget):
     """Draws through `engine.gl`: coarsely at once, then finer and finer, in pieces that leave the thread free between.
 
-    The last pictures that are complete are on screen. `drawn(seconds)` follows each one; `failed` says that OpenGL
-    cannot be used at all, `broken` that this scene could not be drawn.
+    The last pictures that are complete are on screen. `drawn(seconds)` follows each one, `broken` says that this scene
+    could not be drawn.
     """
 
     drawn = Signal(float)
-    failed = Signal(object)
     broken = Signal(object)
 
     def __init__(self) -> None:
@@ -97,7 +94,6 @@ class GlSurface(QOpenGLWidget):
         self.split = Split()
         self.budget_s = STILL_S
         self.messages: tuple[str, ...] = ()
-        self._context: Any = None
         self._painted: tuple[QSize, float] | None = None
         self._sides: list[Refining] = []
         self._over = [_Over(), _Over()]
@@ -170,32 +166,19 @@ class GlSurface(QOpenGLWidget):
         picture = drawn.picture
         count = max(1, STRIP_BYTES // (16 * picture.size[0]))
         for first in range(0, picture.size[1], count):
-            if self._context is None or drawn.picture is not picture:
+            if self.gl is None or drawn.picture is not picture:
                 return
-            self.makeCurrent()
-            rows = picture.read(first, count)
-            self.doneCurrent()
+            with self.current():
+                rows = picture.read(first, count)
             yield rows
 
-    def initializeGL(self) -> None:
-        from engine.gl.context import attach_context
-
+    def begin(self) -> None:
         self._sides, self._screen = [], None
         for over in self._over:
             over.picture = None
             over.is_new = True
-        try:
-            self._context = attach_context()
-        except MissingCapability as error:
-            self._context = None
-            self.failed.emit(error)
-            return
-        self.context().aboutToBeDestroyed.connect(self._forget)
 
-    def paintGL(self) -> None:
-        if self._context is None:
-            return
-        framebuffer = self._context.detect_framebuffer(self.defaultFramebufferObject())
+    def paint(self, framebuffer: Any) -> None:
         if not self.scenes or min(framebuffer.size) < 1:
             self._clear(framebuffer)
             return
@@ -210,13 +193,13 @@ class GlSurface(QOpenGLWidget):
             work()
         except Exception as error:  # the border to Qt: what leaves a paint event is raised in whatever runs next
             self.scenes = ()
-            self.broken.emit(error)
+            self.tell(self.broken, error)
 
     def _paint(self, framebuffer: Any) -> None:
         """Show the pictures; draw a first one of a scene or a size that is new."""
         self._painted = (self.size(), self.devicePixelRatioF())
         while len(self._sides) < len(self.scenes):
-            self._sides.append(Refining(self._context))
+            self._sides.append(Refining(self.gl))
         for side, scene in zip(self._sides, self.scenes, strict=False):
             side.wants(scene, framebuffer.size)
             seconds = side.draw_first()
@@ -229,28 +212,27 @@ class GlSurface(QOpenGLWidget):
 
     def _go_on(self) -> None:
         """One piece of a finer picture, of the first scene that is not finished."""
-        if self._context is None or not self._is_shown():
+        if self.gl is None or not self._is_shown():
             return
-        self.makeCurrent()
-        for at in range(len(self.scenes)):
-            if self._needs_more(at):
-                seconds = self._sides[at].go_on(self.budget_s)
-                if seconds is not None:
-                    self._after(seconds)
-                    self.update()
-                else:
-                    self._next.start()
-                break
-        self.doneCurrent()
+        at = next((at for at in range(len(self.scenes)) if self._needs_more(at)), None)
+        if at is None:
+            return
+        with self.current():
+            seconds = self._sides[at].go_on(self.budget_s)
+        if seconds is not None:
+            self._after(seconds)
+            self.update()
+        else:
+            self._next.start()
 
     def _after(self, seconds: float) -> None:
         self.messages = tuple(self._sides[0].renderer.messages)
-        self.drawn.emit(seconds)
+        self.tell(self.drawn, seconds)
 
     def _show(self, framebuffer: Any) -> None:
         from engine.gl.screen import Screen
 
-        self._screen = self._screen or Screen(self._context)
+        self._screen = self._screen or Screen(self.gl)
         layers = [self._layer(at) for at in range(len(self.scenes)) if self._sides[at].picture is not None]
         if not layers:
             self._clear(framebuffer)
@@ -271,22 +253,17 @@ class GlSurface(QOpenGLWidget):
         over = self._over[at]
         if over.pixels is None:
             return Layer(self._sides[at].picture)
-        over.upload(self._context)
+        over.upload(self.gl)
         share = min(1.0, (time.monotonic() - over.since_s) / FADE_S)
         if share < 1.0:
             QTimer.singleShot(16, self.update)
         return Layer(self._sides[at].picture, over.picture, share)
 
-    def _forget(self) -> None:
-        """The context goes away (the window moved to another screen, say); everything is made anew in the next one."""
-        if not isValid(self):
-            return
-        self.makeCurrent()
+    def forget(self) -> None:
         for owner in (*self._sides, self._screen, *(over.picture for over in self._over)):
             if owner is not None:
                 owner.release()
-        self._sides, self._screen, self._context = [], None, None
-        self.doneCurrent()
+        self._sides, self._screen = [], None
 
 
 @dataclass(eq=False)

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QWidget
 
 from app.main_window import MainWindow
 from app.quality import MANY_LIGHTS, Cost
+from app.refining import Refining
 from app.surfaces import GlSurface
 from engine.gl.context import create_context
 from engine.gl.direct import DirectRenderer
@@ -107,7 +108,8 @@ def test_the_picture_comes_coarse_at_once_and_ends_as_the_one_that_is_drawn_in_o
     monkeypatch.setattr("app.refining.next_rows", lambda rows, _seconds, _first: max(1, min(rows, 40)))
     qtbot.waitUntil(lambda: surface.is_finished, timeout=120_000)
     seen = []
-    surface.drawn.connect(lambda _seconds: seen.append(surface.quality))
+    complete = Refining._complete
+    monkeypatch.setattr(Refining, "_complete", lambda self, at: (seen.append(at.level), complete(self, at))[1])
     surface._sides[0].cost = Cost()
     lit.view.viewport.redraw()
     surface.show_scene(

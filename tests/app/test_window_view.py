@@ -432,7 +432,7 @@ def test_GL6_a_lost_context_is_replaced_and_the_picture_is_the_same_to_the_bit(v
     assert isinstance(viewport.surface, GlSurface)
     change(view, mode="direct", against="shading-map", comparing="wipe")
     wait(qtbot, lambda: viewport.surface.is_finished)
-    before, context = pixels_of(shown(view)), viewport.surface._context
+    before, context = pixels_of(shown(view)), viewport.surface.gl
     viewport.surface.setParent(None)
     viewport.surface.show()
     qtbot.wait(50)
@@ -442,7 +442,7 @@ def test_GL6_a_lost_context_is_replaced_and_the_picture_is_the_same_to_the_bit(v
     viewport._place()
     viewport.redraw()
     wait(qtbot, lambda: viewport.surface.is_finished)
-    assert viewport.surface._context is not context
+    assert viewport.surface.gl is not context
     assert np.array_equal(pixels_of(shown(view)), before)
 
 
