@@ -42,6 +42,9 @@ DESCRIPTORS = 256
 #: Share of a run after which nothing that is kept should grow any more.
 WARM = 0.5
 
+#: What is measured half-way and at the end, and its unit.
+GROWING = (("descriptors", ""), ("threads", ""), ("memory_mb", " MB"))
+
 BRDFS = (
     "lambert:albedo=0.6",
     "ggx:alpha=0.3",
@@ -89,7 +92,7 @@ def window_soak(
     what = f"of {runs} runs of the window, {run_s:g} s each, {AT_ONCE} at once, died; Qt {qVersion()}"
     growth = [_growth(record) for record in records if "end" in record]
     found = [Accuracy("window-soak", sum(map(_died, records)), what, 0.0)]
-    for name, unit in (("descriptors", ""), ("threads", ""), ("memory_mb", " MB")):
+    for name, unit in GROWING:
         most = max((grown[name] for grown in growth), default=0.0)
         median = sorted(grown[name] for grown in growth)[len(growth) // 2] if growth else 0.0
         words = f"{name.partition('_')[0]} more at the end of a run than half-way, most of all; median {median:g}{unit}"
