@@ -22,13 +22,13 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import psutil
 
 from engine.bench.capture_truth import Accuracy
 from engine.errors import LightarcError, MissingCapability
-from engine.files.atomic import make_folder
+from engine.files.atomic import make_folder, write_bytes
 from engine.steps import Step, Steps
 
 #: Runs side by side: more than this machine has processors, because what dies, dies where threads wait.
@@ -62,7 +62,7 @@ def window_soak(
 ) -> Steps[list[Accuracy]]:
     """How many of `runs` runs of `run_s` seconds died or met a fault; the first has `seed`, the others count on.
 
-    What each run says is kept in `log` (`folder` without it), with a line of JSON for each in `soak.jsonl`.
+    Each run leaves a line of JSON in `soak.jsonl` in `log` (`folder` without it).
     """
     folder = make_folder(log or folder)
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
@@ -70,23 +70,25 @@ def window_soak(
     from PySide6.QtCore import qVersion
 
     waiting = list(range(seed, seed + runs))
-    running: dict[int, tuple[subprocess.Popen[bytes], float]] = {}
+    running: dict[int, tuple[subprocess.Popen[bytes], IO[bytes], float]] = {}
     records: list[dict[str, Any]] = []
     try:
         while waiting or running:
             while waiting and len(running) < AT_ONCE:
                 number = waiting.pop(0)
-                running[number] = (_start(folder, run_s, number), time.monotonic())
-            for number, (process, started_s) in tuple(running.items()):
+                said = tempfile.TemporaryFile()  # noqa: SIM115 - it is read when the run has ended
+                running[number] = (_start(run_s, number, said), said, time.monotonic())
+            for number, (process, said, started_s) in tuple(running.items()):
                 if process.poll() is None and time.monotonic() - started_s > run_s + PATIENCE_S:
                     process.kill()
                 if process.poll() is not None:
                     del running[number]
-                    records.append(_record(folder, number, process.returncode))
+                    records.append(_record(number, process.returncode, said))
+                    write_bytes(folder / "soak.jsonl", "".join(json.dumps(kept) + "\n" for kept in records).encode())
             yield Step(len(records) / runs, f"{len(records)} of {runs} runs, {sum(map(_died, records))} died")
             time.sleep(0.2)
     finally:
-        for process, _ in running.values():
+        for process, *_ in running.values():
             process.kill()
             process.wait()
     what = f"of {runs} runs of the window, {run_s:g} s each, {AT_ONCE} at once, died; Qt {qVersion()}"
@@ -100,27 +102,25 @@ def window_soak(
     return found
 
 
-def _start(folder: Path, run_s: float, seed: int) -> subprocess.Popen[bytes]:
-    with (folder / f"soak-{seed}.txt").open("wb") as said:
-        return subprocess.Popen(
-            [sys.executable, "-X", "faulthandler", "-m", "app.bench_soak", f"{run_s:g}", str(seed)],
-            stdin=subprocess.DEVNULL,
-            stdout=said,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
+def _start(run_s: float, seed: int, said: IO[bytes]) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, "-X", "faulthandler", "-m", "app.bench_soak", f"{run_s:g}", str(seed)],
+        stdin=subprocess.DEVNULL,
+        stdout=said,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )
 
 
-def _record(folder: Path, seed: int, code: int) -> dict[str, Any]:
-    """What a run said last, or with which code it ended and what it said before; kept in the log as well."""
-    said = (folder / f"soak-{seed}.txt").read_text(errors="replace")
-    lines = [line for line in said.splitlines() if line.startswith('{"seed"')]
-    record: dict[str, Any] = json.loads(lines[-1]) if lines else {"seed": seed, "said": said[-4000:]}
+def _record(seed: int, code: int, said: IO[bytes]) -> dict[str, Any]:
+    """What a run said last, or all its words where it ended early; and with which code it ended."""
+    said.seek(0)
+    words = said.read().decode(errors="replace")
+    lines = [line for line in words.splitlines() if line.startswith('{"seed"')]
+    record: dict[str, Any] = json.loads(lines[-1]) if lines else {"seed": seed, "said": words}
     record["exit_code"] = code
-    with (folder / "soak.jsonl").open("a") as kept:
-        kept.write(json.dumps(record) + "\n")
     if _died(record):
-        _log.warning("Run %d ended with exit code %d:\n%s", seed, code, said[-2000:])
+        _log.warning("Run %d ended with exit code %d:\n%s", seed, code, words[-2000:])
     return record
 
 
@@ -190,7 +190,7 @@ def _files(folder: Path) -> list[Path]:
     rng = np.random.default_rng(0)
     sky = folder / "sky.exr"
     write_exr(sky, {name: rng.random((16, 32), np.float32) for name in "RGB"})
-    (folder / "broken.obj").write_text("v 0 0 nothing\nf 1 2 3\n")
+    write_bytes(folder / "broken.obj", b"v 0 0 nothing\nf 1 2 3\n")
     return [*made, sky, folder / "broken.obj"]
 
 

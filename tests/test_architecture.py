@@ -120,6 +120,8 @@ EXCEPTIONS = {
     "app/session.py tempfile.mkdtemp": WORKING,
     "app/session.py shutil.rmtree": WORKING,
     "app/bench_window.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
+    "app/bench_soak.py tempfile.TemporaryDirectory": "models and settings of a window that is soaked, removed with it",
+    "app/bench_soak.py tempfile.TemporaryFile": "what a soaked window says, read when it has ended",
     "app/bench_program.py tempfile.TemporaryDirectory": "photographs of a measured import, removed with it",
     "engine/bench/tables.py tempfile.TemporaryDirectory": "a table whose reading is measured, removed with it",
     "engine/bench/hostile_text.py tempfile.TemporaryDirectory": "texts whose reading is measured, removed with it",

@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import IO
 
 import pytest
 
@@ -18,9 +19,8 @@ DYING = "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)"
 
 @pytest.mark.skipif(sys.platform == "win32", reason="processes there do not die of signals")
 def test_a_run_that_dies_is_counted_and_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def start(folder: Path, _run_s: float, seed: int) -> subprocess.Popen[bytes]:
-        with (folder / f"soak-{seed}.txt").open("wb") as said:
-            return subprocess.Popen([sys.executable, "-c", DYING if seed == 2 else SOUND], stdout=said)
+    def start(_run_s: float, seed: int, said: IO[bytes]) -> subprocess.Popen[bytes]:
+        return subprocess.Popen([sys.executable, "-c", DYING if seed == 2 else SOUND], stdout=said)
 
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(bench_soak, "_start", start)
