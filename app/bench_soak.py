@@ -76,7 +76,7 @@ def window_soak(
         while waiting or running:
             while waiting and len(running) < AT_ONCE:
                 number = waiting.pop(0)
-                said = tempfile.TemporaryFile()  # noqa: SIM115 - it is read when the run has ended
+                said: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - it is read when the run has ended
                 running[number] = (_start(run_s, number, said), said, time.monotonic())
             for number, (process, said, started_s) in tuple(running.items()):
                 if process.poll() is None and time.monotonic() - started_s > run_s + PATIENCE_S:
@@ -145,6 +145,7 @@ def main() -> int:
         files = _files(folder)
         application = start()
         window = MainWindow(folder)
+        window.failures.install()
         window.show()
         hand = _Hand(window, files, random.Random(seed))
         measured: dict[str, dict[str, float]] = {}
@@ -247,9 +248,9 @@ class _Hand:
         self.window.resize(self.chance.randint(1120, 1900), self.chance.randint(700, 1050))
 
     def choose_mode(self) -> None:
-        from app.modes import MODES
+        from app.modes import modes
 
-        self.window.view.choose_mode(self.chance.choice(MODES).value)
+        self.window.view.choose_mode(self.chance.choice(modes()).value)
 
     def show_workspace(self) -> None:
         self.window.show_workspace(self.chance.choice(list(self.window.tabs)))
