@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 
 import pytest
 
+from app.factoring import FactorChoices
 from app.verbs import factor
 from engine.factor.errors import METRICS
-from engine.factor.factor import METHOD_NAMES
+from engine.factor.factor import (
+    HOMOMORPHIC_SIZE,
+    HOMOMORPHIC_TERMS,
+    METHOD_NAMES,
+    SEPARABLE_SIZE,
+    SEPARABLE_TERMS,
+    FactorSettings,
+)
 from engine.factor.factor_file import read_factors
 from engine.factor.maps import KINDS
 from engine.factor.separable_factors import PARAMETRISATIONS
@@ -127,3 +136,18 @@ def test_what_cannot_be_is_said_in_a_sentence(words: tuple[str, ...], code: int,
     assert command.out == ""
     assert command.err.strip()
     assert "Traceback" not in command.err
+
+
+def test_knobs_begin_at_the_defaults_of_the_engine() -> None:
+    """On the command line and in the window, which begins with another method and with reciprocal textures."""
+    parser, engine, window = argparse.ArgumentParser(), FactorSettings(), FactorChoices()
+    factor.add_arguments(parser)
+    typed = parser.parse_args(["lambert"])
+    for name in ("method", "parametrisation", "weighting", "reciprocal", "restarts", "together", "samples", "metric"):
+        assert getattr(typed, name) == getattr(engine, name), name
+    for name in ("parametrisation", "map", "metric", "preset", "restarts", "together", "samples", "seed"):
+        assert getattr(window, name) == getattr(engine, name), name
+    assert (window.side, window.products) == (SEPARABLE_SIZE, SEPARABLE_TERMS)
+    assert (window.size, window.textures) == (HOMOMORPHIC_SIZE, HOMOMORPHIC_TERMS)
+    for degrees in (typed.max_theta_deg, window.max_theta_deg):
+        assert math.radians(degrees) == pytest.approx(engine.max_theta)
