@@ -33,6 +33,13 @@ TIDYING_S = 1.0
 
 WISHES = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name))
 
+#: What removes, by module and function, where the module has been imported: decoders, partial files, working folders.
+_TIDIERS = (
+    ("engine.files.untrusted", "stop_children"),
+    ("engine.files.atomic", "remove_own_partials"),
+    ("app.session", "close_own_sessions"),
+)
+
 Answer = Callable[[], None]
 
 
@@ -152,20 +159,21 @@ def _end(code: int, words: str = "") -> NoReturn:
 
 
 def _tidy_up(words: str) -> None:
-    """Remove what no `finally` will: partial files, decoders, working folders and folders for temporary files."""
+    """Say `words`, and remove what no `finally` will."""
     sys.excepthook = lambda *_: None
     threading.excepthook = lambda *_: None
-    if (untrusted := sys.modules.get("engine.files.untrusted")) is not None:
-        untrusted.stop_children()
-    if (atomic := sys.modules.get("engine.files.atomic")) is not None:
-        atomic.remove_own_partials()
-    if (session := sys.modules.get("app.session")) is not None:
-        session.close_own_sessions()
     if words:
         with suppress(OSError):
             os.write(2, words.encode())
-    if (weakref := sys.modules.get("weakref")) is not None:
-        weakref.finalize._exitfunc()
+    for module, function in _TIDIERS:
+        # a module that is only being imported has nothing to tidy up, and perhaps no such function yet
+        tidy = getattr(sys.modules.get(module), function, None)
+        if tidy is not None:
+            tidy()
+    # folders for temporary files; the module has no other way to tell
+    finish = getattr(getattr(sys.modules.get("weakref"), "finalize", None), "_exitfunc", None)
+    if finish is not None:
+        finish()
 
 
 def _unraisable(hook: Any) -> None:
