@@ -24,6 +24,7 @@ from app.points_tool import PointsTool
 from app.shelf import Shelf, as_taken
 from app.sphere_tool import SphereTool
 from app.workbench import Workbench
+from engine.errors import InputError
 
 if TYPE_CHECKING:
     from engine.capture.import_stack import ThumbnailReady
@@ -289,8 +290,12 @@ class CaptureTab(QWidget):
         place = stack.sources.index(self.current)
         if column >= stack.radiance.shape[2] or row >= stack.radiance.shape[1]:
             return
-        red, green, blue = (float(value) for value in stack.radiance[place, row, column])
-        clipped = "  clipped" if stack.saturated[place, row, column] else ""
+        try:
+            red, green, blue = (float(value) for value in stack.radiance[place, row, column])
+            clipped = "  clipped" if stack.saturated[place, row, column] else ""
+        except InputError as error:
+            self.bar.readout.setText(error.problem)
+            return
         self.bar.readout.setText(f"{column}, {row}   {red:.3f}  {green:.3f}  {blue:.3f}{clipped}")
 
     def _step(self, by: int) -> None:

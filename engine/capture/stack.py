@@ -1,9 +1,9 @@
 """The stack of linear photographs that everything after the import works on, and the folder that holds it.
 
 A stack folder holds `stack.json` (checked against `StackRecord`), `radiance.npy` and `saturated.npy`. It is treated
-as hostile when it is opened: sizes, shapes and kinds are compared with the record before anything is mapped, and the
-checksums of all pixels once they are (about 0.5 s for a gigabyte). Stacks of before there were checksums open as well,
-with a note in their health.
+as hostile when it is opened: sizes, shapes and kinds are compared with the record, then the checksums of all pixels
+(about 0.5 s for a gigabyte). Stacks of before there were checksums open as well, with a note in their health. The
+pixels stay on disk and are read when they are needed.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from engine.capture.report import Quality
 from engine.errors import InputError
+from engine.files.file_array import FileArray
 from engine.files.manifest import HealthRecord
 from engine.files.untrusted import read_bytes
 from engine.health import Finding, Health, Verdict
@@ -42,8 +43,9 @@ class ImageStack:
 
     Attributes
     ----------
-    radiance : (N, H, W, 3) float32, linear sRGB, 1 = the photographs' white level; read-only, memory-mapped.
-    saturated : (N, H, W) bool, True where any channel of the original sample was at the white level.
+    radiance : (N, H, W, 3) float32, linear sRGB, 1 = the photographs' white level. In memory, or
+        in a file that is read as far as it is indexed: by photographs and rows (`FileArray`).
+    saturated : (N, H, W) bool, True where any channel of the original sample was at the white level; as `radiance`.
     elevation : (N,) float64, radians above the sample plane.
     azimuth : (N,) float64 radians, or None where the light moves along one arc of unknown azimuth.
     mean_radiance : (N,) float64, mean luminance of each photograph over the crop, summed in float64.
@@ -55,8 +57,8 @@ class ImageStack:
     folder : where the stack lies on disk, None for one in memory.
     """
 
-    radiance: NDArray[np.float32]
-    saturated: NDArray[np.bool_]
+    radiance: NDArray[np.float32] | FileArray
+    saturated: NDArray[np.bool_] | FileArray
     elevation: NDArray[np.float64]
     azimuth: NDArray[np.float64] | None
     mean_radiance: NDArray[np.float64]
@@ -116,7 +118,7 @@ def npy_header(shape: Sequence[int], dtype: DTypeLike) -> bytes:
 
 
 def open_stack(folder: str | os.PathLike[str]) -> ImageStack:
-    """Open a stack folder; the pixels stay on disk, mapped read-only.
+    """Open a stack folder; the pixels stay on disk.
 
     Raises InputError where the folder is no stack, incomplete, damaged, or made by a newer version.
     """
@@ -124,8 +126,8 @@ def open_stack(folder: str | os.PathLike[str]) -> ImageStack:
     record = _read_record(place)
     shape = (len(record.sources), record.height_px, record.width_px)
     return ImageStack(
-        radiance=_mapped(place / RADIANCE, (*shape, 3), np.float32, record.radiance_crc32),
-        saturated=_mapped(place / SATURATED, shape, np.bool_, record.saturated_crc32),
+        radiance=_checked(place / RADIANCE, (*shape, 3), np.float32, record.radiance_crc32),
+        saturated=_checked(place / SATURATED, shape, np.bool_, record.saturated_crc32),
         elevation=_read_only(np.radians(record.elevations_deg)),
         azimuth=None if record.azimuths_deg is None else _read_only(np.radians(record.azimuths_deg)),
         mean_radiance=_read_only(np.array(record.mean_radiance, np.float64)),
@@ -161,7 +163,7 @@ def _health(record: StackRecord) -> Health:
     return health.merged(Health(findings=(Finding(Verdict.NOTE, text),)))
 
 
-def _mapped(path: Path, shape: tuple[int, ...], dtype: DTypeLike, crc32: int | None) -> NDArray[Any]:
+def _checked(path: Path, shape: tuple[int, ...], dtype: DTypeLike, crc32: int | None) -> FileArray:
     header = npy_header(shape, dtype)
     expected = len(header) + math.prod(shape) * np.dtype(dtype).itemsize
     try:
@@ -175,7 +177,7 @@ def _mapped(path: Path, shape: tuple[int, ...], dtype: DTypeLike, crc32: int | N
                 raise InputError(path, f"does not hold {np.dtype(dtype)} of shape {shape}", _AGAIN)
             if crc32 is not None and _checksum(file) != crc32:
                 raise InputError(path, "is damaged: the checksum of its pixels does not fit", _AGAIN)
-            return np.memmap(file, dtype=dtype, mode="r", offset=len(header), shape=shape)
+            return FileArray(path, shape, np.dtype(dtype), len(header), status)
     except OSError as error:
         raise InputError(path, f"cannot be read ({os.strerror(error.errno or 0)})", _AGAIN) from None
 

@@ -12,12 +12,12 @@ from engine.kernels import parallel, prange
 
 
 @parallel
-def linearise_rows(radiance, saturated, photographs, weights, luminance, start, stop, slices, clipped, sums):  # type: ignore[no-untyped-def]
-    """Fill rows [start, stop) of all slices.
+def linearise_rows(radiance, saturated, photographs, weights, luminance, start, slices, clipped, sums):  # type: ignore[no-untyped-def]
+    """Fill the rows of all slices from `start` on.
 
     Parameters
     ----------
-    radiance : (N, H, W, 3) float32; saturated : (N, H, W) bool.
+    radiance : (N, rows, W, 3) float32; saturated : (N, rows, W) bool; of the rows that are filled.
     photographs, weights : (S, M), the photographs that each slice sums and their weights; unused places weigh 0.
     luminance : (3,) weights of the channels.
     slices : (S, H, W, 3) float32, written. clipped : (S, H, W) bool, zero at first, written.
@@ -26,17 +26,18 @@ def linearise_rows(radiance, saturated, photographs, weights, luminance, start, 
     width = radiance.shape[2]
     flat_in = radiance.reshape(radiance.shape[0], radiance.shape[1], 3 * width)
     flat_out = slices.reshape(slices.shape[0], slices.shape[1], 3 * width)
-    for row in prange(start, stop):
+    for given in prange(radiance.shape[1]):
+        row = start + given
         line = np.empty(3 * width, np.float64)
         for index in range(slices.shape[0]):
-            line[:] = weights[index, 0] * flat_in[photographs[index, 0], row]
+            line[:] = weights[index, 0] * flat_in[photographs[index, 0], given]
             for place in range(1, photographs.shape[1]):
                 if weights[index, place] > 0.0:
-                    line += weights[index, place] * flat_in[photographs[index, place], row]
+                    line += weights[index, place] * flat_in[photographs[index, place], given]
             flat_out[index, row] = line
             for place in range(photographs.shape[1]):
                 if weights[index, place] > 0.0:
-                    clipped[index, row] |= saturated[photographs[index, place], row]
+                    clipped[index, row] |= saturated[photographs[index, place], given]
             red, green, blue = 0.0, 0.0, 0.0
             for column in range(width):
                 red += slices[index, row, column, 0]

@@ -4,8 +4,8 @@ Slice i has mean luminance r_i = i a_max / (S - 1) (Eq. 1) and interpolates the 
 r_i. The paper takes the two whose means are closest, which need not bracket and then extrapolates
 (`test_X8_neighbours_bracket_the_target`). Below the darkest photograph the bracket's lower end is black, r_0 = 0.
 
-Linearising reads each photograph about twice and writes each slice once, in tiles of rows; slices larger than half a
-gigabyte lie in a scratch file, so memory stays small for any number of pixels.
+Linearising copies the photographs tile by tile, about 50 MB at a time, reads each copy about twice and writes each
+slice once; slices larger than half a gigabyte lie in a scratch file, so memory stays small for any number of pixels.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,8 +27,9 @@ from engine.steps import Step, Steps
 
 if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
+    from engine.files.file_array import FileArray
 
-#: Texels of one tile over all slices, about 50 ms of work.
+#: Texels of one tile over all slices, and over all photographs, about 50 ms of work.
 TILE_TEXELS = 2**22
 
 #: Largest relative distance between a slice's mean and its target before the stack's own figures are distrusted.
@@ -145,8 +146,8 @@ def build(
 
     Photographs named in `excluded` are not read. The means of the slices equal their targets to 4 ulp of float32. The
     result is bit-equal for every `tile_rows`.
-    Raises InputError for a stack without light or with figures that do not belong to its pixels, ValueError for
-    fewer than two slices and for excluded names that the stack does not hold.
+    Raises InputError for a stack without light, with figures that do not belong to its pixels or with files that can
+    be read no more, ValueError for fewer than two slices and for excluded names that the stack does not hold.
     """
     if slices < 2:
         raise ValueError(f"a shading map needs at least 2 slices, not {slices}")
@@ -190,17 +191,18 @@ def _linearise(
     from engine.shading.linearise import linearise_rows  # compiled code: loaded when first needed
 
     _, height, width = stack.radiance.shape[:3]
-    photographs, packed = _pack(weights)
+    used = np.flatnonzero(weights.any(axis=0))
+    photographs, packed = _pack(weights[:, used])
     linear = scratch_array((len(weights), height, width, 3), np.float32, stack.folder)
     clipped = np.zeros((len(weights), height, width), np.bool_)
     sums = np.empty((len(weights), height))
-    radiance, saturated = _read_only(stack.radiance), _read_only(stack.saturated)
-    rows = tile_rows or max(1, TILE_TEXELS // (width * len(weights)))
+    rows = tile_rows or max(1, TILE_TEXELS // (width * max(len(weights), len(used))))
     for start in range(0, height, rows):
         stop = min(start + rows, height)
-        tile = (start, stop, np.asarray(linear), clipped, sums)
-        linearise_rows(radiance, saturated, photographs, packed, LUMINANCE, *tile)
-        for array in (stack.radiance, stack.saturated, linear):
+        radiance, saturated = (_part(array, used, start, stop) for array in (stack.radiance, stack.saturated))
+        slices = (np.asarray(linear), clipped, sums)
+        linearise_rows(radiance, saturated, photographs, packed, LUMINANCE, start, *slices)
+        for array in (stack.radiance, linear):
             release(array)
         yield Step(stop / height, "linearising")
     return linear, clipped, sums.sum(axis=1) / (height * width)
@@ -210,13 +212,12 @@ def _pack(weights: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.f
     """The non-zero entries of each row moved to its front: photographs and weights, (S, M)."""
     most = max(1, int((weights > 0).sum(axis=1).max()))
     order = np.argsort(weights <= 0, axis=1, kind="stable")[:, :most]
-    return order, np.take_along_axis(weights, order, axis=1)
+    return np.ascontiguousarray(order), np.ascontiguousarray(np.take_along_axis(weights, order, axis=1))
 
 
-def _read_only(array: NDArray[np.generic]) -> NDArray[np.generic]:
-    view = np.ascontiguousarray(array).view()
-    view.flags.writeable = False
-    return view
+def _part(array: NDArray[Any] | FileArray, photographs: NDArray[np.int64], start: int, stop: int) -> NDArray[Any]:
+    """A copy of the rows [start, stop) of some photographs."""
+    return np.ascontiguousarray(array[photographs, start:stop])
 
 
 def _health(

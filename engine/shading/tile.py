@@ -67,7 +67,6 @@ def _copied(stack: ImageStack, source: TileSource, used: NDArray[np.int64]) -> S
         radiance[place] = stack.radiance[photograph][source.row, source.column]
         saturated[place] = stack.saturated[photograph][source.row, source.column]
         means[place] = radiance[place].mean(axis=(0, 1), dtype=np.float64) @ LUMINANCE
-        release(stack.radiance)
         release(radiance)
         yield Step((place + 1) / len(used), "copying the tile")
     return dataclasses.replace(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 
 import cv2
 import numpy as np
@@ -14,6 +15,7 @@ from engine.brdf.resample import table_from
 from engine.brdf.table_file import write_table
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.sources import find
+from engine.capture.stack import open_stack
 from engine.files.bundle import describe_bundle, open_bundle
 from engine.images.encode import encode_png
 from engine.steps import drain
@@ -208,3 +210,19 @@ def test_a_person_reads_two_lines(lightarc, stack, tmp_path):
     done = lightarc("shade", stack, "-o", tmp_path / "cloth.lightarc")
     assert "8 slices" in done.out
     assert "RMS error" in done.out
+
+
+@pytest.mark.parametrize(("name", "left_bytes"), [("radiance.npy", 20_000), ("saturated.npy", 0)])
+def test_a_stack_that_is_cut_short_while_it_is_open_is_named(lightarc, tmp_path, monkeypatch, name, left_bytes):
+    folder = make_stack(tmp_path, (20, 60, 90))
+
+    def opened(place):
+        found = open_stack(place)
+        os.truncate(folder / name, left_bytes)
+        return found
+
+    monkeypatch.setattr("engine.capture.stack.open_stack", opened)
+    done = lightarc("shade", folder, "-o", tmp_path / "cloth.lightarc")
+    assert done.code == 3
+    assert f"{name}: was cut short while it was open. Check the disk" in done.err
+    assert not (tmp_path / "cloth.lightarc").exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -106,3 +107,22 @@ def test_places_in_one_capture_do_not_cut_the_next(imported: MainWindow, qtbot: 
         timeout=240_000,
     )
     assert choices(imported) == document.project.imported_with == ImportChoices(motion="none")
+
+
+def test_a_stack_that_is_cut_short_while_it_is_open_is_named_and_the_window_stays(
+    imported: MainWindow, qtbot: Any
+) -> None:
+    """Its next photograph, a texel under the pointer and a material are asked for; a mapped file would end it all."""
+    tab, bench = imported.capture, imported.bench
+    qtbot.waitUntil(lambda: not bench.jobs.active, timeout=60_000)
+    project = bench.document.project
+    os.truncate(project.stack.folder / "radiance.npy", 0)
+    tab.list.choose(0)
+    bench.build_material()
+    qtbot.waitUntil(lambda: len(imported.failures.open_dialogs) == 1 and not bench.jobs.active, timeout=60_000)
+    (box,) = imported.failures.open_dialogs.values()
+    assert "Was cut short while it was open" in box.informativeText()
+    assert "radiance.npy" in box.informativeText()
+    tab.image.pointed.emit(3, 4)
+    assert tab.bar.readout.text() == "was cut short while it was open"
+    assert bench.document.project is project

@@ -35,7 +35,7 @@ def tab(window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 def roughen(window: MainWindow) -> None:
     """Make the right half of the filled stack too restless for a power law."""
     stack = window.bench.document.project.stack
-    radiance = stack.radiance.copy()
+    radiance = stack.radiance[:]
     half = radiance[:, :, 32:]
     half *= np.random.default_rng(6).uniform(0.6, 1.4, half.shape[:3])[..., None]
     means = luminance(radiance).mean(axis=(1, 2), dtype=np.float64)

@@ -28,7 +28,7 @@ from engine.steps import drain
 stack = drain(import_stack(find([Path(sys.argv[2])]), ImportSettings(), Path(sys.argv[3])))
 arrays = (stack.radiance, stack.saturated, stack.elevation, stack.azimuth, stack.mean_radiance)
 print(format(0.5, "n"), [float(angle) for angle in stack.elevation_deg])
-print(hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest())
+print(hashlib.sha256(b"".join(array[:].tobytes() for array in arrays)).hexdigest())
 """
 
 

@@ -77,7 +77,7 @@ def test_what_a_flat_field_cannot_tell_is_masked_and_frames_of_another_size_are_
     write_tiff16(folder / "flat.tif", flat, transfer="linear")
     stack = imported(folder)
     assert stack.saturated[:, 10:20, 30:40].all()
-    assert stack.saturated.mean() < 0.1
+    assert stack.saturated[:].mean() < 0.1
     write_tiff16(folder / "flat.tif", flat[:50], transfer="linear")
     with pytest.raises(InputError, match=r"flat.tif: has not the size of the dark frame dark.tif"):
         imported(folder)
@@ -208,9 +208,9 @@ def test_a_grey_patch_balances_pictures(tmp_path):
 def test_a_framing_is_resampled_once_and_control_points_are_followed(tmp_path):
     folder = tmp_path / "c"
     captured(folder, misalignment_px=3.0)
-    whole = imported(folder)
+    whole = imported(folder).radiance[:]
     framed = imported(folder, framing=cropped(Region(10, 20, 50, 40)))
-    assert np.array_equal(framed.radiance, whole.radiance[:, 20:60, 10:60])
+    assert np.array_equal(framed.radiance, whole[:, 20:60, 10:60])
     half = imported(folder, framing=cropped(Region(10, 20, 50, 40), 25, 20))
     assert half.radiance.shape == (3, 20, 25, 3)
     assert half.mean_radiance == pytest.approx(framed.mean_radiance, rel=1e-3)
@@ -219,7 +219,7 @@ def test_a_framing_is_resampled_once_and_control_points_are_followed(tmp_path):
     pairs = [[x, y, x + 5, y - 2] for x, y in ((10, 10), (80, 15), (70, 85), (12, 70))]
     moved = imported(folder, control_points={"woven_60.tif": pairs})
     assert moved.radiance.shape[1:3] == (94, 91)
-    assert np.allclose(moved.radiance[1], whole.radiance[1, :94, 5:], atol=1e-4)
+    assert np.allclose(moved.radiance[1], whole[1, :94, 5:], atol=1e-4)
     with pytest.raises(InputError, match=r"holds no other\.tif"):
         imported(folder, control_points={"other.tif": pairs})
 

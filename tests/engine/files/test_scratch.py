@@ -50,6 +50,20 @@ def test_without_preallocation_the_file_is_filled_instead(monkeypatch, tmp_path)
     assert array[-1, -1] == 1
 
 
+@pytest.mark.parametrize(("free_bytes", "chosen"), [(80_000, "system"), (79_999, "stack")])
+def test_large_arrays_lie_on_the_system_s_disk_while_it_has_room(monkeypatch, tmp_path, free_bytes, chosen):
+    for name in ("system", "stack"):
+        (tmp_path / name).mkdir()
+    used = []
+    make = scratch.tempfile.TemporaryFile
+    monkeypatch.setattr(scratch, "IN_MEMORY_BYTES", 100)
+    monkeypatch.setattr(scratch.tempfile, "gettempdir", lambda: str(tmp_path / "system"))
+    monkeypatch.setattr(scratch.tempfile, "TemporaryFile", lambda dir: used.append(dir) or make(dir=dir))
+    monkeypatch.setattr(scratch.shutil, "disk_usage", lambda _: type("Usage", (), {"free": free_bytes}))
+    scratch_array((100, 100), np.float32, tmp_path / "stack")
+    assert used == [tmp_path / chosen]
+
+
 def test_a_folder_that_cannot_be_written_gives_way_to_the_temporary_one(monkeypatch, tmp_path):
     monkeypatch.setattr(scratch, "IN_MEMORY_BYTES", 100)
     array = scratch_array((100, 100), np.float32, tmp_path / "absent")
