@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.results import SOAK_LOG, Output
 from engine.errors import MissingCapability
 from engine.steps import Step, drain
 
@@ -112,6 +113,7 @@ LARGE = (
     "gaussian-fit-quality",
     "gaussian-errors",
     "window-soak",
+    "cancel",
 )
 
 #: Name of a group of errors and the function that finds them in a working folder.
@@ -126,7 +128,11 @@ ACCURACIES = {
     "gaussian-fit-quality": "engine.bench.gaussian_fit:gaussian_fit_quality",
     "gaussian-errors": "engine.bench.gaussian_bake:gaussian_errors",
     "window-soak": "app.bench_soak:window_soak",
+    "cancel": "app.bench_cancel:cancel",
 }
+
+#: Options of the command line that a group of errors takes.
+OPTIONS = {"window-soak": ("runs", "run_s", "seed", "log"), "cancel": ("runs", "seed")}
 
 log = logging.getLogger(__name__)
 
@@ -137,13 +143,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--large", action="store_true", help="also what takes minutes: 24 megapixels, arcs that move, searches"
     )
-    parser.add_argument("--runs", type=int, metavar="N", help="runs of window-soak (8)")
+    parser.add_argument(
+        "--runs", type=int, metavar="N", help="runs of window-soak, or signals for each verb of cancel (8)"
+    )
     parser.add_argument("--run-s", type=float, metavar="S", help="seconds of each (8)")
     parser.add_argument(
-        "--seed", type=int, metavar="N", help="seed of the first run of window-soak; the others count on"
+        "--seed", type=int, metavar="N", help="of cancel, or of the first run of window-soak; the others count on"
     )
     parser.add_argument(
-        "--log", type=Path, metavar="FOLDER", help="folder that keeps what each run of window-soak says"
+        "--log",
+        type=Output(SOAK_LOG, Path),
+        metavar="FOLDER",
+        help="folder that keeps what each run of window-soak says",
     )
 
 
@@ -182,7 +193,7 @@ def _measure(name: str) -> Measure:
 def _accuracies(name: str, show: Callable[[Step], None], arguments: argparse.Namespace) -> list[dict[str, Any]]:
     from app.session import close_session, open_session
 
-    chosen = {key: getattr(arguments, key) for key in ("runs", "run_s", "seed", "log")} if name == "window-soak" else {}
+    chosen = {key: getattr(arguments, key) for key in OPTIONS.get(name, ())}
     folder = open_session()
     try:
         find = partial(
