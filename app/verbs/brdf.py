@@ -175,7 +175,8 @@ def _evaluate(arguments: argparse.Namespace, show: Callable[[Step], None]) -> di
 def _directions(arguments: argparse.Namespace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     import numpy as np
 
-    from engine.brdf.csv_samples import directions_from_degrees, read_directions
+    from engine.brdf.csv_samples import directions_from_degrees
+    from engine.brdf.samples_child import read_directions
 
     if arguments.directions is not None:
         return read_directions(Path(arguments.directions))

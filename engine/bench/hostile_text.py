@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from engine.bench.measure import Measure
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.brdf_file import read_measurement
-from engine.brdf.csv_samples import read_directions
+from engine.brdf.samples_child import read_directions
 from engine.camera import Camera
 from engine.camera import parse as read_camera
 from engine.capture.capture_file import read_capture_file

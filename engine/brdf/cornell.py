@@ -79,7 +79,7 @@ def read_cornell(path: Path) -> BrdfSamples:
 
 
 def _read_table(path: Path, lines: list[Line]) -> BrdfSamples:
-    bare = [Line(line.number, line.text.partition("#")[0].strip()) for line in lines]
+    bare = (Line(each.number, each.text.partition("#")[0].strip()) if "#" in each.text else each for each in lines)
     filled = [line for line in bare if line.text]
     count = filled[0].text.split()[0] if filled else ""
     if not re.fullmatch(r"\d{1,9}", count):

@@ -2,9 +2,9 @@
 
 A first line may name the columns, in any order; without it the order is the one above. Columns are separated by commas,
 semicolons, tabs or blanks; lines from `#` are comments, of which one before the data may name the columns too, as numpy
-writes it. X, Y, Z are read in place of R, G, B. Decimal commas are read where semicolons, tabs or blanks
-separate, and refused with the line where commas do, because there nobody can tell. `read_directions` reads such a
-table without values.
+writes it. X, Y, Z are read in place of R, G, B. Decimal commas are read where semicolons, tabs or blanks separate, and
+refused with the line where commas do, because there nobody can tell. `read_csv_directions` reads such a table without
+values.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def read_csv_samples(path: Path) -> BrdfSamples:
     return samples_from_rows(path, "CSV samples", wi, wo, rgb, findings=findings)
 
 
-def read_directions(path: Path) -> tuple[Vectors, Vectors]:
+def read_csv_directions(path: Path) -> tuple[Vectors, Vectors]:
     """Unit directions wi, wo (N, 3) of a table with four angles in degrees; other columns are not looked at.
 
     Raises InputError naming the line that is wrong, also for an angle that is not finite.

@@ -1,4 +1,4 @@
-"""Scattered samples from text files of strangers, read in the decoder child (`engine.files.untrusted`).
+"""Scattered samples and directions from text files of strangers, read in the decoder child (`engine.files.untrusted`).
 
 The readers of the formats run there as they are: what they read is handed to the child beforehand, the file itself and,
 of CUReT, those that lie beside it.
@@ -13,9 +13,10 @@ from typing import Any
 
 from engine.brdf.alta import read_alta
 from engine.brdf.cornell import read_cornell
-from engine.brdf.csv_samples import read_csv_samples
+from engine.brdf.csv_samples import read_csv_directions, read_csv_samples
 from engine.brdf.curet import read_curet, split_material
 from engine.brdf.samples import BrdfSamples
+from engine.directions import Vectors
 from engine.files.untrusted import decode_in_child, handed
 from engine.health import Finding, Health, Verdict
 
@@ -54,3 +55,16 @@ def decode_samples(
     findings = [(int(one.verdict), one.text, one.source) for one in samples.health.findings]
     values = {"name": samples.name, "kind": samples.kind, "invalid_samples": samples.invalid_samples}
     return {**arrays, **values, "figures": dict(samples.health.figures), "findings": findings}
+
+
+def read_directions(path: Path) -> tuple[Vectors, Vectors]:
+    """Unit directions wi, wo (N, 3) of the table `path`, read in the child; InputError as `read_csv_directions`."""
+    reply = decode_in_child("engine.brdf.samples_child:decode_directions", path, timeout_s=LIMIT_S)
+    return reply["wi"], reply["wo"]
+
+
+def decode_directions(content: bytes, name: str) -> dict[str, Any]:
+    """The decoder: the arrays wi and wo."""
+    with handed({name: content}):
+        wi, wo = read_csv_directions(Path(name))
+    return {"wi": wi, "wo": wo}

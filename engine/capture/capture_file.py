@@ -22,8 +22,9 @@
 
 A control point is x and y in the reference, then x and y in the photograph; pixel centres are at integers.
 Entries with equal angles and different exposures are exposures of one light.
-A table [simulation] is kept for the virtual light arc. Misspelt keys are refused, because a key that is silently
-ignored is an angle that is silently wrong.
+A table [simulation] is kept for the virtual light arc, dates in it as text. Misspelt keys are refused, because a key
+that is silently ignored is an angle that is silently wrong. The text is read in the decoder child of the photographs
+(`engine.files.untrusted`), which an import starts in any case.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from engine.errors import InputError
 from engine.files.text import utf8
-from engine.files.untrusted import read_bytes
+from engine.files.untrusted import decode_in_child, handed, read_bytes
 
 NAME = "capture.toml"
 
@@ -99,17 +100,34 @@ def capture_files(files: Iterable[Path]) -> list[Path]:
 
 def read_capture_file(path: Path) -> CaptureFile:
     """Read and check `path`; InputError names the line or the key that is wrong."""
+    decoder, process = "engine.capture.capture_file:decode_capture_file", "engine.capture.decode"
+    reply = decode_in_child(decoder, path, limit_bytes=_LIMIT_BYTES, process=process)
+    return _checked(path, reply["values"])
+
+
+def decode_capture_file(content: bytes, name: str) -> dict[str, Any]:
+    """The decoder: the `values` of a `CaptureFile` that were checked, as JSON has them."""
+    with handed({name: content}):
+        return {"values": _checked(Path(name), _values(Path(name))).model_dump(mode="json")}
+
+
+def _values(path: Path) -> dict[str, Any]:
     try:
         text = utf8(read_bytes(path, _LIMIT_BYTES)).decode("utf-8-sig")
         if _most_parts(text) > _PARTS_LIMIT:
             raise InputError(path, f"has a key of more than {_PARTS_LIMIT} parts", "Correct it, or remove the file")
-        return CaptureFile.model_validate(tomllib.loads(text))
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # also for a whole number of thousands of digits
+        raise InputError(path, f"is not valid TOML ({str(error)[:120]})", "Correct it, or remove the file") from None
+
+
+def _checked(path: Path, values: dict[str, Any]) -> CaptureFile:
+    try:
+        return CaptureFile.model_validate(values)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"])[:80]
         raise InputError(path, f"{where}: {first['msg']}", "Correct this key, or remove the file") from None
-    except (ValueError, RecursionError) as error:  # also for a whole number of thousands of digits
-        raise InputError(path, f"is not valid TOML ({str(error)[:120]})", "Correct it, or remove the file") from None
 
 
 def _most_parts(text: str) -> int:

@@ -83,6 +83,7 @@ def read_bytes(path: str | os.PathLike[str], limit_bytes: int = FILE_LIMIT_BYTES
     if (known := _handed.get(os.fspath(path))) is not None:
         if len(known) > limit_bytes:
             raise _too_large(path, len(known), limit_bytes)
+        _refuse_pointer(path, known)
         return known
     with opened(path, limit_bytes) as (file, size_bytes):
         content = _content(path, file, size_bytes)
@@ -224,6 +225,7 @@ def decode_in_child(
     limit_bytes: int = FILE_LIMIT_BYTES,
     cancellation: Cancellation | None = None,
     beside: Mapping[str, Path] = MappingProxyType({}),
+    process: str = "",
     **options: Any,
 ) -> dict[str, Any]:
     """Run `decoder` on the content of `path` in a child interpreter and return what it returns.
@@ -234,6 +236,8 @@ def decode_in_child(
         of arrays and JSON values, and raises `InputError(name, problem, remedy)` for what it does not accept.
     memory_bytes : address space of the child; what needs more is refused.
     timeout_s : what is not decoded by then is refused; None is `time_limit_s`.
+    process : the module whose child is asked, where one that serves other files at the time can serve this one; '' is
+        that of the decoder.
     beside : further files by the names that the decoder knows them by; it gets their contents as the keyword `beside`.
     options : JSON values.
 
@@ -244,6 +248,7 @@ def decode_in_child(
         sizes = [size_bytes for _, size_bytes in files]
         limits = {"memory_bytes": memory_bytes, "timeout_s": timeout_s or time_limit_s(sum(sizes))}
         request = _request(decoder, path, options, limits, sizes, beside)
+        request["process"] = process or request["process"]
         if HANDS_DESCRIPTORS:
             return _decoded(request, [], [file.fileno() for file, _ in files], cancellation)
         contents = [_content(each, *file) for each, file in zip((path, *beside.values()), files, strict=True)]
@@ -279,7 +284,8 @@ def _request(
 ) -> dict[str, Any]:
     """What the child is told; the contents come as descriptors of files of `sizes_bytes`, or after it."""
     known = {"decoder": decoder, "name": os.fspath(path), "options": options, **limits}
-    return {**known, "contents": sizes_bytes, "beside": list(beside)}
+    module = decoder.partition(":")[0]
+    return {**known, "contents": sizes_bytes, "beside": list(beside), "process": module}
 
 
 def _decoded(
@@ -328,9 +334,8 @@ def _answered(
     request: dict[str, Any], contents: list[bytes], files: list[int], cancellation: Cancellation
 ) -> dict[str, Any]:
     """The reply of a child; a child that died before the request reached it, as idle ones may, is replaced once."""
-    module = request["decoder"].partition(":")[0]
     for _ in range(2):
-        with _child(module) as child, cancellation.watching(child), shared_file() as results:
+        with _child(request["process"]) as child, cancellation.watching(child), shared_file() as results:
             reply = child.ask(request, contents, files, results if child.socket is not None else None)
         if reply is not None:
             return reply

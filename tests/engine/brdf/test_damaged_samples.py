@@ -15,7 +15,7 @@ import pytest
 from engine.brdf.alta import read_alta
 from engine.brdf.brdf_file import read_measurement
 from engine.brdf.cornell import read_cornell
-from engine.brdf.csv_samples import read_csv_samples, read_directions
+from engine.brdf.csv_samples import read_csv_directions, read_csv_samples
 from engine.brdf.curet import read_curet
 from engine.brdf.samples import BrdfSamples
 from tests.engine.brdf.fitted import scattered_brdf
@@ -83,7 +83,7 @@ def test_fault_5_damaged_curet_tables(tmp_path: Path, seed: int) -> None:
 def test_fault_5_damaged_lists_of_directions(tmp_path: Path, seed: int) -> None:
     path = tmp_path / "directions.csv"
     path.write_text("theta_i,phi_i,theta_o,phi_o\n" + lines(",", 0, 4))
-    for _, directions in each_written(path, (0, 28), lambda: read_directions(path), seed=seed):
+    for _, directions in each_written(path, (0, 28), lambda: read_csv_directions(path), seed=seed):
         if directions is not None:
             np.testing.assert_allclose(np.linalg.norm(directions, axis=-1), 1.0)
 

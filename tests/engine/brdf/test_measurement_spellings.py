@@ -9,7 +9,7 @@ import pytest
 
 from engine.brdf import alta, cornell, csv_samples, curet
 from engine.brdf.brdf_file import read_measurement
-from engine.brdf.csv_samples import read_directions
+from engine.brdf.samples_child import read_directions
 from engine.colour import XYZ_FROM_SRGB
 from engine.directions import surface_direction
 from engine.errors import InputError
@@ -137,6 +137,8 @@ def test_text_is_read_in_the_decoder_process(tmp_path: Path, monkeypatch: pytest
     for module in (alta, cornell, csv_samples, curet):
         monkeypatch.setattr(module, "read_lines", lambda path: pytest.fail(f"{path} was read in this process"))
     assert read_measurement(tmp_path / "rbrdf.dat#17").value.shape == (205, 3)
+    (tmp_path / "directions.csv").write_text("10,0,20,0\n")
+    assert read_directions(tmp_path / "directions.csv")[1].shape == (1, 3)
     (tmp_path / "table.txt").write_text("0.1 0 0.2\n")
     with pytest.raises(InputError, match="line 1 has 3 values") as caught:
         read_measurement(tmp_path / "rbrdf.dat")

@@ -12,10 +12,11 @@ import pytest
 from engine.brdf.alta import PARAMETRISATIONS, read_alta
 from engine.brdf.brdf_file import open_brdf, read_measurement
 from engine.brdf.cornell import read_cornell
-from engine.brdf.csv_samples import read_csv_samples, read_directions
+from engine.brdf.csv_samples import read_csv_samples
 from engine.brdf.curet import read_curet
 from engine.brdf.half_difference import half_difference
 from engine.brdf.samples import BrdfSamples
+from engine.brdf.samples_child import read_directions
 from engine.brdf.spectrum import srgb_from_spectra
 from engine.directions import surface_direction
 from engine.errors import InputError

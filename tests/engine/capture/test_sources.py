@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from engine.capture import capture_file, light_positions
 from engine.capture.exposures import Exposure, Noted, exposure_scale
 from engine.capture.light_positions import read_light_positions
 from engine.capture.mirror_sphere import Circle
@@ -152,6 +153,24 @@ def test_light_positions_with_spaces_paths_and_bom(folder):
     assert (one.name, other.line) == ("C:\\shots\\my sample 1.jpg", 3)
     assert np.degrees([one.elevation, one.azimuth]) == pytest.approx([53.1301, 90.0], abs=1e-4)
     assert np.degrees([other.elevation, other.azimuth]) == pytest.approx([36.8699, 180.0], abs=1e-4)
+
+
+def test_descriptions_are_read_in_the_decoder_process(folder, monkeypatch):
+    """Spec 15, S16: what a stranger wrote is taken apart where nothing else can be reached, and comes back whole."""
+    capture = (
+        'lamp_distance = 1.1\n[[photographs]]\nfile = "é.png"\nhighlight_px = [0.1, 2]\n[simulation]\nx = 2020-01-02'
+    )
+    place = folder(lights__lp="1\na.jpg 0 0.6 0.8", capture__toml=capture)
+    (place / "pointer.lp").write_text("version https://git-lfs.github.com/spec/v1\n")
+    for module in (capture_file, light_positions):
+        monkeypatch.setattr(module, "read_bytes", lambda path, _: pytest.fail(f"{path} was read in this process"))
+    assert light_positions.read_light_positions(place / "lights.lp")[0].name == "a.jpg"
+    found = capture_file.read_capture_file(place / "capture.toml")
+    assert (found.lamp_distance, found.simulation) == (1.1, {"x": "2020-01-02"})
+    assert found.photographs[0].highlight_px == (0.1, 2.0)
+    with pytest.raises(InputError, match="is a git-lfs pointer") as caught:
+        light_positions.read_light_positions(place / "pointer.lp")
+    assert caught.value.path == str(place / "pointer.lp")
 
 
 @pytest.mark.parametrize(
