@@ -50,6 +50,9 @@ DECODER_MEMORY_BYTES = 6 * GIBIBYTE
 SMALLEST_LIMIT_S, LARGEST_LIMIT_S = 30.0, 60.0
 _BYTES_PER_S = 1_000_000
 
+#: Seconds in which a decoder process has to start, which on a fresh machine includes compiling its kernels.
+START_LIMIT_S = 300.0
+
 #: Two photographs may be decoded at once.
 CHILDREN = 2
 
@@ -380,12 +383,8 @@ class _Child:
         requests, replies = self.process.stdin, self.process.stdout
         assert requests is not None
         assert replies is not None
-        timeout_s = request["timeout_s"]
-        expired = threading.Event()
-        watchdog = threading.Timer(timeout_s, self._expire, (expired,))
-        watchdog.daemon = True
-        watchdog.start()
-        arrived = False
+        arrived, expired = False, threading.Event()
+        watchdog = self._watchdog(START_LIMIT_S, expired)
         try:
             handed = files if results is None else [*files, results.descriptor]
             if self.socket is not None and handed:
@@ -395,10 +394,12 @@ class _Child:
             requests.writelines(contents)
             requests.flush()
             arrived = replies.readline() == b"\n"
+            watchdog.cancel()
+            watchdog = self._watchdog(request["timeout_s"], expired)
             reply = _receive(replies, results, request["memory_bytes"])
         except (OSError, EOFError):
             self.kill()
-            return self._last_words(timeout_s if expired.is_set() else None) if arrived or expired.is_set() else None
+            return self._last_words(request, arrived, expired.is_set()) if arrived or expired.is_set() else None
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError):
             self.kill()
             return {"problem": "is damaged: its decoder answered nonsense", "remedy": AGAIN}
@@ -408,13 +409,24 @@ class _Child:
             self.kill()
         return reply
 
-    def _expire(self, expired: threading.Event) -> None:
-        expired.set()
-        self.process.kill()
+    def _watchdog(self, limit_s: float, expired: threading.Event) -> threading.Timer:
+        """Kills the child after `limit_s`, unless it is cancelled before."""
 
-    def _last_words(self, timeout_s: float | None) -> dict[str, Any]:
-        if timeout_s is not None:
-            return {"problem": f"could not be decoded within {timeout_s:g} s", "remedy": AGAIN}
+        def expire() -> None:
+            expired.set()
+            self.process.kill()
+
+        timer = threading.Timer(limit_s, expire)
+        timer.daemon = True
+        timer.start()
+        return timer
+
+    def _last_words(self, request: dict[str, Any], arrived: bool, is_expired: bool) -> dict[str, Any]:
+        if is_expired and not arrived:
+            problem = f"could not be decoded, because the decoder process did not start within {START_LIMIT_S:g} s"
+            return {"problem": problem, "remedy": "Try again when other programs leave this machine more time"}
+        if is_expired:
+            return {"problem": f"could not be decoded within {request['timeout_s']:g} s", "remedy": AGAIN}
         code = self.process.returncode
         return {"problem": f"is damaged: its decoder crashed (exit code {code})", "remedy": AGAIN}
 
