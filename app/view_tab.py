@@ -126,7 +126,7 @@ class ViewTab(QWidget):
         bar.setFixedHeight(36)
         row = QHBoxLayout(bar)
         row.setContentsMargins(PADDING, 0, PADDING, 0)
-        row.setSpacing(2 * STEP)
+        row.setSpacing(STEP)
         row.addWidget(self.mode)
         row.addWidget(tool(self.frame_action))
         self.caption = Fitting()

@@ -38,9 +38,11 @@ def off_screen(
             raise
         warnings.append(str(missing))
         return None
-    with context:
-        picture, frame_s, name, messages = draw(context)
-    context.release()
+    try:
+        with context:
+            picture, frame_s, name, messages = draw(context)
+    finally:
+        context.release()
     return picture, {"frame_s": frame_s, "gl_renderer": name, "warnings": [*warnings, *messages]}
 
 

@@ -45,8 +45,7 @@ FILE_LIMIT_BYTES = 4 * GIBIBYTE
 #: Address space of a decoder: enough for 100 megapixels in 16 bits (file, samples, float32 result, temporaries).
 DECODER_MEMORY_BYTES = 6 * GIBIBYTE
 
-#: Seconds that a decoder gets for the smallest files (in which it may have to start, and to compile its kernels), and
-#: at most; in between by the size of the file.
+#: Seconds that a decoder which has started gets for the smallest files and at most; in between by size.
 SMALLEST_LIMIT_S, LARGEST_LIMIT_S = 30.0, 60.0
 _BYTES_PER_S = 1_000_000
 

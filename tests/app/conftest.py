@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -57,6 +59,13 @@ def _own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Working data and settings of a test stay in its own folder."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+
+
+@pytest.fixture(autouse=True)
+def _no_context_of_others() -> None:
+    """Give up the EGL context that another test may have left current, beside which Qt can make none of its own."""
+    with contextlib.suppress(OSError):
+        ctypes.CDLL("libEGL.so.1").eglReleaseThread()
 
 
 @pytest.fixture(autouse=True)

@@ -227,6 +227,19 @@ def test_a_decoder_that_hangs_is_stopped(file, decoders):
     assert decode_in_child(f"{decoders}:echo", file)
 
 
+def test_a_decoder_process_that_does_not_start_is_not_blamed_on_the_file(file, decoders, monkeypatch):
+    untrusted.stop_children()
+    monkeypatch.setattr(untrusted, "START_LIMIT_S", 0.01)
+    with pytest.raises(InputError, match="did not start"):
+        decode_in_child(f"{decoders}:echo", file)
+
+
+def test_the_time_of_a_file_begins_when_the_process_has_started(file, decoders, monkeypatch):
+    untrusted.stop_children()
+    monkeypatch.setattr(untrusted, "_START", f"import time; time.sleep(3)\n{untrusted._START}")
+    assert decode_in_child(f"{decoders}:echo", file, timeout_s=2.0)
+
+
 def test_two_files_are_decoded_at_once_and_no_process_stays(file, decoders):
     pids = []
     threads = [
