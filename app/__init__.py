@@ -1,1 +1,1 @@
-"""Lightarc's window and command line. They show and ask; `engine` computes."""
+"""Lightarc's window and command line. `engine` computes."""

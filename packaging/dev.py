@@ -74,7 +74,7 @@ OTHER_SYSTEMS = {
     "libxcb-render-util0 libxcb-shape0 dejavu-fonts xorg-x11-server-Xvfb libatomic1",
 }
 
-#: What pip says when it fails, and what that means for the person who waits for it.
+#: Parts of pip's error messages, and the explanation for the person who waits.
 PIP_FAILURES = (
     ("DO NOT MATCH THE HASHES", "A package differs from the one that the lock file names; check the package index."),
     ("No space left", "The disk is full; free about 3 GB and run the same command again."),
@@ -150,7 +150,7 @@ def set_up(purpose: str) -> None:
 
 
 def is_ready(purpose: str) -> bool:
-    """Whether `.venv` holds what `purpose` needs; what tests need includes all that a run needs."""
+    """True if `.venv` holds what `purpose` needs; the set for tests includes the set for a run."""
     if not PYTHON.exists() or UNFINISHED.exists():
         return False
     return any(
@@ -241,7 +241,7 @@ def make_environment() -> None:
 
 
 def is_sound() -> bool:
-    """Whether `.venv` answers with this Python's version, has pip, and no installation in it was cut short."""
+    """True if `.venv` answers with this Python's version, has pip, and no installation in it was cut short."""
     if not PYTHON.exists() or UNFINISHED.exists():
         return False
     question = "import pip, sys; print('%d.%d' % sys.version_info[:2])"

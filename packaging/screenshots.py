@@ -21,11 +21,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from PySide6.QtWidgets import QApplication
 
-from app import theme
-from app.factoring import FactorChoices
-from app.main_window import WORKSPACES, MainWindow
-from app.surfaces import request_format
-from engine.lamps import LampSettings
+from app.document.factoring import FactorChoices
+from app.viewport.gl_surface import request_format
+from app.widgets import theme
+from app.window.main_window import WORKSPACES, MainWindow
+from engine.light.lamps import LampSettings
 
 SIZES = ((1280, 800), (1920, 1080))
 
@@ -108,7 +108,7 @@ def compared(window: MainWindow, folder: Path, state: str) -> None:
 
 
 def docks(window: MainWindow, folder: Path, state: str) -> None:
-    """What accuracy costs, effects as they are planned, forced and planned anew, a bake, health and the self-test."""
+    """The docks: cost of accuracy, effects planned, forced and planned anew, a bake, health and the self-test."""
     window.show_workspace("view")
     document, effects, accuracy = window.bench.document, window.effects_dock, window.accuracy_dock
     document.change("Plan", look=replace(document.project.look, forced=(), skipped=(), mode="direct"))
@@ -148,7 +148,7 @@ def grab(window: MainWindow, path: Path) -> None:
 
 
 def enough(window: MainWindow) -> bool:
-    """Whether a reference that is shown has a few samples, and the error of what is compared is known."""
+    """True if a shown reference has a few samples, and the error of compared pictures is known."""
     pictures = window.view.pictures
     found = pictures.reference.found
     refined = pictures.progressive is None or (found is not None and found.samples >= 8)

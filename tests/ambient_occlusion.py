@@ -11,20 +11,18 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.effects.simplified import albedos
-from engine.environment import solid_angles
-from engine.ground import with_ground
-from engine.mesh import Mesh
-from engine.params import check, whole
-from engine.steps import Step, Steps
-from engine.transport.lit import Illuminated, Light, Shade
-from engine.transport.method import Method, NoLightSettings, Relight, Subject
-from engine.transport.transport_file import (
+from engine.core.params import check, whole
+from engine.core.steps import Step, Steps
+from engine.geometry.ground import with_ground
+from engine.geometry.mesh import Mesh
+from engine.light.environment import solid_angles
+from engine.planning.effects.simplified import albedos
+from engine.transport.baking.file import (
     TransportFile,
     TransportPlan,
     open_transport,
@@ -32,14 +30,17 @@ from engine.transport.transport_file import (
     read_as,
     write_transport,
 )
-from engine.transport.visibility import receivers, visibility_shares
+from engine.transport.baking.settings import NoLightSettings
+from engine.transport.baking.visibility import receivers, visibility_shares
+from engine.transport.method import Method, Relight, Subject
+from engine.transport.relit import Illuminated, Light, Shade
 
 NAME = "ambient-occlusion"
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What can be set of a bake."""
+    """Settings of a bake."""
 
     rays: int = whole(8, 4, 32, ladder=(4, 8, 16), words="rays along an edge", doc="rays along an edge of a cube map")
 
@@ -57,7 +58,7 @@ class Occlusion:
 
 
 @dataclass(frozen=True, eq=False)
-class LitOcclusion:
+class RelitOcclusion:
     """`rows` (V, 3) are radiance."""
 
     transport: Occlusion
@@ -113,7 +114,7 @@ def prepare(subject: Subject, settings: Settings, _tested: Any = None) -> Steps[
     yield Step(0.0, "looking at the model")
     mesh, first = subject.mesh, len(subject.mesh.positions)
     surface = mesh if subject.ground is None else with_ground(mesh, subject.ground)[0]
-    albedo = float(albedos(subject.brdf).mean.mean())
+    albedo = float(albedos(cast(Any, subject.brdf)).mean.mean())
     empty = planned_file(surface, first, np.zeros(len(surface.positions), np.float32))
     return Work(surface, first, albedo, settings, empty)
 
@@ -157,7 +158,7 @@ def lines(result: dict[str, Any]) -> list[str]:
     return [f"open by {100.0 * result['open_mean']:.0f} % on average"]
 
 
-def lit(transport: Occlusion, light: Light, _asked: Any) -> LitOcclusion:
+def relit(transport: Occlusion, light: Light, _asked: Any) -> RelitOcclusion:
     mean = np.zeros(3)
     if light.environment is not None:
         area = solid_angles(*light.environment.radiance.shape[:2])
@@ -165,13 +166,13 @@ def lit(transport: Occlusion, light: Light, _asked: Any) -> LitOcclusion:
         mean += light.factor * np.einsum("hwc,hw->c", light.environment.radiance.astype(np.float64), shares)
     for lamp in light.lamps:
         mean += np.array(lamp.irradiance) / (4.0 * math.pi)
-    return LitOcclusion(transport, (transport.open[:, None] * mean).astype(np.float32))
+    return RelitOcclusion(transport, (transport.open[:, None] * mean).astype(np.float32))
 
 
 def relighter(transport: Occlusion, _brdf: Any) -> Relight:
-    def relight(light: Light, asked: Any, _wanted: Any) -> Steps[LitOcclusion]:
+    def relight(light: Light, asked: Any, _wanted: Any) -> Steps[RelitOcclusion]:
         yield Step(0.0, "relighting")
-        return lit(transport, light, asked)
+        return relit(transport, light, asked)
 
     return relight
 
@@ -194,7 +195,7 @@ def held(transport: Occlusion) -> list[NDArray[Any]]:
 
 def illuminated(file: TransportFile, light: Light, asked: Any, _brdf: str | None) -> Steps[Illuminated]:
     yield Step(0.0, "relighting")
-    found = lit(transport_of(file), light, asked)
+    found = relit(transport_of(file), light, asked)
     return Illuminated(found, {"light_s": 0.0, "relight_s": 0.0}, lambda _eye: 0.0, "nothing helps")
 
 
@@ -203,22 +204,22 @@ class Textures:
 
     SHADER, SOURCE = "transported", str(Path(__file__).with_suffix(".glsl"))
 
-    def __init__(self, _context: Any, lit: LitOcclusion, _limits: Any) -> None:
+    def __init__(self, _context: Any, relit: RelitOcclusion, _limits: Any) -> None:
         self.definitions: dict[str, str] = {}
         self.messages: list[str] = []
 
     @staticmethod
-    def key(_lit: LitOcclusion) -> object:
+    def key(_relit: RelitOcclusion) -> object:
         return NAME
 
     @staticmethod
-    def rows(lit: LitOcclusion) -> list[Any]:
-        return [lit.rows]
+    def rows(relit: RelitOcclusion) -> list[Any]:
+        return [relit.rows]
 
     def fill(self) -> Iterator[None]:
         return iter(())
 
-    def relight(self, _lit: LitOcclusion) -> Iterator[None]:
+    def relight(self, _relit: RelitOcclusion) -> Iterator[None]:
         return iter(())
 
     def bind(self, _program: Any) -> None:

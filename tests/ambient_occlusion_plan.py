@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from engine.effects.cost_model import Cost
-from engine.effects.planned import PlannedBake
-from engine.steps import Steps
+from engine.core.steps import Steps
+from engine.planning.costs.cost_model import Cost
+from engine.planning.costs.planned import PlannedBake
 from engine.transport.method import Subject
 from tests import ambient_occlusion
 

@@ -23,7 +23,7 @@ from collections.abc import Generator, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -63,7 +63,7 @@ _WRAPPED = re.compile(r"np\.\w+\(([^()]*)\)")
 
 _RELATIONS: dict[type[ast.cmpop], str] = {ast.LtE: "<=", ast.Lt: "<", ast.GtE: ">=", ast.Gt: ">", ast.Eq: "="}
 
-#: What may stand in an expression that is evaluated a second time, because it changes nothing.
+#: Syntax allowed in an expression that is evaluated a second time, because it changes nothing.
 _PURE = (
     *(ast.Name, ast.Attribute, ast.Subscript, ast.Constant, ast.BinOp, ast.UnaryOp, ast.Slice, ast.Tuple, ast.Load),
     *(ast.operator, ast.unaryop, ast.Call, ast.keyword),
@@ -93,7 +93,7 @@ class Figure:
 
 @dataclass
 class Case:
-    """What is known of one id at the end of a run."""
+    """Everything recorded of one id at the end of a run."""
 
     id: str
     group: str
@@ -159,7 +159,7 @@ def array_figure(assertion: str, names: Mapping[str, Any], where: str) -> Figure
 
 
 def _is_pure(expression: ast.expr) -> bool:
-    """Whether nothing happens but arithmetic: of calls only those of numpy, and not for random numbers."""
+    """True if only arithmetic happens: the only calls are those of numpy, and not for random numbers."""
     for node in ast.walk(expression):
         if not isinstance(node, _PURE):
             return False
@@ -291,7 +291,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
         if figure is not None:
             item.user_properties.append(("figure", asdict(figure)))
 
-    np.testing.assert_allclose = checked
+    np.testing.assert_allclose = cast(Any, checked)
     try:
         yield
     finally:

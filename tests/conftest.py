@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-# How long an example takes says something of the machine and what else it does, and nothing of the code.
+# The time of an example depends on the machine and its load, not on the code.
 untimed = settings(settings.default, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("untimed", untimed)
 settings.load_profile("untimed")

@@ -1,4 +1,7 @@
-"""The shape of the sources: who may import whom, who may write files, and what must not appear at all."""
+"""The shape of the sources: who may import whom, who may write files, and what must not appear at all.
+
+Ours instead of import-linter, because one walk over the sources serves rules of imports and of other things alike.
+"""
 
 from __future__ import annotations
 
@@ -16,79 +19,11 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from app.cli import VERBS
+from app.command_line import VERBS
 
 PROJECT = Path(__file__).resolve().parents[1]
 
 QT = {"PySide6", "shiboken6", "pyqtgraph"}
-
-#: Packages of the engine from low to high: each may import itself, its own row and the rows above it in this list.
-LAYERS = (
-    {"errors", "steps", "params", "health", "kernels", "one_thread", "stopwatch", "colour", "directions", "tangents"},
-    {
-        "files.atomic",
-        "files.untrusted",
-        "files.decoder_child",
-        "files.sandbox",
-        "files.shared",
-        "files.partial_names",
-        "files.resumable",
-        "files.scratch",
-        "files.file_array",
-        "files.archive",
-        "files.unpack",
-        "files.manifest",
-        "files.outputs",
-        "files.text",
-    },
-    {
-        "images",
-        "environment",
-        "environment_file",
-        "light_tree",
-        "camera",
-        "drape",
-        "bust",
-        "cube_map",
-        "cube_layouts",
-        "cube_map_kernel",
-        "prefilter",
-        "prefilter_kernel",
-        "lamps",
-        "daylight",
-        "studios",
-        "sky",
-        "sun",
-    },
-    {
-        "mesh",
-        "mesh_text",
-        "mesh_weld",
-        "shapes",
-        "ground",
-        "mesh_clean",
-        "mesh_memory",
-        "mesh_scene",
-        "obj",
-        "ply",
-        "polygons",
-        "unwrap",
-        "ray_caster",
-        "embree",
-    },
-    {"capture", "brdf"},
-    {"factor"},
-    {"shading"},
-    {"material"},
-    {"scene"},
-    {"transport"},
-    {"render", "gl"},
-    {"accuracy", "plot"},
-    {"effects"},
-    {"tradeoff"},
-    {"files"},
-    {"contact_sheet", "material_pictures", "demo_sheet", "demo", "figures", "bench", "selftest"},
-)
 
 #: Calls that write, make or remove something on the disk, by their dotted name.
 WRITING = re.compile(
@@ -102,47 +37,50 @@ NULL = "the null device"
 READING = "opens for reading, without waiting for a pipe"
 WORKING = "the working folder of one run, removed at its end"
 
-#: What is written without going through `engine.files.atomic`, and why that is right.
+#: Writes that do not go through `engine.storage.atomic`, and the reason for each.
 EXCEPTIONS = {
-    "engine/files/bundle.py zipfile.ZipFile": STREAM,
+    "engine/bundle/bundle.py zipfile.ZipFile": STREAM,
     "engine/images/encode.py tifffile.imwrite": STREAM,
-    "engine/files/decoder_child.py os.open": NULL,
+    "engine/storage/decoder_child.py os.open": NULL,
     "app/__main__.py os.open": NULL,
-    "engine/files/untrusted.py os.open": READING,
-    "engine/files/sandbox.py os.open": "a place whose reading stays allowed, which cannot be read through it",
-    "engine/files/resumable.py os.open": "the unfinished file itself, whose writing passes what `atomic` has for that",
+    "engine/storage/untrusted.py os.open": READING,
+    "engine/storage/sandbox.py os.open": "a place whose reading stays allowed, which cannot be read through it",
+    "engine/storage/resumable.py os.open": (
+        "the unfinished file itself, whose writing passes what `atomic` has for that"
+    ),
     "engine/capture/stack.py os.open": READING,
-    "engine/files/file_array.py os.open": READING,
-    "engine/transport/transport_check.py os.open": READING,
-    "engine/files/scratch.py tempfile.TemporaryFile": "an unnamed file that vanishes with the process",
-    "engine/files/unpack.py tempfile.TemporaryFile": "an unnamed file that vanishes with the process",
-    "engine/capture/packed.py tempfile.TemporaryDirectory": "unpacked photographs, removed with their sources",
-    "engine/files/scratch.py np.memmap": "an unnamed file that vanishes with the process",
-    "app/session.py base.mkdir": WORKING,
-    "app/session.py tempfile.mkdtemp": WORKING,
-    "app/session.py shutil.rmtree": WORKING,
-    "app/bench_window.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
-    "app/bench_soak.py tempfile.TemporaryDirectory": "models and settings of a window that is soaked, removed with it",
-    "app/bench_soak.py tempfile.TemporaryFile": "what a soaked window says, read when it has ended",
-    "app/bench_program.py tempfile.TemporaryDirectory": "photographs of a measured import, removed with it",
+    "engine/storage/file_array.py os.open": READING,
+    "engine/transport/baking/file_header.py os.open": READING,
+    "engine/storage/scratch.py tempfile.TemporaryFile": "an unnamed file that vanishes with the process",
+    "engine/storage/unpack.py tempfile.TemporaryFile": "an unnamed file that vanishes with the process",
+    "engine/capture/lights/sources.py tempfile.TemporaryDirectory": "unpacked photographs, removed with their sources",
+    "engine/storage/scratch.py np.memmap": "an unnamed file that vanishes with the process",
+    "app/session/settings.py base.mkdir": WORKING,
+    "app/session/settings.py tempfile.mkdtemp": WORKING,
+    "app/session/settings.py shutil.rmtree": WORKING,
+    "app/bench/window.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
+    "app/bench/soak.py tempfile.TemporaryDirectory": "models and settings of a window that is soaked, removed with it",
+    "app/bench/soak.py tempfile.TemporaryFile": "what a soaked window says, read when it has ended",
+    "app/bench/program.py tempfile.TemporaryDirectory": "photographs of a measured import, removed with it",
     "engine/bench/tables.py tempfile.TemporaryDirectory": "a table whose reading is measured, removed with it",
     "engine/bench/hostile_text.py tempfile.TemporaryDirectory": "texts whose reading is measured, removed with it",
-    "engine/effects/calibration.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "engine/bench/wavelet.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "engine/bench/gaussian_bake.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "engine/bench/plan.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "engine/bench/cost_model.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "engine/tradeoff/baked.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "engine/bench/paid_off.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
-    "app/crash.py path.open": "the report of a crash, which is written while the process falls",
-    "app/crash.py path.unlink": "reports of crashes that are empty or too many",
-    "app/settings.py folder.mkdir": "an empty folder for the settings",
+    "engine/planning/costs/machine_profile.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
+    "engine/bench/transport/wavelet.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
+    "engine/bench/transport/gaussian_bake.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
+    "engine/bench/transport/plan.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
+    "engine/tradeoff/bake_group.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
+    "engine/bench/transport/paid_off.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
+    "app/process/crash.py path.open": "the report of a crash, which is written while the process falls",
+    "app/process/crash.py path.unlink": "reports of crashes that are empty or too many",
+    "app/session/settings.py folder.mkdir": "an empty folder for the settings",
 }
 
 #: Who may catch everything, and why.
 CATCHERS = {
-    "app/jobs.py BaseException": "the border of a thread: whatever was raised becomes the job's outcome",
-    "app/surfaces.py Exception": "the border of a paint event: Qt would raise it in whatever Python code runs next",
+    "app/jobs/jobs.py BaseException": "the border of a thread: whatever was raised becomes the job's outcome",
+    "app/viewport/gl_surface.py Exception": (
+        "the border of a paint event: Qt would raise it in whatever Python code runs next"
+    ),
     "engine/gl/context.py Exception": "moderngl raises plain Exception; every other type is raised again",
 }
 
@@ -174,42 +112,28 @@ def packages_of(path: Path) -> set[str]:
     return {name.split(".")[0] for name in imports_of(path)}
 
 
-def layer_of(module: str) -> int | None:
-    """Row of LAYERS to which a module `engine.…` belongs, by its own name or its package's; None for `engine`."""
-    words = module.split(".")[1:]
-    for length in (2, 1):
-        for row, names in enumerate(LAYERS):
-            if ".".join(words[:length]) in names:
-                return row
-    return None
-
-
 @pytest.mark.parametrize("path", sources("engine"), ids=name_of)
 def test_engine_knows_neither_qt_nor_app(path: Path) -> None:
-    assert not packages_of(path) & (QT | {"app"})
+    assert not packages_of(path) & (QT | {"app", "lightarc"})
 
 
 def test_only_the_drawing_side_imports_moderngl() -> None:
     users = {name_of(path) for path in sources("engine", "app") if "moderngl" in packages_of(path)}
-    assert not {name for name in users if not name.startswith("engine/gl/")} - {"app/viewport.py"}
-
-
-@pytest.mark.parametrize("path", sources("engine"), ids=name_of)
-def test_engine_imports_point_downwards(path: Path) -> None:
-    own = ".".join(path.relative_to(PROJECT).with_suffix("").parts).removesuffix(".__init__")
-    if own.count(".") == 0 or path.name == "__init__.py":
-        return
-    layer = layer_of(own)
-    assert layer is not None, f"{own} has no place in LAYERS"
-    higher = {name for name in imports_of(path) if name.startswith("engine.") and (layer_of(name) or 0) > layer}
-    assert not higher
+    assert not {name for name in users if not name.startswith("engine/gl/")} - {"app/viewport/viewport.py"}
 
 
 def test_the_command_line_starts_without_heavy_libraries() -> None:
     heavy = {"numba", "cv2", "scipy", "moderngl", "rawpy", "trimesh", *QT}
-    program = "import sys; from app.cli import build_parser; build_parser(); print(*sys.modules)"
+    program = "import sys; from app.command_line import build_parser; build_parser(); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=PROJECT)
     assert not heavy & set(loaded.stdout.split())
+
+
+def test_the_package_starts_without_libraries() -> None:
+    """Every module of an installation is imported after it, those of decoders among them."""
+    program = "import lightarc, sys; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=PROJECT)
+    assert not {"numpy", "app"} & set(loaded.stdout.split())
 
 
 def writing_calls(path: Path) -> Iterator[str]:
@@ -221,7 +145,7 @@ def writing_calls(path: Path) -> Iterator[str]:
 
 
 def reads_only(call: ast.Call, called: str) -> bool:
-    """Whether a call that might write only reads: `open(path, "rb")`, `memmap(…, mode="r")`, `document.open(path)`."""
+    """True if a call that might write only reads: `open(path, "rb")`, `memmap(…, mode="r")`, `document.open(path)`."""
     if called == "os.open":
         return False
     position = 0 if called.endswith(".open") else 1
@@ -235,20 +159,20 @@ def reads_only(call: ast.Call, called: str) -> bool:
 
 
 def test_files_are_written_in_one_place() -> None:
-    calls = {call for path in sources("engine", "app") for call in writing_calls(path)}
-    calls = {call for call in calls if not call.startswith("engine/files/atomic.py ")}
+    calls = {call for path in sources("engine", "app", "lightarc") for call in writing_calls(path)}
+    calls = {call for call in calls if not call.startswith("engine/storage/atomic.py ")}
     assert sorted(calls - set(EXCEPTIONS)) == []
     assert sorted(set(EXCEPTIONS) - calls) == [], "exceptions that nobody needs any more"
 
 
-@pytest.mark.parametrize("path", sources("engine", "app", "packaging"), ids=name_of)
+@pytest.mark.parametrize("path", sources("engine", "app", "lightarc", "packaging"), ids=name_of)
 def test_nothing_is_pickled(path: Path) -> None:
     assert not packages_of(path) & {"pickle", "dill", "cloudpickle", "joblib", "shelve", "marshal"}
     keywords = (node for node in ast.walk(tree_of(path)) if isinstance(node, ast.keyword))
     assert not [node.lineno for node in keywords if node.arg == "allow_pickle" and ast.unparse(node.value) != "False"]
 
 
-@pytest.mark.parametrize("path", sources("engine", "app", "packaging"), ids=name_of)
+@pytest.mark.parametrize("path", sources("engine", "app", "lightarc", "packaging"), ids=name_of)
 def test_failures_are_caught_by_name(path: Path) -> None:
     """`except:` and `except Exception` hide mistakes; `except BaseException` may tidy up if it raises again."""
     for node in ast.walk(tree_of(path)):
@@ -261,7 +185,7 @@ def test_failures_are_caught_by_name(path: Path) -> None:
 
 
 def text_files() -> Iterator[Path]:
-    folders = ("app", "engine", "resources", "tests", "packaging", ".ci")
+    folders = ("app", "engine", "lightarc", "resources", "tests", "packaging", ".ci")
     yield from (path for path in PROJECT.iterdir() if path.is_file())
     for folder in folders:
         yield from (

@@ -79,7 +79,7 @@ def test_only_the_standard_library_is_imported() -> None:
     assert {name.split(".")[0] for name in imported} <= sys.stdlib_module_names
 
 
-def test_an_old_python_is_told_in_a_sentence(
+def test_an_old_python_is_reported_in_a_sentence(
     dev: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(dev.sys, "version_info", (3, 10, 4, "final", 0))
@@ -225,7 +225,7 @@ class TestSystemPackages:
 
 @pytest.fixture
 def called(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
-    """What would have been run, each with exit code 0."""
+    """The commands that would have been run, each with exit code 0."""
     calls: list[list[str]] = []
 
     def call(command: Sequence[str], environment: object = None) -> int:

@@ -1,1 +1,1 @@
-"""How far pictures are from each other, and what that costs."""
+"""The error of one picture against another, and how certain it is."""

@@ -1,4 +1,4 @@
-"""How far a picture is from a reference: relative RMSE of linear radiance, ꟻLIP, and the largest difference.
+"""Error of a picture against a reference: relative RMSE of linear radiance, ꟻLIP, and the largest difference.
 
 Over the pixels p of the mask and the three channels, with a the picture and b the reference,
 
@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.accuracy.flip import LARGE_TILE, flip_map
-from engine.steps import Steps, drain
+from engine.core.steps import Steps, drain
 
 Picture = NDArray[Any]
 Mask = NDArray[np.bool_]
@@ -32,7 +32,7 @@ DEVIATIONS = 1.96
 
 @dataclass(frozen=True)
 class ImageError:
-    """How far two pictures are apart.
+    """Error of a picture against a reference.
 
     Attributes
     ----------

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.colour import luminance
+from engine.core.colour import luminance
 from engine.render.display import diverging
 
 Pixels = NDArray[np.uint8]

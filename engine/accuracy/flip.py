@@ -1,6 +1,6 @@
 """ꟻLIP, the difference that a person sees between two pictures who flips between them.
 
-Andersson et al. 2020 for pictures as they are displayed ('LDR') and Andersson et al. 2021 for linear radiance ('HDR':
+Andersson2020 for pictures as they are displayed ('LDR') and Andersson2021 for linear radiance ('HDR':
 the largest difference over a range of exposures), computed by NVIDIA's `flip_evaluator` for 67 pixels per degree (a
 0.7 m wide 4K screen at 0.7 m). It is called for one tile and exposure at a time, with a margin of as many pixels as its
 filters reach: the value of every pixel is that of the whole picture, tiles without wanted pixels cost nothing, and its
@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.colour import luminance
-from engine.steps import Step, Steps, part
+from engine.core.colour import luminance
+from engine.core.steps import Step, Steps, part
 
 #: Pixels that the filters of ꟻLIP reach at 67 pixels per degree: 3 standard deviations of its widest, rounded up.
 MARGIN = 12
@@ -112,14 +112,14 @@ def _displayed(parts: list[NDArray[np.float32]]) -> NDArray[np.float32]:
 
 
 def _aces(radiance: NDArray[np.float32], exposure: float) -> NDArray[np.float32]:
-    """What the fit of `flip_evaluator` makes of radiance at an exposure in stops, in [0, 1]."""
+    """Tone-mapped radiance by the fit of `flip_evaluator`, at an exposure in stops, in [0, 1]."""
     a, b, c, d, e = _ACES
     x = np.minimum(radiance * 2.0**exposure, BRIGHTEST).astype(np.float64)
     return np.clip((a * x * x + b * x) / (c * x * x + d * x + e), 0.0, 1.0).astype(np.float32)
 
 
 def _exposures(reference: NDArray[np.float32], wanted: NDArray[np.bool_]) -> list[float]:
-    """In stops, from the brightest pixel at 85 % of white to the median there (Andersson et al. 2021, section 4.1).
+    """In stops, from the brightest pixel at 85 % of white to the median there (Andersson2021 section 4.1).
 
     The median is that of the wanted pixels, or of those that are lit where more than half of them are black.
     """

@@ -1,1 +1,1 @@
-"""Benchmarks: each measures its own limit in the same run, so that results are ratios."""
+"""Measurements of capture, BRDFs, factorisation and light, each beside the limit that bounds it."""

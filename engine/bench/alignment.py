@@ -1,4 +1,4 @@
-"""How near alignment comes to motions that are known: simulated light arcs, each photograph moved, turned and bent.
+"""Error of alignment against known motions: simulated light arcs, each photograph moved, rotated and bent.
 
 Ten lights from 5 to 90 degrees fall on a sample of the virtual arc; each photograph is warped by a motion of the kind
 that alignment is asked for, whose shift is up to so many pixels along both axes and which moves the corners by about as
@@ -17,13 +17,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.bench.capture_truth import Accuracy
-from engine.capture.align import align
-from engine.capture.alignment import MOTIONS, Alignment
-from engine.colour import luminance
-from engine.render.arc import ELEVATIONS_DEG, LightArc
-from engine.render.simulate import renderings
-from engine.steps import Steps, part
+from engine.bench.measure import Accuracy
+from engine.capture.registration.align import align
+from engine.capture.registration.pair_motion import MOTIONS, Alignment
+from engine.core.colour import luminance
+from engine.core.steps import Steps, part
+from engine.simulate.arc import ELEVATIONS_DEG, LightArc
+from engine.simulate.simulate import renderings
 
 Grey = NDArray[np.float32]
 Matrix = NDArray[np.float64]

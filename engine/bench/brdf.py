@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from engine.bench.measure import Measure, best_of
 from engine.brdf.brdf import MODELS
-from engine.directions import normalize
+from engine.core.directions import normalize
 
 PAIRS = 1_000_000
 

@@ -18,17 +18,16 @@ import numpy as np
 import psutil
 from numpy.typing import NDArray
 
-from engine.bench.capture_truth import Accuracy
-from engine.bench.measure import Measure
-from engine.capture.align import align
+from engine.bench.measure import Accuracy, Measure
 from engine.capture.import_stack import ImportSettings, import_stack
-from engine.capture.sources import find
-from engine.capture.texture import reduced, reduction
-from engine.files.atomic import make_folder, write_bytes
-from engine.files.untrusted import CHILDREN
+from engine.capture.lights.sources import find
+from engine.capture.registration.align import align
+from engine.capture.registration.texture import reduced, reduction
+from engine.core.steps import Step, Steps, drain
 from engine.images.encode import write_tiff16
-from engine.render.dng import Levels, dng_bytes
-from engine.steps import Step, Steps, drain
+from engine.simulate.dng import Levels, dng_bytes
+from engine.storage.atomic import make_folder, write_bytes
+from engine.storage.untrusted import CHILDREN
 
 COUNT, HEIGHT, WIDTH = 10, 4000, 6000
 MEMORY_LIMIT_BYTES = 2 * 2**30

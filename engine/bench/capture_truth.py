@@ -1,8 +1,8 @@
-"""How near the acquisition comes to a truth that is known: captures of the virtual light arc, measured against it.
+"""Error of the acquisition against ground truth: captures of the virtual light arc, measured against it.
 
 Radiance is compared where its signal-to-noise ratio is `SNR` or more in one photograph, and errors are root mean
-squares of relative differences. A material is rendered between its photographs as the paper does (Kautz et al. 2004,
-section 4), and compared with what the virtual arc itself shows under that lamp; that error is the method's, and is
+squares of relative differences. A material is rendered between its photographs as the paper does (Kautz2004 section 4),
+and compared with what the virtual arc itself shows under that lamp; that error is the method's, and is
 relative to the mean radiance of the picture.
 Cost: some 40 s on two cores, and 40 MB in the working folder.
 """
@@ -12,45 +12,34 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.calibrate import flat_field_gain, near_lamp_gain
-from engine.capture.decode import Photograph, read_photograph
+from engine.bench.measure import Accuracy
 from engine.capture.import_stack import ImportSettings, import_stack
-from engine.capture.mirror_sphere import Circle, find_highlight, light_direction
-from engine.capture.radiometry import mean_radiance, merge_exposures
-from engine.capture.sources import find
+from engine.capture.lights.mirror_sphere import Circle, find_highlight, light_direction
+from engine.capture.lights.sources import find
+from engine.capture.photograph.calibrate import flat_field_gain, near_lamp_gain
+from engine.capture.photograph.decode import Photograph, read_photograph
+from engine.capture.photograph.radiometry import mean_radiance, merge_exposures
 from engine.capture.stack import ImageStack
-from engine.colour import luminance
+from engine.core.colour import luminance
+from engine.core.steps import Steps, part
 from engine.images.decode import read_image
-from engine.render.arc import EXPOSURE_S, LightArc, calibration_file, sphere
-from engine.render.capture_notes import MARKER
-from engine.render.height_fields import SAMPLES
-from engine.render.simulate import renderings, simulate
 from engine.shading.power_law import fit
 from engine.shading.shading_map import ShadingMap, build
-from engine.steps import Steps, part
+from engine.simulate.arc import EXPOSURE_S, LightArc, calibration_file, sphere
+from engine.simulate.height_fields import SAMPLES
+from engine.simulate.simulate import MARKER, renderings, simulate
 
 SIZE, SPHERE_SIZE, SLICES = 256, 512, 8
 SNR = 100.0
 BORDER = 8
 BETWEEN_DEG = (7.5, 15.0, 25.0, 35.0, 45.0, 55.0, 65.0, 75.0, 85.0)
 GOAL = 0.01
-
-
-@dataclass(frozen=True)
-class Accuracy:
-    """An error called `name`, of what it is in words, and the largest that is promised; None where none is."""
-
-    name: str
-    error: float
-    what: str
-    bound: float | None = None
 
 
 def measures(folder: Path) -> Steps[list[Accuracy]]:

@@ -1,4 +1,4 @@
-"""How many directions an environment needs: errors against the sum over the whole map, for a matt and a shiny BRDF.
+"""Errors by the number of directions of an environment, against the whole map, for a diffuse and a shiny BRDF.
 
 On the sphere with a coloured weave as material. An error's bound is that of half as many directions and one percent:
 more directions do not cost accuracy. A shiny lobe of some 10 degrees must hold several lights before they look like one
@@ -13,17 +13,17 @@ from pathlib import Path
 
 import numpy as np
 
-from engine.bench.capture_truth import Accuracy
+from engine.bench.measure import Accuracy
 from engine.brdf.brdf import brdf_from_text
-from engine.camera import frame
-from engine.environment import EnvironmentMap
-from engine.environment_file import open_environment
-from engine.material import Material
+from engine.core.steps import Steps, part
+from engine.geometry.camera import frame
+from engine.geometry.shapes import shape
+from engine.light.environment import EnvironmentMap
+from engine.light.environment_file import open_environment
 from engine.render.environment_error import DirectionsError, error_ladder
-from engine.scene import Scene
+from engine.scene.material import Material
+from engine.scene.scene import Scene
 from engine.shading.shading_map import ShadingMap
-from engine.shapes import shape
-from engine.steps import Steps, part
 
 COUNTS = (8, 16, 32, 64, 128, 256, 512)
 BRDFS = ("lambert", "phong:kd=0.2,ks=0.6,exponent=100")

@@ -20,24 +20,23 @@ import psutil
 
 from engine.bench.measure import Measure
 from engine.brdf.brdf import brdf_from_text
-from engine.brdf.brdf_file import read_measurement
-from engine.brdf.samples_child import read_directions
-from engine.camera import Camera
-from engine.camera import parse as read_camera
-from engine.capture.capture_file import read_capture_file
-from engine.capture.light_positions import read_light_positions
-from engine.capture.name_angles import angles_with_words, bare_angles, natural
-from engine.errors import InputError
-from engine.files.atomic import write_bytes
-from engine.files.manifest import read_manifest
+from engine.brdf.readers.read import read_measurement
+from engine.brdf.readers.samples_child import read_directions
+from engine.capture.lights.capture_file import read_capture_file
+from engine.capture.lights.light_angles import angles_with_words, bare_angles, natural, read_light_positions
+from engine.core.errors import InputError
+from engine.geometry.camera import Camera
+from engine.geometry.camera import parse as read_camera
+from engine.geometry.mesh import read_mesh
+from engine.geometry.read_scene import check_memory
 from engine.images.decode import read_image
-from engine.lamps import lamp_from_text
-from engine.mesh import read_mesh
-from engine.mesh_memory import check_memory
-from engine.tradeoff.choose import budget_from_text
-from engine.transport.blend import blend_from_text
+from engine.light.lamps import lamp_from_text
+from engine.storage.atomic import write_bytes
+from engine.storage.records import read_manifest
+from engine.tradeoff.front import budget_from_text
+from engine.transport.baking.blend import blend_from_text
 
-#: What text from outside may take, per 2^20 bytes.
+#: Longest processor time for reading untrusted text, in seconds per 2^20 bytes.
 LIMIT_S = 2.0
 
 #: Length in bytes at which every fill is tried, how many of each place are tried further, and at which two lengths.
@@ -205,9 +204,9 @@ def content(place: Place, fill: str, length: int) -> bytes:
 
 
 def refusal(place: Place, fill: str, length: int, folder: Path) -> str | None:
-    """What the reader says against the text, which is written into `folder`; None where it reads it.
+    """The error message of the reader for the text, which is written into `folder`; None if the reader accepts it.
 
-    Words of the command line are refused by ValueError, files by InputError; other exceptions pass.
+    InputError refuses a file, ValueError an argument of the command line; other exceptions propagate.
     """
     path = folder / place.file
     write_bytes(path, content(place, fill, length))
@@ -269,7 +268,7 @@ def _cost(name: str, what: str, folder: Path) -> Cost:
 
 
 def _processor_time_s(name: str, what: str, length: int, folder: Path) -> float:
-    """What reading takes of this process, its decoders, and those that ended."""
+    """Processor time of a reading, in seconds: this process, its decoders, and those that ended."""
     before = _used_s()
     refusal(PLACES[name], FILLS[what], length, folder)
     return _used_s() - before

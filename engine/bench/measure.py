@@ -1,4 +1,7 @@
-"""A speed is told beside the limit that bounds it, measured in the same run on the same machine."""
+"""The figures that a benchmark reports: a speed beside the limit that bounds it in the same run, or an error.
+
+Ours instead of asv, which times commits of a checkout: these rows are for an installation, on its owner's hardware.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from engine.stopwatch import shortest
+from engine.core.stopwatch import shortest
 
 
 @dataclass(frozen=True)
@@ -25,6 +28,16 @@ class Measure:
     @property
     def ratio(self) -> float:
         return self.time_s / self.limit_s
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """An error called `name`, of what it is in words, and the largest that is promised; None where none is."""
+
+    name: str
+    error: float
+    what: str
+    bound: float | None = None
 
 
 def best_of(work: Callable[[], object], repeats: int = 7) -> float:

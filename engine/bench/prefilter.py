@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from engine.bench.measure import Measure, best_of
-from engine.cube_map import CubeMap, cube_of
-from engine.environment import EnvironmentMap
-from engine.prefilter import prefiltered
+from engine.light.cube_map import CubeMap, cube_of
+from engine.light.environment import EnvironmentMap
+from engine.light.gaussian_prefilter import prefiltered
 
 EDGE = 512
 ROWS = 512

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.bench.measure import Measure, best_of
-from engine.brdf.rgl import RglBrdf, Warp
-from engine.directions import Vectors, normalize
-from engine.health import Health
+from engine.brdf.readers.rgl import RglBrdf, Warp
+from engine.core.directions import Vectors, normalize
+from engine.core.health import Health
 
 PAIRS = 1_000_000
 ELEVATIONS, NODES, COLOURS = 8, 128, 32

@@ -10,10 +10,10 @@ from scipy.optimize import OptimizeWarning, curve_fit
 
 from engine.bench.measure import Measure, best_of
 from engine.capture.stack import ImageStack
-from engine.colour import LUMINANCE
+from engine.core.colour import LUMINANCE
+from engine.core.steps import drain
 from engine.shading.power_law import fit
 from engine.shading.shading_map import ShadingMap, build
-from engine.steps import drain
 
 SIDE, PHOTOGRAPHS, SLICES = 512, 10, 8
 TEXELS_FOR_SCIPY = 1000

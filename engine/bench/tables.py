@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from engine.bench.measure import Measure, best_of
-from engine.brdf.merl import SHAPE, read_merl, write_merl
+from engine.brdf.readers.merl import SHAPE, read_merl, write_merl
+from engine.brdf.readers.utia import PHI, THETA
 from engine.brdf.resample import random_pairs
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
-from engine.brdf.utia import PHI, THETA
 
 PAIRS = 1_000_000
 

@@ -1,1 +1,1 @@
-"""Reflectance models; one file per family, one GLSL twin per model in resources/shaders/brdf."""
+"""BRDFs: evaluation, importance sampling, tables, scattered samples and fits."""

@@ -1,4 +1,4 @@
-"""What a BRDF is like, in figures and curves that do not depend on what kind it is.
+"""Figures and curves of any BRDF: albedos, slices and reciprocity, whatever its kind.
 
 Albedos are integrals over the hemisphere by importance sampling at Sobol points: with 4096 of them the error is below
 2e-3 of the value for every model. Slices are plain evaluations for plots.
@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.brdf.half_difference import directions
-from engine.brdf.lobes import Sampler
 from engine.brdf.sampling import sampler_of
-from engine.directions import Vectors, normalize, surface_direction
+from engine.brdf.sampling_lobes import Sampler
+from engine.core.directions import Vectors, normalize, surface_direction
 
 Floats = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def maximum_albedo(brdf: Brdf, *, angles: int = 32, count: int = 2048) -> Maximu
 
 
 def reciprocity_error(brdf: Brdf, *, pairs: int = 20_000, seed: int = 0) -> ReciprocityError:
-    """How much the value changes when light and viewer are exchanged, over random pairs within 85° of the normal.
+    """Change of the value when light and viewer are exchanged, over random pairs within 85° of the normal.
 
     Every second pair lies near its mirror direction, where highlights are.
     """

@@ -1,4 +1,4 @@
-"""What every reflectance model offers, the closed list of models, and their names as text.
+"""The interface of every BRDF, the closed list of models, and their names as text.
 
 A BRDF value is in 1/sr and does not contain the cosine. Directions are unit vectors in the surface frame (normal +z),
 `wi` towards the light, `wo` towards the viewer; the value is 0 where either is at or below the horizon.
@@ -10,16 +10,15 @@ from typing import Protocol
 
 from numpy.typing import ArrayLike
 
-from engine.brdf.ashikhmin_shirley import AshikhminShirley
-from engine.brdf.diffuse import Lambert, OrenNayar
-from engine.brdf.lafortune import Lafortune, LafortuneThreeLobes
-from engine.brdf.microfacet import CookTorrance, Ggx, GgxAnisotropic, MetallicRoughness
-from engine.brdf.phong import BlinnPhong, Phong
-from engine.brdf.poulin_fournier import PoulinFournier
-from engine.brdf.presets import find_preset, text_of_preset
-from engine.brdf.ward import Ward
-from engine.directions import Vectors
-from engine.params import parameters, parse, unparse
+from engine.brdf.models.diffuse import Lambert, OrenNayar
+from engine.brdf.models.lafortune import Lafortune, LafortuneThreeLobes
+from engine.brdf.models.microfacet import AshikhminShirley, CookTorrance, Ggx, GgxAnisotropic, MetallicRoughness, Ward
+from engine.brdf.models.phong import BlinnPhong, Phong
+from engine.brdf.models.poulin_fournier import PoulinFournier
+from engine.brdf.models.presets import find_preset, text_of_preset
+from engine.core.directions import Vectors
+from engine.core.errors import UsageError
+from engine.core.params import parameters, parse, unparse
 
 
 class Brdf(Protocol):
@@ -69,17 +68,17 @@ def model_name(brdf: Brdf) -> str:
 
 
 def brdf_from_text(text: str) -> Brdf:
-    """Make a BRDF from `model`, `model:name=value,…` or `model:preset=name`; ValueError says what is known.
+    """Make a BRDF from `model`, `model:name=value,…` or `model:preset=name`; UsageError says what is known.
 
     `ggx:alpha=0.3` is isotropic, `ggx:alpha_x=0.1,alpha_y=0.4` is not.
     """
     name, _, values = text.strip().partition(":")
     if name not in MODELS:
-        raise ValueError(f"unknown BRDF {name[:40]!r}; known are {', '.join(MODELS)}")
+        raise UsageError(f"unknown BRDF {name[:40]!r}; known are {', '.join(MODELS)}")
     given = [piece.partition("=")[0].strip() for piece in values.split(",")]
     if "preset" in given:
         if len(given) > 1:
-            raise ValueError("a preset stands alone; known are model:preset=name and model:name=value,…")
+            raise UsageError("a preset stands alone; known are model:preset=name and model:name=value,…")
         return find_preset(name, values.partition("=")[2].strip()).brdf
     brdf: Brdf = parse(MODELS[_form(name, given)], values)
     return brdf

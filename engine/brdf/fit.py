@@ -23,10 +23,11 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import Brdf
 from engine.brdf.half_difference import directions, half_difference
 from engine.brdf.table import DirectionTable
-from engine.colour import luminance
-from engine.directions import Vectors, normalize, surface_direction
-from engine.params import Parameter, parameters
-from engine.steps import Step, Steps, part
+from engine.core.colour import luminance
+from engine.core.directions import Vectors, normalize, surface_direction
+from engine.core.errors import UsageError
+from engine.core.params import Parameter, parameters
+from engine.core.steps import Step, Steps, part
 
 Floats = NDArray[np.float64]
 Weighting = Literal["log", "cosine"]
@@ -44,7 +45,7 @@ EVALUATIONS = 8
 
 @dataclass(frozen=True, eq=False)
 class FitData:
-    """What is fitted: unit directions `wi`, `wo` (N, 3) above the horizon and values (N, 3) in 1/sr."""
+    """Data of a fit: unit directions `wi`, `wo` (N, 3) above the horizon and values (N, 3) in 1/sr."""
 
     wi: Vectors
     wo: Vectors
@@ -62,7 +63,7 @@ class FitData:
 
 @dataclass(frozen=True)
 class FitError:
-    """How far a model is from data: RMS of g's difference (what is minimised), and RMS of f cos relative to data's."""
+    """Error of a model against data: RMS of g's difference (minimised), and RMS of f cos relative to data's."""
 
     objective: float
     rmse_rel: float
@@ -256,7 +257,7 @@ def fit(
 ) -> Steps[Fit]:
     """Fit the model of which `start` is an instance; its parameters named in `fixed` keep their values.
 
-    Yields steps whose `partial` is the best BRDF so far. Raises ValueError for a parameter that does not exist, and
+    Yields steps whose `partial` is the best BRDF so far. Raises UsageError for a parameter that does not exist, and
     where nothing is left to fit.
     """
     from scipy.optimize import least_squares  # slow to load, and the window must open at once
@@ -265,10 +266,10 @@ def fit(
     names = [parameter.name for parameter in parameters(start)]
     unknown = [name for name in fixed if name not in names]
     if unknown:
-        raise ValueError(f"unknown parameter {unknown[0]!r}; known are {', '.join(names)}")
+        raise UsageError(f"unknown parameter {unknown[0]!r}; known are {', '.join(names)}")
     free = tuple(parameter for parameter in parameters(start) if parameter.name not in fixed)
     if not free:
-        raise ValueError("all parameters are fixed, so that nothing is left to fit")
+        raise UsageError("all parameters are fixed, so that nothing is left to fit")
     space = _Space(type(start), free, {name: getattr(start, name) for name in fixed})
     objective, few = _Objective(data, weighting), _Objective(data.first(FEW), weighting)
     low, high = space.bounds()
@@ -325,7 +326,7 @@ def fit(
 
 
 def residual_by_angle(brdf: Brdf, data: FitData, *, bands: int = 9) -> dict[str, Residual]:
-    """What `brdf` leaves of the data, by theta_h, theta_d and theta_i in equal bands from 0 to pi/2."""
+    """Residual of `brdf` against the data, by theta_h, theta_d and theta_i in equal bands from 0 to pi/2."""
     cosine = data.wi[:, 2]
     difference = (brdf.f(data.wi, data.wo) - data.value) * cosine[:, None]
     size = float(np.sqrt(np.mean((data.value * cosine[:, None]) ** 2))) or 1.0

@@ -1,10 +1,10 @@
-"""Half and difference angles (Rusinkiewicz 1998): pairs of directions ↔ (theta_h, phi_h, theta_d, phi_d), in radians.
+"""Half and difference angles (Rusinkiewicz1998): pairs of directions ↔ (theta_h, phi_h, theta_d, phi_d), in radians.
 
 h = (wi + wo) / |wi + wo| has the angles theta_h, phi_h in the surface frame; d is wi in a frame whose z is h, and has
 the angles theta_d, phi_d there. Which x that frame has is convention:
 
     classical   the rotation Ry(−theta_h) Rz(−phi_h), undefined at h = n, where phi_h = 0 is taken
-    cole        r = norm(t − (t·h) h) with t = +x (Cole 2002, Eq. 1.4), undefined at h = ±t, where r → ∓n is taken
+    cole        r = norm(t − (t·h) h) with t = +x (Cole2002 Eq. 1.4), undefined at h = ±t, where r → ∓n is taken
 
 Tables (MERL and ours) use the classical one. Everything is written without acos, and differences come from wi ± wo:
 theta_d = atan2(|wi − wo|, |wi + wo|), and exchanging wi and wo negates both coordinates of d exactly, so that phi_d
@@ -18,7 +18,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.directions import Vectors, dot, surface_direction
+from engine.core.directions import Vectors, dot, surface_direction
 
 Frame = Literal["classical", "cole"]
 Angles = NDArray[np.float64]
@@ -66,7 +66,7 @@ def classical_frame(half: ArrayLike) -> tuple[Vectors, Vectors]:
 
 
 def cole_frame(half: ArrayLike) -> tuple[Vectors, Vectors]:
-    """The axes r and s = h × r (..., 3) of Cole 2002, Eq. 1.4, for unit `half`.
+    """The axes r and s = h × r (..., 3) of Cole2002 Eq. 1.4, for unit `half`.
 
     t − (t·h) h is (q, −h_x h_y, −h_x h_z) with q = h_y² + h_z², and its square is q. Where q < 1e-12, r is the limit
     along the arc from n: −n for h = t, +n for h = −t, made orthogonal to h.

@@ -6,7 +6,7 @@ Kernels φ: Wendland's (1995), positive definite in up to five dimensions: (1 �
 smooth. A symmetry negates some of the coordinates; its signs are +1 and −1.
 Above `PATCH_SAMPLES` samples the domain is split into overlapping boxes, each with its own expansion, blended by a
 smooth partition of unity (Wendland 2005, ch. 29); boxes are split only along coordinates that no symmetry negates,
-so that the blend is as symmetric as K. Interpolation and the leave-one-out formula (Rippa 1999) carry over exactly.
+so that the blend is as symmetric as K. Interpolation and the leave-one-out formula (Rippa1999) carry over exactly.
 
 scipy's RBFInterpolator knows neither symmetries nor leave-one-out errors nor condition numbers, and its only remedy
 for many samples, nearest neighbours, is not continuous.
@@ -24,15 +24,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
-from engine.kernels import parallel, prange, scalar
-from engine.one_thread import one_thread
+from engine.core.kernels import parallel, prange, scalar
+from engine.core.one_thread import one_thread
 
 Floats = NDArray[np.float64]
 
 #: Most samples that one expansion is made of.
 PATCH_SAMPLES = 1600
 
-#: How many samples a box is split down to, and how far it reaches beyond its sides, in their length.
+#: Most samples of a box that is not split, and its reach beyond its sides, in their length.
 _LEAF_SAMPLES = 600
 _OVERLAP = 0.15
 

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf
 from engine.brdf.half_difference import half_difference
-from engine.brdf.holes import fill_holes
-from engine.brdf.table import LARGEST, HalfDifferenceTable, bin_directions
-from engine.directions import Vectors, surface_direction
-from engine.health import Finding, Health, Verdict
-from engine.steps import Step, Steps, drain, part
+from engine.brdf.table import LARGEST, HalfDifferenceTable, bin_directions, fill_holes
+from engine.core.directions import Vectors, surface_direction
+from engine.core.health import Finding, Health, Verdict
+from engine.core.steps import Step, Steps, drain, part
 
 #: The resolution of MERL data.
 SHAPE = (90, 90, 180)
@@ -35,7 +34,7 @@ PAIRS = 20_000
 #: Least cosine of both directions of a bin that is sampled.
 HORIZON = 0.005
 
-#: Which way of the light is sampled: their mean, the given one, or that with light and viewer exchanged.
+#: Sampled order of the directions: the mean of both, the given one, or light and viewer exchanged.
 Way = Literal["mean", "given", "exchanged"]
 
 _ROWS_AT_ONCE = 3
@@ -108,7 +107,7 @@ def _model_name(brdf: Brdf) -> str:
 def _health(brdf: Brdf, table: HalfDifferenceTable) -> Health:
     wi, wo = random_pairs(PAIRS)
     rms, worst = _errors(table.f(wi, wo), brdf.f(wi, wo))
-    findings = [Finding(Verdict.NOTE, f"Resampling to a table errs by {100 * rms:.2g} % RMS.")]
+    findings = [Finding(Verdict.NOTE, f"Resampling to a table has an error of {100 * rms:.2g} % RMS.")]
     if not brdf.isotropic:
         text = "The BRDF is anisotropic; the table is its mean over the azimuths of the half vector."
         findings.append(Finding(Verdict.WARNING, text))

@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.spectrum import srgb_from_spectra
-from engine.colour import XYZ_FROM_SRGB
-from engine.directions import dot
-from engine.errors import InputError
-from engine.files.untrusted import AGAIN
-from engine.health import Finding, Health, Verdict
+from engine.core.colour import XYZ_FROM_SRGB
+from engine.core.directions import dot
+from engine.core.errors import InputError, UsageError
+from engine.core.health import Finding, Health, Verdict
+from engine.storage.untrusted import AGAIN
 
 Floats = NDArray[np.float64]
 
@@ -112,7 +112,7 @@ def samples_from_rows(
     findings: Sequence[Finding] = (),
     name: str | None = None,
 ) -> BrdfSamples:
-    """What is valid of a file's rows, by the rule above.
+    """Valid samples among a file's rows, by the rule above.
 
     `values` are (N, 1) grey, (N, 3) linear sRGB, or (N, L) spectra at `wavelengths_nm`. Directions need not be finite
     or of unit length. Raises InputError where no row is valid, or no wavelength is visible.
@@ -130,7 +130,7 @@ def samples_from_rows(
     if wavelengths_nm is not None:
         try:
             rgb = srgb_from_spectra(wavelengths_nm, values)
-        except ValueError as error:
+        except UsageError as error:
             raise InputError(path, f"cannot be turned into a colour: {error}", AGAIN) from None
     figures = {
         "dropped: not finite": float((~finite).sum()),

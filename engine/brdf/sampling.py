@@ -22,11 +22,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from engine.brdf.ashikhmin_shirley import AshikhminShirley
 from engine.brdf.brdf import Brdf
-from engine.brdf.diffuse import Lambert, OrenNayar
-from engine.brdf.lafortune import Lafortune, LafortuneThreeLobes
-from engine.brdf.lobes import (
+from engine.brdf.models.diffuse import Lambert, OrenNayar
+from engine.brdf.models.lafortune import Lafortune, LafortuneThreeLobes
+from engine.brdf.models.microfacet import AshikhminShirley, CookTorrance, Ggx, GgxAnisotropic, MetallicRoughness, Ward
+from engine.brdf.models.phong import BlinnPhong, Phong
+from engine.brdf.sampling_lobes import (
     CosineLobe,
     GaussianHalfVectors,
     HalfVectorLobe,
@@ -35,13 +36,11 @@ from engine.brdf.lobes import (
     PowerHalfVectors,
     PowerLobe,
     Sampler,
+    TabulatedHalfVectors,
+    TabulatedLobe,
     VisibleGgxLobe,
 )
-from engine.brdf.microfacet import CookTorrance, Ggx, GgxAnisotropic, MetallicRoughness
-from engine.brdf.phong import BlinnPhong, Phong
-from engine.brdf.tabulated_lobes import TabulatedHalfVectors, TabulatedLobe
-from engine.brdf.ward import Ward
-from engine.colour import LUMINANCE, luminance
+from engine.core.colour import LUMINANCE, luminance
 
 #: Share of the cosine lobe in every mixture: it bounds the weight f cos / pdf where the other lobes miss something.
 COSINE_SHARE = 0.2
@@ -106,18 +105,22 @@ def _three_lobes(brdf: LafortuneThreeLobes) -> list[tuple[Sampler, float]]:
     return lobes
 
 
-#: What Schlick's Fresnel term reflects of light from everywhere beside f0: the mean of (1 − cos)^5, 1/21, and more.
+#: Least part of all energy for which a lobe has a share: less than this would be lost to rounding beside the others.
+LEAST_ENERGY = 1e-9
+
+#: Reflection of Schlick's Fresnel term under even light beside f0: the mean of (1 − cos)^5, 1/21, and more.
 _FRESNEL = 0.05
 
 
 def _mixture(lobes: list[tuple[Sampler, float]], diffuse: float = 0.0) -> Mixture:
     """The lobes by their energy beside a cosine lobe, whose share is the diffuse energy's or COSINE_SHARE if larger."""
-    used = [(lobe, energy) for lobe, energy in lobes if energy > 0.0]
+    whole = diffuse + sum(energy for _, energy in lobes)
+    used = [(lobe, energy) for lobe, energy in lobes if energy > LEAST_ENERGY * whole]
     total = sum(energy for _, energy in used)
     if not used:
         return Mixture((CosineLobe(),), (1.0,))
     cosine = max(COSINE_SHARE, diffuse / (diffuse + total))
-    shares = [(1.0 - cosine) * energy / total for _, energy in used]
+    shares = [(1.0 - cosine) * (energy / total) for _, energy in used]
     return Mixture((CosineLobe(), *(lobe for lobe, _ in used)), (1.0 - sum(shares), *shares))
 
 

@@ -1,9 +1,9 @@
-"""A BRDF made smooth from scattered measurements by radial basis functions (Kautz, Sloan and Snyder 2002, Sec. 3).
+"""A BRDF made smooth from scattered measurements by radial basis functions (Kautz2002 Sec. 3).
 
     log(f + c) = mean + Σ_j a_j K(x, x_j)          K(x, y) = mean over the symmetries g of φ(|x − g y| / δ)
 
 Coordinates x. Isotropic: (p d, λ θ_d) with p = asinh(θ_h/t)/asinh(π/2t), the half angle stretched where highlights
-are, and d the unit difference vector in the classical frame of the half vector (Rusinkiewicz 1998). Pairs that a turn
+are, and d the unit difference vector in the classical frame of the half vector (Rusinkiewicz1998). Pairs that a turn
 about the normal makes equal are one point, also at θ_h = 0 and θ_d = 0 where angles have none. Anisotropic:
 (p cos φ_h, p sin φ_h, λ (wi − wo)/2).
 Symmetries. Mirroring at the plane of incidence negates d_y, exchanging wi and wo (reciprocity) d_x and d_y or
@@ -13,7 +13,7 @@ one sample in a hundred or more has its exchanged partner in the list, with the 
 Isotropy is taken where it predicts left-out samples better, and where all light comes from one azimuth, which says
 nothing against it.
 Kernels φ: Wendland's (1995), positive definite in up to five dimensions: (1 − r)³₊, or (1 − r)⁵₊(5r + 1), which is
-smooth. Kernel, t and λ are those of the least logarithmic leave-one-out error (Rippa 1999) on up to `SEARCH_SAMPLES`
+smooth. Kernel, t and λ are those of the least logarithmic leave-one-out error (Rippa1999) on up to `SEARCH_SAMPLES`
 samples: a_j / (A⁻¹)_jj is what sample j misses the rest by, without a second solution.
 Logarithm: highlights over six decades do not ring. It is taken of XYZ where the samples are spectra, whose sRGB may be
 negative, and of RGB otherwise; in that space f cannot be negative. c is a tenth of the median value. Results are held
@@ -39,9 +39,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.radial_basis import Expansion, Patches, blended_residual, boxes, expanded, kernel_matrix, solved
 from engine.brdf.samples import BrdfSamples
-from engine.directions import Vectors, dot
-from engine.health import Finding, Health, Verdict
-from engine.steps import Step, Steps
+from engine.core.directions import Vectors, dot
+from engine.core.health import Finding, Health, Verdict
+from engine.core.steps import Step, Steps
 
 Floats = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ _CHUNK = 1 << 16
 
 
 class Symmetry(NamedTuple):
-    """Which turns and exchanges leave the BRDF as it is, and the signs (G, D) that they give the coordinates."""
+    """Rotations and exchanges that leave the BRDF as it is, and the signs (G, D) that they give the coordinates."""
 
     isotropic: bool
     reciprocal: bool
@@ -273,12 +273,12 @@ def _possible(samples: BrdfSamples) -> list[Symmetry]:
     shown = [
         symmetry for symmetry in borne if symmetry.reciprocal and (seen[symmetry] or 0) >= len(samples.value) / 100
     ]
-    # Where all light comes from one azimuth nothing can contradict isotropy, not even samples of noise.
+    # Nothing can contradict isotropy if all light comes from one azimuth, not even samples of noise.
     return shown or borne or [SYMMETRIES[2]]
 
 
 def _evidence(samples: BrdfSamples, symmetry: Symmetry) -> int | None:
-    """How many samples have a partner of the same value where the exchange of wi and wo takes them.
+    """Number of samples that have a partner of the same value at their place after the exchange of wi and wo.
 
     None where two samples that the symmetry makes one point differ in value, other than the same pair measured twice.
     """

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from engine.brdf.half_difference import OPPOSITE
-from engine.kernels import parallel, prange, scalar
+from engine.core.kernels import parallel, prange, scalar
 
 _QUARTER = 0.5 * math.pi
 

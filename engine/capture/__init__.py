@@ -1,1 +1,1 @@
-"""Access to image stacks: which photographs there are, decoding, calibration, alignment and the report."""
+"""From photographs to a linear, aligned stack, with a report of what is doubtful."""

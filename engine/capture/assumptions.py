@@ -1,7 +1,7 @@
-"""How much a material breaks what shading maps assume: that it is isotropic, and its relief small.
+"""Departure of a material from the assumptions of shading maps: that it is isotropic, and its relief small.
 
-Then a picture depends on the lamp through its mean radiance alone, whatever the lamp's azimuth (Kautz et al. 2004,
-sections 3 and 6). So the lights are sorted into sectors of azimuth, the photographs of each sector are interpolated to
+Then a picture depends on the lamp through its mean radiance alone, whatever the lamp's azimuth (Kautz2004 sections 3
+and 6). So the lights are sorted into sectors of azimuth, the photographs of each sector are interpolated to
 common mean radiances r as the slices of a shading map are, and the slices of equal r are compared:
 
     difference = sqrt( mean over r, texels, channels and pairs of sectors of (S_i - S_j)^2 / r^2 )
@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
-from engine.health import Finding, Verdict
-from engine.steps import Step, Steps
+from engine.core.health import Finding, Verdict
+from engine.core.steps import Step, Steps
 
 SECTOR = math.radians(45.0)
 LEVELS = 5
@@ -34,7 +34,7 @@ _BLOCK_TEXELS = 1 << 22  # of all photographs together, about 50 MB
 
 @dataclass(frozen=True)
 class AzimuthCheck:
-    """What the comparison of azimuths found.
+    """Result of the comparison of azimuths.
 
     Attributes
     ----------

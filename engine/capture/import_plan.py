@@ -1,4 +1,4 @@
-"""What is settled before the photographs of an import are read for good.
+"""Preparation of an import, before its photographs are read for good.
 
 The lights (from a mirror sphere), the exposures, the white balance and the calibration frames.
 Cost: nothing for a plain capture whose exposures `capture.toml` states; else a look at the head of every photograph,
@@ -16,19 +16,19 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.alignment import MOTIONS
-from engine.capture.calibration import Calibration, read_calibration
-from engine.capture.decode import WhiteBalance, read_photograph
-from engine.capture.exposures import Noted, Scale, exposure_scale, noted_exposure
-from engine.capture.framing import Corners, Framing
-from engine.capture.grey_patch import GreyPatch, balance_of
-from engine.capture.mirror_sphere import Circle
-from engine.capture.one_arc import usual_motion
-from engine.capture.sources import Pairs, Sources, printable
-from engine.capture.sphere_lights import measured_lights
-from engine.errors import InputError
-from engine.health import Finding, Verdict
-from engine.steps import Step, Steps, part
+from engine.capture.lights.azimuth_spread import usual_motion
+from engine.capture.lights.mirror_sphere import Circle
+from engine.capture.lights.sources import Pairs, Sources, printable
+from engine.capture.lights.sphere_lights import measured_lights
+from engine.capture.photograph.calibration import Calibration, read_calibration
+from engine.capture.photograph.decode import WhiteBalance, read_photograph
+from engine.capture.photograph.exposures import Noted, Scale, exposure_scale, noted_exposure
+from engine.capture.photograph.grey_patch import GreyPatch, balance_of
+from engine.capture.registration.framing import Corners, Framing
+from engine.capture.registration.pair_motion import MOTIONS
+from engine.core.errors import InputError, UsageError
+from engine.core.health import Finding, Verdict
+from engine.core.steps import Step, Steps, part
 
 
 @dataclass(frozen=True)
@@ -66,22 +66,22 @@ class ImportSettings:
 
     def __post_init__(self) -> None:
         if self.motion not in ("auto", "none", *MOTIONS):
-            raise ValueError(f"unknown motion {self.motion!r}; known are auto, none, {', '.join(MOTIONS)}")
+            raise UsageError(f"unknown motion {self.motion!r}; known are auto, none, {', '.join(MOTIONS)}")
         if self.transfer not in ("auto", "srgb", "linear"):
-            raise ValueError(f"unknown transfer {self.transfer!r}; known are auto, srgb, linear")
+            raise UsageError(f"unknown transfer {self.transfer!r}; known are auto, srgb, linear")
         if self.crop is not None and (min(self.crop[:2]) < 0 or min(self.crop[2:]) < 1):
-            raise ValueError(f"crop {self.crop} needs left and top from 0, width and height from 1")
+            raise UsageError(f"crop {self.crop} needs left and top from 0, width and height from 1")
         if self.crop is not None and self.framing is not None:
-            raise ValueError("a crop and a framing cannot both be followed")
+            raise UsageError("a crop and a framing cannot both be followed")
         if self.framing is not None and not isinstance(self.framing, Framing):
             Framing(self.framing, 1, 1)
         if self.lamp_distance is not None and not self.lamp_distance > 0.5:
-            raise ValueError(f"lamp_distance {self.lamp_distance:g} is not above half a width of the picture")
+            raise UsageError(f"lamp_distance {self.lamp_distance:g} is not above half a width of the picture")
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What is known before the first photograph is kept."""
+    """Settled choices of an import, before the first photograph is kept."""
 
     sources: Sources
     settings: ImportSettings
@@ -96,7 +96,7 @@ class Plan:
         return [printable(path) for path in self.sources.photographs]
 
     def as_json(self) -> dict[str, Any]:
-        """What was decided, for the provenance."""
+        """The settled choices as JSON, for the provenance."""
         patch, sphere, distance = self.settings.white_balance, self.sources.sphere, self.calibration.lamp_distance
         marked, unpacked = self.settings.control_points, self.sources.unpacked
         return {
@@ -190,7 +190,7 @@ def _about_near_lamp(distance: float, azimuth: NDArray[np.float64] | None) -> li
 
 
 def _noted(sources: Sources) -> Steps[dict[Path, Noted]]:
-    """What cameras noted about exposures, where `capture.toml` does not say everything."""
+    """Exposures that cameras noted, if `capture.toml` does not give all of them."""
     paths = [one.path for light in sources.exposures for one in light]
     if all(one.exposure_s for light in sources.exposures for one in light):
         return {}

@@ -1,4 +1,4 @@
-"""What an import says about itself: how each photograph is, what does not fit together, and what was done.
+"""Record of an import: the state of each photograph, contradictions between them, and the processing.
 
 Cost: none worth mentioning; all figures were taken while the pixels were read and written.
 """
@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.alignment import Alignment
-from engine.capture.decode import Photograph
-from engine.capture.exposures import grouped
+from engine.capture.lights.sources import as_text, printable
+from engine.capture.photograph.decode import Photograph
+from engine.capture.photograph.exposures import grouped
+from engine.capture.registration.pair_motion import Alignment
 from engine.capture.report import Quality
-from engine.capture.sources import as_text, printable
 from engine.capture.tally import Tally
-from engine.errors import InputError
-from engine.health import Finding, Verdict
+from engine.core.errors import InputError
+from engine.core.health import Finding, Verdict
 
 Light = Sequence[Photograph]
 
@@ -51,7 +51,7 @@ def refuse_equal_pictures(photographs: Sequence[Path], pictures: Sequence[NDArra
 
 
 def contradictions(lights: Sequence[Light]) -> list[Finding]:
-    """What differs between photographs that should be alike, and what the decoder had to say."""
+    """Differences between photographs that should be alike, and the decoder's warnings."""
     photographs = [photograph for light in lights for photograph in light]
     findings = [
         Finding(Verdict.WARNING, warning, printable(photograph.path))

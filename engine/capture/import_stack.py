@@ -5,7 +5,7 @@ and cut. One light is in memory at a time, while the next photographs are decode
 still are written at once; others go through a scratch file, and from there, once all motions are known, warped in
 bands of rows into `radiance.npy`. Every number is independent of the height of the bands.
 
-Radiance 1 is the white level of the reference exposure (`engine.capture.exposures`).
+Radiance 1 is the white level of the reference exposure (`engine.capture.photograph.exposures`).
 Cost: without alignment that of decoding the photographs on two cores; ten of 24 megapixels need 1.8 GiB, decoders
 included, and with alignment twice the disk space of the result.
 """
@@ -26,12 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
-from engine.capture.align import align
-from engine.capture.alignment import Alignment
 from engine.capture.assumptions import compare_azimuths
-from engine.capture.control_points import marked_kind, with_control_points
-from engine.capture.decode import Photograph
-from engine.capture.exposures import Exposure
 from engine.capture.import_plan import ImportSettings, Plan, planned
 from engine.capture.import_record import (
     about_lights,
@@ -40,22 +35,27 @@ from engine.capture.import_record import (
     refuse_different_sizes,
     refuse_equal_pictures,
 )
-from engine.capture.radiometry import ExposureMerge
-from engine.capture.read_ahead import ReadAhead
+from engine.capture.lights.sources import Sources, printable
+from engine.capture.output_region import View, view_of
+from engine.capture.photograph.decode import Photograph, ReadAhead
+from engine.capture.photograph.exposures import Exposure
+from engine.capture.photograph.radiometry import ExposureMerge
+from engine.capture.registration.align import align
+from engine.capture.registration.control_points import marked_kind, with_control_points
+from engine.capture.registration.pair_motion import Alignment
+from engine.capture.registration.texture import Grey, reduced, reduction
+from engine.capture.registration.warp import warp
 from engine.capture.report import grid_step, leave_one_out, middle, noise_and_sharpness, report
-from engine.capture.sources import Sources, printable
 from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, StackRecord, npy_header, open_stack
 from engine.capture.tally import Tally
-from engine.capture.texture import Grey, reduced, reduction
-from engine.capture.view import View, view_of
-from engine.capture.warp import warp
-from engine.colour import LUMINANCE, to_display8
-from engine.errors import InputError
-from engine.files.atomic import atomic_file, atomic_folder, require_space, write_bytes
-from engine.files.manifest import HealthRecord
-from engine.files.scratch import release, scratch_array
-from engine.health import Health
-from engine.steps import Step, Steps, part
+from engine.core.colour import LUMINANCE, to_display8
+from engine.core.errors import InputError
+from engine.core.health import Health
+from engine.core.steps import Step, Steps, part
+from engine.images.decode import refuse_larger
+from engine.storage.atomic import atomic_file, atomic_folder, require_space, write_bytes
+from engine.storage.records import HealthRecord
+from engine.storage.scratch import release, scratch_array
 
 __all__ = ["ImportSettings", "ThumbnailReady", "import_stack", "printable"]
 
@@ -74,7 +74,7 @@ class ThumbnailReady:
 
 @dataclass(eq=False)
 class _Read:
-    """What is kept of the lights when their photographs have been read: pixels in files, the rest in memory."""
+    """Lights of which all photographs have been read: pixels in files, the rest in memory."""
 
     sizes: list[tuple[int, int]] = field(default_factory=list)
     photographs: list[tuple[Photograph, ...]] = field(default_factory=list)
@@ -147,7 +147,7 @@ def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.Pa
         assert read.output is not None
         record = _record(plan, read, alignment, read.output)
         write_bytes(place / RECORD, record.model_dump_json(indent=1).encode())
-    return open_stack(folder)
+    return open_stack(folder, verify=False)
 
 
 def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> StackRecord:
@@ -201,6 +201,7 @@ def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
             start, stop = index / len(lights), (index + 1) / len(lights)
             photograph = yield from part(_light(plan, index, light, ahead, read), start, (start + stop) / 2)
             if photograph is not None:
+                refuse_larger(light[0].path, photograph.radiance)  # as calibration and exposures have scaled it
                 _note(read, photograph, plan.still)
                 yield from part(_keep(plan, read, photograph, place, files, index), (start + stop) / 2, stop)
                 ready = ThumbnailReady(

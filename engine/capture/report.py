@@ -1,4 +1,4 @@
-"""How good the photographs of a stack are: figures for each, and plain verdicts that name the photograph.
+"""Quality of the photographs of a stack: figures for each, and plain verdicts that name the photograph.
 
 Noise, sharpness and the error of leaving one photograph out are estimated on samples so that large stacks cost no
 more than small ones: noise and sharpness in the middle square megapixel at full resolution, the error on a regular
@@ -16,8 +16,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.texture import slope
-from engine.health import Finding, Health, Verdict
+from engine.capture.registration.texture import slope
+from engine.core.health import Finding, Health, Verdict
 
 #: Luminance below this part of the white level counts as black: less than one step of an 8-bit sRGB code.
 BLACK = 1.0 / 4096.0
@@ -76,7 +76,7 @@ def leave_one_out(samples: NDArray[np.float32], mean_radiance: NDArray[np.float6
     samples : (N, h, w, 3) radiance on a grid. mean_radiance : (N,) of the whole photographs.
 
     The others are interpolated at the photograph's mean radiance between the two that bracket it, black below the
-    darkest; the brightest is scaled (Kautz et al. 2004, sections 3.2 and 4). The error is the root mean square over
+    darkest; the brightest is scaled (Kautz2004 sections 3.2 and 4). The error is the root mean square over
     grid and channels, divided by the mean radiance; None for a photograph without light.
     """
     errors: list[float | None] = []

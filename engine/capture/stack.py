@@ -23,11 +23,11 @@ from numpy.typing import DTypeLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from engine.capture.report import Quality
-from engine.errors import InputError
-from engine.files.file_array import FileArray
-from engine.files.manifest import HealthRecord
-from engine.files.untrusted import read_bytes
-from engine.health import Finding, Health, Verdict
+from engine.core.errors import InputError
+from engine.core.health import Finding, Health, Verdict
+from engine.storage.file_array import FileArray
+from engine.storage.records import HealthRecord
+from engine.storage.untrusted import read_bytes
 
 RECORD, RADIANCE, SATURATED = "stack.json", "radiance.npy", "saturated.npy"
 
@@ -117,8 +117,8 @@ def npy_header(shape: Sequence[int], dtype: DTypeLike) -> bytes:
     return b"\x93NUMPY\x01\x00" + len(padded).to_bytes(2, "little") + padded.encode("ascii")
 
 
-def open_stack(folder: str | os.PathLike[str]) -> ImageStack:
-    """Open a stack folder; the pixels stay on disk.
+def open_stack(folder: str | os.PathLike[str], *, verify: bool = True) -> ImageStack:
+    """Open a stack folder; the pixels stay on disk, and are read once against their checksums to `verify` them.
 
     Raises InputError where the folder is no stack, incomplete, damaged, or made by a newer version.
     """
@@ -126,8 +126,8 @@ def open_stack(folder: str | os.PathLike[str]) -> ImageStack:
     record = _read_record(place)
     shape = (len(record.sources), record.height_px, record.width_px)
     return ImageStack(
-        radiance=_checked(place / RADIANCE, (*shape, 3), np.float32, record.radiance_crc32),
-        saturated=_checked(place / SATURATED, shape, np.bool_, record.saturated_crc32),
+        radiance=_checked(place / RADIANCE, (*shape, 3), np.float32, record.radiance_crc32 if verify else None),
+        saturated=_checked(place / SATURATED, shape, np.bool_, record.saturated_crc32 if verify else None),
         elevation=_read_only(np.radians(record.elevations_deg)),
         azimuth=None if record.azimuths_deg is None else _read_only(np.radians(record.azimuths_deg)),
         mean_radiance=_read_only(np.array(record.mean_radiance, np.float64)),

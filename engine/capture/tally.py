@@ -1,4 +1,4 @@
-"""What is counted and summed over a photograph while it is written, in one pass over its bands.
+"""Counts and sums over a photograph, taken in one pass over its bands while it is written.
 
 Cost: bound by memory: one read of the pixels.
 """
@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.report import BLACK
-from engine.colour import LUMINANCE
-from engine.kernels import parallel, prange
+from engine.core.colour import LUMINANCE
+from engine.core.kernels import parallel, prange
 
 _WEIGHTS = np.asarray(LUMINANCE, np.float32)
 

@@ -1,1 +1,1 @@
-"""BRDFs as sums and products of textures: separable and homomorphic factorisation, and how far each is off."""
+"""A BRDF as products of textures: separable and homomorphic factorisation, with their errors."""

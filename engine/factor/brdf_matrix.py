@@ -20,10 +20,11 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.brdf.half_difference import classical_frame
-from engine.directions import Vectors, normalize
-from engine.factor.maps import DirectionMap
+from engine.core.directions import Vectors, normalize
+from engine.core.errors import UsageError
+from engine.core.steps import Step, Steps
+from engine.factor.hemisphere_map import DirectionMap
 from engine.factor.separable_factors import Parametrisation
-from engine.steps import Step, Steps
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -98,7 +99,7 @@ def brdf_matrix(brdf: Brdf, chart: DirectionMap, parametrisation: Parametrisatio
     """Sample `brdf` at the texels of `chart`.
 
     Half and difference vectors whose light or viewer would lie below the horizon are sampled where these are raised to
-    a cosine of `RAISED`: look-ups near the horizon mix in such texels, which 0 would darken. Raises ValueError, naming
+    a cosine of `RAISED`: look-ups near the horizon mix in such texels, which 0 would darken. Raises UsageError, naming
     the pair of directions, for a value that is not a finite number.
     """
     directions = chart.directions
@@ -119,7 +120,7 @@ def brdf_matrix(brdf: Brdf, chart: DirectionMap, parametrisation: Parametrisatio
         values = np.asarray(brdf.f(wi, wo), np.float64)
         _check(values, wi, wo)
         rows[:, block] = np.moveaxis(values, -1, 0)
-        yield Step(block.stop / len(viewers), "sampling the reflectance")
+        yield Step(block.stop / len(viewers), "sampling the BRDF")
     return BrdfMatrix(chart, parametrisation, rows, images, characters, sampled)
 
 
@@ -146,9 +147,7 @@ def _check(values: Floats, wi: Vectors, wo: Vectors) -> None:
         return
     place = tuple(np.argwhere(~np.isfinite(values))[0][:-1])
     angles = [np.degrees(np.arccos(np.broadcast_to(side, values.shape)[place][2])) for side in (wi, wo)]
-    raise ValueError(
-        f"the reflectance is not a finite number for light at {angles[0]:.1f}° and viewer at {angles[1]:.1f}°"
-    )
+    raise UsageError(f"the BRDF is not a finite number for light at {angles[0]:.1f}° and viewer at {angles[1]:.1f}°")
 
 
 def _mirrors(brdf: Brdf, chart: DirectionMap) -> tuple[Indices, Floats]:
@@ -171,7 +170,7 @@ def _mirrors(brdf: Brdf, chart: DirectionMap) -> tuple[Indices, Floats]:
 
 
 def _is_mirror(brdf: Brdf, sign: tuple[float, float, float]) -> bool:
-    """Whether `brdf` keeps its value, but for rounding, where both directions are multiplied by `sign`."""
+    """True if `brdf` keeps its value, but for rounding, when both directions are multiplied by `sign`."""
     wi, wo = normalize(np.random.default_rng(0).normal(size=(2, PROBES, 3)))
     wi[:, 2], wo[:, 2] = np.abs(wi[:, 2]), np.abs(wo[:, 2])
     value, mirrored = brdf.f(wi, wo), brdf.f(wi * sign, wo * sign)

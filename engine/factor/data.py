@@ -25,7 +25,7 @@ from engine.brdf.brdf import Brdf
 from engine.brdf.samples import HORIZON, BrdfSamples
 from engine.brdf.scattered import ScatteredBrdf
 from engine.brdf.table import DirectionTable, HalfDifferenceTable, bin_directions
-from engine.directions import Vectors, surface_direction
+from engine.core.directions import Vectors, surface_direction
 
 Floats = NDArray[np.float64]
 

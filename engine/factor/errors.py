@@ -1,23 +1,27 @@
-"""How far a factorisation is from its BRDF: six errors over the samples, and one over random pairs of directions.
+"""Error of a factorisation against its BRDF: six errors over the samples, and one over random pairs of directions.
 
-The six of Cole 2002, Sec. 4.3: mean absolute, mean squared and largest difference over samples and channels, of
-log((f + εA)/A) ("relative error") and of f itself. The seventh is that of Wang, Tran and Luebke 2004, Sec. 4.3: the
+The six of Cole2002 Sec. 4.3: mean absolute, mean squared and largest difference over samples and channels, of
+log((f + εA)/A) ("relative error") and of f itself. The seventh is that of Wang2004 Sec. 4.3: the
 root mean square of (f − f') cos θ_i over random pairs, over all channels, in 1/sr; random means uniform in solid angle
 over both hemispheres. Its bands are those of the viewer's elevation: the light's horizon is already weighed away.
+
+Uses of factors, as sentences for a person.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from statistics import median
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
-from engine.directions import Vectors, surface_direction
+from engine.core.directions import Vectors, surface_direction
 from engine.factor.data import FactorData
-from engine.factor.log_space import EPSILON, LogSpace
+from engine.factor.homomorphic import EPSILON, LogSpace
+from engine.factor.separable_factors import SeparableFactors
 
 Floats = NDArray[np.float64]
 
@@ -109,7 +113,7 @@ def rms_cosine_weighted(brdf: Brdf, approximation: Brdf, pairs: int = PAIRS, see
 
 @dataclass(frozen=True)
 class TermError:
-    """What the first `terms` terms of a factorisation, in `textures` textures, achieve.
+    """Error of the first `terms` terms of a factorisation, in `textures` textures, with their time and size.
 
     Attributes
     ----------
@@ -162,3 +166,70 @@ class Factorisation:
     weighting: str = ""
     converged: bool = True
     negative_energy: float = 0.0
+
+
+#: Error relative to the reflectance itself above which its highlight counts as too narrow for the factors.
+TOO_SPECULAR = 0.25
+
+_GAUSSIAN = "for image-based light take the Gaussian mode, which follows the highlight itself"
+
+
+def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, ...]:
+    """Uses and limits of the factors; with `brdf`, also a warning if it is too specular for them.
+
+    That is judged by the cosine-weighted error of all terms, relative to the reflectance: singular values of a narrow
+    highlight fall slowly, and no few terms describe it.
+    """
+    factors: Any = factorisation.factors
+    sentences = list(_of_kind(factors))
+    if brdf is not None and factorisation.ladder:
+        share = _missed(factorisation.ladder[-1], brdf)
+        if share > TOO_SPECULAR:
+            sentences.append(
+                "The highlight is too narrow for these factors, which are off by "
+                f"{100.0 * share:.0f} % of the reflectance (RMS): {_GAUSSIAN}."
+            )
+    return tuple(sentences)
+
+
+def _of_kind(factors: Any) -> tuple[str, ...]:
+    terms = factors.terms
+    if isinstance(factors, SeparableFactors):
+        these = "this term" if terms == 1 else f"these {terms} terms"
+        if factors.parametrisation == "in-out":
+            return (
+                f"Precomputed transport in wavelets can use {these}: light maps go into the transport, view maps are "
+                "looked up while drawing.",
+                "Direct light can use them too: two look-ups a term for each light.",
+            )
+        return (
+            f"Direct light in the viewport can use {these}: textures of the half and the difference vector.",
+            "Precomputed transport in wavelets cannot: it needs factors of the incident and the outgoing direction.",
+        )
+    looks = "two look-ups a texture" if factors.reciprocal else "one look-up a texture"
+    these = "this texture" if terms == 1 else f"these {terms} textures"
+    return (
+        f"Direct light in the viewport can use {these}: {looks} for each light.",
+        "Precomputed transport in wavelets cannot: it needs a sum of products, and this is one product.",
+    )
+
+
+def _missed(rung: TermError, brdf: Brdf) -> float:
+    """Error relative to the reflectance itself: the median over bands of the viewer's elevation.
+
+    Over all pairs together the last degrees before the horizon, where some measurements grow without bound, would
+    drown the rest.
+    """
+    pairs = reference(brdf)
+    _, bands = pairs.rms(_Black())
+    shares = [error / size for error, size in zip(rung.rms_by_elevation_band, bands, strict=True) if size > 0.0]
+    return median(shares) if shares else 0.0
+
+
+class _Black:
+    """Reflects nothing: its error is the size of what it is compared with."""
+
+    isotropic = reciprocal = energy_conserving = True
+
+    def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
+        return np.zeros(np.broadcast_shapes(np.shape(wi), np.shape(wo)))

@@ -13,16 +13,17 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.core.errors import UsageError
+from engine.core.steps import Step, Steps, part
 from engine.factor.data import COUNT, MAX_THETA, SEED, FactorData, factor_data
 from engine.factor.errors import Factorisation, Reference, TermError, metrics, reference
-from engine.factor.log_space import EPSILON
-from engine.factor.maps import KINDS, DirectionMap, MapKind
+from engine.factor.hemisphere_map import KINDS, DirectionMap, MapKind
+from engine.factor.homomorphic import EPSILON
 from engine.factor.normalised import normalised
-from engine.factor.search import search
+from engine.factor.projection_search import search
 from engine.factor.separable import METHODS, SeparableMethod, Separated, Weighting, separate
 from engine.factor.separable_factors import PARAMETRISATIONS, Parametrisation, SeparableFactors
 from engine.factor.textures import THESIS, SearchSettings, mccool
-from engine.steps import Step, Steps, part
 
 Method = Literal["auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search"]
 METHOD_NAMES: tuple[Method, ...] = get_args(Method)
@@ -42,7 +43,7 @@ MOST_SAMPLES = 2_000_000
 
 @dataclass(frozen=True)
 class FactorSettings:
-    """What to make; ValueError where it cannot be.
+    """Settings of a factorisation; UsageError for impossible ones.
 
     Attributes
     ----------
@@ -79,18 +80,18 @@ class FactorSettings:
             ("preset", get_args(Preset)),
         ):
             if getattr(self, name) not in known:
-                raise ValueError(f"unknown {name} {getattr(self, name)!r}; known are {', '.join(known)}")
+                raise UsageError(f"unknown {name} {getattr(self, name)!r}; known are {', '.join(known)}")
         if not 1 <= self.samples <= MOST_SAMPLES:
-            raise ValueError(f"the number of samples must lie in [1, {MOST_SAMPLES:,}], not {self.samples:,}")
+            raise UsageError(f"the number of samples must lie in [1, {MOST_SAMPLES:,}], not {self.samples:,}")
         if self.separable:
             if not 0 <= self.size <= LARGEST_SEPARABLE:
-                raise ValueError(f"the size must lie in [1, {LARGEST_SEPARABLE}], not {self.size}")
+                raise UsageError(f"the size must lie in [1, {LARGEST_SEPARABLE}], not {self.size}")
             if not 0 <= self.terms <= MOST_TERMS:
-                raise ValueError(f"the number of terms must lie in [1, {MOST_TERMS}], not {self.terms}")
+                raise UsageError(f"the number of terms must lie in [1, {MOST_TERMS}], not {self.terms}")
             if self.method == "symmetric" and self.parametrisation == "half-diff":
-                raise ValueError("over half and difference vectors no matrix is symmetric; take svd or power")
+                raise UsageError("over half and difference vectors no matrix is symmetric; take svd or power")
         elif self.parametrisation == "auto":
-            raise ValueError("the parametrisation of homomorphic factors is in-out or half-diff")
+            raise UsageError("the parametrisation of homomorphic factors is in-out or half-diff")
         else:
             self.search_settings()
 
@@ -99,7 +100,7 @@ class FactorSettings:
         return self.method not in ("homomorphic", "search")
 
     def search_settings(self) -> SearchSettings:
-        """The part that the search reads; ValueError where it refuses it."""
+        """The part that the search reads; UsageError where it refuses it."""
         base = THESIS if self.preset == "thesis" else SearchSettings()
         size = self.size or HOMOMORPHIC_SIZE
         assert self.parametrisation != "auto"
@@ -123,7 +124,7 @@ def factor(
 ) -> Steps[Factorisation]:
     """Factor `brdf`; each step's `partial` is the factorisation so far, or None before there is one.
 
-    `resume` lets a search go on to more terms; separable factors take a second and are made anew. ValueError where
+    `resume` lets a search go on to more terms; separable factors take a second and are made anew. UsageError where
     the settings do not fit the BRDF (symmetric, but it is not), it is not finite somewhere or, for a logarithm, 0
     everywhere, or `resume` is of another kind.
     """
@@ -140,9 +141,9 @@ def factor(
         found = replace(found, factors=found.factors.truncated(terms), ladder=found.ladder[:terms])
     else:
         if resume is not None and resume.method != "search":
-            raise ValueError(f"a search cannot go on from factors of the method {resume.method}")
+            raise UsageError(f"a search cannot go on from factors of the method {resume.method}")
         if resume is not None and resume.factors.name not in ("", "factors", name):
-            raise ValueError(f"these factors are of {resume.factors.name}, and cannot go on as factors of {name}")
+            raise UsageError(f"these factors are of {resume.factors.name}, and cannot go on as factors of {name}")
         found = yield from search(data, settings.search_settings(), reference=pairs, resume=resume)
     found = replace(found, factors=replace(found.factors, name=name))
     yield Step(1.0, "done", found)

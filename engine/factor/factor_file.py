@@ -26,18 +26,17 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from engine.brdf.brdf import Brdf
-from engine.brdf.brdf_file import open_brdf
-from engine.errors import InputError
+from engine.brdf.readers.read import open_brdf
+from engine.core.errors import InputError
 from engine.factor.errors import Factorisation, Metrics, TermError
-from engine.factor.homomorphic import MOST_TERMS, HomomorphicFactors
-from engine.factor.log_space import LogSpace
-from engine.factor.maps import DirectionMap
+from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.homomorphic import MOST_TERMS, HomomorphicFactors, LogSpace
 from engine.factor.projections import FixedProjection, Kind, LinearProjection, Projection
 from engine.factor.separable_factors import SeparableFactors
-from engine.files.atomic import atomic_folder, write_bytes
-from engine.files.manifest import read_json
-from engine.files.untrusted import AGAIN, decode_content, read_bytes
 from engine.images.encode import rgb_channels, write_exr
+from engine.storage.atomic import atomic_folder, write_bytes
+from engine.storage.records import read_json
+from engine.storage.untrusted import AGAIN, decode_content, read_bytes
 
 MEMBER = "factors.json"
 FORMAT: Literal["lightarc-factors"] = "lightarc-factors"
@@ -49,7 +48,7 @@ _JSON_LIMIT_BYTES = 1 << 20
 _EXR_LIMIT_BYTES = 64 << 20
 _MOST_TERMS = 64
 _MOST_TEXELS = 128
-_REMEDY = "Factor the reflectance again with lightarc factor"
+_REMEDY = "Factor the BRDF again with lightarc factor"
 
 #: Stands for a largest value where there is none: JSON knows no infinity.
 _NO_LIMIT = 1e100
@@ -179,7 +178,7 @@ def read_factors(folder: str | os.PathLike[str]) -> Factorisation:
 
 
 def holds_factors(path: str | os.PathLike[str]) -> bool:
-    """Whether `path` is a folder that `read_factors` may read."""
+    """True if `path` is a folder that `read_factors` may read."""
     try:
         return (Path(path) / MEMBER).is_file()
     except (OSError, ValueError):
@@ -187,7 +186,9 @@ def holds_factors(path: str | os.PathLike[str]) -> bool:
 
 
 def open_reflectance(text: str) -> Brdf:
-    """The reflectance that `text` names: a folder of factors, or whatever `engine.brdf.brdf_file.open_brdf` opens."""
+    """The reflectance that `text` names: a folder of factors, or whatever `engine.brdf.readers.read.open_brdf`
+    opens.
+    """
     if holds_factors(text.strip()):
         factors: Brdf = read_factors(text.strip()).factors
         return factors

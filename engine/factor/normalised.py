@@ -1,4 +1,4 @@
-"""One positive term for direct light: the normalised decomposition of Kautz and McCool 1999, "Interactive rendering
+"""One positive term for direct light: the normalised decomposition of Kautz1999, "Interactive rendering
 with arbitrary BRDFs using separable approximations".
 
     g_i = (Σ_j w_j M_ij^p)^(1/p)        h_j = Σ_i w_i M_ij / g_i        M_ij ≈ s g_i h_j
@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.core.steps import Step, Steps, part
 from engine.factor.brdf_matrix import BrdfMatrix, brdf_matrix
 from engine.factor.errors import Reference
-from engine.factor.maps import DirectionMap
+from engine.factor.hemisphere_map import DirectionMap
 from engine.factor.separable import texel_weights
 from engine.factor.separable_factors import Parametrisation, SeparableFactors
-from engine.steps import Step, Steps, part
 
 Floats = NDArray[np.float64]
 

@@ -1,12 +1,12 @@
-"""Projections of a pair of directions, four numbers, to the two coordinates of a texture (Cole 2002, Ch. 2 and 3.2).
+"""Projections of a pair of directions, four numbers, to the two coordinates of a texture (Cole2002 Ch. 2 and 3.2).
 
 A pair is a point of four dimensions: the parabolic coordinates (x, y)/(1 + z) of both directions ("in-out"), or those
-of the half and the difference vector ("half-diff", Cole's frame, Eq. 1.4), two unit disks either way. A linear
+of the half and the difference vector ("half-diff", Cole2002 Eq. 1.4), two unit disks either way. A linear
 projection is two orthonormal rows; dividing by `scale` puts the image of the two disks just inside [−1, 1]², or that of
 the 4-cube around them, as the thesis has it, which is up to √2 larger. Others are fixed, for either parametrisation:
 
     wi, wo      the parabolic coordinates of one direction, and
-    half        those of the half vector (McCool, Ang and Ahmad 2001)
+    half        those of the half vector (McCool2001)
     wi-dot-h    the angles of the half and the difference vector, as parabolic radii: tan(θ_h/2) and tan(θ_d/2), where
                 cos θ_d = wi·h
     elevations  those of the two directions: tan(θ_i/2) and tan(θ_o/2)
@@ -38,9 +38,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.half_difference import cole_frame, half_vector
-from engine.directions import dot
-from engine.factor.quaternions import Pair, matrix
-from engine.kernels import scalar
+from engine.core.directions import dot
+from engine.core.kernels import scalar
+from engine.factor.solvers.quaternions import Pair, matrix
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -190,18 +190,18 @@ class FixedProjection:
 
     @property
     def angles(self) -> str:
-        """Which of the pairs of angles this is, without their measure; empty for directions and elevations."""
+        """The pair of angles, without their measure; empty for directions and elevations."""
         base = self.kind.removesuffix(f"-{self.measure}")
         return base if base in _ANGLES else ""
 
     @property
     def of_angles(self) -> bool:
-        """Whether the coordinates are polar angles only."""
+        """True if the coordinates are polar angles only."""
         return bool(self.angles) or self.kind in ("elevations", "elevations-exchanged")
 
     @property
     def measure(self) -> Measure:
-        """What of the angles the coordinates are."""
+        """Measure of the angles that the coordinates are."""
         return next((measure for measure in _MEASURES if self.kind.endswith(f"-{measure}")), "radii")
 
     def conjugate(self, parametrisation: Parametrisation) -> FixedProjection:

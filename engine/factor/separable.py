@@ -1,4 +1,4 @@
-"""Separable factorisation: the matrix of a BRDF cut after K terms (Wang, Tran and Luebke 2004, Sec. 3.2).
+"""Separable factorisation: the matrix of a BRDF cut after K terms (Wang2004 Sec. 3.2; Cole2002 Eq. 1.5).
 
 Each term is split as √|λ| on both sides, the sign of λ on the view map. Which K terms are best depends on what an
 error weighs. In the plain norm every texel counts alike, and a model that grows towards grazing on both sides has
@@ -26,8 +26,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.core.errors import UsageError
+from engine.core.one_thread import one_thread
+from engine.core.steps import Step, Steps, part
 from engine.factor.brdf_matrix import BrdfMatrix, Sector, brdf_matrix
-from engine.factor.decompose import (
+from engine.factor.errors import Reference
+from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.separable_factors import Parametrisation, SeparableFactors
+from engine.factor.solvers.svd import (
     ASYMMETRY,
     ROUNDING,
     Decomposition,
@@ -37,11 +43,6 @@ from engine.factor.decompose import (
     svd,
     symmetric,
 )
-from engine.factor.errors import Reference
-from engine.factor.maps import DirectionMap
-from engine.factor.separable_factors import Parametrisation, SeparableFactors
-from engine.one_thread import one_thread
-from engine.steps import Step, Steps, part
 
 Floats = NDArray[np.float64]
 
@@ -112,11 +113,11 @@ def separate(
     """Factors of `brdf` with up to `terms` terms.
 
     `auto` is `symmetric` where the matrix is, else `svd`. `reference` is what the automatic weighting is judged by and
-    is needed for it. Raises ValueError where `terms` < 1, the values are not finite numbers, or the method `symmetric`
+    is needed for it. Raises UsageError where `terms` < 1, the values are not finite numbers, or the method `symmetric`
     is asked for a matrix whose asymmetry exceeds 1e-12.
     """
     if terms < 1:
-        raise ValueError(f"at least one term is needed, not {terms}")
+        raise UsageError(f"at least one term is needed, not {terms}")
     if weighting == "auto" and reference is None:
         raise ValueError("the automatic weighting needs pairs of directions to compare at")
     matrix = yield from part(brdf_matrix(brdf, chart, parametrisation), 0.0, 0.5)
@@ -135,10 +136,10 @@ def _tried(
     alpha = _asymmetry(matrix)
     square = matrix.parametrisation == "in-out"
     if method == "symmetric" and not square:
-        raise ValueError("over half and difference vectors no matrix is symmetric; take the method svd or power")
+        raise UsageError("over half and difference vectors no matrix is symmetric; take the method svd or power")
     if method == "symmetric" and not alpha <= ASYMMETRY:
-        raise ValueError(
-            f"the matrix of this reflectance is not symmetric (asymmetry {alpha:.2g}); take the method svd or power"
+        raise UsageError(
+            f"the matrix of this BRDF is not symmetric (asymmetry {alpha:.2g}); take the method svd or power"
         )
     chosen = ("symmetric" if square and alpha <= ASYMMETRY else "svd") if method == "auto" else method
     tried: list[Separated] = []

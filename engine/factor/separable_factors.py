@@ -1,7 +1,7 @@
 """A BRDF as a short sum of products of two textures, one for each of two directions, looked up without the BRDF.
 
-    in-out      f(wi, wo) ≈ Σ view_k(wo) light_k(wi)                Wang, Tran and Luebke 2004, Sec. 3.2
-    half-diff   f(wi, wo) ≈ Σ half_k(h) difference_k(d)             Kautz and McCool 1999
+    in-out      f(wi, wo) ≈ Σ view_k(wo) light_k(wi)                Wang2004 Sec. 3.2
+    half-diff   f(wi, wo) ≈ Σ half_k(h) difference_k(d)             Kautz1999
 
 h is the half vector and d the difference vector in the classical frame (`engine.brdf.half_difference`). A sum of
 products can fall below 0 where the BRDF does not: `f` is then 0, and `negative_energy` says how much was cut off.
@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.half_difference import OPPOSITE
-from engine.directions import Vectors
-from engine.factor.maps import DirectionMap, taps
-from engine.kernels import parallel, prange, scalar
+from engine.core.directions import Vectors
+from engine.core.kernels import parallel, prange, scalar
+from engine.factor.hemisphere_map import DirectionMap, taps
 
 Textures = NDArray[np.float32]
 
@@ -93,7 +93,7 @@ class SeparableFactors:
         return np.maximum(self.signed(wi, wo), 0.0)
 
     def signed(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
-        """The sum itself, which may be negative; 0 at and below the horizon."""
+        """The sum itself (Wang2004 Eq. 2), which may be negative; 0 at and below the horizon."""
         wi, wo = np.broadcast_arrays(np.asarray(wi, np.float64), np.asarray(wo, np.float64))
         values = np.empty(wi.shape)
         pairs = (np.ascontiguousarray(side).reshape(-1, 3) for side in (wi, wo))
@@ -102,7 +102,7 @@ class SeparableFactors:
         return values
 
     def negative_energy(self, wi: Vectors, wo: Vectors) -> float:
-        """What `f` cuts off at pairs (P, 3), as a fraction of what it keeps, both weighted by cos θ_i."""
+        """Energy that `f` clamps at pairs (P, 3), as a fraction of what it keeps, both weighted by cos θ_i."""
         values = self.signed(wi, wo) * wi[:, 2:]
         kept = float(np.maximum(values, 0.0).sum())
         return float(np.maximum(-values, 0.0).sum()) / kept if kept > 0.0 else 0.0

@@ -3,22 +3,30 @@
 `Level` is the inner loop of Cole's search (2002, Sec. 3.2): the samples, projected; the textures that stay, taken from
 the target; and those that are solved anew with every projection that is tried. `Ladder` keeps the factors of every
 number of terms with their errors.
+
+Smoothness of textures, chosen by samples that were held out.
+
+λ of `engine.factor.solvers.least_squares` stands for what samples do not tell. Formulas are sampled as densely as one
+likes, and there λ = 1e-4 is what keeps five textures from being better than two; a few hundred measured pairs need it:
+with λ = 1e-6 the five textures of Cornell's cayman paint were three times as far from pairs that they had not seen. So
+one measurement in five is left out, with all its copies turned about the normal, and λ falls by tens while the others
+foretell these better beyond doubt.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.errors import UsageError
 from engine.factor.data import FactorData
 from engine.factor.errors import METRICS, Factorisation, Reference, TermError, metrics
-from engine.factor.homomorphic import MOST_TERMS, HomomorphicFactors
-from engine.factor.least_squares import DENSE_LIMIT, Fit, Term, solve, term
-from engine.factor.log_space import EPSILON, LogSpace
+from engine.factor.homomorphic import EPSILON, MOST_TERMS, HomomorphicFactors, LogSpace
 from engine.factor.projections import (
     KINDS,
     Extent,
@@ -30,8 +38,68 @@ from engine.factor.projections import (
     points_of,
     texture_mask,
 )
-from engine.factor.smoothing import held_out, part_of, smoothing_share
-from engine.factor.texel_rows import Rows, predicted, rows_of, touched
+from engine.factor.solvers.least_squares import DENSE_LIMIT, Fit, Term, solve, term, with_smoothing
+from engine.factor.solvers.least_squares_rows import Rows, predicted, rows_of, touched
+
+Mask = NDArray[np.bool_]
+
+#: λ falls by this factor, so many times at most, while each fall gains this share of the mean squared error, and that
+#: gain is more than so many of its standard errors.
+FALL, FALLS, GAIN, CERTAIN = 0.1, 4, 0.01, 2.0
+
+
+def held_out(measurement: NDArray[np.intp], share: float, seed: int) -> Mask:
+    """Mask (N,) of the held-out samples: all of `share` of the measurements, the same for the same seed.
+
+    None where one of the two parts would be empty.
+    """
+    numbers, of = np.unique(measurement, return_inverse=True)
+    few = int(share * len(numbers))
+    if not 0 < few < len(numbers):
+        return np.zeros(len(measurement), np.bool_)
+    left_out = np.zeros(len(numbers), np.bool_)
+    left_out[np.random.default_rng(seed).permutation(len(numbers))[:few]] = True
+    return np.asarray(left_out[of.reshape(-1)])
+
+
+def part_of(rows: Rows, samples: Mask) -> Rows:
+    """The rows of these samples."""
+    return Rows(rows.texel[samples], rows.weight[samples], rows.size)
+
+
+def smoothing_share(
+    terms: Sequence[Term],
+    target: Floats,
+    held: Sequence[Rows],
+    held_target: Floats,
+    measurement: NDArray[np.intp],
+) -> float:
+    """Factor in [1e-4, 1] for the λ of `terms`, which were made for `target` (N, 3).
+
+    `held` are the rows of the same textures for other samples, with `held_target` (M, 3), by which it is judged, and
+    the number of the `measurement` (M,) that each belongs to.
+    """
+    _, of = np.unique(measurement, return_inverse=True)
+    copies = np.bincount(of.reshape(-1))
+
+    def errors(share: float) -> Floats:
+        """The mean squared error of each measurement."""
+        residual = held_target.copy()
+        fit = solve([with_smoothing(one, share) for one in terms], target)
+        for rows, texture in zip(held, fit.textures, strict=True):
+            residual -= predicted(rows, texture)
+        return np.asarray(np.bincount(of.reshape(-1), (residual * residual).mean(axis=1)) / copies)
+
+    best, before = 1.0, errors(1.0)
+    for fall in range(1, FALLS + 1):
+        after = errors(FALL**fall)
+        gained = before - after
+        doubt = CERTAIN * float(gained.std()) / np.sqrt(len(gained))
+        if not gained.mean() > max(GAIN * before.mean(), doubt):
+            break
+        best, before = FALL**fall, after
+    return best
+
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +115,7 @@ SMALLEST_SIZE, LARGEST_SIZE = 4, 64
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """How projections are searched; see `engine.factor.search`.
+    """Settings of the search for projections; see `engine.factor.projection_search`.
 
     Attributes
     ----------
@@ -58,7 +126,7 @@ class SearchSettings:
     metric : of `METRICS`, which is made small. epsilon : see `LogSpace`.
     smoothing : λ ≥ 0 while projections are searched.
     held_out : share of the measurements by which the λ of the textures that are given away is chosen, not above
-        `smoothing` (see `engine.factor.smoothing`); 0 leaves it. Without `refit` it is left anyway.
+        `smoothing` (see `engine.factor.textures`); 0 leaves it. Without `refit` it is left anyway.
     guesses, fixed, mccool, refit : see there. seed : of all random numbers.
     """
 
@@ -92,17 +160,17 @@ class SearchSettings:
             ("low_samples", 1, 10**9),
         ):
             if not low <= getattr(self, name) <= high:
-                raise ValueError(f"{name} must lie in [{low}, {high}], not {getattr(self, name)}")
+                raise UsageError(f"{name} must lie in [{low}, {high}], not {getattr(self, name)}")
         if self.low_size and not SMALLEST_SIZE <= self.low_size <= self.size:
-            raise ValueError(f"the lower size must be 0 or lie in [4, {self.size}], not {self.low_size}")
+            raise UsageError(f"the lower size must be 0 or lie in [4, {self.size}], not {self.low_size}")
         if self.metric not in METRICS:
-            raise ValueError(f"{self.metric!r} is no metric; known are {', '.join(METRICS)}")
+            raise UsageError(f"{self.metric!r} is no metric; known are {', '.join(METRICS)}")
         if not self.smoothing >= 0.0:
-            raise ValueError(f"the smoothing must not be negative, but is {self.smoothing}")
+            raise UsageError(f"the smoothing must not be negative, but is {self.smoothing}")
         if not 0.0 <= self.held_out < 1.0:
-            raise ValueError(f"the share that is held out must lie in [0, 1), not {self.held_out}")
+            raise UsageError(f"the share that is held out must lie in [0, 1), not {self.held_out}")
         if not (self.restarts or self.guesses or self.fixed):
-            raise ValueError("without restarts, guesses and fixed projections there is nothing to try")
+            raise UsageError("without restarts, guesses and fixed projections there is nothing to try")
 
 
 #: Ours.
@@ -278,7 +346,7 @@ def mccool(
     epsilon: float = EPSILON,
     reference: Reference | None = None,
 ) -> Factorisation:
-    """McCool's fixed projections, wi, h and wo, all textures solved together (McCool, Ang and Ahmad 2001).
+    """McCool's fixed projections, wi, h and wo, all textures solved together (McCool2001).
 
     `smoothing`, `held_out` and `epsilon` are as in `SearchSettings`.
     `reference` are random pairs of the BRDF for the cosine-weighted error; without them it is taken over the samples.

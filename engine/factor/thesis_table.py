@@ -1,4 +1,4 @@
-"""A table like Fig. 4.2 of the thesis (Cole 2002): every BRDF, parametrisation and reciprocity, by every method.
+"""A table like Fig. 4.2 of the thesis (Cole2002): every BRDF, parametrisation and reciprocity, by every method.
 
     search       five textures, both parametrisations, with and without reciprocity
     mccool       wi, h and wo, with and without reciprocity; it knows no parametrisation. Once with textures of the
@@ -20,15 +20,15 @@ from typing import TypeVar
 import numpy as np
 
 from engine.brdf.brdf import Brdf
+from engine.core.steps import Step, Steps, part, relayed
 from engine.factor.data import COUNT, MAX_THETA, SEED, FactorData, factor_data
 from engine.factor.errors import PAIRS, Factorisation, Metrics, Reference, metrics, reference
-from engine.factor.maps import DirectionMap
+from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.projection_search import search
 from engine.factor.projections import PARAMETRISATIONS, Parametrisation, mccool_projections
-from engine.factor.search import search
 from engine.factor.separable import separate
 from engine.factor.separable_factors import SeparableFactors
 from engine.factor.textures import LARGEST_SIZE, SMALLEST_SIZE, THESIS, SearchSettings, mccool
-from engine.steps import Step, Steps, part, relayed
 
 Result = TypeVar("Result")
 

@@ -1,1 +1,1 @@
-"""The papers' figures as pictures, each panel with its error against the reference."""
+"""Plots, contact sheets and figures that are files."""

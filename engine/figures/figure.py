@@ -1,4 +1,4 @@
-"""What a figure is: rows of panels with their errors, plots beside them, and how finely all of it is made.
+"""A figure: rows of panels with their errors, plots beside them, and the settings that it is made with.
 
 Errors are relative RMSE of linear radiance against the reference, over the pixels that both cover completely, with the
 noise of the reference taken off and what is left of it stated (`engine.accuracy.compare.error_against`). The papers
@@ -19,17 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.accuracy.compare import ErrorEstimate, error_against
-from engine.bust import bust
-from engine.camera import Camera, frame
-from engine.contact_sheet import Panel, Row, draw_sheet, panel_width
-from engine.environment import EnvironmentMap
-from engine.mesh import Mesh
-from engine.plot import Curve
+from engine.core.steps import Steps
+from engine.figures.contact_sheet import Panel, Row, draw_sheet, panel_width
+from engine.figures.plot import Curve
+from engine.geometry.camera import Camera, frame
+from engine.geometry.mesh import Mesh
+from engine.geometry.shapes import bust, grid_mesh
+from engine.light.environment import EnvironmentMap
 from engine.render.display import Display, displayed
 from engine.render.reference import ReferencePicture, reference
-from engine.scene import Scene
-from engine.shapes import grid_mesh
-from engine.steps import Steps
+from engine.scene.scene import Scene
 
 #: Coverage from which a pixel is taken to be covered completely.
 COVERED = 0.999
@@ -40,7 +39,7 @@ Picture = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Settings:
-    """What figures are made of.
+    """Settings of figures.
 
     Attributes
     ----------
@@ -74,7 +73,7 @@ class Settings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is doubtful about the user's files."""
+        """Doubts about the user's files."""
         mesh = () if self.mesh is None else self.mesh.health.warnings
         light = () if self.environment is None else self.environment.health.warnings
         return (*mesh, *light)
@@ -122,9 +121,9 @@ class Figure:
     name : of the verb, as kautz-6.
     title, subtitle : what it shows, and on what.
     rows : its pictures.
-    plots : by the name of their files, figures of `engine.plot`.
+    plots : by the name of their files, figures of `engine.figures.plot`.
     table : rows of equal keys, units in the keys, for a CSV beside the pictures; what the plots show.
-    extra : rows of `engine.contact_sheet` that are not pictures of a scene, above the others.
+    extra : rows of `engine.figures.contact_sheet` that are not pictures of a scene, above the others.
     """
 
     name: str
@@ -218,7 +217,7 @@ def file_name(row: int, column: int, shown: Shown) -> str:
 
 
 def records(figure: Figure) -> list[dict[str, Any]]:
-    """What the pictures of a figure are, how far from which reference, and their files.
+    """The pictures of a figure, their errors and references, and their files.
 
     An error is None of references, and where the reference is black and a picture is not.
     """

@@ -1,6 +1,6 @@
 """The glossy transport of one vertex towards one view, and what lobes, Haar wavelets and harmonics make of it.
 
-The paper's Figure 5 (Green, Kautz, Matusik and Durand 2006) at a vertex of one's own: the function is tabulated as
+The paper's Figure 5 (Green2006) at a vertex of one's own: the function is tabulated as
 luminance at the texels of a cube map, its L lobes take 7 L numbers, so many Haar coefficients are kept, and harmonics
 are of the lowest order with at least as many. Pictures show the hemisphere above the surface, by equal areas.
 """
@@ -12,15 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.colour import luminance
-from engine.cube_map import texel_numbers
-from engine.directions import Vectors, dot, normalize
+from engine.core.colour import luminance
+from engine.core.directions import Vectors, dot, normalize
+from engine.core.steps import Step, Steps, part
 from engine.figures.lobe_fit import NUMBERS, Floats, Sum, Tabulated, gaussians, harmonics, order_for, texels, wavelets
-from engine.prefilter import gaussian_integral
-from engine.steps import Step, Steps, part
-from engine.transport.gaussian import GaussianTransport, lobes_towards
-from engine.transport.gaussian_samples import GlossySurface, transport_at
-from engine.transport.sh import evaluate
+from engine.light.cube_map import texel_numbers
+from engine.light.gaussian_prefilter import gaussian_integral
+from engine.transport.gaussian.samples import GlossySurface, transport_at
+from engine.transport.gaussian.transfer import GaussianTransport, lobes_towards
+from engine.transport.sh.basis import evaluate
 
 #: Texels along an edge of the cube map; pixels of a picture.
 EDGE, PIXELS = 64, 192
@@ -77,12 +77,12 @@ def inspect(
     sums = yield from part(_lobes(table, vertex, wo, transport, lobes), 0.4, 0.8)
     numbers = NUMBERS * len(sums.sigma)
     order = order_for(numbers)
-    yield Step(0.8, "keeping wavelets and harmonics")
+    yield Step(0.8, "keeping wavelets and spherical harmonics")
     wavelet, coefficients = wavelets(table, [numbers])[0], harmonics(table, order)
     ways = (
         ("Gaussian" if len(sums.sigma) == 1 else "Gaussians", numbers, sums.at(direction), sums.at(above)),
         ("Haar wavelets", numbers, wavelet, wavelet[texel_numbers(above, EDGE)]),
-        ("Harmonics", order**2, evaluate(order, direction) @ coefficients, evaluate(order, above) @ coefficients),
+        ("SH", order**2, evaluate(order, direction) @ coefficients, evaluate(order, above) @ coefficients),
     )
     found = []
     for name, count, at_texels, at_pixels in ways:

@@ -1,6 +1,6 @@
 """One function on the sphere as a sum of few Gaussians, of harmonics, or of Haar wavelets: the nearest of each.
 
-Green, Kautz, Matusik and Durand 2006, section 6.3, compares them by how many numbers they take, seven for a Gaussian.
+Green2006 section 6.3, compares them by how many numbers they take, seven for a Gaussian.
 Functions are grey and tabulated at the texels of a cube map; distances are relative, in the norm of L² on the sphere.
 
 Gaussians are added one by one where they lower the distance most, and all are moved together after each (Levenberg and
@@ -16,13 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.cube_map import cube_directions, cube_solid_angles
-from engine.directions import Vectors, normalize, world_from_tangent
-from engine.one_thread import one_thread
-from engine.steps import Step, Steps
-from engine.transport.haar import haar, inverse_haar
-from engine.transport.sh import evaluate
-from engine.transport.spherical_gaussian import NARROWEST, WIDEST_LOBE
+from engine.core.directions import Vectors, normalize, world_from_tangent
+from engine.core.one_thread import one_thread
+from engine.core.steps import Step, Steps
+from engine.light.cube_map import cube_directions, cube_solid_angles
+from engine.transport.gaussian.fitting.lobes import NARROWEST, WIDEST_LOBE
+from engine.transport.sh.basis import evaluate
+from engine.transport.wavelet.haar import haar, inverse_haar
 
 Floats = NDArray[np.float64]
 

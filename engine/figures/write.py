@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from engine.core.steps import Step, Steps, part
 from engine.figures.figure import Figure, Shown, file_name, records, sheet_of
-from engine.files.atomic import atomic_folder, make_folder, write_bytes, write_json
+from engine.figures.plot import save
 from engine.images.encode import encode_exr, encode_png, rgb_channels
-from engine.plot import save
-from engine.steps import Step, Steps, part
+from engine.storage.atomic import atomic_folder, make_folder, write_bytes, write_json
 
 #: By this file a folder is known as ours.
 MARKER = "figure.json"

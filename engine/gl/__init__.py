@@ -1,1 +1,1 @@
-"""Everything that touches OpenGL. Renderers take a context and a target, never a window."""
+"""Pictures with OpenGL, on the screen and off it."""

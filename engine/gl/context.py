@@ -7,7 +7,7 @@ from typing import Any
 
 import moderngl
 
-from engine.errors import MissingCapability
+from engine.core.errors import MissingCapability
 
 REMEDY = (
     "Install a driver with OpenGL 3.3 (on Debian and Ubuntu: apt install libegl1 libgl1-mesa-dri), "

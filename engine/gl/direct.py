@@ -15,19 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, model_name
+from engine.core.params import parameters
+from engine.geometry.ground import Ground, with_ground
+from engine.geometry.mesh import Mesh
+from engine.gl.brdf_textures import SOURCE, FactorTextures, TableTexture, factor_source
+from engine.gl.buffers import MeshBuffers
 from engine.gl.context import Limits, limits
-from engine.gl.factor_textures import FactorTextures, factor_source
 from engine.gl.light_texture import LightTexture
 from engine.gl.material_textures import MaterialTextures
-from engine.gl.mesh_buffers import MeshBuffers
 from engine.gl.program import ShaderError, load_program, set_uniforms
-from engine.gl.table_texture import SOURCE, TableTexture
 from engine.gl.tiles import Paint, Tiles
-from engine.ground import Ground, with_ground
-from engine.mesh import Mesh
-from engine.params import parameters
 from engine.render.display import Display
-from engine.scene import Scene
+from engine.scene.scene import Scene
 
 log = logging.getLogger(__name__)
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.camera import Camera
+from engine.geometry.camera import Camera
 from engine.gl.context import limits, renderer_name
 from engine.gl.direct import DirectRenderer
 from engine.gl.transported import TransportRenderer
-from engine.scene import Scene
-from engine.transport.lit import Lit
+from engine.scene.scene import Scene
+from engine.transport.relit import Relit
 
 #: A picture (height, width, 4), the seconds of one frame, the device's name, and messages.
 OffScreen = tuple[NDArray[np.float32], float, str, list[str]]
@@ -35,13 +35,13 @@ def draw_off_screen(context: Any, scene: Scene, size: tuple[int, int], samples: 
         renderer.release()
 
 
-def lit_off_screen(context: Any, lit: Lit, camera: Camera, size: tuple[int, int], samples: int = 2) -> OffScreen:
+def relit_off_screen(context: Any, relit: Relit, camera: Camera, size: tuple[int, int], samples: int = 2) -> OffScreen:
     """The picture of `TransportRenderer.radiance`, timed in the same way."""
     renderer = TransportRenderer(context)
     try:
-        picture = renderer.radiance(lit, camera, size, samples=samples)
+        picture = renderer.radiance(relit, camera, size, samples=samples)
         frame_s = _frame_s(
-            context, size, lambda target, shown: renderer.draw(lit, camera, target, shown, samples=samples)
+            context, size, lambda target, shown: renderer.draw(relit, camera, target, shown, samples=samples)
         )
         return picture, frame_s, renderer_name(context), renderer.messages
     finally:

@@ -1,9 +1,9 @@
 """Gaussian transport on the graphics device: lobes and the filtered environment as textures.
 
-The twin of `engine.transport.gaussian`: the views around the eye are found, and lobes mixed, at each vertex; then they
-are mixed across triangles and looked up at each fragment. A lobe takes 12 bytes: its mean on an octahedron (7e-5 rad),
-the logarithm of its width in 65,536 steps and its energy as half floats (5e-4). When only the light turns, nothing is
-uploaded.
+The twin of `engine.transport.gaussian.transfer`: the views around the eye are found, and lobes mixed, at each vertex;
+then they are mixed across triangles and looked up at each fragment. A lobe takes 12 bytes: its mean on an octahedron
+(7e-5 rad), the logarithm of its width in 65,536 steps and its energy as half floats (5e-4). When only the light turns,
+nothing is uploaded.
 """
 
 from __future__ import annotations
@@ -15,20 +15,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.gl.buffers import PIECE_BYTES
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
-from engine.gl.vertex_rows import PIECE_BYTES
-from engine.lamps import Lamp
-from engine.prefilter import PrefilteredCube
-from engine.scene import MOST_LAMPS
-from engine.transport.gaussian_atlas import Atlas, atlas_of
-from engine.transport.gaussian_kernel import NODES, REACH, SHARES
-from engine.transport.gaussian_lighting import GaussianLight, chord, lamp_light
-from engine.transport.gaussian_texels import sigma_span
-from engine.transport.lit import LitGaussians
-from engine.transport.view_directions import VIEWS, view_tables
+from engine.light.gaussian_prefilter import PrefilteredCube
+from engine.light.lamps import Lamp
+from engine.scene.scene import MOST_LAMPS
+from engine.transport.gaussian.fitting.views import VIEWS, view_tables
+from engine.transport.gaussian.gpu_layout import Atlas, atlas_of, sigma_span
+from engine.transport.gaussian.kernel import NODES, REACH, SHARES
+from engine.transport.gaussian.lighting import GaussianLight, chord, lamp_light
+from engine.transport.relit import RelitGaussians
 
-#: Texture units, beside that of `engine.gl.vertex_rows`.
+#: Texture units, beside that of `engine.gl.buffers`.
 LOBES_UNIT, VIEWS_UNIT, LIGHT_UNIT = 5, 6, 8
 
 #: Lobes of a vertex for which drivers promise to carry numbers to fragments.
@@ -46,8 +45,8 @@ class Textures:
 
     SHADER, SOURCE = "gaussian", "gaussian_views.glsl"
 
-    def __init__(self, context: Any, lit: LitGaussians, texture_limits: Limits) -> None:
-        transport = lit.transport
+    def __init__(self, context: Any, relit: RelitGaussians, texture_limits: Limits) -> None:
+        transport = relit.transport
         if transport.lobes > MOST_LOBES:
             raise ValueError(f"{transport.lobes} lobes for each vertex are more than the {MOST_LOBES} that are drawn")
         self.context, self._limits = context, texture_limits
@@ -86,20 +85,20 @@ class Textures:
 
     @property
     def definitions(self) -> dict[str, str]:
-        """What the shaders are compiled with for these lobes and the last light."""
+        """Definitions that the shaders are compiled with for these lobes and the last light."""
         lamps = {"LAMPS": "1"} if self._lamps else {}
         discs = {"DISCS": "1"} if any(lamp.radius for lamp in self._lamps) else {}
         light = self._uneven | lamps | discs
         return {**self._definitions, **(light if self._lobes is not None else {})}
 
     @staticmethod
-    def key(lit: LitGaussians) -> object:
-        """What the lobes are of."""
-        return lit.transport
+    def key(relit: RelitGaussians) -> object:
+        """The transport of the lobes: equal for what can share them."""
+        return relit.transport
 
     @staticmethod
-    def rows(lit: LitGaussians) -> list[Any]:
-        return [lit.matt]
+    def rows(relit: RelitGaussians) -> list[Any]:
+        return [relit.diffuse]
 
     def fill(self) -> Iterator[None]:
         """Bring the lobes to the device, piece by piece; none can be drawn before."""
@@ -116,16 +115,16 @@ class Textures:
                 self._lobes.write(part[whole * width :], viewport=(0, first + whole, len(part) - whole * width, 1))
             yield
 
-    def relight(self, lit: LitGaussians) -> Iterator[None]:
-        """Take the light of `lit`, piece by piece; an environment that is there already is not uploaded again."""
+    def relight(self, relit: RelitGaussians) -> Iterator[None]:
+        """Take the light of `relit`, piece by piece; an environment that is there already is not uploaded again."""
         if self._lobes is None:
             return
-        cube = lit.light.environment
+        cube = relit.light.environment
         if cube is not self._filtered[0] or self._filtered[1] is None:
             if self._filtered[1] is not None:
                 self._filtered[1].release()
             self._filtered = (None, None)
-            atlas = self._atlas(lit.light)
+            atlas = self._atlas(relit.light)
             texture = _atlas_texture(self.context, atlas)
             try:
                 for face, texels in enumerate(atlas.texels):
@@ -137,8 +136,8 @@ class Textures:
             self._scale = atlas.scale
             self._filtered = (cube, texture)
             self._light, self._uneven = _atlas_values(atlas), {} if atlas.is_even else {"UNEVEN": "1"}
-        self._light |= _light_values(lit.light, self._scale)
-        self._lamps = lit.light.lamps
+        self._light |= _light_values(relit.light, self._scale)
+        self._lamps = relit.light.lamps
 
     def _atlas(self, light: GaussianLight) -> Atlas:
         """The light's own, or a smaller one where the device needs that."""
@@ -216,7 +215,7 @@ def _lobe_texture(context: Any, count: int, texture_limits: Limits) -> Any:
 
 
 def _view_table(context: Any) -> Any:
-    """What `gaussian_views.glsl` finds the views with."""
+    """Tables by which `gaussian_views.glsl` finds the views."""
     tables = view_tables()
     triangle = tables.triangle.reshape(-1)
     rows: NDArray[np.float32] = np.zeros((20 + len(triangle) + math.ceil(VIEWS / 3), 3, 4), np.float32)

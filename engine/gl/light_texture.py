@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from engine.environment import DistantLights
+from engine.light.environment import DistantLights
 
 #: Texture unit, above those of a material.
 UNIT = 4

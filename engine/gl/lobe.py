@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.camera import Camera
+from engine.geometry.camera import Camera
 from engine.gl.program import load_program, set_uniforms
 
 Rgb = tuple[float, float, float]

@@ -17,7 +17,7 @@ SHADERS = Path(__file__).resolve().parents[2] / "resources" / "shaders"
 
 _INCLUDE = re.compile(r'\s*#\s*include\s+(?:"(?P<file>[^"]+)"|(?P<name>\w+))\s*$')
 
-#: How drivers point at a line: Mesa `2:14(5): error`, NVIDIA `2(14) : error`, others `ERROR: 2:14:`.
+#: Line numbers in drivers' messages: Mesa `2:14(5): error`, NVIDIA `2(14) : error`, others `ERROR: 2:14:`.
 _POSITIONS = (re.compile(r"\b(\d+):(\d+)(?=\(\d+\)|:)"), re.compile(r"\b(\d+)\((\d+)\)(?= ?:)"))
 
 

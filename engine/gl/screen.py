@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.colour import srgb_decode
+from engine.core.colour import srgb_decode
 from engine.gl.program import load_program, set_uniforms
-from engine.gl.tonemap import uniforms_of
+from engine.gl.tiles import uniforms_of
 from engine.render.display import BLUE, GREY, ORANGE, Display
 
 

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.factor.maps import KINDS
+from engine.factor.hemisphere_map import KINDS
+from engine.gl.brdf_textures import layers
 from engine.gl.context import Limits
-from engine.gl.factor_textures import layers
 from engine.gl.program import set_uniforms
-from engine.transport.lit import LitHarmonics
-from engine.transport.sh_varied import VariedTable, tables_of
+from engine.transport.relit import RelitSh
+from engine.transport.sh.brdf_table_varying import VariedTable, tables_of
 
 #: Texture unit, above those of a material and the lights.
 UNIT = 5
@@ -33,12 +33,12 @@ class Textures:
 
     SHADER, SOURCE = "transported", "sh.glsl"
 
-    def __init__(self, context: Any, lit: LitHarmonics, _limits: Limits) -> None:
+    def __init__(self, context: Any, relit: RelitSh, _limits: Limits) -> None:
         self.messages: list[str] = []
-        tables = tables_of(lit.table)
-        first, count = tables[0], lit.table.order**2
-        self.definitions = {"ORDER": str(lit.table.order), "BRUSHED": "1"}
-        self._values: dict[str, Any] = {"flat_row": lit.flat_vertex * count}
+        tables = tables_of(relit.table)
+        first, count = tables[0], relit.table.order**2
+        self.definitions = {"ORDER": str(relit.table.order), "BRUSHED": "1"}
+        self._values: dict[str, Any] = {"flat_row": relit.flat_vertex * count}
         if first.isotropic:
             self._name = "table_rows"
             self._texture = layers(context, np.stack([table.values for table in tables]))
@@ -47,29 +47,29 @@ class Textures:
             self._texture = layers(context, np.concatenate([_beside_each_other(table.values) for table in tables]))
             self.definitions["PARABOLIC"] = "1"
             self._values |= {"brdf_map": KINDS.index("parabolic"), "brdf_size": first.values.shape[0]}
-        if isinstance(lit.table, VariedTable):
-            flat = len(lit.mesh.positions) - lit.flat_vertex
-            self.definitions["VARIED"] = str(1 + (lit.table.steps[1] > 1))
-            self._values |= {"steps": lit.table.steps, "place_row": self._values["flat_row"] + flat}
+        if isinstance(relit.table, VariedTable):
+            flat = len(relit.mesh.positions) - relit.flat_vertex
+            self.definitions["VARIED"] = str(1 + (relit.table.steps[1] > 1))
+            self._values |= {"steps": relit.table.steps, "place_row": self._values["flat_row"] + flat}
 
     @staticmethod
-    def key(lit: LitHarmonics) -> object:
-        """What the textures are made of, and where the rows of flat vertices begin."""
-        return lit.table, lit.flat_vertex
+    def key(relit: RelitSh) -> object:
+        """The source of the textures, and the first row of flat vertices."""
+        return relit.table, relit.flat_vertex
 
     @staticmethod
-    def rows(lit: LitHarmonics) -> list[Any]:
+    def rows(relit: RelitSh) -> list[Any]:
         """(R, 3) light of each vertex, radiance of the flat ones, and where the others are among the tables."""
-        parts = [lit.rows[: lit.flat_vertex * lit.table.order**2], lit.flat]
-        if isinstance(lit.table, VariedTable):
-            parts.append(lit.table.places[: lit.flat_vertex])
+        parts = [relit.rows[: relit.flat_vertex * relit.table.order**2], relit.flat]
+        if isinstance(relit.table, VariedTable):
+            parts.append(relit.table.places[: relit.flat_vertex])
         return parts
 
     def fill(self) -> Iterator[None]:
         """All of it is small, and there from the beginning."""
         return iter(())
 
-    def relight(self, _lit: LitHarmonics) -> Iterator[None]:
+    def relight(self, _relit: RelitSh) -> Iterator[None]:
         """All light is in the rows of the vertices."""
         return iter(())
 

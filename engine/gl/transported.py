@@ -1,4 +1,4 @@
-"""Draws baked transport under its light (`engine.transport.lit`), whichever of the methods it was baked with.
+"""Draws baked transport under its light (`engine.transport.relit`), whichever of the methods it was baked with.
 
 The light is uploaded when it is another one, in pieces where a window must go on meanwhile; moving the camera costs a
 frame and nothing else. Tiles and bands are
@@ -14,20 +14,19 @@ from typing import Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.camera import Camera
+from engine.geometry.camera import Camera
+from engine.geometry.mesh import Mesh
+from engine.gl.buffers import MeshBuffers, VertexRows
 from engine.gl.context import Limits, limits
-from engine.gl.mesh_buffers import MeshBuffers
 from engine.gl.program import load_program, set_uniforms
 from engine.gl.tiles import Paint, Tiles
-from engine.gl.vertex_rows import VertexRows
-from engine.mesh import Mesh
 from engine.render.display import Display
-from engine.transport.lit import Lit
 from engine.transport.method import method_of
+from engine.transport.relit import Relit
 
 
 class Textures(Protocol):
-    """What a method keeps in GPU memory for one transport: `Textures` of its `drawing` module.
+    """Data of a method in GPU memory for one transport: `Textures` of its `drawing` module.
 
     Attributes
     ----------
@@ -39,22 +38,22 @@ class Textures(Protocol):
     SOURCE: str
     messages: list[str]
 
-    def __init__(self, context: Any, lit: Any, limits: Limits) -> None: ...
+    def __init__(self, context: Any, relit: Any, limits: Limits) -> None: ...
     @property
     def definitions(self) -> dict[str, str]: ...
     @staticmethod
-    def key(lit: Any) -> object:
-        """What the textures are made of: equal for what can share them."""
+    def key(relit: Any) -> object:
+        """The source of the textures: equal for what can share them."""
 
     @staticmethod
-    def rows(lit: Any) -> list[Any]:
+    def rows(relit: Any) -> list[Any]:
         """The rows (R, 3 or 4) of the vertices under the light, in parts."""
 
     def fill(self) -> Iterator[None]:
         """Bring to the device, piece by piece, what does not belong to the light."""
 
-    def relight(self, lit: Any) -> Iterator[None]:
-        """Take the light of `lit`, piece by piece, as far as it is not in the rows."""
+    def relight(self, relit: Any) -> Iterator[None]:
+        """Take the light of `relit`, piece by piece, as far as it is not in the rows."""
 
     def bind(self, program: Any) -> None:
         """Set what the shaders read."""
@@ -81,11 +80,11 @@ class TransportRenderer:
         self._programs: dict[tuple[tuple[str, str], ...], Any] = {}
         self._mesh: tuple[Mesh, MeshBuffers] | None = None
         self._textures: tuple[object, Textures] | None = None
-        self._lit: Lit | None = None
+        self._relit: Relit | None = None
 
     def draw(
         self,
-        lit: Lit,
+        relit: Relit,
         camera: Camera,
         framebuffer: Any,
         size: tuple[int, int],
@@ -93,38 +92,38 @@ class TransportRenderer:
         samples: int = 2,
         display: Display | None = None,
     ) -> None:
-        """Draw `lit`, tone-mapped and sRGB-coded, over `framebuffer`, whose `size` is (width, height) in pixels."""
-        self._tiles.draw(self._painting(lit, camera, size), framebuffer, size, samples, display or Display())
+        """Draw `relit`, tone-mapped and sRGB-coded, over `framebuffer`, whose `size` is (width, height) in pixels."""
+        self._tiles.draw(self._painting(relit, camera, size), framebuffer, size, samples, display or Display())
 
     def bands(
-        self, lit: Lit, camera: Camera, framebuffer: Any, size: tuple[int, int], *, samples: int = 2
+        self, relit: Relit, camera: Camera, framebuffer: Any, size: tuple[int, int], *, samples: int = 2
     ) -> Generator[None, int, None]:
         """The linear picture in pieces, as `Tiles.bands`; other drawing with this renderer meanwhile spoils it."""
-        return self._tiles.bands(self._painting(lit, camera, size), framebuffer, size, samples)
+        return self._tiles.bands(self._painting(relit, camera, size), framebuffer, size, samples)
 
-    def radiance(self, lit: Lit, camera: Camera, size: tuple[int, int], *, samples: int = 2) -> NDArray[np.float32]:
+    def radiance(self, relit: Relit, camera: Camera, size: tuple[int, int], *, samples: int = 2) -> NDArray[np.float32]:
         """The picture (height, width, 4) float32, row 0 on top: linear radiance times coverage, and coverage."""
-        return self._tiles.radiance(self._painting(lit, camera, size), size, samples)
+        return self._tiles.radiance(self._painting(relit, camera, size), size, samples)
 
     @property
     def invalid_samples(self) -> int:
         """With `debug`, how many samples of the last `radiance` were not finite (drawn magenta)."""
         return self._tiles.invalid_samples
 
-    def _painting(self, lit: Lit, camera: Camera, size: tuple[int, int]) -> Paint:
-        return lambda tile_from_clip: self._paint(lit, camera, size[0] / size[1], tile_from_clip)
+    def _painting(self, relit: Relit, camera: Camera, size: tuple[int, int]) -> Paint:
+        return lambda tile_from_clip: self._paint(relit, camera, size[0] / size[1], tile_from_clip)
 
-    def _paint(self, lit: Lit, camera: Camera, aspect: float, tile_from_clip: NDArray[np.float64]) -> None:
+    def _paint(self, relit: Relit, camera: Camera, aspect: float, tile_from_clip: NDArray[np.float64]) -> None:
         """Draw everything for one tile."""
-        textures, buffers = self._upload(lit), self._buffers(lit.mesh)
+        textures, buffers = self._upload(relit), self._buffers(relit.mesh)
         program = self._program(textures)
-        centre = lit.mesh.centre
+        centre = relit.mesh.centre
         eye = tuple(np.subtract(camera.eye, centre).tolist())
-        set_uniforms(program, {"eye": eye, "flat_vertex": lit.flat_vertex})
+        set_uniforms(program, {"eye": eye, "flat_vertex": relit.flat_vertex})
         self.messages = textures.messages
         textures.bind(program)
         self._rows.bind(program)
-        matrix = tile_from_clip @ camera.clip_from_model(centre, lit.mesh.radius, aspect)
+        matrix = tile_from_clip @ camera.clip_from_model(centre, relit.mesh.radius, aspect)
         program["clip_from_model"].write(np.ascontiguousarray(matrix.T, np.float32))
         buffers.draw(program)
 
@@ -135,23 +134,23 @@ class TransportRenderer:
             self._mesh = (mesh, MeshBuffers(self.context, mesh))
         return self._mesh[1]
 
-    def holds(self, lit: Lit) -> bool:
-        """Whether all of `lit` is in the device's memory."""
-        return self._lit is lit
+    def holds(self, relit: Relit) -> bool:
+        """True if all of `relit` is in the device's memory."""
+        return self._relit is relit
 
-    def load(self, lit: Lit) -> Iterator[None]:
-        """Bring `lit` into the device's memory piece by piece, some milliseconds each; nothing is drawn meanwhile.
+    def load(self, relit: Relit) -> Iterator[None]:
+        """Bring `relit` into the device's memory piece by piece, some milliseconds each; nothing is drawn meanwhile.
 
         Closing the iterator early leaves nothing that could be drawn. ValueError where the device cannot hold it.
         """
-        if self.holds(lit):
+        if self.holds(relit):
             return
-        self._lit, key = None, _owner(lit).key(lit)
+        self._relit, key = None, _owner(relit).key(relit)
         if self._textures is None or self._textures[0] != key:
             if self._textures is not None:
                 self._textures[1].release()
                 self._textures = None
-            textures = _owner(lit)(self.context, lit, self.limits)
+            textures = _owner(relit)(self.context, relit, self.limits)
             try:
                 yield from textures.fill()
             except BaseException:
@@ -159,14 +158,14 @@ class TransportRenderer:
                 raise
             self._textures = (key, textures)
         textures = self._textures[1]
-        yield from self._rows.write(_owner(lit).rows(lit))
-        yield from textures.relight(lit)
-        self._buffers(lit.mesh)
-        self._lit = lit
+        yield from self._rows.write(_owner(relit).rows(relit))
+        yield from textures.relight(relit)
+        self._buffers(relit.mesh)
+        self._relit = relit
 
-    def _upload(self, lit: Lit) -> Textures:
+    def _upload(self, relit: Relit) -> Textures:
         """The textures of what was baked, with the light in the rows of its vertices."""
-        for _ in self.load(lit):
+        for _ in self.load(relit):
             pass
         assert self._textures is not None
         return self._textures[1]
@@ -188,10 +187,10 @@ class TransportRenderer:
             program.release()
         self._rows.release()
         self._tiles.release()
-        self._mesh = self._textures = self._lit = None
+        self._mesh = self._textures = self._relit = None
         self._programs.clear()
 
 
-def _owner(lit: Lit) -> type[Textures]:
-    """The class of the textures of `lit`."""
-    return cast("type[Textures]", method_of(lit.method).drawing.Textures)
+def _owner(relit: Relit) -> type[Textures]:
+    """The class of the textures of `relit`."""
+    return cast("type[Textures]", method_of(relit.method).drawing.Textures)

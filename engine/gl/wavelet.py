@@ -1,9 +1,9 @@
 """Wavelet transport on the graphics device: view maps as textures, and how many terms each fragment looks up.
 
-The twin of `engine.transport.wavelet`. The light is made into K-tuples on the processor; here they are multiplied with
-the view maps, which each fragment looks up in the direction of the eye. Drivers carry only so many numbers from
-vertices to fragments: with more than `MOST_TERMS` terms the sum is made at the vertices. Bound by fetches of texels, so
-four numbers lie in each: of maps without colour, four terms.
+The twin of `engine.transport.wavelet.transfer`. The light is made into K-tuples on the processor; here they are
+multiplied with the view maps, which each fragment looks up in the direction of the eye. Drivers carry only so many
+numbers from vertices to fragments: with more than `MOST_TERMS` terms the sum is made at the vertices. Bound by fetches
+of texels, so four numbers lie in each: of maps without colour, four terms.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.gl.brdf_textures import packed
 from engine.gl.context import Limits
-from engine.gl.factor_textures import packed
 from engine.gl.program import set_uniforms
-from engine.transport.lit import LitWavelets
+from engine.transport.relit import RelitWavelets
 
 #: Terms of three numbers that fit beside the other numbers of a vertex into the 60 that OpenGL 3.3 promises.
 MOST_TERMS = 16
@@ -35,9 +35,9 @@ class Textures:
 
     SHADER, SOURCE = "transported", "wavelet.glsl"
 
-    def __init__(self, context: Any, lit: LitWavelets, _limits: Limits) -> None:
+    def __init__(self, context: Any, relit: RelitWavelets, _limits: Limits) -> None:
         self.messages: list[str] = []
-        factors = lit.transport.factors
+        factors = relit.transport.factors
         numbers = _numbers(factors.first)
         self._texture = packed(context, numbers)
         self.definitions = {"TERMS": str(factors.terms)} if factors.terms <= MOST_TERMS else {}
@@ -47,22 +47,22 @@ class Textures:
             "brdf_map": factors.chart.number,
             "brdf_size": factors.chart.size,
             "term_count": factors.terms,
-            "flat_row": lit.flat_vertex * factors.terms,
-            "flat_factor": lit.transport.ground_albedo / math.pi,
+            "flat_row": relit.flat_vertex * factors.terms,
+            "flat_factor": relit.transport.ground_albedo / math.pi,
         }
 
     @staticmethod
-    def key(lit: LitWavelets) -> object:
-        """What the textures are made of."""
-        return lit.transport
+    def key(relit: RelitWavelets) -> object:
+        """The source of the textures."""
+        return relit.transport
 
     @staticmethod
-    def rows(lit: LitWavelets) -> list[Any]:
+    def rows(relit: RelitWavelets) -> list[Any]:
         """The K-tuples (R, 4), marked where the radiance of the vertex itself may be asked for."""
-        transport = lit.transport
+        transport = relit.transport
         first, terms = transport.ground_vertex, transport.factors.terms
         rows = np.zeros((transport.rows, 4), np.float32)
-        rows[:, :3] = np.clip(lit.rows, -BRIGHTEST, BRIGHTEST)
+        rows[:, :3] = np.clip(relit.rows, -BRIGHTEST, BRIGHTEST)
         rows[: first * terms : terms, 3] = transport.turning[:first]
         return [rows]
 
@@ -70,7 +70,7 @@ class Textures:
         """All of it is small, and there from the beginning."""
         return iter(())
 
-    def relight(self, _lit: LitWavelets) -> Iterator[None]:
+    def relight(self, _relit: RelitWavelets) -> Iterator[None]:
         """All light is in the rows of the vertices."""
         return iter(())
 

@@ -1,1 +1,1 @@
-"""Reading and writing pictures; pixels in, arrays out."""
+"""Pictures in and out: EXR, HDR, JPEG, PNG and TIFF, decoded to linear light in another process."""

@@ -5,7 +5,7 @@ Cost: bound by memory: 24 megapixels of 16-bit colour 0.15 s on one thread.
 
 from __future__ import annotations
 
-from engine.kernels import only, scalar
+from engine.core.kernels import only, scalar
 
 
 @scalar

@@ -1,6 +1,6 @@
 """Pictures as linear light: JPEG, PNG, TIFF, OpenEXR and Radiance, recognised by content and never by name.
 
-Decoding happens in a child process (`engine.files.untrusted`); `read_image` is the parent's side. Integer samples are
+Decoding happens in a child process (`engine.storage.untrusted`); `read_image` is the parent's side. Integer samples are
 taken as sRGB-coded unless the file or the caller says linear, floating-point ones as linear; what was assumed is
 returned. Cost: 24 megapixels take about 1 s and 0.7 GB, most of it the float32 result.
 """
@@ -17,13 +17,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.colour import srgb_decode
-from engine.errors import InputError
-from engine.files.shared import result_array
-from engine.files.untrusted import decode_in_child
+from engine.core.colour import srgb_decode
+from engine.core.errors import InputError
 from engine.images import exif, exr, hdr, jpeg, png, tiff
 from engine.images.exif import Exif
 from engine.images.raster import Raster, Transfer
+from engine.storage.shared_memory import result_array
+from engine.storage.untrusted import decode_in_child
 
 TransferChoice = Literal["auto", "srgb", "linear"]
 
@@ -35,6 +35,10 @@ _COUNTED = ("EXR", "HDR")
 
 #: Code values from which a lookup table is cheaper than the power function.
 _TABLE_LIMIT = 1 << 16
+
+#: Most radiance of photographs and environments; squares, and sums of many of them, are finite in single precision.
+#: The sun has 2e9 cd/m².
+LARGEST_RADIANCE = 1e15
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +69,14 @@ def read_image(path: str | os.PathLike[str], *, transfer: TransferChoice = "auto
     """Decode the picture at `path`; `half_size` averages 2×2 pixels. InputError for what cannot be decoded whole."""
     reply = decode_in_child("engine.images.decode:decode", path, transfer=transfer, half_size=half_size)
     return image_from_reply(reply)
+
+
+def refuse_larger(path: str | os.PathLike[str], radiance: NDArray[np.float32]) -> None:
+    """InputError, naming `path`, where `radiance` (H, W, 3) is beyond `LARGEST_RADIANCE` or not a number."""
+    largest = max(float(radiance.max(initial=0.0)), -float(radiance.min(initial=0.0)))
+    if not largest <= LARGEST_RADIANCE:
+        problem = f"holds a radiance of {largest:.3g}, and what is computed here goes up to {LARGEST_RADIANCE:g}"
+        raise InputError(path, problem, "Scale it down, or mend the pixels that no lamp can have made")
 
 
 def image_from_reply(reply: dict[str, Any]) -> Image:

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.colour import CHROMATICITIES
-from engine.files.atomic import atomic_file
+from engine.core.colour import CHROMATICITIES
 from engine.images.png import LINEAR_GAMMA, SIGNATURE
 from engine.images.raster import Transfer
+from engine.storage.atomic import atomic_file
 
 HALF_MAX = 65504.0
 
@@ -26,7 +26,7 @@ def encode_png(
 ) -> bytes:
     """PNG of uint8 or uint16 codes, (H, W), (H, W, 3) or (H, W, 4); it says how they are coded (`sRGB` or `gAMA`).
 
-    `software` is kept as its tag of that name, by which `engine.files.outputs.has_tag` knows it again.
+    `software` is kept as its tag of that name, by which `engine.storage.outputs.has_tag` knows it again.
     """
     import cv2
 

@@ -1,4 +1,7 @@
-"""What a camera wrote about an exposure: time, sensitivity, aperture, orientation."""
+"""Exposure in a camera's EXIF data: time, sensitivity, aperture, orientation.
+
+exifread reads the tags; what is ours is which of them count, and that 0/0 and 1/0 count as unknown.
+"""
 
 from __future__ import annotations
 
@@ -78,11 +81,11 @@ def _camera(tags: Mapping[str, Any]) -> str | None:
 
 
 def rational(numerator: float, denominator: float) -> float | None:
-    """A positive finite quotient, or None: cameras write 0/0, 1/0 and 0/1 for 'unknown'."""
+    """A quotient that a camera can mean, or None: cameras write 0/0, 1/0 and 0/1 for 'unknown'."""
     if denominator == 0 or not (math.isfinite(numerator) and math.isfinite(denominator)):
         return None
     value = numerator / denominator
-    return value if value > 0 else None
+    return value if 1e-12 < value < 1e12 else None
 
 
 def oriented(image: NDArray[Any], orientation: int) -> NDArray[Any]:

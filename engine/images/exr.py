@@ -9,10 +9,10 @@ import numpy as np
 import OpenEXR
 from numpy.typing import NDArray
 
-from engine.colour import CHROMATICITIES, srgb_from_xyz
-from engine.errors import InputError
-from engine.files.untrusted import AGAIN
+from engine.core.colour import CHROMATICITIES, srgb_from_xyz
+from engine.core.errors import InputError
 from engine.images.raster import Raster, check_size
+from engine.storage.untrusted import AGAIN
 
 SIGNATURE = b"\x76\x2f\x31\x01"
 
@@ -51,7 +51,7 @@ def read_exr(content: bytes, name: str) -> Raster:
 
 
 def _are_srgb(stated: Any) -> bool:
-    """Whether chromaticities, if any, are those of sRGB; a hundredth off is as good."""
+    """True if chromaticities, if any, are those of sRGB; a hundredth off is as good."""
     if not isinstance(stated, tuple) or len(stated) != len(CHROMATICITIES):
         return True
     return bool(np.allclose(stated, CHROMATICITIES, atol=0.01))

@@ -2,6 +2,8 @@
 
 Three codings of lines: plain, the run-length coding by components of 1991, and the one before, in which a pixel of
 mantissas 1, 1, 1 repeats the last one as often as its exponent says (times 256 for each that follows another).
+Ours instead of OpenCV's, which refuses XYZE and other orientations than -Y +X, and passes over EXPOSURE. OpenImageIO
+(8 MB) would come in for this format alone: the others have decoders, whose limits are tested.
 """
 
 from __future__ import annotations
@@ -11,10 +13,10 @@ import re
 import imagecodecs
 import numpy as np
 
-from engine.colour import srgb_from_xyz
-from engine.errors import InputError
-from engine.files.untrusted import AGAIN
+from engine.core.colour import srgb_from_xyz
+from engine.core.errors import InputError
 from engine.images.raster import Raster, check_size
+from engine.storage.untrusted import AGAIN
 
 SIGNATURES = (b"#?RADIANCE", b"#?RGBE")
 
@@ -52,12 +54,12 @@ def _ignored(header: bytes) -> tuple[str, ...]:
 
 
 def _stated(header: bytes, key: bytes) -> list[bytes]:
-    """What the lines `key=value` say, in their order."""
+    """Values of the lines `key=value`, in their order."""
     return [line.partition(b"=")[2] for line in header.split(b"\n") if line.startswith(key + b"=")]
 
 
 def _are_srgb(primaries: bytes) -> bool:
-    """Whether the four chromaticities are those of sRGB, or those that Radiance takes for its own (equal energy)."""
+    """True if the four chromaticities are those of sRGB, or those that Radiance takes for its own (equal energy)."""
     try:
         stated = [float(word) for word in primaries.split()]
     except ValueError:

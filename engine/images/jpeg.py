@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from engine.errors import InputError
-from engine.files.decoder_child import complaints
-from engine.files.untrusted import AGAIN
+from engine.core.errors import InputError
 from engine.images.raster import UNWANTED, Raster, check_size, profile_warning
+from engine.storage.decoder_child import complaints
+from engine.storage.untrusted import AGAIN
 
 SIGNATURE = b"\xff\xd8\xff"
 

@@ -1,4 +1,7 @@
-"""PNG (W3C, third edition). Every chunk's checksum and the end chunk are verified before libpng decodes."""
+"""PNG (W3C, third edition). Every chunk's checksum and the end chunk are verified before libpng decodes.
+
+OpenCV keeps to itself what is found here: the size before anything is allocated, gamma and profile, and the damage.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,10 @@ import zlib
 import cv2
 import numpy as np
 
-from engine.errors import InputError
-from engine.files.decoder_child import complaints
-from engine.files.untrusted import AGAIN
+from engine.core.errors import InputError
 from engine.images.raster import Raster, Transfer, check_size, profile_warning, white_code
+from engine.storage.decoder_child import complaints
+from engine.storage.untrusted import AGAIN
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 LINEAR_GAMMA = struct.pack(">I", 100000)

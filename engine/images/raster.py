@@ -1,4 +1,4 @@
-"""What a reader of one file format hands on: samples as they are stored, and how they are meant."""
+"""A decoded picture of one file format: samples as they are stored, and their meaning."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.errors import InputError
+from engine.core.errors import InputError
 from engine.images.exif import Exif
 
 Transfer = Literal["srgb", "linear"]

@@ -19,16 +19,16 @@ import numpy as np
 import tifffile
 from numpy.typing import NDArray
 
-from engine.errors import InputError
-from engine.files.decoder_child import complaints
-from engine.files.untrusted import AGAIN
+from engine.core.errors import InputError
 from engine.images.jpeg import check_jpeg
 from engine.images.raster import UNWANTED, Raster, Transfer, check_size, profile_warning, white_code
 from engine.images.tiff_directories import TYPE_BYTES, check_directories
+from engine.storage.decoder_child import complaints
+from engine.storage.untrusted import AGAIN
 
 SIGNATURES = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
-#: What our own linear TIFFs say in ImageDescription.
+#: Mark of our own linear TIFFs in ImageDescription.
 LINEAR_MARK = '"transfer": "linear"'
 
 _STRIP_OFFSETS, _TILE_OFFSETS, _EXIF_DIRECTORY = 273, 324, 34665
@@ -158,7 +158,7 @@ def check_segments(page: Any, content: bytes, name: str) -> None:
 
 
 def _check_lengths(page: Any, content: bytes, name: str) -> None:
-    """What the strips or tiles hold must be what the picture's size needs: tifffile cuts or pads what does not fit."""
+    """Check that strips or tiles hold what the picture's size needs: tifffile cuts or pads what does not fit."""
     tiled = page.is_tiled
     width, rows = page.imagewidth, min(page.rowsperstrip, page.imagelength)
     if tiled:

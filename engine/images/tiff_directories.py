@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import struct
 
-from engine.errors import InputError
-from engine.files.untrusted import AGAIN
+from engine.core.errors import InputError
+from engine.storage.untrusted import AGAIN
 
 #: Most tags of one directory, and directories below one; cameras write some 200 and 10.
 TAGS_LIMIT = 4096

@@ -1,1 +1,1 @@
-"""Rendering on the processor: the virtual light arc and the fallback for machines without OpenGL."""
+"""Pictures on the processor: direct light, transported light and the path-traced reference."""

@@ -14,17 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.brdf.diffuse import Lambert
-from engine.colour import luminance
-from engine.directions import dot, normalize, world_from_tangent
-from engine.environment import DistantLights
-from engine.ray_caster import caster_of
-from engine.scene import Scene
+from engine.brdf.models.diffuse import Lambert
+from engine.core.colour import luminance
+from engine.core.directions import dot, frames_along, normalize, world_from_tangent
+from engine.core.steps import Step, Steps
+from engine.geometry.ray_caster import caster_of
+from engine.light.environment import DistantLights
+from engine.scene.scene import Scene
 from engine.shading.lookup import neighbours, share_and_gain
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
-from engine.steps import Step, Steps
-from engine.tangents import frames_along
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -194,7 +193,7 @@ def looked_up(scene: Scene, levels: Levels, uv: Array, along: list[Array], terms
 
 
 def _shares(scene: Scene, terms: Terms, count: int) -> Shares:
-    """Where the map is looked up: points, their share r / r_max in [0, 1], and the weight (M, 3) of what is found."""
+    """Look-ups of the map: points, their share r / r_max in [0, 1], and the weight (M, 3) of what is found."""
     assert scene.shading is not None
     r_max, everywhere = scene.shading.r_max, np.arange(count)
     outgoing = np.zeros((count, 3))

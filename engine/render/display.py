@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.colour import OPERATORS, Operator, srgb_decode, srgb_encode, to_display8, tone_map
+from engine.core.colour import OPERATORS, Operator, srgb_decode, srgb_encode, to_display8, tone_map
+from engine.core.errors import UsageError
 
 #: The ends of the scale of a signed difference, after Okabe and Ito, and its middle, sRGB-coded.
 BLUE, ORANGE, GREY = (0.0, 0.447, 0.698), (0.902, 0.624, 0.0), (0.86, 0.86, 0.86)
@@ -15,7 +16,7 @@ BLUE, ORANGE, GREY = (0.0, 0.447, 0.698), (0.902, 0.624, 0.0), (0.86, 0.86, 0.86
 
 @dataclass(frozen=True)
 class Display:
-    """How linear radiance is shown: exposure in EV, tone mapping, and the display-linear colour behind the model."""
+    """Display of linear radiance: exposure in EV, tone mapping, and the display-linear colour behind the model."""
 
     exposure_ev: float = 0.0
     operator: Operator = "neutral"
@@ -23,7 +24,7 @@ class Display:
 
     def __post_init__(self) -> None:
         if self.operator not in OPERATORS or not -40.0 <= self.exposure_ev <= 40.0:
-            raise ValueError(
+            raise UsageError(
                 f"tone mapping {self.operator!r} or exposure {self.exposure_ev} EV (−40 … 40) is not possible"
             )
 

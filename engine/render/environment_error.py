@@ -1,9 +1,9 @@
-"""How far a few chosen directions are from the whole environment, on the view that is shown.
+"""Error of a few chosen directions against the whole environment, on the view that is shown.
 
 The reference is the sum over all of the map in cells of `REFERENCE_ROWS` rows, each as a light in the mean direction of
 what it holds, with the look-up inside the sum, at pixel centres drawn evenly among those that show the model. About 1 s
 per million pixels times cells: 2 s for the defaults and 256 pixels. With 256 rows instead of 64 the errors of up to 512
-lights change by no more than 0.04 % of the picture on a matt and 0.5 % on a shiny material (Phong, exponent 100).
+lights change by no more than 0.04 % of the picture on a diffuse and 0.5 % on a shiny material (Phong, exponent 100).
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.environment import DistantLights, all_lights
-from engine.lamps import lights_of_all
+from engine.core.steps import Step, Steps
+from engine.light.environment import DistantLights, all_lights
+from engine.light.lamps import lights_of_all
 from engine.render.direct import Shader
-from engine.scene import Scene
-from engine.steps import Step, Steps
+from engine.scene.scene import Scene
 
 REFERENCE_ROWS = 64
 PIXELS = 256

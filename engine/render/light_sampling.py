@@ -1,11 +1,11 @@
 """Directions towards distant light, drawn where much of it reaches a surface: environment maps, and discs.
 
-An environment map is constant over each texel, as in every other sum over it (`engine.environment`). Directions are
-drawn for the normal of the surface, in three steps that each invert running sums, so that stratified numbers give
+An environment map is constant over each texel, as in every other sum over it (`engine.light.environment`). Directions
+are drawn for the normal of the surface, in three steps that each invert running sums, so that stratified numbers give
 stratified directions: first one of `CELLS` cells of the map, by its luminance times solid angle times about the cosine
 to the normal, of which `NORMALS` are kept; then a texel of the cell by luminance times exact solid angle; then the
 direction, uniform over the solid angle of the texel. Luminance is 0 only where radiance is, and every lit cell keeps a
-share however the surface faces, so no light is left out. Without the cosine, the error of matt surfaces under Grace
+share however the surface faces, so no light is left out. Without the cosine, the error of diffuse surfaces under Grace
 Cathedral with as many samples is 2.8 times larger. Tables take 8 bytes a texel beside the map and 9 MB; drawing a
 direction takes about 0.2 µs, bounded by reads of the sums.
 """
@@ -18,9 +18,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.colour import LUMINANCE, luminance
-from engine.environment import EnvironmentMap, solid_angles, texel_directions
-from engine.kernels import scalar
+from engine.core.colour import LUMINANCE, luminance
+from engine.core.kernels import scalar
+from engine.light.environment import EnvironmentMap, solid_angles, texel_directions
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ WIDTH, LEAST = 0.08, 0.02
 
 @dataclass(frozen=True, eq=False)
 class Tables:
-    """What `EnvironmentSampler` reads for H x W texels in R x C cells.
+    """Tables of `EnvironmentSampler` for H x W texels in R x C cells.
 
     Attributes
     ----------
@@ -280,6 +280,6 @@ def disc_density(radius: float) -> float:
 
 
 def in_disc(direction: Floats, axis: Floats, radius: float) -> NDArray[np.bool_]:
-    """Whether unit directions (N, 3) lie in the disc, by the length of the chord, exact for small discs."""
+    """True for unit directions (N, 3) in the disc, by the length of the chord, exact for small discs."""
     chord = direction - axis
     return np.asarray(np.einsum("ni,ni->n", chord, chord) <= 4.0 * np.sin(0.5 * radius) ** 2)

@@ -4,13 +4,13 @@ A path starts in its pixel (uniformly, the box filter), meets the surface, and c
 straight from the environment and the lamps; then it goes on in a direction drawn from the BRDF. `max_depth` is the
 number of points of the surface that light may touch: 1 is direct light with shadows, and nothing else. Light from the
 environment and from lamps that are discs is found in two ways, by directions drawn from the light and by those drawn
-from the BRDF, weighted by the power heuristic (Veach 1997, section 9.2). The weights compare the light's density with
-that of the highlights alone: directions drawn from the light already follow the cosine, and what is matt is left to
+from the BRDF, weighted by the power heuristic (Veach1997 section 9.2). The weights compare the light's density with
+that of the highlights alone: directions drawn from the light already follow the cosine, and what is diffuse is left to
 them, for two estimates of it would be worse than one. Directional lights are found by themselves. From the fourth
 point on, paths end at random, the dark ones sooner.
 
-The surface is opaque and alike on both sides; `engine.render.surface_points` says how it is shaded. A triangle neither
-lights itself nor is lit from behind. With a material, f cos is replaced by the look-up of `engine.scene` at full
+The surface is opaque and alike on both sides; `engine.render.surface` says how it is shaded. A triangle neither
+lights itself nor is lit from behind. With a material, f cos is replaced by the look-up of `engine.scene.scene` at full
 detail, whose 'outgoing' form depends on all light at once and has no such sum. The ground is Lambertian.
 
 Paths are followed many at a time: each stage is one pass over all of them, in numba or numpy, and stages are bounded
@@ -24,9 +24,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.kernels import scalar
-from engine.lamps import Lamp
-from engine.ray_caster import caster_of, offset_origins
+from engine.core.directions import frames_along
+from engine.core.errors import UsageError
+from engine.core.kernels import scalar
+from engine.geometry.ray_caster import caster_of, offset_origins
+from engine.light.lamps import Lamp
 from engine.render.light_sampling import (
     EnvironmentSampler,
     disc_density,
@@ -34,11 +36,9 @@ from engine.render.light_sampling import (
     environment_sampler,
     in_disc,
 )
-from engine.render.reflector import Points, Reflector
-from engine.render.sample_points import SOBOL, mixed, pair, pairs
-from engine.render.surface_points import surface_points, to_local, to_world
-from engine.scene import Scene
-from engine.tangents import frames_along
+from engine.render.sobol import SOBOL, mixed, pair, pairs
+from engine.render.surface import Points, Reflector, surface_points, to_local, to_world
+from engine.scene.scene import Scene
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -49,7 +49,7 @@ CERTAIN_DEPTH, LARGEST_SURVIVAL = 3, 0.95
 
 @dataclass(frozen=True, eq=False)
 class Traced:
-    """What paths found: `radiance` (N, 3), `coverage` (N,) 1 where the camera sees the surface, and counts.
+    """Result of paths: `radiance` (N, 3), `coverage` (N,) 1 if the camera sees the surface, and counts.
 
     `rays` were asked for; `rejected` samples were not finite and count as 0.
     """
@@ -231,9 +231,9 @@ class Paths:
 
 
 def check_scene(scene: Scene) -> None:
-    """Raise ValueError for a look-up that is not a sum over light."""
+    """Raise UsageError for a look-up that is not a sum over light."""
     if scene.shading is not None and scene.lookup == "outgoing":
-        raise ValueError("the look-up 'outgoing' is of all light at once: no reference exists for it")
+        raise UsageError("the look-up 'outgoing' is of all light at once: no reference exists for it")
 
 
 def _nothing() -> Front:
@@ -250,7 +250,7 @@ def power_weight(own: Floats, other: Floats) -> Floats:
 
 
 def _lights(scene: Scene) -> tuple[EnvironmentSampler | None, tuple[Lamp, ...]]:
-    """What `Scene.lights` stands for: the map or none, and all lamps that are not dark, the one light among them."""
+    """Sources behind `Scene.lights`: the map or none, and all lamps that are not dark, the one light among them."""
     environment, lamps = None, scene.lamps
     if scene.environment is None:
         lamps = (Lamp(scene.light, (scene.irradiance,) * 3), *lamps)
@@ -260,7 +260,7 @@ def _lights(scene: Scene) -> tuple[EnvironmentSampler | None, tuple[Lamp, ...]]:
 
 
 class _Gathered:
-    """What has been found so far along paths."""
+    """Radiance and counts gathered so far along paths."""
 
     def __init__(self, count: int) -> None:
         self.radiance, self.coverage = np.zeros((count, 3)), np.zeros(count)

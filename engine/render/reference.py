@@ -1,7 +1,7 @@
 """The reference: direct or path-traced light by Monte Carlo, with its own uncertainty, against which errors are told.
 
 Samples are taken in passes whose numbers are independent of each other; inside a pass the samples of a pixel are
-stratified (`engine.render.sample_points`). The mean over passes is the picture, and how passes differ tells the
+stratified (`engine.render.sobol`). The mean over passes is the picture, and how passes differ tells the
 variance of that mean, pixel by pixel, whatever stratification gained. Sums are in float64. A pass is cut into batches
 that all threads share and whose sums are added in one order: the picture depends on the scene, the size, the numbers
 of samples and the seed alone, not on the number of threads.
@@ -20,10 +20,10 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.steps import Step, Steps
 from engine.render.path import Paths, Traced
-from engine.render.sample_points import seed_state
-from engine.scene import Scene
-from engine.steps import Step, Steps
+from engine.render.sobol import seed_state
+from engine.scene.scene import Scene
 
 Floats = NDArray[np.float64]
 
@@ -180,7 +180,7 @@ def _first(waiting: deque[tuple[_Batch, Future[Traced]]]) -> tuple[_Batch, Trace
 
 
 class _Progress:
-    """Sums of radiance and coverage, and of squares of what passes differ by (Welford 1962, weighted by samples)."""
+    """Sums of radiance and coverage, and of squares of what passes differ by (Welford1962, weighted by samples)."""
 
     def __init__(self, height: int, width: int) -> None:
         self._shape = (height, width)

@@ -1,12 +1,12 @@
 """Pictures of baked transport, drawn on the processor.
 
 A pixel's triangle is found by a ray. At each of its corners the radiance towards the eye is the product of the view
-maps, looked up in the frame of that corner, and the K-tuple there (`engine.transport.wavelet`), or of the harmonics of
-the reflectance and of the light there (`engine.transport.sh_transfer`); the pixel is their mean by barycentric weights.
-At a vertex that is the vertex's own radiance, and where frames of neighbours differ, as at the one singularity of
-frames without texture coordinates, nothing has to be said about what lies between. About 2 µs for each sub-pixel and
-term. Of Gaussian transport the lobes are mixed across the triangle and looked up once for each sub-pixel
-(`engine.transport.gaussian`); its matt part is the mean of the corners like the others.
+maps, looked up in the frame of that corner, and the K-tuple there (`engine.transport.wavelet.transfer`), or of the
+harmonics of the reflectance and of the light there (`engine.transport.sh.transfer`); the pixel is their mean by
+barycentric weights. At a vertex that is the vertex's own radiance, and where frames of neighbours differ, as at the one
+singularity of frames without texture coordinates, nothing has to be said about what lies between. About 2 µs for each
+sub-pixel and term. Of Gaussian transport the lobes are mixed across the triangle and looked up once for each sub-pixel
+(`engine.transport.gaussian.transfer`); its diffuse part is the mean of the corners like the others.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.camera import Camera
-from engine.mesh import Mesh
-from engine.ray_caster import caster_of, meets_front
-from engine.steps import Step, Steps
-from engine.transport.lit import Lit, Shade
+from engine.core.steps import Step, Steps
+from engine.geometry.camera import Camera
+from engine.geometry.mesh import Mesh
+from engine.geometry.ray_caster import caster_of, meets_front
+from engine.transport.relit import Relit, Shade
 
 #: Sub-pixels of a band, about 50 ms of work.
 BAND = 50_000
@@ -34,9 +34,9 @@ class Transported:
     negative_rel: float
 
 
-def picture_of(lit: Lit, camera: Camera, size: tuple[int, int], samples: int = 2) -> Steps[Transported]:
+def picture_of(relit: Relit, camera: Camera, size: tuple[int, int], samples: int = 2) -> Steps[Transported]:
     """The picture of `size` (width, height), samples² sub-pixels each, of transport under its light."""
-    return _picture(lit.mesh, camera, size, samples, lit.shade(camera.eye))
+    return _picture(relit.mesh, camera, size, samples, relit.shade(camera.eye))
 
 
 def _picture(mesh: Mesh, camera: Camera, size: tuple[int, int], samples: int, shade: Shade) -> Steps[Transported]:

@@ -1,1 +1,1 @@
-"""The fast part of the catalogue of hard cases, run on the user's machine: measured, bound, pass."""
+"""Hard cases that check a person's machine."""

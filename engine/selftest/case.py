@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-#: What a case finds: a figure, and what it may be at most.
+#: Result of a case: a figure, and its limit.
 Found = tuple[float, float]
 
 

@@ -9,15 +9,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from engine.errors import MissingCapability
-from engine.files import untrusted
+from engine.core.errors import MissingCapability
 from engine.selftest.case import Found, Question
+from engine.storage import untrusted
 
 
-def attempt(content: bytes, name: str, parent: int) -> dict[str, Any]:
-    """The decoder: try to read, write, connect, start a program and reach the parent; `reached` names what worked."""
+def attempt(content: bytes, name: str, parent: int, home: str) -> dict[str, Any]:
+    """The decoder: try to read the folder `home`, to write, to connect, to start a program and to reach the parent.
+
+    `reached` names what worked. The folder is handed over: a decoder has no environment that says it.
+    """
     attempts: dict[str, Callable[[], Any]] = {
-        "the user's folder": lambda: list(Path.home().iterdir()),
+        "the user's folder": lambda: list(Path(home).iterdir()),
         "the parent's environment": lambda: Path(f"/proc/{parent}/environ").read_bytes(),
         "a temporary file": tempfile.TemporaryFile,
         "a socket": socket.socket,
@@ -35,7 +38,8 @@ def attempt(content: bytes, name: str, parent: int) -> dict[str, Any]:
 
 
 def _decoders_are_confined() -> Found:
-    found = untrusted.decode_content("engine.selftest.confinement:attempt", "self-test", b" ", parent=os.getpid())
+    facts: dict[str, Any] = {"parent": os.getpid(), "home": str(Path.home())}
+    found = untrusted.decode_content("engine.selftest.confinement:attempt", "self-test", b" ", **facts)
     protection = untrusted.protection()
     if protection is None or not protection.whole:
         raise MissingCapability(protection.sentence if protection else "no decoder has run", "Use a newer Linux")

@@ -5,34 +5,42 @@ from __future__ import annotations
 import numpy as np
 
 from engine.brdf.brdf import brdf_from_text
-from engine.brdf.diffuse import Lambert
-from engine.camera import frame
-from engine.cube_map import CubeMap, cube_directions, cube_of, cube_solid_angles
-from engine.directions import normalize, world_from_tangent
-from engine.effects.estimates import Scenery, self_shadowing
-from engine.effects.radiance import radiances
-from engine.effects.sample import sample
-from engine.environment import EnvironmentMap, texel_directions
-from engine.factor.maps import DirectionMap
+from engine.brdf.models.diffuse import Lambert
+from engine.core.directions import normalize, world_from_tangent
+from engine.core.steps import drain
+from engine.factor.hemisphere_map import DirectionMap
 from engine.factor.separable_factors import SeparableFactors
-from engine.lamps import lights_of_all
-from engine.mesh import Mesh
-from engine.prefilter import gaussian_integral, prefiltered
-from engine.scene import Scene
+from engine.geometry.camera import frame
+from engine.geometry.mesh import Mesh
+from engine.light.cube_map import CubeMap, cube_directions, cube_of, cube_solid_angles
+from engine.light.environment import EnvironmentMap, texel_directions
+from engine.light.gaussian_prefilter import gaussian_integral, prefiltered
+from engine.light.lamps import lights_of_all
+from engine.light.sun_split import split_sun
+from engine.planning.effects.estimates import Scenery, self_shadowing
+from engine.planning.effects.radiance import radiances
+from engine.planning.effects.sample import sample
+from engine.scene.scene import Scene
 from engine.selftest.case import Found, Question
-from engine.steps import drain
-from engine.sun import split_sun
-from engine.transport.haar import check_edge, cube_coefficients, cube_of_coefficients, strongest
-from engine.transport.sh import cosine_zonal, evaluate, turned_zonal, window
-from engine.transport.sh_bake import BakeSettings, baker_of, prepare
-from engine.transport.sh_lighting import project
-from engine.transport.sh_rotation import rotation
-from engine.transport.sh_transfer import matrices, visibility_harmonics
-from engine.transport.spherical_gaussian import gaussian
-from engine.transport.view_directions import nearest_views, view_directions
-from engine.transport.visibility import every_ray, miss_rate, receivers, visibility_cube
-from engine.transport.wavelet import Vectors16, WaveletTransport, relit
-from engine.transport.wavelet_codes import BOUNDS, WaveletLight, dequantise, encode_light, pack, quantise, unpack
+from engine.transport.baking.visibility import every_ray, miss_rate, receivers, visibility_cube
+from engine.transport.gaussian.fitting.lobes import gaussian
+from engine.transport.gaussian.fitting.views import nearest_views, view_directions
+from engine.transport.sh.bake import BakeSettings, baker_of, prepare
+from engine.transport.sh.basis import cosine_zonal, evaluate, turned_zonal, window
+from engine.transport.sh.lighting import project
+from engine.transport.sh.rotation import rotation
+from engine.transport.sh.transfer import matrices, visibility_harmonics
+from engine.transport.wavelet.haar import check_edge, cube_coefficients, cube_of_coefficients, strongest
+from engine.transport.wavelet.quantise import (
+    BOUNDS,
+    WaveletLight,
+    dequantise,
+    encode_light,
+    pack,
+    quantise,
+    unpack,
+)
+from engine.transport.wavelet.transfer import Vectors16, WaveletTransport, relit
 
 U64, U32 = 2.0**-53, 2.0**-24
 
@@ -102,7 +110,7 @@ def _windows_keep_the_mean() -> Found:
     return max(abs(float(window(5, kind)[0]) - 1.0) for kind in ("hanning", "lanczos")), 0.0
 
 
-def _matt_under_even_light() -> Found:
+def _diffuse_under_even_light() -> Found:
     even = project(EnvironmentMap(np.ones((32, 64, 3), np.float32)), 5)
     lit = turned_zonal(cosine_zonal(5), normalize(np.random.default_rng(0).normal(size=(64, 3)))) @ even / np.pi
     return float(np.abs(lit - 1.0).max()), 1e-6
@@ -322,13 +330,13 @@ def _no_sun_no_split() -> Found:
 
 
 QUESTIONS = (
-    Question("H1", "deviation of harmonics of order 15 from orthonormal", _gram),
+    Question("H1", "deviation of spherical harmonics of order 15 from orthonormal", _gram),
     Question("H2", "error of the addition theorem at the poles, order 15", _poles),
     Question("H5", "error of two rotations after each other, order 8", _turns_compose),
     Question("H6", "deviation of no rotation from the identity", _no_turn),
     Question("H8", "relative change of the energy of a band by rotation", _energy_of_bands),
     Question("H9", "change of even light by windows", _windows_keep_the_mean),
-    Question("H10", "error of a matt surface under even light", _matt_under_even_light),
+    Question("H10", "error of a diffuse surface under even light", _diffuse_under_even_light),
     Question("H11", "deviation of transfer at an open point from a rotation", _open_point),
     Question("H11", "transfer at a closed point", _closed_point),
     Question("H13", "error of the sum of two lights", _sums_are_linear),
@@ -336,9 +344,9 @@ QUESTIONS = (
     Question("Z1", "error of 12-bit pictures after the transform and back", _haar_is_exact),
     Question("Z2", "relative change of energy by the transform", _haar_keeps_energy),
     Question("Z4", "how far ties are from going to the lowest index", _ties_go_first),
-    Question("Z9", "error of codes, in halves of a step", _codes_never_wrap),
-    Question("Z10", "error of packed codes after unpacking", _words_return),
-    Question("X4", "relative error of the sum of 96 products of the largest codes", _sums_never_overflow),
+    Question("Z9", "error of quantised coefficients, in halves of a step", _codes_never_wrap),
+    Question("Z10", "error of packed coefficients after unpacking", _words_return),
+    Question("X4", "relative error of the sum of 96 products of the largest coefficients", _sums_never_overflow),
     Question("X5", "cube edges of 128 that are taken", _large_edges_are_refused),
     Question("X6", "relative error of the sky's energy beside a sun of 1e6", _sun_leaves_the_sky),
     Question("EN6", "relative change of the light by splitting a sun off", _flux_is_kept),

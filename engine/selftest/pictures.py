@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine.capture.pair_motion import first_shift, pyramid
-from engine.colour import srgb_decode, srgb_encode, srgb_from_xyz, to_display8, tone_map, xyz_from_srgb
-from engine.cube_map import CubeMap, mean_radiance
+from engine.capture.registration.pair_motion import first_shift, pyramid
+from engine.core.colour import srgb_decode, srgb_encode, srgb_from_xyz, to_display8, tone_map, xyz_from_srgb
+from engine.core.steps import drain
+from engine.light.cube_map import CubeMap, mean_radiance
 from engine.selftest.case import Found, Question
 from engine.shading.power_law import fit, power
 from engine.shading.quantise import quantise
 from engine.shading.shading_map import ShadingMap, interpolation_weights, target_radiance
-from engine.steps import drain
 
 U64, U32 = 2.0**-53, 2.0**-24
 
@@ -40,7 +40,7 @@ def _still_picture() -> Found:
 
 
 def _texture_is_asked_for() -> Found:
-    from engine.capture.pair_motion import Refused
+    from engine.capture.registration.pair_motion import Refused
 
     try:
         levels = pyramid(np.full((96, 96), 0.5, np.float32))

@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 import warnings
 
-from engine.errors import FileError, MissingCapability
-from engine.selftest import confinement, light, pictures, reflectance
+from engine.core.errors import FileError, MissingCapability, UsageError
+from engine.core.steps import Step, Steps
+from engine.selftest import brdf as selftest_brdf
+from engine.selftest import confinement, light, pictures
 from engine.selftest.case import Case, Question, group_of
-from engine.steps import Step, Steps
 
 QUESTIONS: tuple[Question, ...] = (
     *pictures.QUESTIONS,
-    *reflectance.QUESTIONS,
+    *selftest_brdf.QUESTIONS,
     *light.QUESTIONS,
     *confinement.QUESTIONS,
 )
 
-#: What a row may fail with that is told in its place.
+#: Exceptions that a row reports as its failure.
 FAILURES = (
     ArithmeticError,
     AssertionError,
@@ -36,12 +37,12 @@ def selftest(only: tuple[str, ...] = ()) -> Steps[tuple[Case, ...]]:
     """All cases, or those of the ids or groups `only`; each step's `partial` holds those that are done.
 
     Some 20 s, of which starting compiled code takes most. A measure that is not finite is told as −1 and a problem.
-    ValueError for an id that is not known.
+    UsageError for an id that is not known.
     """
     known = {question.id for question in QUESTIONS} | {group_of(question.id) for question in QUESTIONS}
     for name in only:
         if name not in known:
-            raise ValueError(f"{name!r} is no case; known are {', '.join(sorted(known))}")
+            raise UsageError(f"{name!r} is no case; known are {', '.join(sorted(known))}")
     chosen = [each for each in QUESTIONS if not only or each.id in only or group_of(each.id) in only]
     cases: list[Case] = []
     for number, question in enumerate(chosen):

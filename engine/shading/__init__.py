@@ -1,1 +1,1 @@
-"""Shading maps and their power-law compression (Kautz et al. 2004)."""
+"""The shading map, the power law fitted to it, their lookup, and tileable materials."""

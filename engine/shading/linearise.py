@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from engine.kernels import parallel, prange
+from engine.core.kernels import parallel, prange
 
 
 @parallel

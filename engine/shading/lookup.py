@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: What happens to r above r_max: the brightest slice as it is, or multiplied by r / r_max.
+#: Value for r above r_max: the brightest slice as it is, or multiplied by r / r_max.
 Above = Literal["clamp", "scale"]
 
 Indices = NDArray[np.int64]

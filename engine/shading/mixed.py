@@ -1,6 +1,7 @@
 """Mixed compression: the power law where it is good enough, the slices in the tiles where it is not.
 
-The bound is on the error of each texel, the root mean square over slices and channels (`engine.shading.fit_error`).
+The bound is on the error of each texel, the root mean square over slices and channels
+(`engine.shading.power_law_error`).
 """
 
 from __future__ import annotations
@@ -8,12 +9,12 @@ from __future__ import annotations
 import dataclasses
 from types import MappingProxyType
 
-from engine.health import Finding, Health, Verdict
-from engine.shading.fit_error import measured
+from engine.core.health import Finding, Health, Verdict
+from engine.core.steps import Steps
 from engine.shading.kept_tiles import cut_tiles, tile_maxima
 from engine.shading.power_law import PowerLawMap
+from engine.shading.power_law_error import measured
 from engine.shading.shading_map import ShadingMap
-from engine.steps import Steps
 
 #: Texels along the side of a tile.
 TILE_SIZE = 16

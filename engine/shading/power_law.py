@@ -1,4 +1,4 @@
-"""Power-law compression of a shading map, f(r) = k_s (r / a_max)^K per texel and channel (Kautz et al. 2004, Eq. 4).
+"""Power-law compression of a shading map, f(r) = k_s (r / a_max)^K per texel and channel (Kautz2004 Eq. 4).
 
 The paper takes k_s = s_{S-1}, the brightest slice ('last-slice'); 'least-squares' chooses k_s as well and is never
 worse. f(0) = 0 by definition, also where K = 0, because the paper's slice 0 is black. 512 x 512 x 8 x 3 samples take
@@ -15,14 +15,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.files.scratch import release
-from engine.health import Finding, Health, Verdict
+from engine.core.health import Finding, Health, Verdict
+from engine.core.steps import Step, Steps
 from engine.shading.kept_tiles import KeptTiles, grid_shape
 from engine.shading.lookup import Above, Numbers, neighbours, share_and_gain
 from engine.shading.shading_map import ShadingMap
-from engine.steps import Step, Steps
+from engine.storage.scratch import release
 
-#: How k_s is chosen.
+#: Choice of k_s.
 Scale = Literal["last-slice", "least-squares"]
 SCALES: tuple[Scale, ...] = ("last-slice", "least-squares")
 
@@ -32,7 +32,7 @@ TILE_TEXELS = 2**16
 
 @dataclass(frozen=True)
 class Storage:
-    """How a pair of scale and exponent is stored; a map holds the values that come back from there.
+    """Storage of a pair of scale and exponent; a map holds the values that come back from it.
 
     Attributes
     ----------
@@ -154,11 +154,11 @@ def fit(
     if excluded is not None and excluded.shape != (count, height, width):
         raise ValueError(f"excluded must be {(count, height, width)}, not {excluded.shape}")
     yield Step(0.0, "preparing the fit")
-    from engine.shading.fit_kernel import (
+    from engine.shading.power_law_kernel import (  # compiled code: loaded when first needed
         exponent_grid,
         fit_rows,
         log_positions,
-    )  # compiled code: loaded when first needed
+    )
 
     tables = (exponent_grid(count), log_positions(count))
     left_out = _left_out(shading_map, excluded)

@@ -15,10 +15,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.shading.fit_error import bands, measured
+from engine.core.steps import Step, Steps
 from engine.shading.power_law import PowerLawMap, Storage, power
+from engine.shading.power_law_error import bands, measured
 from engine.shading.shading_map import ShadingMap
-from engine.steps import Step, Steps
 
 #: Texels and channels on which the largest stored exponent is chosen.
 SAMPLE = 100_000

@@ -1,6 +1,7 @@
-"""Shading maps: photographs resampled so that their mean radiance grows linearly (Kautz et al. 2004, section 3.2).
+"""Shading maps: photographs resampled so that their mean radiance grows linearly (Kautz2004 section 3.2).
 
-Slice i has mean luminance r_i = i a_max / (S - 1) (Eq. 1) and interpolates the two photographs whose means BRACKET
+Slice i has mean luminance r_i = i a_max / (S - 1) (Kautz2004 Eq. 1) and interpolates the two photographs whose means
+BRACKET
 r_i. The paper takes the two whose means are closest, which need not bracket and then extrapolates
 (`test_X8_neighbours_bracket_the_target`). Below the darkest photograph the bracket's lower end is black, r_0 = 0.
 
@@ -18,16 +19,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.colour import LUMINANCE
-from engine.errors import InputError
-from engine.files.scratch import release, scratch_array
-from engine.health import Finding, Health, Verdict
+from engine.core.colour import LUMINANCE
+from engine.core.errors import InputError, UsageError
+from engine.core.health import Finding, Health, Verdict
+from engine.core.steps import Step, Steps
 from engine.shading.lookup import Above, layer_at, neighbours, share_and_gain
-from engine.steps import Step, Steps
+from engine.storage.scratch import release, scratch_array
 
 if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
-    from engine.files.file_array import FileArray
+    from engine.storage.file_array import FileArray
 
 #: Texels of one tile over all slices, and over all photographs, about 50 ms of work.
 TILE_TEXELS = 2**22
@@ -76,7 +77,7 @@ class ShadingMap:
 
     @property
     def target_radiance(self) -> NDArray[np.float64]:
-        """(S,) the mean luminance that each slice should have, Eq. 1."""
+        """(S,) the mean luminance that each slice should have, Kautz2004 Eq. 1."""
         return target_radiance(self.r_max, len(self.slices))
 
     def lookup(self, row: ArrayLike, column: ArrayLike, r: ArrayLike, above: Above = "clamp") -> NDArray[np.float32]:
@@ -107,12 +108,12 @@ class ShadingMap:
 
 
 def target_radiance(r_max: float, slices: int) -> NDArray[np.float64]:
-    """(S,) r_i = i r_max / (S - 1), Eq. 1; both ends exact."""
+    """(S,) r_i = i r_max / (S - 1), Kautz2004 Eq. 1; both ends exact."""
     return np.linspace(0.0, r_max, slices)
 
 
 def interpolation_weights(mean_radiance: ArrayLike, slices: int) -> NDArray[np.float64]:
-    """How much of each photograph every slice holds: (S, N), entries in [0, 1], at most two groups per row.
+    """Weight of each photograph in every slice: (S, N), entries in [0, 1], at most two groups per row.
 
     `mean_radiance` (N,) in any order. Photographs of equal mean share their weight equally; black is the implied
     photograph of mean 0, so those with a mean of 0 or below are not used, and rows may sum to less than 1.
@@ -120,7 +121,7 @@ def interpolation_weights(mean_radiance: ArrayLike, slices: int) -> NDArray[np.f
     """
     means = np.asarray(mean_radiance, dtype=np.float64)
     if slices < 2:
-        raise ValueError(f"a shading map needs at least 2 slices, not {slices}")
+        raise UsageError(f"a shading map needs at least 2 slices, not {slices}")
     if means.ndim != 1 or not np.isfinite(means).all() or not (means > 0).any():
         raise ValueError("mean radiances must be finite and one of them positive")
     lit = np.flatnonzero(means > 0)
@@ -147,10 +148,10 @@ def build(
     Photographs named in `excluded` are not read. The means of the slices equal their targets to 4 ulp of float32. The
     result is bit-equal for every `tile_rows`.
     Raises InputError for a stack without light, with figures that do not belong to its pixels or with files that can
-    be read no more, ValueError for fewer than two slices and for excluded names that the stack does not hold.
+    be read no more, UsageError for fewer than two slices and for excluded names that the stack does not hold.
     """
     if slices < 2:
-        raise ValueError(f"a shading map needs at least 2 slices, not {slices}")
+        raise UsageError(f"a shading map needs at least 2 slices, not {slices}")
     where = stack.folder or "the stack"
     used = included(stack, excluded)
     used_means = stack.mean_radiance[used]
@@ -173,11 +174,11 @@ def build(
 def included(stack: ImageStack, excluded: Collection[str]) -> NDArray[np.int64]:
     """The places in the stack of the photographs that are not named in `excluded`.
 
-    Raises ValueError for names that the stack does not hold, InputError where no photograph is left.
+    Raises UsageError for names that the stack does not hold, InputError where no photograph is left.
     """
     unknown = sorted(set(excluded) - set(stack.sources))
     if unknown:
-        raise ValueError(f"the stack holds no photograph called {', '.join(unknown)}")
+        raise UsageError(f"the stack holds no photograph called {', '.join(unknown)}")
     used = np.flatnonzero([source not in excluded for source in stack.sources])
     if used.size == 0:
         raise InputError(stack.folder or "the stack", "every photograph is excluded", "Include some of them")

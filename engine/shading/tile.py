@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
-from engine.colour import LUMINANCE
-from engine.errors import InputError
-from engine.files.scratch import release, scratch_array
-from engine.health import Finding, Health, Verdict
+from engine.core.colour import LUMINANCE
+from engine.core.errors import InputError, UsageError
+from engine.core.health import Finding, Health, Verdict
+from engine.core.steps import Step, Steps, part
 from engine.shading.shading_map import ShadingMap, build, included
 from engine.shading.tileable import TileSource, tile_source
-from engine.steps import Step, Steps, part
+from engine.storage.scratch import release, scratch_array
 
 #: Above this ratio of steps across the seams to steps within the sample, people find the seams.
 VISIBLE_SEAM = 2.0
@@ -47,7 +47,7 @@ def make_tile(
     """
     try:
         source = yield from part(tile_source(shading_map.slices, overlap), 0.0, 0.5)
-    except ValueError as error:
+    except UsageError as error:
         where = stack.folder or "the stack"
         raise InputError(where, str(error), "Choose a smaller overlap or a larger crop") from None
     used = included(stack, excluded)

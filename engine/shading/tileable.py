@@ -1,4 +1,4 @@
-"""Tileable materials: one cut through all slices at once (image quilting of Efros and Freeman 2001, on a torus).
+"""Tileable materials: one cut through all slices at once (image quilting of Efros2001, on a torus).
 
 The tile is a rectangle of the photographed sample whose size is searched so that its opposite edges repeat (a weave
 wants a whole number of threads), and whose edges overlap by a band. In the band a path of least error decides, texel
@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.steps import Step, Steps, part
+from engine.core.errors import UsageError
+from engine.core.steps import Step, Steps, part
 
 SEARCHING = "finding where the material repeats"
 
@@ -29,7 +30,7 @@ SEARCH_SIZE = 256
 
 @dataclass(frozen=True, eq=False)
 class TileSource:
-    """Which texel of the sample each texel of the tile copies.
+    """Texel of the sample that each texel of the tile copies.
 
     Attributes
     ----------
@@ -51,14 +52,14 @@ def tile_source(slices: NDArray[np.float32], overlap: int | None = None, smalles
     overlap : width of the band in which edges are joined, texels; an eighth of the shorter side by default.
     smallest : the least acceptable fraction of the sample's width and height that the tile keeps, in (0, 1).
 
-    Raises ValueError if the sample is smaller than 8 texels or the overlap leaves no room.
+    Raises UsageError if the sample is smaller than 8 texels or the overlap leaves no room.
     """
     height, width = slices.shape[1:3]
     if min(height, width) < 8:
-        raise ValueError(f"a sample of {width} x {height} texels is too small to be made tileable")
+        raise UsageError(f"a sample of {width} x {height} texels is too small to be made tileable")
     band = overlap if overlap is not None else max(4, min(height, width) // 8)
     if not 1 <= band <= (1 - smallest) * min(height, width):
-        raise ValueError(f"an overlap of {band} texels does not fit a sample of {width} x {height}")
+        raise UsageError(f"an overlap of {band} texels does not fit a sample of {width} x {height}")
     yield Step(0.0, SEARCHING)
     features = _features(slices)
     tile_width = yield from part(_best_period(features, band, smallest), 0.0, 0.3)

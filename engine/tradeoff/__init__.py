@@ -1,1 +1,1 @@
-"""What accuracy costs: settings measured on one scene, which of them are worth their price, and which fits a budget."""
+"""Settings of all methods measured on one scene: the front, budgets, and when a bake has paid off."""

@@ -1,17 +1,73 @@
-"""One setting, measured on one scene: how far its picture is from the reference, and what it takes."""
+"""One setting, measured on one scene: how far its picture is from the reference, and what it takes.
+
+Costs that the cost model predicted for a setting, compared with the measured ones.
+
+A figure is compared where both numbers are above 0: the model says nothing of a bake that a mode does not have.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from engine.effects.setting import Number, Setting
-from engine.tradeoff.prediction import FIGURES, predicted_json
+from engine.planning.costs.setting import Number, Setting
 
-#: What a setting can cost, the name of the figure in JSON, and what it is called beside an axis.
+#: A prediction within this factor of what is measured is right (spec 05).
+FACTOR = 1.5
+
+#: The figures of a point that are predicted.
+FIGURES = ("frame_s", "relight_s", "bake_s", "size_bytes")
+
+
+@dataclass(frozen=True)
+class Miss:
+    """A figure of a point that was predicted: `factor` ≥ 1 is the larger of both over the smaller."""
+
+    point: Point
+    figure: str
+    predicted: float
+    measured: float
+
+    @property
+    def factor(self) -> float:
+        return math.exp(abs(math.log(self.predicted / self.measured)))
+
+    @property
+    def is_within(self) -> bool:
+        return self.factor <= FACTOR
+
+    def as_json(self) -> dict[str, Any]:
+        figures = {"figure": self.figure, "predicted": self.predicted, "measured": self.measured}
+        return {**self.point.setting.as_json(), **figures, "factor": self.factor}
+
+
+def compared(points: Sequence[Point]) -> list[Miss]:
+    """Every figure that was predicted and measured, the worst first."""
+    found = [
+        Miss(point, name, float(value), float(getattr(point, name)))
+        for point in points
+        for name, value in point.predicted.items()
+        if value > 0.0 and getattr(point, name) > 0.0
+    ]
+    return sorted(found, key=lambda each: -each.factor)
+
+
+def checked(points: Sequence[Point]) -> dict[str, Any]:
+    """Number of figures within `FACTOR`, and the misses, the worst first, as JSON."""
+    found = compared(points)
+    outside = [each.as_json() for each in found if not each.is_within]
+    return {"compared": len(found), "within": len(found) - len(outside), "factor": FACTOR, "misses": outside}
+
+
+def predicted_json(predicted: Mapping[str, float]) -> dict[str, float | None]:
+    """`predicted_frame_s` and so on; None where nothing was said."""
+    return {f"predicted_{name}": predicted.get(name) for name in FIGURES}
+
+
+#: Costs of a setting, the name of each figure in JSON, and its label beside an axis.
 COSTS: Mapping[str, tuple[str, str]] = {
     "frame": ("frame_s", "Time of a frame"),
     "relight": ("relight_s", "Time to relight"),
@@ -34,17 +90,17 @@ _FIGURES = (
 
 @dataclass(frozen=True)
 class Point:
-    """What a setting gives and takes; ValueError for figures that are not finite numbers from 0.
+    """Errors and costs of a setting; ValueError for figures that are not finite numbers from 0.
 
     Attributes
     ----------
     error_rmse_rel : relative RMSE of linear radiance against the reference, without the noise of the reference.
     error_flip : mean ꟻLIP against it, in [0, 1].
     error_uncertainty : `error_rmse_rel` is right within ± this in 95 % of all cases.
-    frame_s : a frame from another camera; relight_s : what comes before it under a turned light; bake_s : what comes
-        before any of it, from the model and the reflectance on.
+    frame_s : a frame from another camera; relight_s : what comes before it under a rotated environment; bake_s :
+        what comes before any of it, from the model and the reflectance on.
     memory_bytes : held while frames are drawn, beside the model; size_bytes : of the file that keeps the bake.
-    predicted : what the cost model said beforehand of some of these (`engine.tradeoff.prediction.FIGURES`).
+    predicted : what the cost model said beforehand of some of these (`engine.tradeoff.point.FIGURES`).
     """
 
     setting: Setting

@@ -16,23 +16,31 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.effects.cost_model import CostModel
-from engine.effects.setting import AT_ONCE as UNBAKED
-from engine.effects.setting import Setting, knobs_of, ladder
+from engine.core.steps import Step, Steps, part
+from engine.core.stopwatch import shortest
+from engine.planning.costs.cost_model import CostModel
+from engine.planning.costs.setting import AT_ONCE as UNBAKED
+from engine.planning.costs.setting import Setting, knobs_of, ladder
 from engine.render.path import check_scene
 from engine.render.reference import BYTES_PER_PIXEL, reference
-from engine.scene import Scene, Source
+from engine.scene.scene import Scene, Source
 from engine.shading.power_law import PowerLawMap
-from engine.steps import Step, Steps, part
-from engine.stopwatch import shortest
-from engine.tradeoff.baked import Bake, Factors, LeftOut, bake_alone, bake_group, groups, is_apart, lit, too_long
-from engine.tradeoff.break_even import break_even_frames, effort
-from engine.tradeoff.drawing import LONG_ENOUGH_S, SAMPLES, Drawer, drawing
-from engine.tradeoff.front import front, rises
+from engine.tradeoff.bake_group import (
+    Bake,
+    Factors,
+    LeftOut,
+    bake_alone,
+    bake_group,
+    groups,
+    is_apart,
+    relit,
+    too_long,
+)
+from engine.tradeoff.draw import LONG_ENOUGH_S, SAMPLES, Drawer, drawing, shown_vertices
+from engine.tradeoff.front import break_even_frames, effort, front, rises
 from engine.tradeoff.point import Point
-from engine.tradeoff.predicting import Predictions
-from engine.tradeoff.shown import shown_vertices
-from engine.tradeoff.truth import FEW_PASSES, QUIET, Refining, Truth
+from engine.tradeoff.predict import Predictions
+from engine.tradeoff.reference_error import FEW_PASSES, QUIET, Refining, Truth
 from engine.transport import method as transport
 
 #: Shares of the time that the first reference and the last refinement of it may take.
@@ -56,7 +64,7 @@ OTHER_SEED = 7919
 
 @dataclass(frozen=True, eq=False)
 class Tradeoff:
-    """What was measured.
+    """Result of a sweep.
 
     Attributes
     ----------
@@ -77,7 +85,7 @@ class Tradeoff:
     baked: float = 1.0
 
     def break_even(self, point: Point) -> int | None:
-        """Frames after which the bake of `point` has paid off; see `engine.tradeoff.break_even`."""
+        """Frames after which the bake of `point` has paid off; see `engine.tradeoff.front`."""
         return break_even_frames(point, effort(self.points))
 
     @property
@@ -226,7 +234,7 @@ class _Run:
 
     @cached_property
     def predictions(self) -> Predictions | None:
-        """What the cost model says; nothing without one."""
+        """Predictions of the cost model; None without one."""
         if self.costs is None:
             return None
         return Predictions(self.costs, self.scene, self.size, SAMPLES, self.max_depth)
@@ -250,7 +258,7 @@ class _Run:
 
     def measure(self, settings: Sequence[Setting]) -> Steps[None]:
         """Everything, quick settings first."""
-        plain = dataclasses.replace(self.scene, material=None, lit=None, directions=4)
+        plain = dataclasses.replace(self.scene, material=None, relit=None, directions=4)
         covered = yield from part(self.drawer.draw(plain), 0.0, 0.01)
         self.started = time.monotonic()  # modules are imported and kernels are there
         self.refining.covered = covered.picture[..., 3] >= 0.999
@@ -274,7 +282,7 @@ class _Run:
         return Step(0.0, note, self.result())
 
     def _too_late(self, settings: Sequence[Setting], share: float, takes_s: float = 0.0) -> bool:
-        """Whether less than `takes_s` is left of a share of the time; then these are left out."""
+        """True if less than `takes_s` is left of a share of the time; the settings are then left out."""
         if self.left_s(share) > takes_s:
             return False
         self.left_out += [LeftOut(setting, self._why(setting, takes_s)) for setting in settings]
@@ -345,10 +353,10 @@ class _Run:
         bare = dataclasses.replace(self.scene, material=None)
         turned = dataclasses.replace(bare, environment_rotation=bare.environment_rotation + TURN)
         yield Step(0.0, "relighting")
-        relight_s = shortest(lambda: lit(bake, turned), RELIGHTS, LONG_ENOUGH_S)
-        scene = dataclasses.replace(bare, lit=lit(bake, bare))
+        relight_s = shortest(lambda: relit(bake, turned), RELIGHTS, LONG_ENOUGH_S)
+        scene = dataclasses.replace(bare, relit=relit(bake, bare))
         drawn = yield from self.drawer.draw(scene)
-        held = bake.memory_bytes + scene.lit.size_bytes
+        held = bake.memory_bytes + scene.relit.size_bytes
         yield from self._add(bake.setting, drawn.picture, drawn.frame_s, relight_s, bake.bake_s, held, bake.size_bytes)
 
     def _add(
@@ -412,16 +420,16 @@ def _is_cheapest(setting: Setting) -> bool:
 
 
 def _effort(setting: Setting) -> int:
-    """What the time of a frame without a bake grows with."""
+    """The knob that the time of a frame without a bake grows with."""
     return setting["samples"] if setting.mode == "reference" else setting["directions"]
 
 
 def scene_of(setting: Setting, scene: Scene) -> Scene:
-    """What a mode without a bake draws of `scene`."""
+    """The scene as a mode without a bake draws it."""
     if setting.mode == "direct":
-        return dataclasses.replace(scene, material=None, directions=setting["directions"], lit=None)
+        return dataclasses.replace(scene, material=None, directions=setting["directions"], relit=None)
     source: Source = "power-law" if setting["power_law"] else "slices"
-    return dataclasses.replace(scene, source=source, directions=setting["directions"], lit=None)
+    return dataclasses.replace(scene, source=source, directions=setting["directions"], relit=None)
 
 
 def _material_bytes(scene: Scene) -> int:

@@ -1,4 +1,4 @@
-"""What a sweep found as files: JSON, CSV, and a plot for each cost as PNG and SVG."""
+"""Files of a sweep: JSON, CSV, and a plot for each cost as PNG and SVG."""
 
 from __future__ import annotations
 
@@ -10,18 +10,17 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from engine.effects.setting import Setting, knobs_of, modes
-from engine.files.atomic import make_folder, write_bytes, write_json
-from engine.plot import Dot, save, scatter_front
-from engine.steps import Step, Steps
-from engine.tradeoff.drawing import ON_PROCESSOR
+from engine.core.steps import Step, Steps
+from engine.figures.plot import Dot, save, scatter_front
+from engine.planning.costs.setting import Setting, knobs_of, modes
+from engine.storage.atomic import make_folder, write_bytes, write_json
+from engine.tradeoff.draw import ON_PROCESSOR
 from engine.tradeoff.front import front
-from engine.tradeoff.point import COSTS, Point
-from engine.tradeoff.prediction import checked
+from engine.tradeoff.point import COSTS, Point, checked
 from engine.tradeoff.sweep import Tradeoff
 from engine.transport import method as transport
 
-#: What is written under the axis of a cost, and how many of its units are a second or a byte.
+#: Label under the axis of a cost, and the number of its units in a second or a byte.
 AXES = {
     "frame": ("Time of a frame / ms", 1e3),
     "relight": ("Time to relight / ms", 1e3),

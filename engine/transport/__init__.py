@@ -1,1 +1,1 @@
-"""Light transport: what of the distant light arrives at each vertex, and how it leaves again."""
+"""Precomputed radiance transfer, per vertex: every method, and a bake relit by one light."""

@@ -11,22 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
-from engine.cube_map import cube_of
-from engine.environment import EnvironmentMap
-from engine.mesh import Mesh
-from engine.steps import Step, Steps
-from engine.transport import gaussian_bake
-from engine.transport.gaussian import GaussianTransport, radiance_towards
-from engine.transport.gaussian_lighting import filtered_for, levels_under
-from engine.transport.gaussian_samples import GlossySurface
-from engine.transport.lit import Illuminated, Light, LitGaussians, lit_gaussians
-from engine.transport.method import GaussianSettings, Relight, Subject
-from engine.transport.radiance_error import error_lines
-from engine.transport.sh_bake import default_edge
-from engine.transport.spherical_gaussian import Lobes
-from engine.transport.transport_file import TransportFile
-from engine.transport.view_directions import VIEWS
-from engine.transport.visibility import Receivers
+from engine.core.steps import Step, Steps
+from engine.geometry.mesh import Mesh
+from engine.light.cube_map import cube_of
+from engine.light.environment import EnvironmentMap
+from engine.transport.baking.file import TransportFile
+from engine.transport.baking.radiance_error import error_lines
+from engine.transport.baking.settings import GaussianSettings
+from engine.transport.baking.visibility import Receivers
+from engine.transport.gaussian import bake as gaussian_bake
+from engine.transport.gaussian.fitting.lobes import Lobes
+from engine.transport.gaussian.fitting.views import VIEWS
+from engine.transport.gaussian.lighting import filtered_for, levels_under
+from engine.transport.gaussian.samples import GlossySurface
+from engine.transport.gaussian.transfer import GaussianTransport, radiance_towards
+from engine.transport.method import Relight, Subject
+from engine.transport.relit import Illuminated, Light, RelitGaussians, relit_gaussians
+from engine.transport.sh.bake import default_edge
 
 Indices = NDArray[np.int64]
 
@@ -37,7 +38,7 @@ estimate_s, transport_of = gaussian_bake.estimate_s, gaussian_bake.transport_of
 
 
 def bake_settings(settings: GaussianSettings) -> gaussian_bake.BakeSettings:
-    """What a bake takes; ValueError where it cannot be."""
+    """Settings of the bake; ValueError for impossible ones."""
     return gaussian_bake.BakeSettings(
         lobes=settings.lobes,
         indirect=bool(settings.interreflection),
@@ -64,7 +65,7 @@ def prepare(
 def bake(
     path: str | os.PathLike[str], work: gaussian_bake.Work, _cluster: str | None = None
 ) -> Steps[gaussian_bake.Baked]:
-    """`gaussian_bake.bake`, which needs the neighbours of every vertex and so one machine."""
+    """`gaussian.bake.bake`, which needs the neighbours of every vertex and so one machine."""
     return (yield from gaussian_bake.bake(path, work))
 
 
@@ -104,13 +105,13 @@ def measured(
 
 
 def figures(work: gaussian_bake.Work, baked: gaussian_bake.Baked, _prepared_s: float) -> dict[str, Any]:
-    """What the fit has left, and the size that compression has brought."""
+    """Figures of the fit, and the size that compression has brought."""
     flipped = baked.figures.get("direct_flipped_pairs", 0.0)
     words = [f"{flipped:,.0f} pairs of neighbours disagree on which Gaussian is which."] if flipped else []
     alone = "No light between parts of the model; --indirect adds it."
     return {
         "size_bytes": baked.file.size_bytes,
-        "matt_s": baked.matt_s,
+        "matt_s": baked.diffuse_s,
         **baked.figures,
         "skipped": [] if work.settings.indirect else [alone],
         "warnings": words,
@@ -136,17 +137,19 @@ def lines(result: dict[str, Any]) -> list[str]:
     return found
 
 
-def lit(transport: GaussianTransport, light: Light, _asked: Any) -> LitGaussians:
+def relit(transport: GaussianTransport, light: Light, _asked: Any) -> RelitGaussians:
     """The filtered light beside the lobes, and the diffuse part under it."""
-    return lit_gaussians(transport, light.environment, rotation=light.rotation, factor=light.factor, lamps=light.lamps)
+    return relit_gaussians(
+        transport, light.environment, rotation=light.rotation, factor=light.factor, lamps=light.lamps
+    )
 
 
 def relighter(transport: GaussianTransport, _brdf: Brdf) -> Relight:
     """The same, with everything that drawing would otherwise wait for."""
 
-    def relight(light: Light, asked: Any, _wanted: Brdf) -> Steps[LitGaussians]:
+    def relight(light: Light, asked: Any, _wanted: Brdf) -> Steps[RelitGaussians]:
         yield Step(0.0, "relighting")
-        found = lit(transport, light, asked)
+        found = relit(transport, light, asked)
         found.transport.texels.flags.writeable = False
         found.light.atlas.texels.flags.writeable = False
         return found
@@ -156,7 +159,7 @@ def relighter(transport: GaussianTransport, _brdf: Brdf) -> Relight:
 
 def why_baked_for_one(_transport: GaussianTransport) -> str:
     """The lobes are those of the BRDF."""
-    return "The reflectance is another one, and Gaussians are baked for one."
+    return "The bake is of another BRDF; Gaussians are baked for one."
 
 
 def illuminated(file: TransportFile, light: Light, _asked: Any, _brdf: str | None) -> Steps[Illuminated]:
@@ -170,7 +173,7 @@ def illuminated(file: TransportFile, light: Light, _asked: Any, _brdf: str | Non
         filtered_for(light.environment, levels)
         told = {"light_cube": levels.edge, "light_levels": len(levels.sigma)}
     filtered = time.perf_counter()
-    found = lit(transport, light, None)
+    found = relit(transport, light, None)
     told |= {
         "brdf": transport.brdf,
         "lobes": transport.lobes,
@@ -181,19 +184,19 @@ def illuminated(file: TransportFile, light: Light, _asked: Any, _brdf: str | Non
     return Illuminated(
         found,
         told,
-        lambda eye: _negative_rel(radiance_towards(transport, found.light, found.matt, eye)),
-        "bake the matt part with a higher --order",
+        lambda eye: _negative_rel(radiance_towards(transport, found.light, found.diffuse, eye)),
+        "bake the diffuse part with a higher --order",
     )
 
 
 def _negative_rel(radiance: NDArray[np.float64]) -> float:
-    """How much of it is below 0, over what is not."""
+    """Radiance below 0 as a fraction of the radiance above."""
     kept = float(radiance.clip(0.0).sum())
     return float((-radiance).clip(0.0).sum()) / kept if kept > 0.0 else 0.0
 
 
 def restricted(work: gaussian_bake.Work, chosen: Indices) -> gaussian_bake.Work:
-    """Where light from the model itself counts, all vertices are baked, because they light each other."""
+    """Work for `chosen` vertices alone; all are baked with interreflection, because they light each other."""
     if work.settings.indirect or len(chosen) == work.vertices:
         return work
     return replace(work, model=_only(work.model, chosen))
@@ -240,6 +243,7 @@ def _of_all(some: GaussianTransport, surface: Mesh, first: int, chosen: Indices)
         Lobes(lobes.weight[copied[:first]], lobes.mean[copied[:first]], lobes.sigma[copied[:first]])
         for lobes in some.components
     )
-    matt = some.diffuse
-    diffuse = None if matt is None else replace(matt, mesh=surface, ground_vertex=first, rows=matt.rows[copied])
+    diffuse = some.diffuse
+    if diffuse is not None:
+        diffuse = replace(diffuse, mesh=surface, ground_vertex=first, rows=diffuse.rows[copied])
     return replace(some, mesh=surface, ground_vertex=first, components=components, diffuse=diffuse)

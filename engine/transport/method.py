@@ -1,8 +1,8 @@
 """The transport methods: what each is called, what can be set of it, and the modules that bake, draw and plan it.
 
-    sh         spherical harmonics (Kautz, Sloan and Snyder 2002; Sloan, Kautz and Snyder 2002)
-    wavelet    separable BRDFs in wavelets (Wang, Tran and Luebke 2004)
-    gaussian   lobes for each vertex and view (Green, Kautz, Matusik and Durand 2006)
+    sh         spherical harmonics (Kautz2002; Sloan2002)
+    wavelet    separable BRDFs in wavelets (Wang2004)
+    gaussian   lobes for each vertex and view (Green2006)
 
 `METHODS` is the only list of them. Command line, window, plan, sweep and benchmarks ask it for everything that
 depends on the method; a further method is one more entry, and the modules that the entry names. This module is light,
@@ -15,9 +15,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
-from engine.params import Parameter, check, choice, flag, parameters, text, texts, whole
+from engine.core.params import Parameter, parameters
+from engine.transport.baking.settings import (
+    GaussianSettings,
+    NoLightSettings,
+    ShLight,
+    ShSettings,
+    WaveletLight,
+    WaveletSettings,
+)
 
 if TYPE_CHECKING:
     import os
@@ -26,189 +34,25 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from engine.brdf.brdf import Brdf
-    from engine.environment import EnvironmentMap
-    from engine.ground import Ground
-    from engine.mesh import Mesh
-    from engine.steps import Steps
-    from engine.transport.lit import Illuminated, Light, Lit
-    from engine.transport.transport_file import TransportFile
-    from engine.transport.variation import Variation
+    from engine.core.steps import Steps
+    from engine.geometry.ground import Ground
+    from engine.geometry.mesh import Mesh
+    from engine.light.environment import EnvironmentMap
+    from engine.transport.baking.file import TransportFile
+    from engine.transport.baking.spatially_varying import Variation
+    from engine.transport.relit import Illuminated, Light, Relit
 
-#: Bounces between parts of the model, where interreflection is asked for.
-BOUNCES = 3
+
+#: Of parameters that vary: as many as there are.
+ANY_NUMBER = 1 << 20
 
 #: Order of the diffuse part beside Gaussians in what is planned.
-MATT_ORDER = 8
-
-#: What a form offers where a plan may decide.
-AS_PLANNED = ((None, "As planned"), (False, "Left out"), (True, "With"))
-
-_FINE = "N × N rays for each texel of the cube map at the edges of shadows"
-_CUBE = "edge of the cube map that visibility is counted over (32, above order 8 64)"
-
-
-@dataclass(frozen=True)
-class ShSettings:
-    """What can be set of a bake in spherical harmonics."""
-
-    order: int = whole(
-        5,
-        3,
-        15,
-        ladder=(3, 5, 8, 15),
-        offered=tuple((order, str(order)) for order in (3, 5, 7, 9, 12, 15)),
-        doc="bands of the spherical harmonics: more of them keep sharper light and highlights",
-    )
-    interreflection: bool | None = flag(
-        None, ladder=(0, 1), offered=AS_PLANNED, doc="with light that parts of the model send each other"
-    )
-    cube: int | None = whole(None, 4, 256, doc=_CUBE)
-    fine: int = whole(4, 1, 15, doc=_FINE)
-
-    def __post_init__(self) -> None:
-        check(self)
-
-
-@dataclass(frozen=True)
-class ShLight:
-    """What can be set of the light on spherical harmonics, without another bake."""
-
-    window: Literal["none", "hanning", "lanczos"] = choice(
-        "none",
-        ("none", "hanning", "lanczos"),
-        offered=(("none", "None"), ("hanning", "Hanning"), ("lanczos", "Lanczos")),
-        doc="damp high bands against ringing, at the price of blurred light",
-    )
-    near_points: int | None = whole(
-        None,
-        1,
-        33,
-        doc="points along the longest side of the grid at which light of near lamps is found; between them it is "
-        "interpolated (as many as keep the error below 1 %%)",
-    )
-    vary: tuple[str, ...] = texts(
-        metavar="PARAMETER=FROM:TO:SOURCE",
-        doc="let a parameter of the reflectance vary over the model, as in lightarc bake; twice at most",
-    )
-
-    def __post_init__(self) -> None:
-        check(self)
-
-
-@dataclass(frozen=True)
-class WaveletSettings:
-    """What can be set of a bake in wavelets."""
-
-    terms: int = whole(
-        4,
-        1,
-        64,
-        ladder=(1, 2, 4, 8),
-        doc="terms, products of a light and a view map, of the BRDF: glossy ones need more",
-    )
-    coefficients: int = whole(
-        96,
-        1,
-        4096,
-        ladder=(24, 48, 96, 192, 384),
-        offered=tuple((kept, str(kept)) for kept in (32, 64, 96, 200, 400)),
-        doc="wavelet coefficients kept for each vertex and term: more keep more shadow",
-    )
-    cube: int = whole(
-        64,
-        2,
-        64,
-        values=(2, 4, 8, 16, 32, 64),
-        ladder=(16, 32, 64),
-        doc="edge of the cube map of the light: more texels keep sharper shadows",
-    )
-    fine: int = whole(4, 1, 15, doc=_FINE)
-    occluder_cells: int = whole(
-        0,
-        0,
-        1 << 20,
-        offered=((0, "The model"), (128, "128 cells"), (64, "64 cells"), (32, "32 cells")),
-        words="shaded by",
-        doc="let shadows fall from a model simplified in a grid of N cells a side, with quicker rays (0: the model)",
-    )
-    map: Literal["orthographic", "polar", "parabolic"] = choice(
-        "orthographic",
-        ("orthographic", "polar", "parabolic"),
-        doc="of the BRDF's textures; polar suits single terms of anisotropic ones",
-    )
-    weighting: Literal["auto", "plain", "cosine"] = choice(
-        "auto",
-        ("auto", "plain", "cosine"),
-        doc="norm in which terms are found; auto: the one with the lower cosine-weighted error",
-    )
-    blend: tuple[str, ...] = texts(
-        metavar="BRDF:SOURCE",
-        doc="mix in another BRDF with its own terms; its weight over the model is x, y or z across its bounding box or "
-        "the luminance of a picture at its texture coordinates: ggx:alpha=0.1:y; --brdf has what is left; can be given "
-        "several times",
-    )
-    albedo: str | None = text(
-        metavar="IMAGE", doc="multiply what the model sends out by a picture at its texture coordinates"
-    )
-
-    def __post_init__(self) -> None:
-        check(self)
-
-
-@dataclass(frozen=True)
-class WaveletLight:
-    """What can be set of the light on wavelets, without another bake."""
-
-    weight: tuple[str, ...] = texts(
-        metavar="SOURCE",
-        doc="of the second BRDF of a bake with --blend (again for the third), in place of what was baked: x, y, z or a "
-        "picture",
-    )
-    albedo: str | None = text(
-        metavar="IMAGE",
-        doc="multiply what the model sends out by a picture at its texture coordinates, in place of what was baked",
-    )
-
-
-@dataclass(frozen=True)
-class GaussianSettings:
-    """What can be set of a bake in Gaussians."""
-
-    lobes: int = whole(
-        1, 1, 3, ladder=(1, 2, 3), doc="Gaussians for each vertex and view: more follow partly shaded highlights"
-    )
-    interreflection: bool | None = flag(
-        None,
-        ladder=(0, 1),
-        offered=AS_PLANNED,
-        option="indirect",
-        doc="with highlights of light that comes by way of the model",
-    )
-    views: int = whole(92, 92, 92, doc="directions of view, an icosahedron cut in three")
-    samples: int = whole(128, 16, 1 << 14, doc="directions that each highlight is tabulated at")
-    order: int = whole(5, 3, 15, doc="bands of the spherical harmonics of the diffuse part")
-    cube: int | None = whole(None, 4, 256, doc=_CUBE)
-    fine: int = whole(4, 1, 15, doc=_FINE)
-    weights: Literal["auto", "plain", "preserving"] = choice(
-        "auto",
-        ("auto", "plain", "preserving"),
-        doc="heights of the Gaussians: nearest to the highlight, or with all its energy; auto: the lower error of the "
-        "radiance under --error-env, or in the studio",
-    )
-    compress: bool = flag(False, doc="store Gaussians in 8 bytes or fewer instead of 28")
-
-    def __post_init__(self) -> None:
-        check(self)
-
-
-@dataclass(frozen=True)
-class NoLightSettings:
-    """Nothing can be set of the light."""
+DIFFUSE_ORDER = 8
 
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """What is baked: `mesh`, on a ground where there is one, of a BRDF with parameters that may vary over the mesh."""
+    """Subject of a bake: `mesh`, on a ground if there is one, of a BRDF with parameters that may vary over the mesh."""
 
     mesh: Mesh
     brdf: Brdf
@@ -246,9 +90,9 @@ class Baked(Protocol):
     def free_vertices(self) -> int: ...
 
 
-#: Makes `Lit` of one transport under one light after the other, with the settings of the light and a BRDF in place of
+#: Makes `Relit` of one transport under one light after the other, with the settings of the light and a BRDF in place of
 #: the one that was baked; for one thread at a time.
-Relight = Callable[["Light", Any, "Brdf"], "Steps[Lit]"]
+Relight = Callable[["Light", Any, "Brdf"], "Steps[Relit]"]
 
 
 class Baking(Protocol):
@@ -270,7 +114,7 @@ class Baking(Protocol):
         """The record of the method's own error under `tested`; nothing where none is given and none is known."""
 
     def figures(self, work: Any, baked: Any, prepared_s: float) -> dict[str, Any]:
-        """What a record tells beside what all methods tell; `skipped` and `warnings` are sentences."""
+        """Figures of a record beside those of all methods; `skipped` and `warnings` are sentences."""
 
     def lines(self, result: dict[str, Any]) -> list[str]:
         """The same in sentences, from a record."""
@@ -278,8 +122,8 @@ class Baking(Protocol):
     def transport_of(self, file: TransportFile) -> Any:
         """The transport in an open file; InputError where it holds another kind, or what cannot be."""
 
-    def lit(self, transport: Any, light: Light, asked: Any) -> Lit:
-        """What a light makes of a transport, with the settings `asked` of the light."""
+    def relit(self, transport: Any, light: Light, asked: Any) -> Relit:
+        """Relit transport under a light, with the settings `asked` of the light."""
 
     def relighter(self, transport: Any, brdf: Brdf) -> Relight:
         """The same for one light after the other, of a transport that was baked of `brdf`."""
@@ -309,10 +153,11 @@ class Method:
     name : in files, options and records.
     title : its name for people. noun : the same within a sentence. short : the same where there is little room.
     key : chooses it in the View workspace; `hint` says there what it is for.
-    settings, light : dataclasses of parameters (`engine.params`): of a bake, and of the light on it.
+    settings, light : dataclasses of parameters (`engine.core.params`): of a bake, and of the light on it.
     baking, drawing, planning : modules. `Baking` bakes and lights; `drawing` has `Textures` for OpenGL
-        (`engine.gl.transported`); `planning` predicts costs and errors (`engine.effects.planned`).
-    shows : effects (`engine.effects.estimates.EFFECTS`) that its pictures can have; `always` those that they have
+        (`engine.gl.transported`); `planning` predicts costs and errors (`engine.planning.costs.planned`).
+    shows : effects (`engine.planning.effects.estimates.EFFECTS`) that its pictures can have; `always` those that they
+    have
         whatever is left out.
     variations : parameters of a BRDF, at most, that can vary from vertex to vertex.
     takes_brdf : another BRDF can be put in without a bake. on_cluster : chunks can be baked elsewhere.
@@ -395,7 +240,7 @@ METHODS: tuple[Method, ...] = (
         ShLight,
         "engine.transport.sh_method",
         "engine.gl.sh",
-        "engine.effects.sh",
+        "engine.planning.methods.sh",
         _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "spatially-varying-gloss"},
         variations=2,
         takes_brdf=True,
@@ -416,7 +261,7 @@ METHODS: tuple[Method, ...] = (
         WaveletLight,
         "engine.transport.wavelet_method",
         "engine.gl.wavelet",
-        "engine.effects.wavelet",
+        "engine.planning.methods.wavelet",
         _GLOSSY | {"self-shadowing", "all-frequency-light", "sun-split"},
         always=frozenset({"self-shadowing"}),
         on_cluster=True,
@@ -436,11 +281,11 @@ METHODS: tuple[Method, ...] = (
         NoLightSettings,
         "engine.transport.gaussian_method",
         "engine.gl.gaussian",
-        "engine.effects.gaussian",
+        "engine.planning.methods.gaussian",
         _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "spatially-varying-gloss"},
         always=frozenset({"self-shadowing", "glossy", "anisotropy"}),
-        variations=1 << 20,
-        planned=MappingProxyType({"order": MATT_ORDER}),
+        variations=ANY_NUMBER,
+        planned=MappingProxyType({"order": DIFFUSE_ORDER}),
         mark=("t1", "▲"),
         frames=MappingProxyType({"gaussian": (1, 6)}),
     ),

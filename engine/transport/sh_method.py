@@ -11,31 +11,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
-from engine.camera import Vector
-from engine.environment import EnvironmentMap
+from engine.core.errors import UsageError
+from engine.core.steps import Steps, part
 from engine.factor.factor_file import open_reflectance
-from engine.steps import Steps, part
-from engine.transport import sh_bake
-from engine.transport.lit import Illuminated, Light, LitHarmonics
-from engine.transport.method import BOUNCES, Relight, ShLight, ShSettings, Subject
-from engine.transport.radiance_error import error_lines, error_record
-from engine.transport.sh import window, windowed
-from engine.transport.sh_error import sh_error
-from engine.transport.sh_lighting import lamp_coefficients, project, turned_about_y
-from engine.transport.sh_near_light import TOLERANCE, near_light
-from engine.transport.sh_table import tabulate
-from engine.transport.sh_transfer import ShTransport, local_views, signed_radiance, transferred, with_table
-from engine.transport.sh_varied import VariedTable, table_of, tables_of
+from engine.geometry.camera import Vector
+from engine.light.environment import EnvironmentMap
+from engine.transport.baking.file import TransportFile
+from engine.transport.baking.radiance_error import error_lines, error_record
+from engine.transport.baking.settings import BOUNCES, ShLight, ShSettings
+from engine.transport.baking.spatially_varying import variation_from_text
+from engine.transport.baking.visibility import Receivers, receivers
+from engine.transport.method import Relight, Subject
+from engine.transport.relit import Illuminated, Light, RelitSh
+from engine.transport.sh import bake as sh_bake
+from engine.transport.sh.basis import window, windowed
+from engine.transport.sh.brdf_table import tabulate
+from engine.transport.sh.brdf_table_varying import VariedTable, table_of, tables_of
+from engine.transport.sh.error import sh_error
+from engine.transport.sh.lighting import lamp_coefficients, project, turned_about_y
+from engine.transport.sh.near_light import TOLERANCE, near_light
+from engine.transport.sh.transfer import ShTransport, local_views, signed_radiance, transferred, with_table
 from engine.transport.shared_rays import Make
-from engine.transport.transport_file import TransportFile
-from engine.transport.variation import variation_from_text
-from engine.transport.visibility import Receivers, receivers
 
 estimate_s, transport_of = sh_bake.estimate_s, sh_bake.transport_of
 
 
 def bake_settings(settings: ShSettings, *, shadows: bool = True) -> sh_bake.BakeSettings:
-    """What a bake takes; ValueError where it cannot be."""
+    """Settings of the bake; UsageError for impossible ones."""
     edge = settings.cube or sh_bake.default_edge(settings.order)
     bounces = BOUNCES if settings.interreflection else 0
     return sh_bake.BakeSettings(settings.order, edge, settings.fine, bounces, shadows=shadows)
@@ -48,7 +50,7 @@ def prepare(subject: Subject, settings: ShSettings, _tested: EnvironmentMap | No
 
 
 def bake(path: str | os.PathLike[str], work: sh_bake.Work, cluster: str | None = None) -> Steps[sh_bake.Baked]:
-    """`sh_bake.bake`."""
+    """`sh.bake.bake`."""
     return (yield from sh_bake.bake(path, work, cluster=cluster))
 
 
@@ -77,7 +79,7 @@ def figures(work: sh_bake.Work, baked: sh_bake.Baked, prepared_s: float) -> dict
     """Seconds and errors of the tables, and what was left out."""
     skipped = []
     if work.table.diffuse:
-        skipped.append("No matrices: a matt model looks the same from every side, and a vector does.")
+        skipped.append("No matrices: a diffuse model looks the same from every side, and a vector does.")
     if not work.settings.bounces:
         skipped.append("No light between parts of the model; --interreflection adds it.")
     warnings = list(work.table.health.warnings)
@@ -95,7 +97,7 @@ def figures(work: sh_bake.Work, baked: sh_bake.Baked, prepared_s: float) -> dict
 
 
 def _varied(work: sh_bake.Work) -> dict[str, Any]:
-    """How many tables a BRDF that varies has, and the error of what is between them."""
+    """Numbers of the tables of a BRDF that varies, and the error of interpolation between them."""
     if not isinstance(work.table, VariedTable):
         return {}
     return {"tables": [len(some) for some in work.table.nodes], "interpolation_rel": work.table.interpolation_rel}
@@ -113,24 +115,24 @@ def lines(result: dict[str, Any]) -> list[str]:
     return found
 
 
-def lit(transport: ShTransport, light: Light, asked: ShLight) -> LitHarmonics:
+def relit(transport: ShTransport, light: Light, asked: ShLight) -> RelitSh:
     """The coefficients of the light, times the transport."""
     coefficients, _ = _coefficients_at(transport, light, asked)
-    return LitHarmonics(transport, transferred(transport, coefficients))
+    return RelitSh(transport, transferred(transport, coefficients))
 
 
 def relighter(transport: ShTransport, brdf: Brdf) -> Relight:
     """The same; the table of the last BRDF is kept."""
     last = brdf, transport
 
-    def relight(light: Light, asked: ShLight, wanted: Brdf) -> Steps[LitHarmonics]:
+    def relight(light: Light, asked: ShLight, wanted: Brdf) -> Steps[RelitSh]:
         nonlocal last
         if wanted == brdf:
             last = brdf, transport
         elif wanted != last[0]:
             last = wanted, with_table(transport, (yield from tabulate(wanted, transport.order)))
         last[1].mesh.tangents.flags.writeable = False  # drawing would otherwise wait for them
-        return lit(last[1], light, asked)
+        return relit(last[1], light, asked)
 
     return relight
 
@@ -138,8 +140,8 @@ def relighter(transport: ShTransport, brdf: Brdf) -> Relight:
 def why_baked_for_one(transport: ShTransport) -> str:
     """Interreflection is of one BRDF, and what was baked of a diffuse one holds nothing of the view."""
     if transport.interreflection:
-        return "The reflectance is another one, and light from the model itself was baked for one."
-    return "A matt model was baked, which holds nothing of the view." if transport.diffuse else ""
+        return "The bake is of another BRDF; interreflection is baked for one."
+    return "A diffuse model was baked, which holds nothing of the view." if transport.diffuse else ""
 
 
 def illuminated(file: TransportFile, light: Light, asked: ShLight, brdf: str | None) -> Steps[Illuminated]:
@@ -161,7 +163,7 @@ def illuminated(file: TransportFile, light: Light, asked: ShLight, brdf: str | N
         "relight_s": time.perf_counter() - projected,
     }
     return Illuminated(
-        LitHarmonics(transport, rows),
+        RelitSh(transport, rows),
         told,
         lambda eye: _negative_rel(transport, rows, eye),
         "a higher order or --window rings less",
@@ -194,7 +196,7 @@ def _nearby(
     """(V, order², 3) of near lamps, and how they were found: by a grid about the model and one on the ground."""
     if not light.near_lamps:
         if points is not None:
-            raise ValueError("--near-points needs --near-lamp")
+            raise UsageError("--near-points needs --near-lamp")
         return None, {}
     places, first = transport.mesh.positions, transport.ground_vertex
     found = [near_light(light.near_lamps, some, transport.order, points) for some in (places[:first], places[first:])]
@@ -216,12 +218,12 @@ def _with_brdf(transport: ShTransport, named: str, asked: ShLight) -> Steps[ShTr
     table = yield from table_of(brdf, transport.order, variations, transport.mesh, transport.ground_vertex)
     try:
         return with_table(transport, table)
-    except ValueError as reason:
-        raise ValueError(f"The reflectance cannot be changed without another bake: {reason}") from None
+    except UsageError as reason:
+        raise UsageError(f"The BRDF cannot be changed without another bake: {reason}") from None
 
 
 def _negative_rel(transport: ShTransport, rows: NDArray[np.float32], eye: Vector) -> float:
-    """How much of the vertices' radiance towards `eye` is below 0, over what is not."""
+    """Radiance of the vertices below 0 towards `eye`, as a fraction of the radiance above."""
     everything = np.arange(len(transport.mesh.positions))
     signed = signed_radiance(transport, rows, local_views(transport, eye), everything)
     kept = float(np.maximum(signed, 0.0).sum())

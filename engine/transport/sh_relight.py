@@ -14,18 +14,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from engine.brdf.diffuse import Lambert
-from engine.directions import Vectors, normalize
-from engine.transport.lit import LitHarmonics
-from engine.transport.sh_table import lambert_table
-from engine.transport.sh_transfer import Floats, ShTransport, local_views, transferred, view_vectors
-from engine.transport.wavelet import GRAZING
+from engine.brdf.models.diffuse import Lambert
+from engine.core.directions import Vectors, normalize
+from engine.transport.relit import RelitSh
+from engine.transport.sh.brdf_table import lambert_table
+from engine.transport.sh.transfer import Floats, ShTransport, local_views, transferred, view_vectors
+from engine.transport.wavelet.transfer import GRAZING
 
 
 class Relighter:
     """One transport under one light after the other, seen from one point after the other; for one thread at a time.
 
-    Call `lit` whenever the light or the eye has moved, and draw what it returns. From the second light for one eye on
+    Call `relit` whenever the light or the eye has moved, and draw what it returns. From the second light for one eye on
     that holds for this eye only, and `is_for` says so: its vertices have the radiance that they send there.
     """
 
@@ -34,11 +34,11 @@ class Relighter:
         self._light: Floats | None = None
         self._eye: tuple[float, ...] | None = None
         self._view: tuple[float, ...] | None = None
-        self._shown: LitHarmonics | None = None
+        self._shown: RelitSh | None = None
         self._vectors: NDArray[np.float32] | None = None
         self._seen: ShTransport | None = None
 
-    def lit(self, light: Floats, eye: ArrayLike) -> LitHarmonics:
+    def relit(self, light: Floats, eye: ArrayLike) -> RelitSh:
         """The transport under `light`, (order², 3) or (V, order², 3) as for `transferred`, to be seen from `eye` (3,).
 
         A new light for the same eye takes the fixed view, anything else the fixed light. What is drawn is the same.
@@ -53,15 +53,15 @@ class Relighter:
         if same_view and new_light and not self.transport.diffuse:
             if self._vectors is None:
                 self._vectors = view_vectors(self.transport, _drawn_views(self.transport, place))
-            self._shown = LitHarmonics(self._flat, fixed_view(self._vectors, np.asarray(light, np.float32)))
+            self._shown = RelitSh(self._flat, fixed_view(self._vectors, np.asarray(light, np.float32)))
             self._view = place
         else:
-            self._shown = LitHarmonics(self.transport, transferred(self.transport, light))
+            self._shown = RelitSh(self.transport, transferred(self.transport, light))
         return self._shown
 
-    def is_for(self, lit: LitHarmonics, eye: ArrayLike) -> bool:
-        """Whether `lit`, which came from here, can be seen from `eye` (3,)."""
-        return lit.transport is self.transport or tuple(float(x) for x in np.asarray(eye)) == self._view
+    def is_for(self, relit: RelitSh, eye: ArrayLike) -> bool:
+        """True if `relit`, which came from here, can be seen from `eye` (3,)."""
+        return relit.transport is self.transport or tuple(float(x) for x in np.asarray(eye)) == self._view
 
     @property
     def _flat(self) -> ShTransport:

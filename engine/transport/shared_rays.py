@@ -1,4 +1,4 @@
-"""What bakes of one surface share: rays in chunks, and vectors of wavelets from the counts that rays gave.
+"""Rays shared by bakes of one surface: rays in chunks, and vectors of wavelets from the counts that rays gave.
 
 Rays are nearly all that a bake costs, so a ladder of reflectances, terms or coefficients takes little longer than its
 finest step. Counts are those of `lightarc bake`, and so are the vectors.
@@ -12,12 +12,18 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.steps import Steps
 from engine.factor.separable_factors import SeparableFactors
-from engine.mesh import Mesh
-from engine.steps import Steps
+from engine.geometry.mesh import Mesh
+from engine.transport.baking.visibility import Receivers, visibility_shares
 from engine.transport.method import Subject
-from engine.transport.visibility import Receivers, visibility_shares
-from engine.transport.wavelet import DIFFUSE, cube_texels, light_maps, transport_vectors, vertex_frames
+from engine.transport.wavelet.transfer import (
+    DIFFUSE,
+    cube_texels,
+    light_maps,
+    transport_vectors,
+    vertex_frames,
+)
 
 #: Parts along a side into which a texel is cut where visibility changes.
 FINE = 4
@@ -32,7 +38,7 @@ Make = Callable[[Indices, NDArray[np.uint8]], Mapping[str, NDArray[Any]]]
 
 
 class Sharing(Protocol):
-    """What the module of a method offers whose bakes can share their rays."""
+    """Interface of the module of a method whose bakes can share their rays."""
 
     def edge_of(self, settings: Any) -> int:
         """Texels along an edge of the cube maps over which visibility is summed."""

@@ -10,27 +10,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
-from engine.environment import EnvironmentMap
+from engine.core.steps import Step, Steps, part
 from engine.factor.factor_file import open_reflectance
-from engine.steps import Step, Steps, part
-from engine.transport import wavelet_bake
-from engine.transport.blend import blend_from_text, mixture, together
-from engine.transport.lit import Illuminated, Light, LitWavelets
-from engine.transport.method import Relight, Subject, WaveletLight, WaveletSettings
-from engine.transport.occluder import occluder_error
-from engine.transport.radiance_error import error_lines, error_record
+from engine.light.environment import EnvironmentMap
+from engine.transport.baking.blend import blend_from_text, mixture, together
+from engine.transport.baking.file import TransportFile
+from engine.transport.baking.occluder import occluder_error
+from engine.transport.baking.radiance_error import error_lines, error_record
+from engine.transport.baking.settings import WaveletLight, WaveletSettings
+from engine.transport.method import Relight, Subject
+from engine.transport.relit import Illuminated, Light, RelitWavelets
 from engine.transport.shared_rays import Make, wavelet_maker
-from engine.transport.transport_file import TransportFile
-from engine.transport.wavelet import WaveletTransport, radiance_from, remixed, vectors_of
-from engine.transport.wavelet_error import wavelet_error
-from engine.transport.wavelet_lighting import Lighting, dark, lighting_of, tuples
-from engine.transport.wavelet_relight import Relighter
+from engine.transport.wavelet import bake as wavelet_bake
+from engine.transport.wavelet.error import wavelet_error
+from engine.transport.wavelet.lighting import Lighting, dark, lighting_of, tuples
+from engine.transport.wavelet.relight import Relighter
+from engine.transport.wavelet.transfer import WaveletTransport, radiance_from, remixed, vectors_of
 
 estimate_s, bake, transport_of = wavelet_bake.estimate_s, wavelet_bake.bake, wavelet_bake.transport_of
 
 
 def bake_settings(settings: WaveletSettings) -> wavelet_bake.BakeSettings:
-    """What a bake takes; ValueError where it cannot be."""
+    """Settings of the bake; ValueError for impossible ones."""
     return wavelet_bake.BakeSettings(settings.cube, settings.coefficients, settings.fine, settings.occluder_cells)
 
 
@@ -40,7 +41,7 @@ def prepare(
     """Factor the BRDFs and lay the bake out."""
     asked = bake_settings(settings)
     brdfs, sources = _brdfs(subject.brdf, settings)
-    yield Step(0.0, "factoring the reflectance")
+    yield Step(0.0, "factoring the BRDF")
     bases = []
     for number, brdf in enumerate(brdfs):
         steps = wavelet_bake.factors_for(brdf, settings.terms, kind=settings.map, weighting=settings.weighting)
@@ -83,7 +84,7 @@ def measured(
 
 
 def _occluder(work: wavelet_bake.Work) -> dict[str, Any]:
-    """What the simplified occluder costs and saves, at some vertices."""
+    """Costs and savings of the simplified occluder, at some vertices."""
     vertices = np.unique(np.linspace(0, work.ground_vertex - 1, 200).astype(int))
     found = occluder_error(work.surface, work.occluder, work.settings.edge, vertices)
     return {
@@ -94,7 +95,7 @@ def _occluder(work: wavelet_bake.Work) -> dict[str, Any]:
 
 
 def figures(_work: wavelet_bake.Work, baked: wavelet_bake.Baked, _prepared_s: float) -> dict[str, Any]:
-    """How many vectors there are, and of how many coefficients."""
+    """Number of vectors, and of their coefficients."""
     return {
         "vectors": baked.transport.rows,
         "coefficients_kept_mean": float(baked.transport.vectors.counts.mean()),
@@ -114,25 +115,25 @@ def lines(result: dict[str, Any]) -> list[str]:
     return found
 
 
-def lit(transport: WaveletTransport, light: Light, _asked: WaveletLight) -> LitWavelets:
+def relit(transport: WaveletTransport, light: Light, _asked: WaveletLight) -> RelitWavelets:
     """The light in wavelets, times the transport."""
-    return LitWavelets(transport, tuples(transport, _lighting(transport, light)))
+    return RelitWavelets(transport, tuples(transport, _lighting(transport, light)))
 
 
 def relighter(transport: WaveletTransport, _brdf: Brdf) -> Relight:
     """The same, where what is the same under the next light is kept."""
     kept = Relighter(transport)
 
-    def relight(light: Light, _asked: WaveletLight, _wanted: Brdf) -> Steps[LitWavelets]:
+    def relight(light: Light, _asked: WaveletLight, _wanted: Brdf) -> Steps[RelitWavelets]:
         yield Step(0.0, "relighting")
-        return LitWavelets(transport, kept.tuples(_lighting(transport, light)))
+        return RelitWavelets(transport, kept.tuples(_lighting(transport, light)))
 
     return relight
 
 
 def why_baked_for_one(_transport: WaveletTransport) -> str:
     """The factors of the BRDF are part of the transport."""
-    return "The reflectance is another one, and wavelets are baked for one."
+    return "The bake is of another BRDF; wavelets are baked for one."
 
 
 def illuminated(file: TransportFile, light: Light, asked: WaveletLight, _brdf: str | None) -> Steps[Illuminated]:
@@ -157,7 +158,7 @@ def illuminated(file: TransportFile, light: Light, asked: WaveletLight, _brdf: s
         "relight_s": time.perf_counter() - encoded,
     }
     return Illuminated(
-        LitWavelets(transport, rows),
+        RelitWavelets(transport, rows),
         told,
         lambda eye: radiance_from(transport, rows, eye).negative_rel,
         "bake with more terms",

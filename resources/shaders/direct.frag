@@ -1,5 +1,5 @@
 #version 330 core
-// Radiance of one fragment under the sum of directional lights; see engine.scene for the formulas.
+// Radiance of one fragment under the sum of directional lights; see engine.scene.scene for the formulas.
 // in: position and normal relative to the mesh, world axes; out: linear radiance and coverage 1.
 // A result that is not finite is 0; in debug builds magenta with coverage 2, so that it can be seen and counted.
 

@@ -1,4 +1,4 @@
-// Where a direction lies in a square texture; the maps are described in engine/factor/maps.py.
+// Where a direction lies in a square texture; the maps are described in engine/factor/hemisphere_map.py.
 // in: unit direction, surface frame (normal +z), at or above the horizon; out: four texels and their weights, sum 1.
 
 #include "brdf/angle.glsl"

@@ -1,6 +1,6 @@
 // Local frames.
 // in: unit normal in the world; out: columns tangent, bitangent, normal (Wang et al. 2004, section 3.1, in the form
-// of engine.directions.world_from_tangent, which is stable at its singularity n = (0, -1, 0)).
+// of engine.core.directions.world_from_tangent, which is stable at its singularity n = (0, -1, 0)).
 
 mat3 world_from_tangent(vec3 n)
 {
@@ -14,7 +14,7 @@ mat3 world_from_tangent(vec3 n)
 }
 
 // The frame whose tangent is a direction of any length, projected into the surface; world_from_tangent where that
-// leaves nothing (engine.tangents.frames_along).
+// leaves nothing (engine.core.directions.frames_along).
 mat3 frame_along(vec3 n, vec3 direction)
 {
     vec3 inside = direction - dot(n, direction) * n;

@@ -1,5 +1,5 @@
 #version 330 core
-// Radiance of one fragment of Gaussian transport: its lobes under the light, and the matt part.
+// Radiance of one fragment of Gaussian transport: its lobes under the light, and the diffuse part.
 // in: of gaussian.vert; out: linear radiance, clamped at 0 here and nowhere before, and coverage 1. Faces that are seen
 // from behind are black, and so is what is not finite; in debug builds that is magenta with coverage 2.
 

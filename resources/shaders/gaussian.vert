@@ -1,9 +1,9 @@
 #version 330 core
 // One vertex of Gaussian transport: its lobes towards the eye, mixed between the three nearest views (Green et al. 2006,
-// section 5; engine.transport.gaussian).
-// in: position relative to the centre of the mesh, unit normal; `rows` has the matt radiance of each vertex; vertices
+// section 5; engine.transport.gaussian.transfer).
+// in: position relative to the centre of the mesh, unit normal; `rows` has the diffuse radiance of each vertex; vertices
 // from flat_vertex on have no lobes.
-// out: matt radiance; for each lobe the mean, a unit vector, with the logarithm of sigma, and the energy.
+// out: diffuse radiance; for each lobe the mean, a unit vector, with the logarithm of sigma, and the energy.
 
 #include "frame.glsl"
 #include "vertex_rows.glsl"

@@ -1,4 +1,4 @@
-// A cube map under spherical Gaussians of rising width (engine.prefilter).
+// A cube map under spherical Gaussians of rising width (engine.light.gaussian_prefilter).
 // in: direction of any length but 0 in the map's axes, logarithm of sigma in rad; out: mean radiance under the Gaussian.
 // The six faces are layers, and on each the levels lie below one another: the corner nodes of a level lie on the edges
 // of its face, so that a look-up never leaves it.

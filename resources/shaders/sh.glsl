@@ -2,11 +2,11 @@
 // eye times those of the light (Kautz, Sloan and Snyder 2002, Eq. 1).
 // in: number of a vertex, unit direction to the eye in its frame (normal +z); out: linear radiance, signed. In `rows`
 // are the ORDER² coefficients of one vertex after the other, then the radiance of each flat vertex.
-// Tables are those of engine.transport.sh_table: a line of coefficients for each row over tan(θ/2), at azimuth 0, of
+// Tables are those of engine.transport.sh.brdf_table: a line of coefficients for each row over tan(θ/2), at azimuth 0, of
 // which pairs of m turn with the azimuth, and a layer for each table; or, with PARABOLIC, maps of the hemisphere, in
 // whose texels the coefficients lie beside each other.
 // Where parameters vary (VARIED, 1 or 2 of them) there are several tables, a grid of `steps`, in which each vertex has
-// its place in `rows` after all radiance (engine.transport.sh_varied).
+// its place in `rows` after all radiance (engine.transport.sh.brdf_table_varying).
 
 const int COUNT = ORDER * ORDER;
 

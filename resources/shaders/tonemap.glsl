@@ -1,4 +1,4 @@
-// From linear radiance to the sRGB-coded display; engine.colour.tone_map and srgb_encode in GLSL.
+// From linear radiance to the sRGB-coded display; engine.core.colour.tone_map and srgb_encode in GLSL.
 
 uniform float gain;
 uniform int operator;

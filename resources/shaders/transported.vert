@@ -1,5 +1,5 @@
 #version 330 core
-// One vertex whose incoming light was transported beforehand (engine.transport.lit).
+// One vertex whose incoming light was transported beforehand (engine.transport.relit).
 // in: position relative to the centre of the mesh, unit normal, with BRUSHED the tangent; vertices from flat_vertex on
 // have a radiance of their own in `rows`, the same towards every side.
 // out: radiance towards the eye, linear and signed; where light is looked up at each fragment (TERMS), also the view

@@ -1,4 +1,4 @@
-// Colours of vertices, `row_width` beside each other in each line of a texture (engine.gl.vertex_rows).
+// Colours of vertices, `row_width` beside each other in each line of a texture (engine.gl.buffers).
 // in: the number of a colour; out: it, and whether it is marked.
 
 uniform sampler2D rows;

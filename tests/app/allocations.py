@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextvars
 import ctypes
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -38,7 +38,9 @@ class _Handler(ctypes.Structure):
 def _function(index: int, *arguments: Any) -> Any:
     pointer = ctypes.pythonapi.PyCapsule_GetPointer
     pointer.restype, pointer.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
-    table = ctypes.cast(pointer(np._core._multiarray_umath._ARRAY_API, None), ctypes.POINTER(ctypes.c_void_p))
+    table = ctypes.cast(
+        pointer(cast(Any, np)._core._multiarray_umath._ARRAY_API, None), ctypes.POINTER(ctypes.c_void_p)
+    )
     return ctypes.PYFUNCTYPE(ctypes.py_object, *arguments)(table[index])
 
 
@@ -72,7 +74,7 @@ class FailingAllocator:
         return self.count == self.at + 1
 
     def run(self, work: Callable[[], Value]) -> Value:
-        """What `work` returns while this allocator is the one that numpy asks."""
+        """Return the result of `work`, run while this allocator is the one that numpy asks."""
         return contextvars.copy_context().run(self._installed, work)
 
     def _installed(self, work: Callable[[], Value]) -> Value:

@@ -10,11 +10,11 @@ from typing import Any
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 
-from app.document import ImportChoices
-from app.main_window import MainWindow
-from engine.render.arc import LightArc
-from engine.render.simulate import simulate
-from engine.steps import drain
+from app.document.document import ImportChoices
+from app.window.main_window import MainWindow
+from engine.core.steps import drain
+from engine.simulate.arc import LightArc
+from engine.simulate.simulate import simulate
 
 PATIENCE_MS = 240_000
 

@@ -1,4 +1,4 @@
-"""What tests of the command line share: the type of the fixture `lightarc`, and the record that a verb prints."""
+"""Shared by tests of the command line: the type of the fixture `lightarc`, and the record that a verb prints."""
 
 from __future__ import annotations
 

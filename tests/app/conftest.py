@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -26,21 +27,22 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app import cli, theme
-from app.surfaces import request_format
+from app import command_line
+from app.viewport.gl_surface import request_format
+from app.widgets import theme
+from engine.core.steps import Step, Steps
 from engine.images.encode import encode_png
-from engine.steps import Step, Steps
 
 NO_DISPLAY = sys.platform.startswith("linux") and not os.environ.get("DISPLAY")
 
-#: What Qt says about the machine and not about this program.
+#: Qt messages about the machine, not about this program.
 HARMLESS = ("propagateSizeHints", "XDG_RUNTIME_DIR", "QStandardPaths", "Detected locale", "iCCP")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         needs_display = {"qapp", "qtbot"} & set(getattr(item, "fixturenames", ()))
-        if NO_DISPLAY and Path(item.path).parent == Path(__file__).parent and needs_display:
+        if NO_DISPLAY and Path(__file__).parent in Path(item.path).parents and needs_display:
             item.add_marker(pytest.mark.skip(reason="DISPLAY is not set: window tests need an X display (Xvfb)"))
 
 
@@ -95,7 +97,7 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         share = np.sin(np.radians(angle))
         radiance = share * tint * weave[..., None] ** (2.0 - share) + noise * share
         (folder / f"felt_{angle}deg.png").write_bytes(
-            encode_png(np.uint16(np.clip(radiance, 0, 1) ** (1 / 2.2) * 65535))
+            encode_png(np.array(np.clip(radiance, 0, 1) ** (1 / 2.2) * 65535, np.uint16))
         )
     return folder
 
@@ -107,11 +109,11 @@ def window(qapp: QApplication, qtbot: object, monkeypatch: pytest.MonkeyPatch) -
     What this machine costs is made up, since measuring it takes longer than most tests. Plans look at few points, and
     the whole of an environment is summed in coarse cells: how true that is, is checked where it is computed.
     """
-    from app.main_window import MainWindow
+    from app.window.main_window import MainWindow
 
-    monkeypatch.setattr("app.cost.cost_model", _costs)
-    monkeypatch.setattr("engine.effects.estimates.FINE", (16, 4, 32))
-    monkeypatch.setattr("engine.effects.lobe_error.PAIRS", (8, 8, 8))
+    monkeypatch.setattr("app.session.machine_profile.cost_model", _costs)
+    monkeypatch.setattr("engine.planning.effects.estimates.FINE", (16, 4, 32))
+    monkeypatch.setattr("engine.planning.effects.lobe_error.PAIRS", (8, 8, 8))
     monkeypatch.setattr("engine.render.environment_error.REFERENCE_ROWS", 16)
     made = MainWindow(None)
     made.show()
@@ -125,7 +127,7 @@ def window(qapp: QApplication, qtbot: object, monkeypatch: pytest.MonkeyPatch) -
 
 
 def _costs(*, anew: bool = False) -> Steps[object]:
-    from engine.effects.cost_model import NAMES, CostModel
+    from engine.planning.costs.cost_model import NAMES, CostModel
 
     yield Step(float(anew), "the costs of this machine are made up")
     return CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-6),)))
@@ -165,9 +167,9 @@ def lightarc(capsys: pytest.CaptureFixture[str]) -> Callable[..., SimpleNamespac
 
     def run(*words: object) -> SimpleNamespace:
         try:
-            code = cli.main(list(map(str, words)))
+            code = command_line.main(list(map(str, words)))
         except SystemExit as stop:
-            code = stop.code
+            code = cast(Any, stop.code)
         return SimpleNamespace(code=code, **dict(zip(("out", "err"), capsys.readouterr(), strict=True)))
 
     return run

@@ -18,16 +18,17 @@ from typing import Any
 
 import numpy as np
 
-from app import cli
-from app.verbs import bake
+from app import command_line
+from app.arguments.usage import DONE
+from app.cli.transport import bake
+from engine.bundle.bundle import open_bundle
 from engine.capture.stack import open_stack
+from engine.core.steps import Step
 from engine.factor.factor_file import read_factors
-from engine.files import atomic
-from engine.files.bundle import open_bundle
 from engine.images.decode import read_image
 from engine.images.encode import encode_png
-from engine.steps import Step
-from engine.transport.transport_file import open_transport
+from engine.storage import atomic
+from engine.transport.baking.file import open_transport
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def prepare(inputs: Path) -> None:
         codes = np.clip(2 * angle * surface, 0, 255).astype(np.uint8)
         (inputs / "photographs" / f"cloth_{angle}deg.png").write_bytes(encode_png(codes))
     (inputs / "mesh.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
-    assert cli.main(SCENARIOS["import"].line(inputs, inputs)) == cli.DONE
+    assert command_line.main(SCENARIOS["import"].line(inputs, inputs)) == DONE
     parser = argparse.ArgumentParser()
     bake.add_arguments(parser)
     (inputs / "interrupted").mkdir()
@@ -112,7 +113,7 @@ def assert_one_sentence(err: str, what: str) -> None:
 
 
 class FailAt:
-    """Counts the operations of `engine.files.atomic`, and fails the one numbered `at` (from 0) with `code`."""
+    """Counts the operations of `engine.storage.atomic`, and fails the one numbered `at` (from 0) with `code`."""
 
     def __init__(self, at: int = -1, code: int = 0) -> None:
         self.at, self.code, self.operations = at, code, list[str]()

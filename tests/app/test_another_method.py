@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.main_window import MainWindow
-from engine.effects.cost_model import NAMES, CostModel
-from engine.environment_file import open_environment
-from engine.steps import Step, Steps
+from app.window.main_window import MainWindow
+from engine.core.steps import Step, Steps
+from engine.light.environment_file import open_environment
+from engine.planning.costs.cost_model import NAMES, CostModel
 from engine.transport import method as transport
 from tests import ambient_occlusion
 from tests.ambient_occlusion import METHOD, NAME
 from tests.app.command import Command, result
-from tests.app.test_window_bake import LONG, ball
+from tests.app.view.test_baking import LONG, ball
 
 PROJECT = Path(__file__).resolve().parents[2]
 
@@ -39,7 +39,7 @@ def _listed(monkeypatch: pytest.MonkeyPatch) -> None:
         return CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-6),)))
 
     monkeypatch.setattr(transport, "METHODS", (*transport.METHODS, METHOD))
-    monkeypatch.setattr("app.cost.cost_model", costs)
+    monkeypatch.setattr("app.session.machine_profile.cost_model", costs)
 
 
 def test_it_is_baked_and_drawn_by_the_command_line(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
@@ -103,10 +103,13 @@ def test_the_window_has_it_with_a_panel(window: MainWindow, qtbot: Any) -> None:
     qtbot.waitUntil(lambda: baking.is_made, timeout=LONG)
     assert view.setting.mode == NAME
     assert view.setting["rays"] == 16
-    scene = view.viewport.surface
-    qtbot.waitUntil(lambda: scene.scene is not None and scene.scene.lit is not None and scene.is_finished, timeout=LONG)
-    assert isinstance(scene.scene.lit, ambient_occlusion.LitOcclusion)
-    assert np.ptp(scene.scene.lit.rows) < 0.2
+    scene: Any = view.viewport.surface
+    qtbot.waitUntil(
+        lambda: scene.scene is not None and scene.scene.relit is not None and scene.is_finished, timeout=LONG
+    )
+    assert scene.scene is not None
+    assert isinstance(scene.scene.relit, ambient_occlusion.RelitOcclusion)
+    assert np.ptp(scene.scene.relit.rows) < 0.2
     assert window.accuracy_dock.modes.findData(NAME) >= 0
 
 
@@ -132,7 +135,7 @@ def branches() -> Iterator[str]:
     types = {
         node.name
         for name, tree in trees.items()
-        if OWN.match(name) or name == "engine/transport/lit.py"
+        if OWN.match(name) or name == "engine/transport/relit.py"
         for node in tree.body
         if isinstance(node, ast.ClassDef)
     }

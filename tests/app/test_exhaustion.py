@@ -6,18 +6,18 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
-from app.failures import explain
-from app.jobs import Jobs, _Thread
-from engine.errors import OutOfMemory
-from engine.files import untrusted
+from app.jobs.jobs import Jobs, _Thread
+from app.window.failures import explain
+from engine.core.errors import OutOfMemory
+from engine.core.steps import Step
 from engine.images.encode import encode_png
-from engine.steps import Step
+from engine.storage import untrusted
 from tests.app.command import Command
-from tests.engine.test_damage import NOISE
+from tests.engine.storage.test_damage import NOISE
 
 PROJECT = Path(__file__).resolve().parents[2]
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space are kept on Linux alone")
@@ -39,9 +39,11 @@ def test_a_picture_for_which_there_is_no_memory_is_refused_with_what_it_needs(tm
     words = ["render", "sphere", "--width", "8000", "--height", "8000", "--mode", "reference", "-o", tmp_path / "a.exr"]
     limited = (
         "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30)); "
-        "from app.__main__ import main; sys.exit(main())"
+        "from app.__main__ import main; main()"
     )
-    done = subprocess.run([sys.executable, "-c", limited, *words], cwd=PROJECT, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", limited, *cast(Any, words)], cwd=PROJECT, capture_output=True, text=True
+    )
     assert done.returncode == 6, done.stderr
     assert done.stderr.startswith("There is not enough memory: ")
     assert done.stderr.count("\n") == 1
@@ -52,7 +54,7 @@ def test_a_picture_for_which_there_is_no_memory_is_refused_with_what_it_needs(tm
 def test_cpp_that_finds_no_memory_says_so_and_ends_with_the_same_code(tmp_path: Path) -> None:
     """An exception of C++ that nobody catches ends in std::terminate, which is called here by itself."""
     code = (
-        "import ctypes; from app import last_words; last_words.leave_last_words('No memory.', 6); "
+        "import ctypes; from app.process import last_words; last_words.leave_last_words('No memory.', 6); "
         "ctypes.CDLL('libstdc++.so.6')['_ZSt9terminatev']()"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=PROJECT, capture_output=True, text=True)
@@ -74,7 +76,7 @@ def test_an_import_ends_whichever_thread_cannot_be_started(
         before(thread)
 
     monkeypatch.setattr(threading.Thread, "start", start)
-    monkeypatch.setattr(untrusted, "_ahead", untrusted.futures.ThreadPoolExecutor(untrusted.CHILDREN))
+    monkeypatch.setattr(untrusted, "_ahead", cast(Any, untrusted).futures.ThreadPoolExecutor(untrusted.CHILDREN))
     ended = lightarc("import", folder, "-o", tmp_path / "stack", "--no-align")
     assert started > allowed
     assert (ended.code, ended.err) == (6, f"{OutOfMemory('No further thread can be started')}\n")
@@ -90,7 +92,7 @@ def test_a_decoder_that_cannot_be_started_ends_the_import(
         raise BlockingIOError(11, "Resource temporarily unavailable")
 
     untrusted.stop_children()
-    monkeypatch.setattr(untrusted.subprocess, "Popen", fork)
+    monkeypatch.setattr(cast(Any, untrusted).subprocess, "Popen", fork)
     ended = lightarc("import", folder, "-o", tmp_path / "stack", "--no-align")
     assert (ended.code, ended.err) == (6, f"{OutOfMemory('No further process can be started')}\n")
     assert not (tmp_path / "stack").exists()

@@ -9,12 +9,13 @@ import errno
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from app import cli
-from engine.errors import OutOfMemory
+from app.arguments.usage import BAD_FILE, DONE, OUT_OF_MEMORY
+from engine.core.errors import OutOfMemory
 from tests.app.allocations import FailingAllocator
 from tests.app.command import Command
 from tests.app.scenarios import (
@@ -42,7 +43,7 @@ PROJECT = Path(__file__).resolve().parents[2]
 #: The command line in a process that kills itself before the operation whose number is the first argument.
 VICTIM = """
 import os, signal, sys
-from engine.files import atomic
+from engine.storage import atomic
 
 at = int(sys.argv.pop(1))
 
@@ -54,7 +55,7 @@ def kill(operation, path):
 
 atomic.fault = kill
 from app.__main__ import main
-sys.exit(main())
+main()
 """
 
 #: Operations that clean up: where one fails, the next write does it.
@@ -70,7 +71,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def allowed(scenario: Scenario, code: int, operation: str) -> set[str]:
     """Names that may lie in the folder of the output after a run that ended with `code`."""
-    if code == cli.DONE:
+    if code == DONE:
         return {scenario.output}
     if scenario.resumed or operation in CLEANING:
         return {scenario.output, f".{scenario.output}.unfinished"}
@@ -83,7 +84,7 @@ def assert_the_next_run_succeeds(
     assert digest(inputs) == before, f"{what}: inputs have changed"
     assert_complete_or_absent(scenario, folder, what)
     again = lightarc(*scenario.line(inputs, folder))
-    assert again.code == cli.DONE, f"{what}, the next run: {again.err}"
+    assert again.code == DONE, f"{what}, the next run: {again.err}"
     assert names(folder) == {scenario.output}, what
     assert_complete_or_absent(scenario, folder, what)
 
@@ -96,7 +97,7 @@ def test_every_operation_on_the_disk_fails_once(
     scenario, before = SCENARIOS[name], digest(inputs)
     begin(scenario, inputs, tmp_path / "whole")
     with FailAt() as counted:
-        assert lightarc(*scenario.line(inputs, tmp_path / "whole")).code == cli.DONE
+        assert lightarc(*scenario.line(inputs, tmp_path / "whole")).code == DONE
     cases = [(at, code) for at in range(len(counted.operations)) for code in CODES]
     assert len(cases) >= 6 * len(CODES)
     for at, code in cases[seed % ROUNDS :: ROUNDS]:
@@ -106,8 +107,8 @@ def test_every_operation_on_the_disk_fails_once(
             ended = lightarc(*scenario.line(inputs, folder))
         what = f"{name}, operation {at} ({counted.operations[at]}) with {errno.errorcode[code]}"
         assert len(failing.operations) > at, what
-        assert ended.code in (cli.DONE, cli.BAD_FILE), f"{what}: {ended.err}"
-        if ended.code != cli.DONE:
+        assert ended.code in (DONE, BAD_FILE), f"{what}: {ended.err}"
+        if ended.code != DONE:
             assert_one_sentence(ended.err, what)
         if failing.operations[at] not in CLEANING:
             assert names(folder) <= allowed(scenario, ended.code, failing.operations[at]), what
@@ -120,16 +121,16 @@ def test_every_allocation_fails_once(name: str, seed: int, lightarc: Command, in
     scenario, before = SCENARIOS[name], digest(inputs)
     begin(scenario, inputs, tmp_path / "whole")
     counted = FailingAllocator()
-    assert counted.run(lambda: lightarc(*scenario.line(inputs, tmp_path / "whole"))).code == cli.DONE
+    assert counted.run(lambda: lightarc(*scenario.line(inputs, tmp_path / "whole"))).code == DONE
     assert counted.count > 0
     for at in range(counted.count)[seed % ROUNDS :: ROUNDS]:
         folder = tmp_path / str(at)
         begin(scenario, inputs, folder)
         failing = FailingAllocator(at)
-        ended = failing.run(lambda folder=folder: lightarc(*scenario.line(inputs, folder)))
+        ended = failing.run(cast(Any, lambda folder=folder: lightarc(*scenario.line(inputs, folder))))
         what = f"{name}, allocation {at} of {counted.count}"
-        assert ended.code in (cli.DONE, cli.OUT_OF_MEMORY), f"{what}: {ended.err}"
-        if ended.code != cli.DONE:
+        assert ended.code in (DONE, OUT_OF_MEMORY), f"{what}: {ended.err}"
+        if ended.code != DONE:
             assert_one_sentence(ended.err, what)
             assert OutOfMemory("").remedy in ended.err, what
         # Memory may end after the output is there, while a verb measures it; it is then complete.

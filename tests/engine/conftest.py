@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from engine.errors import MissingCapability
+from engine.core.errors import MissingCapability
 from engine.gl.context import create_context
 from engine.gl.program import SHADERS
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from engine.files import untrusted
+from engine.storage import untrusted
 
 #: Damaged files per reader and seed.
 COUNT = 800
@@ -21,7 +21,7 @@ COUNT = 800
 #: Seeds of the campaign; one is 40,000 files over all readers and formats, so that all are a million.
 ROUNDS = 25
 
-#: What one damaged file may cost (fault 5).
+#: Limits of time and memory for one damaged file (fault 5).
 TIME_LIMIT_S = 2.0
 MEMORY_LIMIT_BYTES = 512 << 20
 

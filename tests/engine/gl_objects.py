@@ -1,4 +1,4 @@
-"""What the graphics driver still holds, for tests of leaks."""
+"""Objects that the graphics driver still holds, for tests of leaks."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import ctypes
 
 
 def living_objects() -> dict[str, int]:
-    """How many names of each kind the driver of the current context knows."""
+    """The number of names of each kind that the driver of the current context knows."""
     egl = ctypes.CDLL("libEGL.so.1")
     egl.eglGetProcAddress.restype = ctypes.c_void_p
     counts = {}

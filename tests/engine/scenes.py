@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from engine.brdf.brdf import brdf_from_text
-from engine.camera import Camera, frame
-from engine.colour import luminance
-from engine.material import Material
-from engine.scene import Scene
+from engine.core.colour import luminance
+from engine.geometry.camera import Camera, frame
+from engine.geometry.shapes import shape
+from engine.scene.material import Material
+from engine.scene.scene import Scene
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
-from engine.shapes import shape
 
 
 def weave(size: int = 64, slices: int = 8, threads: int = 8) -> Material:

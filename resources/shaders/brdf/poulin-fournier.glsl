@@ -1,5 +1,5 @@
 // Poulin-Fournier: parallel cylinders of radius 1 along x on a floor, with shadowing and masking; the same quadrature as
-// engine/brdf/poulin_fournier.py, which derives it. Where a sliver of the floor is left between two shadows, its width
+// engine/brdf/models/poulin_fournier.py, which derives it. Where a sliver of the floor is left between two shadows, its width
 // is a difference of larger numbers, and float32 keeps it to about 1e-7 of the spacing.
 // in: wi to the light, wo to the viewer, unit, surface frame (normal +z); out: 1/sr, no cosine, 0 below the horizon.
 

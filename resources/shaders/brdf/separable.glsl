@@ -1,6 +1,6 @@
 // Sums of products of two textures, as engine/factor/separable_factors.py looks them up.
 // in: wi to the light, wo to the viewer, unit, surface frame (normal +z); out: 1/sr, no cosine, 0 below the horizon.
-// A layer per term; the map of the textures and what lies in them are described in engine/factor/maps.py.
+// A layer per term; the map of the textures and what lies in them are described in engine/factor/hemisphere_map.py.
 
 #include "direction_map.glsl"
 

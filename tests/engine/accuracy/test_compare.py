@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from engine.accuracy.compare import ImageError, compare, error_against, noise_of
 from engine.accuracy.flip import flip_estimate, flip_map
-from engine.steps import drain
+from engine.core.steps import drain
 
 RNG = np.random.default_rng(3)
 
@@ -154,9 +154,11 @@ def test_an_estimate_from_some_tiles_is_near_the_mean_and_exact_from_all() -> No
 def test_flip_of_pixels_outside_the_mask_is_not_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     import flip_evaluator
 
-    calls = []
+    calls: list[Any] = []
     evaluate = flip_evaluator.evaluate
-    monkeypatch.setattr(flip_evaluator, "evaluate", lambda *words, **more: calls.append(1) or evaluate(*words, **more))
+    monkeypatch.setattr(
+        flip_evaluator, "evaluate", lambda *words, **more: cast(Any, calls).append(1) or evaluate(*words, **more)
+    )
     mask = np.zeros((128, 128), bool)
     mask[70:80, 70:80] = True
     drain(flip_map(picture(128, 128, 1), picture(128, 128), mask, displayed=True, tile=64))

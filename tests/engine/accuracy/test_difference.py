@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine.accuracy.difference import LEAST, labelled, scale_of, signed_difference
-from engine.colour import luminance
+from engine.core.colour import luminance
 from engine.render.display import diverging
 
 

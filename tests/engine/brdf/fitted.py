@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from engine.brdf.samples import BrdfSamples
 from engine.brdf.scattered import ScatteredBrdf, fit_scattered
-from engine.steps import drain
+from engine.core.steps import drain
 
 
 def scattered_brdf(samples: BrdfSamples, smoothing: float = 0.0) -> ScatteredBrdf:

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text
-from engine.directions import normalize, surface_direction
-from engine.params import parameters
-from tests.engine.brdf.models import TEXTS, pairs
+from engine.core.directions import normalize, surface_direction
+from engine.core.params import parameters
+from tests.engine.brdf.all_models import TEXTS, pairs
 
 
 @pytest.mark.parametrize("text", TEXTS)

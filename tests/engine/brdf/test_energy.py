@@ -8,15 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, brdf_to_text
-from engine.brdf.presets import PRESETS, find_preset
-from engine.directions import normalize, surface_direction
-from engine.params import parameters
-from tests.engine.brdf.models import TEXTS, pairs
+from engine.brdf.models.presets import PRESETS, find_preset
+from engine.core.directions import normalize, surface_direction
+from engine.core.params import parameters
+from tests.engine.brdf.all_models import TEXTS, pairs
 
 #: Up to 89.9°, denser towards grazing.
 VIEWERS = np.radians(89.9) * np.sin(np.linspace(0.0, np.pi / 2, 24))
 
-#: What the quadrature may be wrong by.
+#: Tolerance of the quadrature.
 ERROR = 2e-3
 
 

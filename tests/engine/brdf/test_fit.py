@@ -9,11 +9,11 @@ import pytest
 
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.brdf.fit import FitData, fit, fit_data, fit_error, residual_by_angle
+from engine.brdf.readers.utia import PHI, THETA
 from engine.brdf.table import DirectionTable
-from engine.brdf.utia import PHI, THETA
-from engine.directions import surface_direction
-from engine.params import parameters
-from engine.steps import drain
+from engine.core.directions import surface_direction
+from engine.core.params import parameters
+from engine.core.steps import drain
 
 TRUTHS = (
     "lambert:albedo=0.2/0.5/0.9",

@@ -19,7 +19,7 @@ from engine.brdf.half_difference import (
     half_vector,
     polar,
 )
-from engine.directions import dot, surface_direction
+from engine.core.directions import dot, surface_direction
 
 U = np.finfo(np.float64).eps / 2
 FrameOf = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]

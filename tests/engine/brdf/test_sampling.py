@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
 from engine.brdf.brdf import Brdf, brdf_from_text
-from engine.brdf.lobes import (
+from engine.brdf.resample import table_from
+from engine.brdf.samples import BrdfSamples
+from engine.brdf.sampling import sampler_of
+from engine.brdf.sampling_lobes import (
     GaussianHalfVectors,
     HalfVectorLobe,
     Mixture,
     PowerHalfVectors,
     PowerLobe,
     Sampler,
+    TabulatedHalfVectors,
+    TabulatedLobe,
     VisibleGgxLobe,
 )
-from engine.brdf.resample import table_from
-from engine.brdf.samples import BrdfSamples
-from engine.brdf.sampling import sampler_of
 from engine.brdf.table import DirectionTable
-from engine.brdf.tabulated_lobes import TabulatedHalfVectors, TabulatedLobe
-from engine.directions import surface_direction
+from engine.core.directions import surface_direction
 from tests.engine.brdf.fitted import scattered_brdf
 
 #: Cells of the test over the hemisphere, and points a side of each for the expected counts. The edges and the viewers
@@ -109,13 +112,13 @@ def test_BR11_models_are_drawn_at_their_density(text: str) -> None:
 
 @pytest.mark.parametrize("text", ["ggx:kd=0.2,alpha=0.4,f0=0.5", "phong:kd=0.1,ks=0.4,exponent=15"])
 @pytest.mark.parametrize("table", [TabulatedLobe, TabulatedHalfVectors])
-def test_BR11_tables_are_drawn_at_their_density(table: type, text: str) -> None:
+def test_BR11_tables_are_drawn_at_their_density(table: Any, text: str) -> None:
     tabulated = table.of(brdf_from_text(text))
     check(HalfVectorLobe(tabulated) if isinstance(tabulated, TabulatedHalfVectors) else tabulated)
 
 
 @pytest.mark.parametrize("table", [TabulatedLobe, TabulatedHalfVectors])
-def test_BR11_tables_of_brushed_materials_are_drawn_at_their_density(table: type) -> None:
+def test_BR11_tables_of_brushed_materials_are_drawn_at_their_density(table: Any) -> None:
     class Brushed:
         isotropic = reciprocal = energy_conserving = False
 
@@ -135,6 +138,16 @@ def estimate(brdf: Brdf, sampler: Sampler, wo: np.ndarray, count: int = 1 << 16)
     weight = np.zeros(count)
     weight[seen] = brdf.f(wi[seen], wo)[:, 1] * wi[seen, 2] / sampler.pdf(wi[seen], many[seen])
     return float(weight.mean()), float(weight.std() / count**0.5), float(weight.max())
+
+
+@pytest.mark.parametrize(
+    "text", ["lafortune:ks=5e-324", "phong:kd=0,ks=5e-324", "phong:kd=5e-324,ks=5e-324", "ward:ks=1e-17"]
+)
+def test_lobes_of_hardly_any_energy_leave_shares_that_can_be_divided_by(text: str) -> None:
+    mixture = sampler_of(brdf_from_text(text))
+    assert isinstance(mixture, Mixture)
+    assert sum(mixture.shares) == pytest.approx(1.0, rel=1e-12)
+    assert min(mixture.shares) > 1e-10
 
 
 @pytest.mark.parametrize("text", MODELS)

@@ -5,23 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from engine.brdf import radial_basis, scattered
-from engine.brdf.alta import read_alta
 from engine.brdf.brdf import brdf_from_text
-from engine.brdf.cornell import read_cornell
-from engine.brdf.microfacet import Ggx
+from engine.brdf.models.microfacet import Ggx
+from engine.brdf.readers.alta import read_alta
+from engine.brdf.readers.cornell import read_cornell
 from engine.brdf.samples import BrdfSamples
 from engine.brdf.scattered import SYMMETRIES, ScatteredBrdf, Shape, coordinates, fit_scattered
-from engine.directions import Vectors, surface_direction
-from engine.steps import drain
+from engine.core.directions import Vectors, surface_direction
+from engine.core.steps import drain
 from tests.engine.brdf.fitted import scattered_brdf
 
 RANDOM = np.random.default_rng(7)
-MODEL = Ggx(kd=0.2, alpha=0.4, f0=0.3)
+MODEL = Ggx(kd=cast(Any, 0.2), alpha=0.4, f0=cast(Any, 0.3))
 
 
 def hemisphere(count: int, least_cosine: float = 0.05, seed: int = 1) -> Vectors:
@@ -127,7 +128,7 @@ def test_noise_with_zeros_stays_within_the_samples() -> None:
 
 def test_highlights_over_six_decades_do_not_ring() -> None:
     wi, wo = hemisphere(500, 0.2, 14), hemisphere(500, 0.2, 15)
-    sharp = Ggx(kd=0.001, alpha=0.05, f0=0.04)
+    sharp = Ggx(kd=cast(Any, 0.001), alpha=0.05, f0=cast(Any, 0.04))
     brdf = scattered_brdf(BrdfSamples(wi, wo, sharp.f(wi, wo)))
     np.testing.assert_allclose(brdf.f(wi, wo), brdf.measured.value, rtol=1e-6)
     far_wi, far_wo = hemisphere(3000, 0.2, 16), hemisphere(3000, 0.2, 17)
@@ -137,7 +138,7 @@ def test_highlights_over_six_decades_do_not_ring() -> None:
 
 
 def refitted(points: Vectors, logs: Vectors, shape: Shape, left_out: int) -> Vectors:
-    """What all samples but one say about that one, by solving without it."""
+    """The prediction of all other samples for the one left out, by solving without it."""
     rest = np.arange(len(points)) != left_out
     matrix = radial_basis.kernel_matrix(points, shape.signs, shape.smooth)
     return matrix[left_out, rest] @ np.linalg.solve(matrix[np.ix_(rest, rest)], logs[rest])
@@ -228,7 +229,9 @@ def test_L10_duplicates_with_conflicting_values_become_their_mean_in_log() -> No
 
 def test_one_direction_pair_a_hundred_thousand_times_is_one_sample() -> None:
     base = model_samples(3)
-    brdf = scattered_brdf(BrdfSamples(*(np.repeat(part, 40_000, axis=0) for part in (base.wi, base.wo, base.value))))
+    brdf = scattered_brdf(
+        BrdfSamples(*cast(Any, (np.repeat(part, 40_000, axis=0) for part in (base.wi, base.wo, base.value))))
+    )
     assert brdf.health.figures["samples merged"] == 120_000 - 3
     np.testing.assert_allclose(brdf.f(base.wi, base.wo), base.value, rtol=1e-6)
 

@@ -9,10 +9,17 @@ import pytest
 from numpy.typing import NDArray
 
 from engine.brdf.half_difference import directions, half_difference
-from engine.brdf.holes import fill_holes, missing_health, nearest
-from engine.brdf.microfacet import Ggx
-from engine.brdf.table import DirectionTable, HalfDifferenceTable, bin_centres, bin_directions
-from engine.directions import surface_direction
+from engine.brdf.models.microfacet import Ggx
+from engine.brdf.table import (
+    DirectionTable,
+    HalfDifferenceTable,
+    bin_centres,
+    bin_directions,
+    fill_holes,
+    missing_health,
+    nearest,
+)
+from engine.core.directions import surface_direction
 from tests.engine.brdf.test_half_difference import random_directions
 
 SHAPE = (6, 5, 8)
@@ -162,7 +169,7 @@ def test_measured_entries_stay_as_they_are_when_others_are_filled() -> None:
     assert filled.max() <= values[~missing].max()
 
 
-def test_missing_entries_are_counted_and_told() -> None:
+def test_missing_entries_are_counted_and_reported() -> None:
     missing = np.zeros(SHAPE, bool)
     missing[0, 0, :2] = True
     table = HalfDifferenceTable(np.ones((*SHAPE, 3)), missing, health=missing_health(missing))

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import Brdf, brdf_from_text, model_name
+from engine.core.params import parameters
 from engine.gl.program import load_program, set_uniforms
-from engine.params import parameters
-from tests.engine.brdf.models import TEXTS, pairs
+from tests.engine.brdf.all_models import TEXTS, pairs
 
 
 @pytest.mark.parametrize("text", TEXTS)
@@ -61,7 +61,7 @@ def evaluate_on_gpu(gl: Any, brdf: Brdf, wi: np.ndarray, wo: np.ndarray, shader:
 
 
 def test_luminance_in_the_shader_is_the_engine_s() -> None:
-    from engine.colour import LUMINANCE
+    from engine.core.colour import LUMINANCE
     from engine.gl.program import SHADERS
 
     line = next(line for line in (SHADERS / "direct.frag").read_text().splitlines() if "LUMINANCE = vec3" in line)

@@ -1,35 +1,38 @@
-"""Calibration steps of the import against captures whose truth is known: R3, R8, lights, white balance, framing."""
+"""Calibration steps of the import against captures with known ground truth: R3, R8, lights, white balance, framing."""
 
 import json
 import math
 import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
 import pytest
 
-from engine.capture.framing import cropped
-from engine.capture.grey_patch import GreyPatch
 from engine.capture.import_stack import ImportSettings, import_stack
-from engine.capture.mirror_sphere import Circle
-from engine.capture.sources import find
-from engine.capture.sphere_lights import with_sphere
-from engine.capture.warp import Region
-from engine.errors import InputError
-from engine.files import untrusted
+from engine.capture.lights.mirror_sphere import Circle
+from engine.capture.lights.sources import find
+from engine.capture.lights.sphere_lights import with_sphere
+from engine.capture.photograph.grey_patch import GreyPatch
+from engine.capture.registration.framing import cropped
+from engine.capture.registration.warp import Region
+from engine.core.errors import InputError
+from engine.core.steps import drain
 from engine.images.decode import read_image
-from engine.render.arc import EXPOSURE_S, LightArc, sphere
-from engine.render.simulate import simulate
-from engine.steps import drain
+from engine.simulate.arc import EXPOSURE_S, LightArc, sphere
+from engine.simulate.simulate import simulate
+from engine.storage import untrusted
 
 SNR = 100.0
 
 
-def radians(*degrees):
+def radians(*degrees: Any) -> Any:
     return tuple(math.radians(angle) for angle in degrees)
 
 
-def captured(folder, **settings):
+def captured(folder: Path, **settings: Any) -> tuple[Any, Any]:
     """A capture, and its truth by file name."""
     arc = LightArc(**{"size": 96, "misalignment_px": 0.0, "elevation": radians(30, 60, 90), **settings})
     drain(simulate(arc, folder))
@@ -37,13 +40,13 @@ def captured(folder, **settings):
     return arc, {record["file"]: record for record in records}
 
 
-def imported(folder, sources=None, **settings):
+def imported(folder: Path, sources: Any = None, **settings: Any) -> Any:
     found = find([folder]) if sources is None else sources
     chosen = ImportSettings(**{"motion": "none", **settings})
     return drain(import_stack(found, chosen, folder.parent / "stack"))
 
 
-def errors(stack, folder, truth, noise, scale=1.0):
+def errors(stack: Any, folder: Path, truth: Any, noise: Any, scale: float = 1.0) -> Iterator[Any]:
     """Relative errors where the signal-to-noise ratio of one photograph of the scale 1 is high, and nothing clipped."""
     for name, radiance, saturated in zip(stack.sources, stack.radiance, stack.saturated, strict=True):
         clean = read_image(folder / "truth" / truth[name]["radiance"]).pixels
@@ -53,7 +56,7 @@ def errors(stack, folder, truth, noise, scale=1.0):
 
 
 @pytest.mark.parametrize("format_", ["tiff", "dng"])
-def test_fall_off_and_dark_signal_are_taken_out(tmp_path, format_):
+def test_fall_off_and_dark_signal_are_taken_out(tmp_path: Path, format_: str) -> None:
     _, truth = captured(tmp_path / "c", format=format_, corner_loss=0.4, dark=0.02, calibration=True, sample="plain")
     stack = imported(tmp_path / "c")
     assert (stack.provenance["dark"], stack.provenance["flat"]) == tuple(
@@ -67,7 +70,7 @@ def test_fall_off_and_dark_signal_are_taken_out(tmp_path, format_):
     assert np.sqrt(np.mean(next(errors(plain, tmp_path / "c", truth, 0.004)) ** 2)) > 0.05
 
 
-def test_what_a_flat_field_cannot_tell_is_masked_and_frames_of_another_size_are_named(tmp_path):
+def test_what_a_flat_field_cannot_tell_is_masked_and_frames_of_another_size_are_named(tmp_path: Path) -> None:
     folder = tmp_path / "c"
     captured(folder, format="tiff", calibration=True, corner_loss=0.3)
     from engine.images.encode import write_tiff16
@@ -88,7 +91,7 @@ def test_what_a_flat_field_cannot_tell_is_masked_and_frames_of_another_size_are_
         imported(folder, dark="none")
 
 
-def test_a_near_lamp_is_evened_out(tmp_path):
+def test_a_near_lamp_is_evened_out(tmp_path: Path) -> None:
     arc, _ = captured(tmp_path / "c", sample="plain", noise=0.0, lamp_distance=1.5, azimuth=(0.5,), size=128)
     inner = np.s_[8:-8, 8:-8]
     for settings, bound in (({}, (0.0, 0.01)), ({"lamp_distance": math.inf}, (0.05, 1.0))):
@@ -102,7 +105,7 @@ def test_a_near_lamp_is_evened_out(tmp_path):
     assert stack.azimuth is not None
 
 
-def test_R8_exposures_of_one_light_are_merged(tmp_path):
+def test_R8_exposures_of_one_light_are_merged(tmp_path: Path) -> None:
     """Radiance 1 is the white level of the reference exposure, which of equally frequent ones is the shortest."""
     folder = tmp_path / "c"
     _, truth = captured(folder, sample="hammered", exposure=(1.0, 0.25, 4.0))
@@ -117,7 +120,7 @@ def test_R8_exposures_of_one_light_are_merged(tmp_path):
     assert any("Exposures differ" in finding.text for finding in stack.health.findings)
 
 
-def test_R8_merging_with_a_dark_frame_and_fall_off(tmp_path):
+def test_R8_merging_with_a_dark_frame_and_fall_off(tmp_path: Path) -> None:
     folder = tmp_path / "c"
     _, truth = captured(folder, exposure=(1.0, 4.0), calibration=True, dark=0.03, corner_loss=0.3, format="dng",
                         sample="plain")  # fmt: skip
@@ -127,7 +130,7 @@ def test_R8_merging_with_a_dark_frame_and_fall_off(tmp_path):
         assert np.sqrt(np.mean(error**2)) < 0.02
 
 
-def test_photographs_of_different_exposure_come_to_one_scale(tmp_path, dng):
+def test_photographs_of_different_exposure_come_to_one_scale(tmp_path: Path, dng: Any) -> None:
     folder = tmp_path / "c"
     folder.mkdir()
     mosaic = np.random.default_rng(0).integers(300, 800, (64, 80)).astype(float)
@@ -142,7 +145,7 @@ def test_photographs_of_different_exposure_come_to_one_scale(tmp_path, dng):
     assert any("the exposure of c_60deg.dng is unknown" in warning for warning in warnings)
 
 
-def test_lights_are_measured_on_a_mirror_sphere(tmp_path):
+def test_lights_are_measured_on_a_mirror_sphere(tmp_path: Path) -> None:
     folder = tmp_path / "c"
     arc, truth = captured(folder, sphere=True, size=256, elevation=radians(15, 50, 85), azimuth=(2.0,))
     stack = imported(folder)
@@ -157,7 +160,7 @@ def test_lights_are_measured_on_a_mirror_sphere(tmp_path):
         assert np.degrees(np.abs(again.elevation - stack.elevation)).max() < (1e-6 if outline != "auto" else 3.0)
 
 
-def test_highlights_can_be_corrected_and_failures_name_the_photograph(tmp_path):
+def test_highlights_can_be_corrected_and_failures_name_the_photograph(tmp_path: Path) -> None:
     folder = tmp_path / "c"
     arc, _ = captured(folder, sphere=True, size=256)
     ball = sphere(arc)
@@ -174,7 +177,7 @@ def test_highlights_can_be_corrected_and_failures_name_the_photograph(tmp_path):
         imported(folder)
 
 
-def test_a_grey_patch_balances_raw_and_pictures(tmp_path, dng):
+def test_a_grey_patch_balances_raw_and_pictures(tmp_path: Path, dng: Any) -> None:
     folder = tmp_path / "c"
     folder.mkdir()
     camera = np.array([0.5, 1.0, 0.7])
@@ -191,7 +194,7 @@ def test_a_grey_patch_balances_raw_and_pictures(tmp_path, dng):
         imported(folder, white_balance=GreyPatch(70, 0, 20, 20))
 
 
-def test_a_grey_patch_balances_pictures(tmp_path):
+def test_a_grey_patch_balances_pictures(tmp_path: Path) -> None:
     from engine.images.encode import write_tiff16
 
     folder = tmp_path / "c"
@@ -205,7 +208,7 @@ def test_a_grey_patch_balances_pictures(tmp_path):
     assert np.ptp(stack.radiance[1:, 5:].mean(axis=(1, 2)), axis=1).max() < 1e-3
 
 
-def test_a_framing_is_resampled_once_and_control_points_are_followed(tmp_path):
+def test_a_framing_is_resampled_once_and_control_points_are_followed(tmp_path: Path) -> None:
     folder = tmp_path / "c"
     captured(folder, misalignment_px=3.0)
     whole = imported(folder).radiance[:]
@@ -224,10 +227,12 @@ def test_a_framing_is_resampled_once_and_control_points_are_followed(tmp_path):
         imported(folder, control_points={"other.tif": pairs})
 
 
-def test_fault_17_cancelling_while_a_photograph_is_decoded_takes_less_than_a_second(tmp_path, monkeypatch):
+def test_fault_17_cancelling_while_a_photograph_is_decoded_takes_less_than_a_second(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     folder = tmp_path / "c"
     captured(folder)
-    monkeypatch.setattr("engine.capture.read_ahead.PATIENCE_S", 0.01)
+    monkeypatch.setattr("engine.capture.photograph.decode.PATIENCE_S", 0.01)
     steps = import_stack(find([folder]), ImportSettings(motion="none"), tmp_path / "stack")
     while "Reading 1 of" not in next(steps).note:
         pass
@@ -239,7 +244,7 @@ def test_fault_17_cancelling_while_a_photograph_is_decoded_takes_less_than_a_sec
     assert all(not psutil.pid_exists(pid) or pid in {c.process.pid for c in untrusted._idle} for pid in busy)
 
 
-def test_a_near_lamp_of_unknown_azimuth_is_warned_of(tmp_path):
+def test_a_near_lamp_of_unknown_azimuth_is_warned_of(tmp_path: Path) -> None:
     """Nothing says on which side the lamp stood; the correction for the right side is announced in words."""
     folder = tmp_path / "c"
     captured(folder, sample="plain", lamp_distance=1.5, azimuth=(0.5,))
@@ -251,7 +256,7 @@ def test_a_near_lamp_of_unknown_azimuth_is_warned_of(tmp_path):
     assert not any(said in text for text in imported(folder, known).health.warnings)
 
 
-def test_lights_assumed_or_named_are_forgotten_for_those_of_the_sphere(tmp_path):
+def test_lights_assumed_or_named_are_forgotten_for_those_of_the_sphere(tmp_path: Path) -> None:
     folder = tmp_path / "c"
     arc, truth = captured(folder, sphere=True, size=256, elevation=radians(30, 50, 70))
     (folder / "capture.toml").unlink()

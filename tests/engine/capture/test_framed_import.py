@@ -1,22 +1,25 @@
 """Crop, rectification, size and control points through a whole import."""
 
+from pathlib import Path
+from typing import Any, cast
+
 import cv2
 import numpy as np
 import pytest
 
-from engine.capture.framing import Framing, cropped, homography
 from engine.capture.import_stack import ImportSettings, import_stack
-from engine.capture.sources import find
-from engine.capture.warp import Region
-from engine.errors import InputError
-from engine.steps import drain
+from engine.capture.lights.sources import find
+from engine.capture.registration.framing import Framing, cropped, homography
+from engine.capture.registration.warp import Region
+from engine.core.errors import InputError
+from engine.core.steps import drain
 
 FIELDS, FIELD_PX, FINE = 8, 30, 4
 HEIGHT, WIDTH = 320, 400
 CORNERS = np.array([[61.3, 40.2], [330.8, 55.7], [360.1, 290.4], [40.6, 272.9]])
 
 
-def board(corners):
+def board(corners: Any) -> Any:
     """Luminance of a chequerboard between `corners`, as the mean of fine samples per pixel, on grey."""
     unit = np.array([[0, 0], [FIELDS, 0], [FIELDS, FIELDS], [0, FIELDS]], float)
     row, column = (np.mgrid[: HEIGHT * FINE, : WIDTH * FINE] + 0.5) / FINE - 0.5
@@ -27,7 +30,7 @@ def board(corners):
     return light.reshape(HEIGHT, FINE, WIDTH, FINE).mean(axis=(1, 3))
 
 
-def photographed(folder, pictures, toml=()):
+def photographed(folder: Path, pictures: Any, toml: Any = ()) -> Path:
     """Linear PNG files of the pictures, brighter with the elevation of the light, with their `capture.toml`."""
     folder.mkdir()
     lines = ['transfer = "linear"', *toml]
@@ -38,28 +41,28 @@ def photographed(folder, pictures, toml=()):
     return folder
 
 
-def imported(folder, **settings):
+def imported(folder: Path, **settings: Any) -> Any:
     sources = find([folder], [20 + 20 * number for number in range(len(list(folder.glob("*.png"))))])
     return drain(import_stack(sources, ImportSettings(**settings), folder.parent / "stack"))
 
 
-def edges(profile):
-    """Where the profile crosses its middle, in pixels."""
+def edges(profile: Any) -> Any:
+    """The positions where the profile crosses its middle, in pixels."""
     over = profile - (profile.max() + profile.min()) / 2
     at = np.flatnonzero(over[:-1] * over[1:] < 0)
     return at + over[at] / (over[at] - over[at + 1])
 
 
 @pytest.fixture(scope="module")
-def boards(tmp_path_factory):
+def boards(tmp_path_factory: pytest.TempPathFactory) -> Any:
     shifts = ((0.0, 0.0), (2.4, -1.3), (-1.7, 0.6))
     return photographed(tmp_path_factory.mktemp("boards") / "photographs", [board(CORNERS + move) for move in shifts])
 
 
-def test_a_tilted_chequerboard_comes_out_straight_in_every_photograph(boards):
+def test_a_tilted_chequerboard_comes_out_straight_in_every_photograph(boards: Any) -> None:
     reference = imported(boards, motion="translation").provenance["aligned_to"]
     shift = {"p0.png": (0.0, 0.0), "p1.png": (2.4, -1.3), "p2.png": (-1.7, 0.6)}[reference]
-    wanted = Framing(tuple(map(tuple, CORNERS + shift)), FIELDS * FIELD_PX, FIELDS * FIELD_PX)
+    wanted = Framing(cast(Any, tuple(map(tuple, CORNERS + shift))), FIELDS * FIELD_PX, FIELDS * FIELD_PX)
     stack = imported(boards, motion="translation", framing=wanted)
     assert stack.radiance.shape == (3, FIELDS * FIELD_PX, FIELDS * FIELD_PX, 3)
     expected = np.arange(1, FIELDS) * FIELD_PX - 0.5
@@ -71,13 +74,13 @@ def test_a_tilted_chequerboard_comes_out_straight_in_every_photograph(boards):
     assert stack.provenance["framing"]["corners_px"] == (CORNERS + shift).tolist()
 
 
-def test_corners_alone_become_a_picture_of_their_own_size(boards):
+def test_corners_alone_become_a_picture_of_their_own_size(boards: Any) -> None:
     stack = imported(boards, motion="none", framing=((60, 40), (330, 40), (330, 220), (60, 220)))
     assert stack.radiance.shape[1:3] == (180, 270)
     assert stack.provenance["framing"]["width_px"] == 270
 
 
-def test_a_crop_keeps_every_bit_and_a_smaller_one_the_mean(boards):
+def test_a_crop_keeps_every_bit_and_a_smaller_one_the_mean(boards: Any) -> None:
     whole = imported(boards, motion="none").radiance[:]
     crop = imported(boards, motion="none", framing=cropped(Region(11, 7, 301, 203)))
     assert np.array_equal(crop.radiance, whole[:, 7:210, 11:312])
@@ -87,16 +90,16 @@ def test_a_crop_keeps_every_bit_and_a_smaller_one_the_mean(boards):
     assert small.radiance[:].mean() == pytest.approx(float(blocks.mean()), rel=1e-3)
 
 
-def test_frames_beyond_a_photograph_and_impossible_ones_are_refused(boards):
+def test_frames_beyond_a_photograph_and_impossible_ones_are_refused(boards: Any) -> None:
     with pytest.raises(InputError, match="beyond what all"):
         imported(boards, motion="none", framing=cropped(Region(200, 7, 300, 200)))
     with pytest.raises(ValueError, match="clockwise"):
-        ImportSettings(framing=tuple(map(tuple, CORNERS[::-1])))
+        ImportSettings(framing=cast(Any, tuple(map(tuple, CORNERS[::-1]))))
     with pytest.raises(ValueError, match="both"):
-        ImportSettings(crop=(0, 0, 9, 9), framing=tuple(map(tuple, CORNERS)))
+        ImportSettings(crop=(0, 0, 9, 9), framing=cast(Any, tuple(map(tuple, CORNERS))))
 
 
-def texture(seed, right=0, down=0):
+def texture(seed: int, right: int = 0, down: int = 0) -> Any:
     """A random texture around 0.4, seen `right` and `down` pixels further."""
     noise = np.random.default_rng(seed).normal(size=(HEIGHT + 40, WIDTH + 40)).astype(np.float32)
     smooth = cv2.GaussianBlur(noise, (0, 0), 2.0)
@@ -107,14 +110,14 @@ ENTRY = '[[photographs]]\nfile = "p{}.png"\nelevation_deg = {}'
 POINTS = "control_points = [[10, 10, 15, 8], [300, 20, 305, 18], [200, 250, 205, 248]]"
 
 
-def refused(folder, reference):
+def refused(folder: Path, reference: Any) -> Any:
     """The last photograph is unlike the others, and moved by (5, -2)."""
     toml = [f'reference = "{reference}"', *(ENTRY.format(n, 20 + 20 * n) for n in range(3)), POINTS]
     pictures = [texture(1), texture(1, 3, 1), texture(2, 5, -2)]
     return photographed(folder, pictures, toml)
 
 
-def test_control_points_of_the_capture_file_move_what_alignment_refuses(tmp_path):
+def test_control_points_of_the_capture_file_move_what_alignment_refuses(tmp_path: Path) -> None:
     folder = refused(tmp_path / "photographs", "p0.png")
     stack = imported(folder, motion="translation")
     assert stack.provenance["aligned_to"] == "p0.png"
@@ -131,7 +134,7 @@ def test_control_points_of_the_capture_file_move_what_alignment_refuses(tmp_path
     assert stack.quality[2].alignment_residual_px is None
 
 
-def test_control_points_without_alignment_and_in_the_reference(tmp_path):
+def test_control_points_without_alignment_and_in_the_reference(tmp_path: Path) -> None:
     stack = imported(refused(tmp_path / "a", "p1.png"), motion="none")
     assert stack.provenance["aligned_to"] == "p1.png"
     assert stack.provenance["crop_px"] == [0, 2, WIDTH - 5, HEIGHT - 2]
@@ -141,12 +144,12 @@ def test_control_points_without_alignment_and_in_the_reference(tmp_path):
         imported(refused(tmp_path / "c", "other.png"))
 
 
-def test_control_points_that_tear_the_photographs_apart_are_refused(tmp_path):
+def test_control_points_that_tear_the_photographs_apart_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no pixel is seen by all"):
         imported(refused(tmp_path / "a", "p0.png"), motion="none", control_points={"p2.png": [[0, 0, 9000, 0]]})
 
 
-def test_points_of_the_capture_file_are_taken_away_by_none(tmp_path):
+def test_points_of_the_capture_file_are_taken_away_by_none(tmp_path: Path) -> None:
     stack = imported(refused(tmp_path / "a", "p0.png"), motion="translation", control_points={"p2.png": ()})
     assert stack.provenance["control_points_px"] == {}
     assert stack.quality[2].alignment_residual_px is None

@@ -1,26 +1,28 @@
 """The report of an import: figures by hand, and verdicts that name the photograph."""
 
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
 from engine.capture.report import Quality, leave_one_out, noise_and_sharpness, report
-from engine.health import Verdict
+from engine.core.health import Verdict
 
 NAMES = ("a.png", "b.png", "c.png", "d.png")
 MEANS = np.array([0.1, 0.2, 0.3, 0.4])
 
 
-def fine(**changes):
+def fine(**changes: Any) -> Quality:
     return Quality(**{"clipped_fraction": 0.0, "black_fraction": 0.0, "noise": 0.001, "sharpness": 1.0, **changes})
 
 
-def findings(changes, means=MEANS):
+def findings(changes: Any, means: Any = MEANS) -> list[Any]:
     """Findings beyond GOOD where photograph c has `changes`."""
     qualities = [fine(**(changes if name == "c.png" else {})) for name in NAMES]
     return [found for found in report(NAMES, means, qualities).findings if found.verdict > Verdict.GOOD]
 
 
-def test_a_good_stack_has_nothing_but_praise():
+def test_a_good_stack_has_nothing_but_praise() -> None:
     assert findings({}) == []
 
 
@@ -39,35 +41,35 @@ def test_a_good_stack_has_nothing_but_praise():
         ({"leave_one_out_error": 0.6}, Verdict.WARNING, "error of 60 %"),
     ],
 )
-def test_each_flaw_names_its_photograph(changes, verdict, words):
+def test_each_flaw_names_its_photograph(changes: Any, verdict: Any, words: str) -> None:
     (found,) = findings(changes)
     assert (found.verdict, found.source) == (verdict, "c.png")
     assert words in found.text
 
 
-def test_means_that_fall_are_named():
+def test_means_that_fall_are_named() -> None:
     (found,) = findings({}, np.array([0.1, 0.3, 0.2, 0.4]))
     assert found.verdict == Verdict.WARNING
     assert "falls at c.png" in found.text
 
 
-def test_leave_one_out_of_proportional_photographs_is_exact():
+def test_leave_one_out_of_proportional_photographs_is_exact() -> None:
     base = np.random.default_rng(0).random((8, 9, 3)).astype(np.float32)
     samples = base * MEANS.astype(np.float32)[:, None, None, None]
     assert leave_one_out(samples, MEANS) == pytest.approx([0.0] * 4, abs=1e-6)
 
 
-def test_leave_one_out_finds_the_odd_one():
+def test_leave_one_out_finds_the_odd_one() -> None:
     base = np.random.default_rng(0).random((8, 9, 3)).astype(np.float32)
     samples = base * MEANS.astype(np.float32)[:, None, None, None]
     samples[1] = samples[1, ::-1]
     errors = leave_one_out(samples, MEANS)
-    assert int(np.argmax(errors)) == 1
+    assert int(np.argmax(cast(Any, errors))) == 1
     expected = np.sqrt(np.mean((0.2 * (base - base[::-1]).astype(float)) ** 2)) / 0.2
     assert errors[1] == pytest.approx(expected, rel=1e-5)
 
 
-def test_leave_one_out_of_black_and_equal_photographs():
+def test_leave_one_out_of_black_and_equal_photographs() -> None:
     samples = np.ones((4, 2, 2, 3), np.float32) * np.array([0, 0.5, 0.5, 1], np.float32)[:, None, None, None]
     errors = leave_one_out(samples, np.array([0, 0.5, 0.5, 1.0]))
     assert errors[0] is None
@@ -75,7 +77,7 @@ def test_leave_one_out_of_black_and_equal_photographs():
     assert leave_one_out(samples[:2], np.array([0.0, 0.5])) == [None, None]
 
 
-def test_noise_is_measured_and_blur_lowers_sharpness():
+def test_noise_is_measured_and_blur_lowers_sharpness() -> None:
     import cv2
 
     rng = np.random.default_rng(1)

@@ -4,30 +4,33 @@ import itertools
 import json
 import os
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from engine.capture import import_stack as module
 from engine.capture.import_stack import ImportSettings, ThumbnailReady, import_stack
-from engine.capture.read_ahead import ReadAhead
-from engine.capture.sources import find
+from engine.capture.lights.sources import find
+from engine.capture.photograph.decode import ReadAhead
 from engine.capture.stack import npy_header, open_stack
-from engine.errors import InputError, OutputError
-from engine.steps import drain
+from engine.core.errors import InputError, OutputError
+from engine.core.steps import Steps, drain
 
 HEIGHT, WIDTH = 120, 160
 LUMINANCE = np.array([0.2126390059, 0.7151686788, 0.0721923154])
 
 
-def texture(seed=0, height=HEIGHT + 40, width=WIDTH + 40):
+def texture(seed: int = 0, height: int = HEIGHT + 40, width: int = WIDTH + 40) -> Any:
     noise = cv2.GaussianBlur(np.random.default_rng(seed).normal(size=(height, width)).astype(np.float32), (0, 0), 2.0)
     return 1.0 + 0.2 * noise / noise.std()
 
 
-def write(path, radiance, bits=16):
+def write(path: Path, radiance: Any, bits: int = 16) -> None:
     """A PNG of linear radiance in [0, 1], coded as sRGB."""
     coded = np.where(radiance <= 0.0031308, 12.92 * radiance, 1.055 * np.maximum(radiance, 1e-9) ** (1 / 2.4) - 0.055)
     codes = np.rint(np.clip(coded, 0, 1) * (2**bits - 1)).astype(np.uint16 if bits == 16 else np.uint8)
@@ -36,12 +39,12 @@ def write(path, radiance, bits=16):
     Path(path).write_bytes(content.tobytes())
 
 
-def coloured(luminance):
+def coloured(luminance: Any) -> NDArray[np.float32]:
     return (luminance[..., None] * np.array([0.9, 1.0, 0.7])).astype(np.float32)
 
 
 @pytest.fixture(scope="session")
-def capture(tmp_path_factory):
+def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Four photographs of one texture, brighter with the elevation, moved by whole pixels."""
     folder = tmp_path_factory.mktemp("capture")
     surface = texture()
@@ -52,19 +55,19 @@ def capture(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def stack(capture, tmp_path_factory):
+def stack(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Any:
     return run(capture, tmp_path_factory.mktemp("stacks") / "stack")
 
 
-def run(photographs, target, angles=None, **settings):
+def run(photographs: Path, target: Any, angles: Any = None, **settings: Any) -> Any:
     return drain(import_stack(find([Path(photographs)], angles), ImportSettings(**settings), target))
 
 
-def contents(folder):
+def contents(folder: Path) -> dict[str, Any]:
     return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir()) if path.is_file()}
 
 
-def test_photographs_become_an_aligned_linear_stack(stack):
+def test_photographs_become_an_aligned_linear_stack(stack: Any) -> None:
     assert stack.sources == tuple(f"cloth_{angle}deg.png" for angle in (20, 40, 60, 80))
     assert stack.elevation_deg == pytest.approx([20, 40, 60, 80])
     assert stack.radiance.dtype == np.float32
@@ -76,12 +79,12 @@ def test_photographs_become_an_aligned_linear_stack(stack):
     assert max(quality.alignment_residual_px for quality in stack.quality) < 0.15
 
 
-def test_mean_radiance_is_the_luminance_over_the_crop(stack):
+def test_mean_radiance_is_the_luminance_over_the_crop(stack: Any) -> None:
     means = stack.radiance[:].astype(np.float64).mean(axis=(1, 2)) @ LUMINANCE
     assert stack.mean_radiance == pytest.approx(means, rel=1e-7)
 
 
-def test_opening_restores_everything(stack):
+def test_opening_restores_everything(stack: Any) -> None:
     again = open_stack(stack.folder)
     for name in ("radiance", "saturated", "elevation", "mean_radiance"):
         assert np.array_equal(getattr(again, name)[:], getattr(stack, name)[:])
@@ -91,13 +94,13 @@ def test_opening_restores_everything(stack):
     assert again.provenance["photographs"][0]["transfer"] == "srgb"
 
 
-def test_without_alignment_pixels_stay(capture, tmp_path):
+def test_without_alignment_pixels_stay(capture: Path, tmp_path: Path) -> None:
     stack = run(capture, tmp_path / "s", motion="none")
     assert stack.radiance.shape == (4, HEIGHT, WIDTH, 3)
     assert [quality.alignment_residual_px for quality in stack.quality] == [None] * 4
 
 
-def test_crop_is_in_pixels_of_the_photographs(capture, tmp_path):
+def test_crop_is_in_pixels_of_the_photographs(capture: Path, tmp_path: Path) -> None:
     whole = run(capture, tmp_path / "whole", motion="none")
     part = run(capture, tmp_path / "part", motion="none", crop=(10, 20, 50, 30))
     assert np.array_equal(part.radiance, whole.radiance[:, 20:50, 10:60])
@@ -107,24 +110,31 @@ def test_crop_is_in_pixels_of_the_photographs(capture, tmp_path):
 
 
 @pytest.mark.parametrize("band_pixels", [1, 1000, 1 << 30])
-def test_S11_streamed_import_is_bit_equal_for_any_band(capture, stack, tmp_path, monkeypatch, band_pixels):
+def test_S11_streamed_import_is_bit_equal_for_any_band(
+    capture: Path, stack: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, band_pixels: int
+) -> None:
     monkeypatch.setattr(module, "_BAND_PIXELS", band_pixels)
     again = run(capture, tmp_path / "stack")
     assert contents(again.folder) == contents(stack.folder)
 
 
-def test_S11_import_through_a_scratch_file_is_bit_equal(capture, stack, tmp_path, monkeypatch):
-    monkeypatch.setattr("engine.files.scratch.IN_MEMORY_BYTES", 0)
+def test_S11_import_through_a_scratch_file_is_bit_equal(
+    capture: Path, stack: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.storage.scratch.IN_MEMORY_BYTES", 0)
     again = run(capture, tmp_path / "stack")
     assert contents(again.folder) == contents(stack.folder)
 
 
-def test_S11_one_photograph_is_held_while_the_next_two_are_read(capture, tmp_path, monkeypatch):
+def test_S11_one_photograph_is_held_while_the_next_two_are_read(
+    capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     import weakref
 
-    take, alive = ReadAhead.next_photograph, []
+    take = ReadAhead.next_photograph
+    alive: list[weakref.ref[Any]] = []
 
-    def watched(ahead, done, note):
+    def watched(ahead: Any, done: Any, note: Any) -> Steps[Any]:
         assert not [one for one in alive if one() is not None]
         photograph = yield from take(ahead, done, note)
         assert len(ahead._readings) <= 2
@@ -137,8 +147,8 @@ def test_S11_one_photograph_is_held_while_the_next_two_are_read(capture, tmp_pat
     assert len(alive) == 8
 
 
-def test_steps_show_thumbnails_and_rise(capture, tmp_path):
-    steps = []
+def test_steps_show_thumbnails_and_rise(capture: Path, tmp_path: Path) -> None:
+    steps: list[Any] = []
     drain(import_stack(find([capture]), ImportSettings(), tmp_path / "stack"), steps.append)
     thumbnails = [step.partial for step in steps if isinstance(step.partial, ThumbnailReady)]
     assert [one.path.name for one in thumbnails] == [f"cloth_{angle}deg.png" for angle in (20, 40, 60, 80)]
@@ -147,8 +157,10 @@ def test_steps_show_thumbnails_and_rise(capture, tmp_path):
     assert any(step.note == "Aligning 3 of 4" for step in steps)
 
 
-def test_fault_17_closed_at_every_step_leaves_nothing(capture, tmp_path, monkeypatch):
-    monkeypatch.setattr("engine.capture.read_ahead.PATIENCE_S", 60.0)
+def test_fault_17_closed_at_every_step_leaves_nothing(
+    capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.capture.photograph.decode.PATIENCE_S", 60.0)
     count = 0
     for stop in range(10_000):
         steps = import_stack(find([capture]), ImportSettings(), tmp_path / "stack")
@@ -164,13 +176,13 @@ def test_fault_17_closed_at_every_step_leaves_nothing(capture, tmp_path, monkeyp
     assert open_stack(tmp_path / "stack").sources
 
 
-def test_photographs_are_never_written_to(capture, tmp_path):
+def test_photographs_are_never_written_to(capture: Path, tmp_path: Path) -> None:
     before = {path.name: (path.stat().st_mtime_ns, path.read_bytes()) for path in capture.iterdir()}
     run(capture, tmp_path / "stack")
     assert {path.name: (path.stat().st_mtime_ns, path.read_bytes()) for path in capture.iterdir()} == before
 
 
-def test_an_older_stack_is_replaced_and_a_strange_folder_is_not(capture, tmp_path):
+def test_an_older_stack_is_replaced_and_a_strange_folder_is_not(capture: Path, tmp_path: Path) -> None:
     run(capture, tmp_path / "stack", crop=(30, 30, 20, 20))
     assert run(capture, tmp_path / "stack").radiance.shape[1] > 20
     (tmp_path / "mine").mkdir()
@@ -180,7 +192,7 @@ def test_an_older_stack_is_replaced_and_a_strange_folder_is_not(capture, tmp_pat
     assert (tmp_path / "mine" / "thesis.txt").read_text() == "years"
 
 
-def test_fault_10_sizes_that_differ_are_listed(capture, tmp_path):
+def test_fault_10_sizes_that_differ_are_listed(capture: Path, tmp_path: Path) -> None:
     folder = tmp_path / "mixed"
     folder.mkdir()
     for angle in (20, 40, 60):
@@ -192,7 +204,7 @@ def test_fault_10_sizes_that_differ_are_listed(capture, tmp_path):
     assert not (tmp_path / "stack").exists()
 
 
-def test_fault_10_bit_depths_that_differ_are_warned_of(capture, tmp_path):
+def test_fault_10_bit_depths_that_differ_are_warned_of(capture: Path, tmp_path: Path) -> None:
     folder = tmp_path / "mixed"
     folder.mkdir()
     (folder / "cloth_20deg.png").write_bytes((capture / "cloth_20deg.png").read_bytes())
@@ -202,7 +214,7 @@ def test_fault_10_bit_depths_that_differ_are_warned_of(capture, tmp_path):
     assert any("Bit depths differ: 2 × 16 bit; 8 bit: cloth_70deg.png" in warning for warning in warnings)
 
 
-def test_fault_10_the_same_picture_twice(capture, tmp_path):
+def test_fault_10_the_same_picture_twice(capture: Path, tmp_path: Path) -> None:
     content = (capture / "cloth_20deg.png").read_bytes()
     for name in ("a_10deg.png", "b_20deg.png"):
         (tmp_path / name).write_bytes(content)
@@ -210,7 +222,7 @@ def test_fault_10_the_same_picture_twice(capture, tmp_path):
         run(tmp_path, tmp_path / "stack")
 
 
-def test_fault_5_a_truncated_photograph_is_named_and_nothing_is_written(capture, tmp_path):
+def test_fault_5_a_truncated_photograph_is_named_and_nothing_is_written(capture: Path, tmp_path: Path) -> None:
     folder = tmp_path / "cut"
     folder.mkdir()
     for angle in (20, 40):
@@ -222,14 +234,14 @@ def test_fault_5_a_truncated_photograph_is_named_and_nothing_is_written(capture,
 
 
 @pytest.fixture
-def damaged(stack, tmp_path):
+def damaged(stack: Any, tmp_path: Path) -> tuple[Any, Any]:
     """A copy of the stack folder to damage, and a function that expects it to be refused in words."""
     folder = tmp_path / "damaged"
     folder.mkdir()
     for name, content in contents(stack.folder).items():
         (folder / name).write_bytes(content)
 
-    def refused(words):
+    def refused(words: str) -> None:
         with pytest.raises(InputError) as refusal:
             open_stack(folder)
         assert words in str(refusal.value)
@@ -239,7 +251,7 @@ def damaged(stack, tmp_path):
 
 @pytest.mark.parametrize("name", ["stack.json", "radiance.npy", "saturated.npy"])
 @pytest.mark.parametrize("damage", ["missing", "empty", "half", "longer", "folder", "pipe"])
-def test_fault_5_half_written_stacks(damaged, name, damage):
+def test_fault_5_half_written_stacks(damaged: tuple[Any, Any], name: str, damage: str) -> None:
     folder, refused = damaged
     path, content = folder / name, (folder / name).read_bytes()
     path.unlink()
@@ -262,7 +274,7 @@ def test_fault_5_half_written_stacks(damaged, name, damage):
         ("mean_radiance", [float("inf")] * 4),
     ],
 )  # fmt: skip
-def test_fault_9_wrong_records(damaged, key, value):
+def test_fault_9_wrong_records(damaged: tuple[Any, Any], key: str, value: Any) -> None:
     folder, refused = damaged
     record = json.loads((folder / "stack.json").read_text())
     (folder / "stack.json").write_text(json.dumps({**record, key: value}))
@@ -270,14 +282,14 @@ def test_fault_9_wrong_records(damaged, key, value):
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{", "null", "[" * 100_000, '{"a":' * 100_000, "\xff\x00"])
-def test_fault_9_records_that_are_no_json(damaged, text):
+def test_fault_9_records_that_are_no_json(damaged: tuple[Any, Any], text: Any) -> None:
     folder, refused = damaged
     (folder / "stack.json").write_text(text, encoding="latin-1")
     refused("stack.json")
 
 
 @pytest.mark.parametrize("shape", [(4, 1, 1, 3), (3, 3)])
-def test_fault_5_arrays_of_another_kind(damaged, stack, shape):
+def test_fault_5_arrays_of_another_kind(damaged: tuple[Any, Any], stack: Any, shape: Any) -> None:
     folder, refused = damaged
     size = (folder / "radiance.npy").stat().st_size
     for header in (
@@ -293,7 +305,7 @@ def test_fault_5_arrays_of_another_kind(damaged, stack, shape):
     ("name", "damage"),
     [("radiance.npy", "rows swapped"), ("radiance.npy", "a brighter pixel"), ("saturated.npy", "a mask of ones")],
 )
-def test_damaged_pixels_are_found(damaged, name, damage):
+def test_damaged_pixels_are_found(damaged: tuple[Any, Any], name: str, damage: str) -> None:
     folder, refused = damaged
     pixels = np.load(folder / name)
     if damage == "rows swapped":
@@ -306,7 +318,7 @@ def test_damaged_pixels_are_found(damaged, name, damage):
     refused(f"{name}: is damaged: the checksum of its pixels does not fit")
 
 
-def test_stacks_of_before_there_were_checksums_open_with_a_note(damaged):
+def test_stacks_of_before_there_were_checksums_open_with_a_note(damaged: tuple[Any, Any]) -> None:
     folder, _ = damaged
     record = json.loads((folder / "stack.json").read_text())
     older = {key: value for key, value in record.items() if not key.endswith("crc32")}
@@ -314,17 +326,17 @@ def test_stacks_of_before_there_were_checksums_open_with_a_note(damaged):
     assert any("before stacks had checksums" in finding.text for finding in open_stack(folder).health.findings)
 
 
-def test_a_folder_that_is_no_stack(tmp_path):
+def test_a_folder_that_is_no_stack(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is no stack"):
         open_stack(tmp_path)
 
 
-def test_npy_header_is_read_by_numpy(stack):
+def test_npy_header_is_read_by_numpy(stack: Any) -> None:
     for name, array in (("radiance", stack.radiance), ("saturated", stack.saturated)):
         assert np.array_equal(np.load(stack.folder / f"{name}.npy", allow_pickle=False), array[:])
 
 
-def test_fault_13_odd_names_come_back_readable(capture, tmp_path):
+def test_fault_13_odd_names_come_back_readable(capture: Path, tmp_path: Path) -> None:
     folder = tmp_path / "ünï \n'%😀"
     folder.mkdir()
     for name, angle in ((os.fsdecode(b"\xff_10deg.png"), 20), ("‏עברית 20deg.png", 40)):
@@ -333,7 +345,7 @@ def test_fault_13_odd_names_come_back_readable(capture, tmp_path):
     assert stack.sources == ("\ufffd_10deg.png", "‏עברית 20deg.png")
 
 
-def test_capture_toml_says_that_samples_are_linear(capture, tmp_path):
+def test_capture_toml_says_that_samples_are_linear(capture: Path, tmp_path: Path) -> None:
     folder = tmp_path / "linear"
     folder.mkdir()
     lines = ['transfer = "linear"']
@@ -348,13 +360,13 @@ def test_capture_toml_says_that_samples_are_linear(capture, tmp_path):
     assert linear.provenance["photographs"][0]["exposure_s"] == 0.5
 
 
-def test_wrong_settings():
+def test_wrong_settings() -> None:
     for wrong in ({"motion": "spline"}, {"transfer": "gamma"}, {"crop": (0, 0, 0, 5)}):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             ImportSettings(**wrong)
 
 
-def test_rti_photographs_stay_where_they_are(shared_data, tmp_path):
+def test_rti_photographs_stay_where_they_are(shared_data: Callable[[str], Path], tmp_path: Path) -> None:
     folder = tmp_path / "ring"
     folder.mkdir()
     lines = shared_data("stacks/ring_rti64/lights.lp").read_text().splitlines()[1:]
@@ -370,14 +382,14 @@ def test_rti_photographs_stay_where_they_are(shared_data, tmp_path):
     assert any("of azimuth" in warning for warning in stack.health.warnings)
 
 
-def test_plain_paper_without_angles_warns(shared_data, tmp_path):
+def test_plain_paper_without_angles_warns(shared_data: Callable[[str], Path], tmp_path: Path) -> None:
     stack = run(shared_data("stacks/pinkney_flat3"), tmp_path / "stack")
     assert stack.angle_source == "assumed"
     assert any("are assumed" in warning for warning in stack.health.warnings)
     assert any("does not grow" in warning for warning in stack.health.warnings)
 
 
-def targa(path):
+def targa(path: Path) -> Any:
     """Pixels of an uncompressed 24-bit Targa file."""
     content = path.read_bytes()
     width, height = np.frombuffer(content, "<u2", 2, 12)
@@ -385,7 +397,7 @@ def targa(path):
     return pixels[:: 1 if content[17] & 0x20 else -1]
 
 
-def test_matte_statue_stays_put_under_known_lights(shared_data, tmp_path):
+def test_matte_statue_stays_put_under_known_lights(shared_data: Callable[[str], Path], tmp_path: Path) -> None:
     lights = shared_data("stacks/uw_psm/lights.txt").read_text().splitlines()[1:]
     folder = tmp_path / "cat"
     folder.mkdir()

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
+from engine.core.steps import Step, drain
 from engine.factor.data import factor_data
-from engine.factor.errors import metrics, reference
+from engine.factor.errors import metrics, reference, uses
 from engine.factor.factor import FactorSettings, factor
-from engine.factor.uses import uses
-from engine.steps import Step, drain
 
 PAINT = brdf_from_text("lafortune:preset=blue-paint")
 

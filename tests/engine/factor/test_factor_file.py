@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.errors import InputError, OutputError
+from engine.core.errors import InputError, OutputError
+from engine.core.steps import drain
 from engine.factor.errors import Factorisation, reference
 from engine.factor.factor import FactorSettings, factor
 from engine.factor.factor_file import MEMBER, holds_factors, open_reflectance, read_factors, write_factors
-from engine.steps import drain
 
 PAINT = brdf_from_text("lafortune:preset=blue-paint")
 
@@ -54,7 +54,7 @@ def test_factors_come_back_bit_for_bit(kind: str, made: dict[str, Factorisation]
         assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes()
 
 
-def test_factors_are_opened_like_any_reflectance(made: dict[str, Factorisation], tmp_path: Path) -> None:
+def test_factors_are_opened_like_any_brdf(made: dict[str, Factorisation], tmp_path: Path) -> None:
     write_factors(tmp_path / "factors", made["symmetric"])
     assert holds_factors(tmp_path / "factors")
     assert open_reflectance(str(tmp_path / "factors")).f((0, 0, 1), (0, 0, 1)).shape == (3,)
@@ -118,7 +118,7 @@ def test_homomorphic_records_that_do_not_fit_are_refused(made: dict[str, Factori
             read_factors(folder)
 
 
-def test_damaged_files_are_told_and_never_read(made: dict[str, Factorisation], tmp_path: Path) -> None:
+def test_damaged_files_are_reported_and_never_read(made: dict[str, Factorisation], tmp_path: Path) -> None:
     write_factors(tmp_path / "factors", made["symmetric"])
     rng = np.random.default_rng(0)
     for name in (MEMBER, "term-01-light.exr", "term-02-view.exr"):

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.directions import normalize
+from engine.core.directions import normalize
+from engine.core.steps import Step, drain
 from engine.factor.data import FactorData, factor_data
 from engine.factor.errors import METRICS, Factorisation, metrics, reference
-from engine.factor.homomorphic import HomomorphicFactors
-from engine.factor.log_space import LogSpace
+from engine.factor.homomorphic import HomomorphicFactors, LogSpace
+from engine.factor.projection_search import search
 from engine.factor.projections import (
     KINDS,
     PARAMETRISATIONS,
@@ -24,10 +25,8 @@ from engine.factor.projections import (
     parabolic,
     points_of,
 )
-from engine.factor.quaternions import random_pair
-from engine.factor.search import search
+from engine.factor.solvers.quaternions import random_pair
 from engine.factor.textures import THESIS, SearchSettings, mccool
-from engine.steps import Step, drain
 from tests.engine.factor.factored import blue_paint
 from tests.engine.factor.test_projections import hemisphere
 
@@ -138,7 +137,7 @@ def test_Q16_the_number_of_threads_changes_nothing(monkeypatch: pytest.MonkeyPat
     settings = replace(QUICK, fixed=(), restarts=3)
     results = []
     for threads in (1, 3):
-        monkeypatch.setattr("engine.factor.search.os.cpu_count", lambda threads=threads: threads)
+        monkeypatch.setattr("engine.factor.projection_search.os.cpu_count", lambda threads=threads: threads)
         results.append(drain(search(blue_paint(500), settings)))
     assert same_bits(*results)
 
@@ -186,7 +185,7 @@ def test_a_search_cut_off_within_a_term_is_resumed_from_there() -> None:
 
 
 def test_steps_come_often_and_progress_never_falls(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("engine.factor.search.PACE_S", 0.0)
+    monkeypatch.setattr("engine.factor.projection_search.PACE_S", 0.0)
     steps: list[Step] = list(search(blue_paint(500), QUICK))
     assert len(steps) > 50
     assert all(0.0 <= step.done <= 1.0 for step in steps)
@@ -240,7 +239,7 @@ def test_black_and_impossible_settings_are_refused() -> None:
         {"smoothing": np.nan},
     ):
         with pytest.raises(ValueError, match=r"must|no metric"):
-            SearchSettings(**bad)  # type: ignore[arg-type]
+            SearchSettings(**bad)
     with pytest.raises(ValueError, match="nothing to try"):
         SearchSettings(restarts=0, guesses=False, fixed=())
     with pytest.raises(ValueError, match="not known"):

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
+from engine.core.steps import drain
 from engine.factor.brdf_matrix import brdf_matrix
 from engine.factor.errors import reference
-from engine.factor.maps import DirectionMap
+from engine.factor.hemisphere_map import DirectionMap
 from engine.factor.normalised import NORMS, normalised, whole
 from engine.factor.normalised import _term as term_of
 from engine.factor.separable import separate
-from engine.steps import drain
 
 
 class Product:
@@ -61,7 +61,7 @@ def test_it_is_positive_and_not_far_from_the_best_term(form: Any) -> None:
 
 @pytest.mark.parametrize("norm", NORMS)
 def test_one_number_fits_the_product_by_least_squares(norm: float) -> None:
-    """What is left is orthogonal to the product, in the norm of the weights."""
+    """The residual is orthogonal to the product, in the norm of the weights."""
     rng = np.random.default_rng(0)
     values, rows, columns = rng.random((9, 9)) ** 2, rng.random(9) + 0.1, rng.random(9) + 0.1
     first, second = term_of(values, rows, columns, norm)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from engine.factor.search import search
+from engine.factor.projection_search import search
 from engine.factor.textures import SearchSettings
 from tests.engine.factor.factored import blue_paint
 

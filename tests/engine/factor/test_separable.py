@@ -1,4 +1,4 @@
-"""Separable factors of whole reflectances: optimal, whatever the method, the map and the symmetry."""
+"""Separable factors of whole BRDFs: optimal, whatever the method, the map and the symmetry."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.directions import dot
+from engine.core.directions import dot
+from engine.core.steps import drain
 from engine.factor.brdf_matrix import brdf_matrix
 from engine.factor.errors import reference, rms_cosine_weighted
-from engine.factor.maps import DirectionMap
+from engine.factor.hemisphere_map import DirectionMap
 from engine.factor.separable import Separated, separate, texel_weights
 from engine.factor.separable_factors import SeparableFactors
-from engine.steps import drain
 
 PAINT = "lafortune:preset=blue-paint"
 BRUSHED = "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=100"
@@ -175,7 +175,7 @@ def test_the_rim_takes_the_plain_norm_and_the_automatic_weighting_sees_it() -> N
 
 @pytest.mark.parametrize("kind", ["orthographic", "polar", "parabolic"])
 def test_half_and_difference_vectors_serve_narrow_highlights(kind: Any) -> None:
-    """Where incident and outgoing directions need many terms, half and difference vectors need few."""
+    """Half and difference vectors need few terms for highlights that need many in incident and outgoing directions."""
     brdf = brdf_from_text("ggx:alpha=0.2,kd=0.2")
     pairs = reference(brdf, 20_000)
     errors = [
@@ -188,7 +188,7 @@ def test_half_and_difference_vectors_serve_narrow_highlights(kind: Any) -> None:
 
 
 def test_half_difference_factors_agree_with_the_matrix_at_texel_centres() -> None:
-    """All terms: what is looked up at the centres of two textures is the reflectance there."""
+    """All terms: what is looked up at the centres of two textures is the BRDF there."""
     from engine.brdf.half_difference import classical_frame
 
     brdf = brdf_from_text(BRUSHED)
@@ -203,7 +203,7 @@ def test_half_difference_factors_agree_with_the_matrix_at_texel_centres() -> Non
     assert np.abs(factors.f(wi, wo)[lit] - wanted).max() <= 1e-5 * wanted.max()
 
 
-def test_grey_reflectance_is_factored_once_and_black_channels_stay_black() -> None:
+def test_grey_brdf_is_factored_once_and_black_channels_stay_black() -> None:
     grey = separated("phong:ks=0.3,kd=0.1").factors
     assert np.array_equal(grey.first[..., 0], grey.first[..., 2])
     black = separated("lambert:albedo=0.5/0/0").factors

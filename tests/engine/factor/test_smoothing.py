@@ -9,14 +9,13 @@ import pytest
 
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.resample import resample
+from engine.core.steps import drain
 from engine.factor.data import FactorData, factor_data
-from engine.factor.least_squares import solve, term, with_smoothing
-from engine.factor.log_space import LogSpace
+from engine.factor.homomorphic import LogSpace
 from engine.factor.projections import FixedProjection
-from engine.factor.smoothing import FALL, FALLS, held_out
-from engine.factor.texel_rows import rows_of
-from engine.factor.textures import Level, SearchSettings
-from engine.steps import drain
+from engine.factor.solvers.least_squares import solve, term, with_smoothing
+from engine.factor.solvers.least_squares_rows import rows_of
+from engine.factor.textures import FALL, FALLS, Level, SearchSettings, held_out
 from tests.engine.factor.factored import blue_paint
 from tests.engine.factor.test_projections import hemisphere
 
@@ -48,7 +47,7 @@ def test_dense_samples_of_a_formula_need_little() -> None:
 
 
 def test_few_measurements_need_all_however_often_they_are_turned() -> None:
-    """60 pairs, each 100 times at random azimuths: a copy in both parts would be foretold by the other."""
+    """60 pairs, each 100 times at random azimuths: a copy in both parts would be known from the other."""
     rng = np.random.default_rng(3)
     wi, wo = hemisphere(60, 1), hemisphere(60, 2)
     value = brdf_from_text("ward:alpha_x=0.2,alpha_y=0.2").f(wi, wo) * np.exp(0.3 * rng.normal(size=(60, 1)))
@@ -99,4 +98,4 @@ def test_another_smoothing_is_that_of_a_term_made_with_it() -> None:
     np.testing.assert_allclose(changed.gram, made.gram, rtol=0.0, atol=1e-15)
     np.testing.assert_allclose(changed.smoothing.weight, made.smoothing.weight, rtol=1e-12)
     textures = [solve([one], target, refine=True).textures[0] for one in (made, changed)]
-    np.testing.assert_allclose(*textures, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(textures[0], textures[1], rtol=0.0, atol=1e-9)

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from engine.brdf.brdf import brdf_from_text
+from engine.core.steps import Step
 from engine.factor.data import factor_data
 from engine.factor.textures import THESIS, SearchSettings, mccool
 from engine.factor.thesis_table import FIGURE_4_2, Row, thesis_table
-from engine.steps import Step
 
 
 def test_every_method_has_its_rows_and_they_appear_one_by_one() -> None:

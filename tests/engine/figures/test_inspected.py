@@ -1,4 +1,4 @@
-"""What the lobe inspector shows of a vertex and a view."""
+"""The lobe inspector's results for a vertex and a view."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.directions import normalize
+from engine.core.directions import normalize
+from engine.core.steps import drain
 from engine.figures.inspected import EDGE, PIXELS, inspect
-from engine.steps import drain
-from engine.transport.gaussian_samples import GlossySurface, glossy_surface
-from engine.transport.view_directions import view_directions
-from tests.engine.gl.lit_scenes import ball
-from tests.engine.transport.synthetic_lobes import mirror_lobes, transport_of
+from engine.transport.gaussian.fitting.views import view_directions
+from engine.transport.gaussian.samples import GlossySurface, glossy_surface
+from tests.engine.gl.relit_scenes import ball
+from tests.engine.transport.gaussian.synthetic_lobes import mirror_lobes, transport_of
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def test_the_picture_is_the_hemisphere_by_equal_areas(surface: GlossySurface) ->
     assert abs(row - PIXELS / 2) < 6
     assert found.highest >= np.nanmax(found.picture)
     from engine.figures.lobe_fit import texels
-    from engine.transport.gaussian_samples import transport_at
+    from engine.transport.gaussian.samples import transport_at
 
     direction, area = texels(EDGE)
     whole = float(area @ transport_at(surface, 5, normalize(seen(surface, 5)), direction)[:, 0])

@@ -1,4 +1,4 @@
-"""What the GPU draws: predicted pixels, agreement with the CPU, limits, leaks, damage."""
+"""Pictures drawn by the GPU: predicted pixels, agreement with the CPU, limits, leaks, damage."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.camera import Camera
-from engine.colour import OPERATORS
-from engine.environment_file import open_environment
+from engine.core.colour import OPERATORS
+from engine.core.steps import drain
+from engine.geometry.camera import Camera
+from engine.geometry.mesh import Mesh
+from engine.geometry.shapes import shape
 from engine.gl import program as program_module
 from engine.gl.context import Limits, create_context
 from engine.gl.direct import DirectRenderer
 from engine.gl.draw import draw_off_screen
 from engine.gl.program import ShaderError
 from engine.gl.screen import Layer, Picture, Screen
-from engine.material import Material, auto_sigma
-from engine.mesh import Mesh
+from engine.light.environment_file import open_environment
 from engine.render.direct import radiance
 from engine.render.display import Display, displayed
-from engine.scene import LOOKUPS, Scene
-from engine.shapes import shape
-from engine.steps import drain
+from engine.scene.material import Material, auto_sigma
+from engine.scene.scene import LOOKUPS, Scene
 from tests.engine.gl_objects import living_objects
 from tests.engine.scenes import head_on, scene, weave
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.camera import frame
+from engine.core.steps import drain
 from engine.factor import homomorphic, projections
 from engine.factor.factor import FactorSettings, factor
-from engine.factor.homomorphic import HomomorphicFactors
-from engine.factor.log_space import LogSpace
-from engine.factor.maps import KINDS, DirectionMap
+from engine.factor.hemisphere_map import KINDS, DirectionMap
+from engine.factor.homomorphic import HomomorphicFactors, LogSpace
 from engine.factor.projections import (
     DIFFERENCE,
     FIRST,
@@ -23,14 +22,14 @@ from engine.factor.projections import (
     linear,
 )
 from engine.factor.separable_factors import PARAMETRISATIONS, SeparableFactors
+from engine.geometry.camera import frame
+from engine.geometry.shapes import open_mesh
+from engine.gl.brdf_textures import MOST_TERMS, OWNERS, factor_source
 from engine.gl.direct import DirectRenderer
-from engine.gl.factor_textures import MOST_TERMS, OWNERS, factor_source
 from engine.gl.program import load_program
 from engine.render.direct import radiance
-from engine.scene import Scene
-from engine.shapes import open_mesh
-from engine.steps import drain
-from tests.engine.brdf.models import pairs
+from engine.scene.scene import Scene
+from tests.engine.brdf.all_models import pairs
 
 
 def evaluate(gl: Any, factors: Any, wi: np.ndarray, wo: np.ndarray, shader: Any) -> np.ndarray:
@@ -91,7 +90,7 @@ def test_homomorphic_factors_agree_with_python_to_1e_5(
     linear_ones = (FIRST, SECOND, SUM, DIFFERENCE, linear(rng.normal(size=(2, 4)), "cube"))
     used = (*linear_ones, *(FixedProjection(kind) for kind in kinds))
     textures = tuple(0.3 * rng.normal(size=(9, 9, 3)) for _ in used)
-    factors = HomomorphicFactors(textures, used, LogSpace(np.array([0.1, 0.2, 0.4])), form, reciprocal)
+    factors = HomomorphicFactors(textures, cast(Any, used), LogSpace(np.array([0.1, 0.2, 0.4])), form, reciprocal)
     wi, wo = directions()
     expected = factors.f(wi, wo)
     on_gpu = evaluate(gl, factors, wi, wo, shader)
@@ -139,6 +138,6 @@ def test_a_model_has_no_textures() -> None:
     assert factor_source(brdf_from_text("lambert")) is None
 
 
-def test_factors_are_told_by_their_kind_and_all_terms_have_room() -> None:
+def test_factors_are_recognised_by_their_kind_and_all_terms_have_room() -> None:
     assert set(OWNERS) == {SeparableFactors.kind, HomomorphicFactors.kind}
     assert MOST_TERMS == homomorphic.MOST_TERMS

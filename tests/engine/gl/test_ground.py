@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.camera import Camera, frame
-from engine.directions import dot, normalize
+from engine.core.directions import dot, normalize
+from engine.core.steps import drain
+from engine.geometry.camera import Camera, frame
+from engine.geometry.ground import Ground
+from engine.geometry.shapes import shape
 from engine.gl.direct import DirectRenderer
-from engine.ground import Ground
 from engine.render.direct import radiance
-from engine.scene import Scene
-from engine.shapes import shape
-from engine.steps import drain
+from engine.scene.scene import Scene
 from tests.engine.scenes import scene, weave
 
 SIZE = (120, 90)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.camera import Camera
-from engine.directions import surface_direction
+from engine.core.directions import surface_direction
+from engine.geometry.camera import Camera
 from engine.gl.lobe import LobeColours, LobeRenderer, LobeSurface, Rgb
 
 SIZE = (240, 240)

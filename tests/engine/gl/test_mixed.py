@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from engine.core.steps import drain
 from engine.gl.context import limits
 from engine.gl.direct import DirectRenderer
-from engine.material import Material
 from engine.render.direct import radiance
 from engine.render.display import Display, displayed
-from engine.scene import LOOKUPS, Scene
+from engine.scene.material import Material
+from engine.scene.scene import LOOKUPS, Scene
 from engine.shading.mixed import keep_tiles
 from engine.shading.power_law import fit
-from engine.steps import drain
 from tests.engine.scenes import scene, weave
 
 SIZE = (120, 90)
@@ -95,7 +95,7 @@ def test_a_device_with_few_layers_shows_the_power_law_and_says_so(gl: Any, mater
 
 
 def test_an_environment_sums_over_kept_tiles_too(gl: Any, material: Material) -> None:
-    from engine.environment import DistantLights
+    from engine.light.environment import DistantLights
 
     what = pair_scene(mixed(material, 0.05))
     directions = np.array([(0.4, 0.5, 0.8), (-0.5, 0.2, 0.8), (0.0, 0.0, 1.0)])

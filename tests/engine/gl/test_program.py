@@ -8,7 +8,7 @@ from typing import Any
 import moderngl
 import pytest
 
-from engine.errors import MissingCapability
+from engine.core.errors import MissingCapability
 from engine.gl import context as context_module
 from engine.gl.program import SHADERS, ShaderError, _with_names, expand
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.colour import OPERATORS, luminance, srgb_encode
+from engine.core.colour import OPERATORS, luminance, srgb_encode
 from engine.gl.screen import Layer, Picture, Screen
 from engine.render.display import Display, displayed, diverging
 from tests.engine.gl_objects import living_objects

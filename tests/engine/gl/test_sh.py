@@ -1,4 +1,4 @@
-"""Transported harmonics as the graphics device draws them, beside the table of the reflectance."""
+"""Transported spherical harmonics as the graphics device draws them, beside the table of the BRDF."""
 
 from __future__ import annotations
 
@@ -8,19 +8,18 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.camera import Camera, frame
-from engine.directions import normalize
+from engine.core.directions import frames_along, normalize
+from engine.core.steps import drain
+from engine.geometry.camera import Camera, frame
+from engine.geometry.mesh import Mesh
+from engine.geometry.shapes import shape
 from engine.gl.transported import TransportRenderer
-from engine.mesh import Mesh
-from engine.shapes import shape
-from engine.steps import drain
-from engine.tangents import frames_along
-from engine.transport.lit import LitHarmonics, LitWavelets
-from engine.transport.sh_rotation import rotated_into_frames
-from engine.transport.sh_table import BrdfTable, lambert_table, tabulate
-from engine.transport.sh_transfer import ShTransport
-from engine.transport.sh_varied import Table, VariedTable
-from tests.engine.gl.lit_scenes import SIZE, ball, factors, hits, lit_wavelets, local_views
+from engine.transport.relit import RelitSh, RelitWavelets
+from engine.transport.sh.brdf_table import BrdfTable, lambert_table, tabulate
+from engine.transport.sh.brdf_table_varying import Table, VariedTable
+from engine.transport.sh.rotation import rotated_into_frames
+from engine.transport.sh.transfer import ShTransport
+from tests.engine.gl.relit_scenes import SIZE, ball, factors, hits, local_views, relit_wavelets
 
 
 def frames_of(mesh: Mesh) -> np.ndarray:
@@ -34,21 +33,21 @@ def sky(order: int) -> np.ndarray:
     return light
 
 
-def unshadowed(mesh: Mesh, table: Table, flat: int = 0) -> LitHarmonics:
+def unshadowed(mesh: Mesh, table: Table, flat: int = 0) -> RelitSh:
     kept = len(mesh.positions) - flat
     light = rotated_into_frames(sky(table.order), frames_of(mesh))[:kept]
-    return lit_by(mesh, table, light, np.random.default_rng(2).random((flat, 3)))
+    return relit_by(mesh, table, light, np.random.default_rng(2).random((flat, 3)))
 
 
-def lit_by(mesh: Mesh, table: Table, light: np.ndarray, flat: np.ndarray) -> LitHarmonics:
+def relit_by(mesh: Mesh, table: Table, light: np.ndarray, flat: np.ndarray) -> RelitSh:
     """`light` (n, order², 3) at the first vertices and the radiance `flat` of the others."""
     rows = np.concatenate([light.reshape(-1, 3), flat])
     matrices = np.broadcast_to(np.float32(0.0), (len(rows), 1, table.order**2))
-    return LitHarmonics(ShTransport(mesh, len(light), False, 1.0, table, False, matrices), rows)
+    return RelitSh(ShTransport(mesh, len(light), False, 1.0, table, False, matrices), rows)
 
 
 def random_table(order: int, side: int | None) -> BrdfTable:
-    """Smooth coefficients that no reflectance has to have; a map of `side` texels, or rows of an isotropic one."""
+    """Smooth coefficients that no BRDF has to have; a map of `side` texels, or rows of an isotropic one."""
     rng = np.random.default_rng(1)
     place = np.linspace(0.0, 1.0, side or 64)
     waves = np.stack([np.ones_like(place), np.cos(3.0 * place), np.sin(2.0 * place)], axis=-1)
@@ -70,21 +69,21 @@ def varied_table(order: int, side: int | None, steps: tuple[int, ...], vertices:
     return VariedTable(tables, nodes, numbers * [some > 1 for some in steps])
 
 
-def expected(lit: LitHarmonics, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+def expected(relit: RelitSh, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Pixels and their radiance: the mean of what the corners show, 0 at the least."""
-    pixels, corners, weights = hits(lit.mesh, camera)
-    views = local_views(lit.mesh, frames_of(lit.mesh), camera)[: lit.flat_vertex]
-    light = lit.rows[: lit.flat_vertex * lit.table.order**2].reshape(lit.flat_vertex, lit.table.order**2, 3)
-    at_vertices = np.concatenate([lit.table.radiance(light, views, np.arange(lit.flat_vertex)), lit.flat])
+    pixels, corners, weights = hits(relit.mesh, camera)
+    views = local_views(relit.mesh, frames_of(relit.mesh), camera)[: relit.flat_vertex]
+    light = relit.rows[: relit.flat_vertex * relit.table.order**2].reshape(relit.flat_vertex, relit.table.order**2, 3)
+    at_vertices = np.concatenate([relit.table.radiance(light, views, np.arange(relit.flat_vertex)), relit.flat])
     return pixels, np.maximum(np.einsum("nk,nkc->nc", weights, at_vertices[corners]), 0.0)
 
 
-def assert_drawn(gl: Any, lit: LitHarmonics, camera: Camera) -> None:
+def assert_drawn(gl: Any, relit: RelitSh, camera: Camera) -> None:
     renderer = TransportRenderer(gl, debug=True)
-    picture = renderer.radiance(lit, camera, SIZE, samples=1).reshape(-1, 4)
+    picture = renderer.radiance(relit, camera, SIZE, samples=1).reshape(-1, 4)
     assert renderer.invalid_samples == 0
     renderer.release()
-    pixels, value = expected(lit, camera)
+    pixels, value = expected(relit, camera)
     assert len(pixels) > 1500
     found = picture[pixels]
     covered = found[:, 3] == 1.0
@@ -96,8 +95,8 @@ def assert_drawn(gl: Any, lit: LitHarmonics, camera: Camera) -> None:
 @pytest.mark.parametrize("order", [1, 3, 5, 15])
 @pytest.mark.parametrize("side", [None, 32])
 def test_vertices_show_the_sum_over_the_table(gl: Any, order: int, side: int | None) -> None:
-    lit = unshadowed(ball(3), random_table(order, side))
-    assert_drawn(gl, lit, Camera((1.2, 0.8, 2.0), (0.0, 0.0, 0.0)))
+    relit = unshadowed(ball(3), random_table(order, side))
+    assert_drawn(gl, relit, Camera((1.2, 0.8, 2.0), (0.0, 0.0, 0.0)))
 
 
 @pytest.mark.parametrize("steps", [(1,), (4,), (3, 2), (2, 1), (1, 5)])
@@ -110,7 +109,7 @@ def test_vertices_mix_the_tables_about_their_place(gl: Any, steps: tuple[int, ..
 
 
 @pytest.mark.parametrize("brdf", ["ggx:alpha=0.3", "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=10"])
-def test_reflectances_show_what_their_tables_say(gl: Any, brdf: str) -> None:
+def test_brdfs_show_what_their_tables_say(gl: Any, brdf: str) -> None:
     mesh = shape("torus-knot")
     assert_drawn(gl, unshadowed(mesh, drain(tabulate(brdf_from_text(brdf), 5))), frame(mesh.positions, 4 / 3))
 
@@ -130,8 +129,8 @@ def test_light_that_is_alike_everywhere_shows_the_albedo(gl: Any) -> None:
     even[0] = np.sqrt(4.0 * np.pi)
     light = rotated_into_frames(even, frames_of(mesh))
     renderer = TransportRenderer(gl)
-    lit = lit_by(mesh, table, light, np.zeros((0, 3)))
-    picture = renderer.radiance(lit, frame(mesh.positions, 4 / 3), SIZE, samples=1)
+    relit = relit_by(mesh, table, light, np.zeros((0, 3)))
+    picture = renderer.radiance(relit, frame(mesh.positions, 4 / 3), SIZE, samples=1)
     renderer.release()
     inside = picture[..., 3] == 1.0
     lit_up = inside & (picture[..., 0] > 0.0)  # what is seen from behind is black
@@ -143,31 +142,31 @@ def test_one_renderer_takes_either_method_in_turn(gl: Any) -> None:
     mesh = ball(2)
     camera = frame(mesh.positions)
     isotropic, map_ = unshadowed(mesh, random_table(5, None)), unshadowed(mesh, random_table(5, 16), 40)
-    lights: list[LitHarmonics | LitWavelets] = [isotropic, lit_wavelets(mesh, factors(2)), map_]
+    lights: list[RelitSh | RelitWavelets] = [isotropic, relit_wavelets(mesh, factors(2)), map_]
     renderer = TransportRenderer(gl)
-    first = [renderer.radiance(lit, camera, SIZE, samples=1) for lit in lights]
-    again = [renderer.radiance(lit, camera, SIZE, samples=1) for lit in lights]
+    first = [renderer.radiance(relit, camera, SIZE, samples=1) for relit in lights]
+    again = [renderer.radiance(relit, camera, SIZE, samples=1) for relit in lights]
     renderer.release()
     assert all(np.array_equal(one, other) for one, other in zip(first, again, strict=True))
     assert not any(np.array_equal(first[0], other) for other in first[1:])
 
 
-def test_a_matt_model_shows_its_albedo_times_its_rows(gl: Any) -> None:
+def test_a_diffuse_model_shows_its_albedo_times_its_rows(gl: Any) -> None:
     """Rows of vectors are irradiance / π: the model has its table's albedo, the ground its own."""
     mesh = ball(2)
     table = lambert_table(brdf_from_text("lambert:albedo=0.3/0.6/0.9"), 5)  # type: ignore[arg-type]
     vectors = np.broadcast_to(np.float32(0.0), (len(mesh.positions), 1, 25))
     for first, albedo in ((len(mesh.positions), (0.3, 0.6, 0.9)), (0, (0.4, 0.4, 0.4))):
-        lit = LitHarmonics(ShTransport(mesh, first, True, 0.4, table, False, vectors), np.full((len(vectors), 3), 2.0))
+        relit = RelitSh(ShTransport(mesh, first, True, 0.4, table, False, vectors), np.full((len(vectors), 3), 2.0))
         renderer = TransportRenderer(gl)
-        picture = renderer.radiance(lit, frame(mesh.positions), SIZE, samples=1)
+        picture = renderer.radiance(relit, frame(mesh.positions), SIZE, samples=1)
         renderer.release()
         np.testing.assert_allclose(picture[60, 80], (*(2.0 * np.array(albedo)), 1.0), rtol=1e-5)
 
 
 def test_light_that_does_not_fit_its_vertices_is_refused() -> None:
-    lit = unshadowed(ball(1), random_table(3, None))
+    relit = unshadowed(ball(1), random_table(3, None))
     with pytest.raises(ValueError, match="rows has the shape"):
-        LitHarmonics(lit.transport, lit.rows[1:])
+        RelitSh(relit.transport, relit.rows[1:])
     with pytest.raises(ValueError, match="not finite"):
-        LitHarmonics(lit.transport, np.full_like(lit.rows, np.inf))
+        RelitSh(relit.transport, np.full_like(relit.rows, np.inf))

@@ -3,15 +3,19 @@
 import io
 import struct
 import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import OpenEXR
 import pytest
 import tifffile
+from numpy.typing import NDArray
 
-from engine.colour import srgb_decode
-from engine.errors import InputError
+from engine.core.colour import srgb_decode
+from engine.core.errors import InputError
 from engine.images import encode
 from engine.images.decode import read_image
 
@@ -22,24 +26,24 @@ CODES16[0, 0] = 1
 FLOATS = RNG.normal(0.5, 1, (37, 53, 3)).astype(np.float32)
 
 
-def tiff(samples, **options):
+def tiff(samples: Any, **options: Any) -> bytes:
     stream = io.BytesIO()
     options.setdefault("photometric", "rgb" if samples.ndim == 3 else "minisblack")
     tifffile.imwrite(stream, samples, metadata=None, **options)
     return stream.getvalue()
 
 
-def exr(channels, **header):
+def exr(channels: Any, **header: Any) -> bytes:
     stream = io.BytesIO()
     OpenEXR.File({"type": OpenEXR.scanlineimage, **header}, channels).write(stream)
     return stream.getvalue()
 
 
-def linear(codes, white):
+def linear(codes: Any, white: Any) -> NDArray[np.float32]:
     return srgb_decode(codes / white).astype(np.float32)
 
 
-def test_R6_png_codes_are_decoded_exactly(read):
+def test_R6_png_codes_are_decoded_exactly(read: Callable[..., Any]) -> None:
     for codes, white in ((CODES8, 255), (CODES16, 65535)):
         image = read(encode.encode_png(codes))
         assert np.array_equal(image.pixels, linear(codes, white))
@@ -49,7 +53,7 @@ def test_R6_png_codes_are_decoded_exactly(read):
         assert not image.pixels.flags.writeable
 
 
-def test_transfer_is_the_files_or_the_callers(read):
+def test_transfer_is_the_files_or_the_callers(read: Callable[..., Any]) -> None:
     as_linear = (CODES8 / 255).astype(np.float32)
     assert np.array_equal(read(encode.encode_png(CODES8, transfer="linear")).pixels, as_linear)
     assert np.array_equal(read(encode.encode_png(CODES8), transfer="linear").pixels, as_linear)
@@ -57,7 +61,7 @@ def test_transfer_is_the_files_or_the_callers(read):
     assert (image.transfer, image.pixels[3, 4, 1]) == ("srgb", linear(CODES8, 255)[3, 4, 1])
 
 
-def test_jpeg_is_srgb_and_close(read):
+def test_jpeg_is_srgb_and_close(read: Callable[..., Any]) -> None:
     smooth = cv2.resize(CODES8[:4, :5], (53, 37), interpolation=cv2.INTER_CUBIC)
     for channels in (smooth, smooth[..., 0]):
         image = read(cv2.imencode(".jpg", channels, [cv2.IMWRITE_JPEG_QUALITY, 98])[1].tobytes())
@@ -84,7 +88,7 @@ def test_jpeg_is_srgb_and_close(read):
         for byteorder, bigtiff in (("<", False), (">", True))
     ],
 )
-def test_fault6_tiff_layouts_are_right(read, options, byteorder, bigtiff):
+def test_fault6_tiff_layouts_are_right(read: Callable[..., Any], options: Any, byteorder: Any, bigtiff: Any) -> None:
     for codes, white in ((CODES8, 255), (CODES16, 65535)):
         stored = np.moveaxis(codes, 2, 0) if options.get("planarconfig") == "separate" else codes
         image = read(tiff(np.ascontiguousarray(stored), byteorder=byteorder, bigtiff=bigtiff, **options))
@@ -94,7 +98,7 @@ def test_fault6_tiff_layouts_are_right(read, options, byteorder, bigtiff):
 
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])
 @pytest.mark.parametrize("byteorder", ["<", ">"])
-def test_fault6_float_tiff_is_linear(read, dtype, byteorder):
+def test_fault6_float_tiff_is_linear(read: Callable[..., Any], dtype: Any, byteorder: str) -> None:
     for options in ({}, {"compression": "zlib", "predictor": dtype is not np.float64}):
         image = read(tiff(FLOATS.astype(dtype), byteorder=byteorder, **options))
         assert np.array_equal(image.pixels, FLOATS.astype(dtype).astype(np.float32))
@@ -102,7 +106,7 @@ def test_fault6_float_tiff_is_linear(read, dtype, byteorder):
         assert not image.saturated.any()
 
 
-def test_fault6_grey_alpha_palette_and_bilevel(read):
+def test_fault6_grey_alpha_palette_and_bilevel(read: Callable[..., Any]) -> None:
     grey = CODES8[..., 0]
     expected = np.repeat(linear(grey, 255)[..., None], 3, axis=2)
     for content in (tiff(grey), encode.encode_png(grey), tiff(255 - grey, photometric="miniswhite")):
@@ -144,18 +148,18 @@ def test_fault6_grey_alpha_palette_and_bilevel(read):
         (lambda: b"#?RADIANCE\n\n-Y 2 +X 2\n\x80\x80\x80\x80\1\1\1\2", "runs do not end where"),
     ],
 )
-def test_fault6_what_is_not_converted_is_named(read, content, words):
+def test_fault6_what_is_not_converted_is_named(read: Callable[..., Any], content: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         read(content())
 
 
-def png_header(width, height, bits=8, kind=2):
+def png_header(width: int, height: int, bits: int = 8, kind: int = 2) -> Any:
     body = struct.pack(">IIBBBBB", width, height, bits, kind, 0, 0, 0)
     chunks = (b"IHDR", body), (b"IDAT", zlib.compress(bytes(100))), (b"IEND", b"")
     return b"\x89PNG\r\n\x1a\n" + b"".join(encode._chunk(*chunk) for chunk in chunks)
 
 
-def tiff_header(width, height, **changes):
+def tiff_header(width: int, height: int, **changes: Any) -> bytes:
     """A TIFF of 8×8 grey whose width and length tags are overwritten."""
     content = bytearray(tiff(np.zeros((8, 8), np.uint8)))
     with tifffile.TiffFile(io.BytesIO(content)) as file:
@@ -165,21 +169,21 @@ def tiff_header(width, height, **changes):
     return bytes(content)
 
 
-def jpeg_header(width, height):
+def jpeg_header(width: int, height: int) -> bytes:
     content = bytearray(cv2.imencode(".jpg", CODES8)[1].tobytes())
     at = content.index(b"\xff\xc0")
     struct.pack_into(">HH", content, at + 5, height, width)
     return bytes(content)
 
 
-def exr_header(width, height):
+def exr_header(width: int, height: int) -> bytes:
     content = bytearray(exr({"R": FLOATS[..., 0], "G": FLOATS[..., 0], "B": FLOATS[..., 0]}))
     at = content.index(b"dataWindow\0box2i\0") + 21
     struct.pack_into("<iiii", content, at, 0, 0, width - 1, height - 1)
     return bytes(content)
 
 
-def hdr_header(width, height):
+def hdr_header(width: int, height: int) -> Any:
     return b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n" % (height, width) + bytes(1000)
 
 
@@ -191,14 +195,14 @@ LIES = [(make, size) for make in MAKERS for size in SIZES if max(size) < 65536 o
 
 
 @pytest.mark.parametrize(("make", "size"), [*LIES, (exr_header, (-3, 8))])
-def test_fault6_sizes_that_a_file_cannot_hold_are_refused_unallocated(tmp_path, make, size):
+def test_fault6_sizes_that_a_file_cannot_hold_are_refused_unallocated(tmp_path: Path, make: Any, size: Any) -> None:
     path = tmp_path / "lies"
     path.write_bytes(make(*size))
     with pytest.raises(InputError):
         read_image(path)
 
 
-def upright(stored, orientation):
+def upright(stored: Any, orientation: Any) -> Any:
     return {
         1: stored,
         2: stored[:, ::-1],
@@ -214,14 +218,14 @@ def upright(stored, orientation):
 @pytest.mark.parametrize(
     ("orientation", "shape"), [(number, shape) for number in range(1, 9) for shape in ((20, 20, 3), (17, 23, 3))]
 )
-def test_R11_orientations_equal_rotations_and_flips(read, orientation, shape):
+def test_R11_orientations_equal_rotations_and_flips(read: Callable[..., Any], orientation: Any, shape: Any) -> None:
     codes = np.ascontiguousarray(CODES8[: shape[0], : shape[1]])
     image = read(tiff(codes, extratags=[(274, "H", 1, orientation)]))
     assert np.array_equal(image.pixels, upright(linear(codes, 255), orientation))
     assert np.array_equal(image.saturated, image.pixels.max(axis=2) == 1)
 
 
-def exif_segment(exposure):
+def exif_segment(exposure: Any) -> Any:
     entries = struct.pack("<HHII", 0x0110, 2, 4, int.from_bytes(b"Cam\0", "little"))
     entries += struct.pack("<HHII", 0x8769, 4, 1, 38)
     ifd = struct.pack("<H", 2) + entries + struct.pack("<I", 0)
@@ -231,7 +235,7 @@ def exif_segment(exposure):
 
 
 @pytest.mark.parametrize(("exposure", "expected"), [((1, 50), 1 / 50), ((0, 0), None), ((1, 0), None), ((0, 1), None)])
-def test_R9_exposure_times_of_a_jpeg(read, exposure, expected):
+def test_R9_exposure_times_of_a_jpeg(read: Callable[..., Any], exposure: Any, expected: float | None) -> None:
     content = cv2.imencode(".jpg", CODES8)[1].tobytes()
     image = read(content[:2] + exif_segment(exposure) + content[2:])
     assert image.exif.exposure_s == expected
@@ -240,7 +244,7 @@ def test_R9_exposure_times_of_a_jpeg(read, exposure, expected):
     assert read(content).exif.exposure_s is None
 
 
-def test_R13_8_and_16_bit_of_one_scene_agree(read):
+def test_R13_8_and_16_bit_of_one_scene_agree(read: Callable[..., Any]) -> None:
     scene = RNG.random((37, 53, 3))
     scene[0, 0] = 1
     of_8 = read(encode.encode_png(np.rint(scene * 255).astype(np.uint8)), transfer="linear").pixels
@@ -248,7 +252,7 @@ def test_R13_8_and_16_bit_of_one_scene_agree(read):
     assert np.abs(of_8 - of_16).max() <= 0.5 / 255 + 1 / 65535
 
 
-def test_R5_12_bit_stored_high_aligned_reaches_white(read):
+def test_R5_12_bit_stored_high_aligned_reaches_white(read: Callable[..., Any]) -> None:
     codes = (CODES16 >> 4) << 4
     codes[0, 0] = 65520
     image = read(tiff(codes), transfer="linear")
@@ -257,7 +261,7 @@ def test_R5_12_bit_stored_high_aligned_reaches_white(read):
 
 
 @pytest.mark.parametrize("half", [True, False])
-def test_exr_colour_layers_and_luminance(read, half):
+def test_exr_colour_layers_and_luminance(read: Callable[..., Any], half: bool) -> None:
     stored = FLOATS.astype(np.float16) if half else FLOATS
     image = read(encode.encode_exr(encode.rgb_channels(FLOATS), half=half))
     assert np.array_equal(image.pixels, stored.astype(np.float32))
@@ -269,8 +273,8 @@ def test_exr_colour_layers_and_luminance(read, half):
     assert np.array_equal(grey.pixels, np.repeat(image.pixels[..., :1], 3, axis=2))
 
 
-def test_exr_channels_may_have_small_letters(read):
-    def planes(names):
+def test_exr_channels_may_have_small_letters(read: Callable[..., Any]) -> None:
+    def planes(names: Any) -> dict[str, Any]:
         return {name: np.ascontiguousarray(FLOATS[..., c % 3]) + c // 3 for c, name in enumerate(names)}
 
     assert np.array_equal(read(exr(planes("rgb"))).pixels, FLOATS)
@@ -280,7 +284,7 @@ def test_exr_channels_may_have_small_letters(read):
     assert np.array_equal(read(exr(planes("rgbRGB"))).pixels, FLOATS + 1)
 
 
-def test_exr_tiles_compressions_and_windows(read):
+def test_exr_tiles_compressions_and_windows(read: Callable[..., Any]) -> None:
     channels = {name: np.ascontiguousarray(FLOATS[..., index]) for index, name in enumerate("RGB")}
     for name in ("NO", "RLE", "ZIPS", "ZIP", "PIZ", "ZSTD"):
         compression = getattr(OpenEXR, f"{name}_COMPRESSION")
@@ -290,7 +294,7 @@ def test_exr_tiles_compressions_and_windows(read):
     assert np.array_equal(read(exr(channels, type=OpenEXR.tiledimage, tiles=tiles)).pixels, FLOATS)
 
 
-def test_exr_of_tristimulus_values_and_of_other_primaries(read):
+def test_exr_of_tristimulus_values_and_of_other_primaries(read: Callable[..., Any]) -> None:
     white = np.full((4, 4), 1.0, np.float32)
     content = exr({"X": white * np.float32(0.95047), "Y": white, "Z": white * np.float32(1.08883)})
     image = read(content)
@@ -302,7 +306,7 @@ def test_exr_of_tristimulus_values_and_of_other_primaries(read):
     assert not read(exr(rgb, chromaticities=(0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.329))).warnings
 
 
-def test_values_that_are_not_finite_are_counted_and_masked(read):
+def test_values_that_are_not_finite_are_counted_and_masked(read: Callable[..., Any]) -> None:
     floats = FLOATS.copy()
     floats[3, 4, 1], floats[5, 6, 0], floats[7, 8, 2] = np.nan, np.inf, -np.inf
     for content in (encode.encode_exr(encode.rgb_channels(floats), half=False), tiff(floats)):
@@ -313,7 +317,7 @@ def test_values_that_are_not_finite_are_counted_and_masked(read):
     assert not read(tiff(np.full((4, 4, 3), 1e300))).pixels.any()
 
 
-def test_hdr_in_all_orientations_and_exposures(read):
+def test_hdr_in_all_orientations_and_exposures(read: Callable[..., Any]) -> None:
     picture = np.exp(RNG.normal(0, 2, (20, 31, 3))).astype(np.float32)
     content = cv2.imencode(".hdr", picture[..., ::-1])[1].tobytes()
     header, body = content.split(b"\n\n", 1)
@@ -335,7 +339,7 @@ def test_hdr_in_all_orientations_and_exposures(read):
         read(header + b"\nEXPOSURE=0\n\n" + body)
 
 
-def test_EN8_runs_as_before_1991_and_every_exponent(read):
+def test_EN8_runs_as_before_1991_and_every_exponent(read: Callable[..., Any]) -> None:
     """Old runs: a pixel of mantissas 1, 1, 1 repeats the last one, 256 times as often for each that follows another."""
     header = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
     first, second = b"\x80\x40\x20\x81", b"\xff\x00\x10\x83"
@@ -356,19 +360,19 @@ def test_EN8_runs_as_before_1991_and_every_exponent(read):
 
 
 @pytest.mark.parametrize("width", [7, 8, 32767, 32768])
-def test_EN8_lines_too_short_or_long_for_runs_are_plain(read, width):
+def test_EN8_lines_too_short_or_long_for_runs_are_plain(read: Callable[..., Any], width: int) -> None:
     pixels = np.random.default_rng(2).integers(129, 140, (2, width, 4)).astype(np.uint8)
     content = b"#?RADIANCE\n\n-Y 2 +X %d\n" % width + pixels.tobytes()
     exact = np.ldexp(pixels[..., :3].astype(np.float64), pixels[..., 3:].astype(int) - 136)
     assert np.all(np.abs(read(content).pixels - exact) <= exact.max(axis=2, keepdims=True) / 256)
 
 
-def test_EN8_what_the_header_says_of_colour(read):
+def test_EN8_what_the_header_says_of_colour(read: Callable[..., Any]) -> None:
     body = b"-Y 1 +X 2\n\x80\x80\x80\x81\x80\x80\x80\x82"
     plain = read(b"#?RADIANCE\n\n" + body)
     assert not plain.warnings
     corrected = read(b"#?RADIANCE\nCOLORCORR=2 1 0.5\nEXPOSURE=2\n\n" + body).pixels
-    assert np.array_equal(corrected, plain.pixels / np.float32((4, 2, 1)))
+    assert np.array_equal(corrected, plain.pixels / np.array((4, 2, 1), np.float32))
     assert "gamma of 2.2" in read(b"#?RADIANCE\nGAMMA=2.2\n\n" + body).warnings[0]
     wide = b"#?RADIANCE\nPRIMARIES=0.708 0.292 0.17 0.797 0.131 0.046 0.3127 0.329\n\n"
     assert "primaries" in read(wide + body).warnings[0]
@@ -379,14 +383,14 @@ def test_EN8_what_the_header_says_of_colour(read):
             read(b"#?RADIANCE\n" + line + b"\n\n" + body)
 
 
-def test_half_size_averages(read):
+def test_half_size_averages(read: Callable[..., Any]) -> None:
     content = encode.encode_exr(encode.rgb_channels(FLOATS), half=False)
     half = read(content, half_size=True)
     assert half.pixels == pytest.approx(FLOATS[:36, :52].reshape(18, 2, 26, 2, 3).mean(axis=(1, 3)), abs=1e-6)
     assert read(tiff(np.ones((1, 1, 3), np.float32)), half_size=True).pixels.shape == (1, 1, 3)
 
 
-def test_an_embedded_profile_is_named(read):
+def test_an_embedded_profile_is_named(read: Callable[..., Any]) -> None:
     content = encode.encode_png(CODES8)
     profile = encode._chunk(b"iCCP", b"Adobe RGB\0\0" + zlib.compress(b"desc Adobe RGB (1998)"))
     assert any("profile" in warning for warning in read(content[:33] + profile + content[33:]).warnings)
@@ -406,7 +410,7 @@ def test_an_embedded_profile_is_named(read):
         ("stacks/ring_rti64/0000.jpg", (800, 800, 3), 0.0109),
     ],
 )
-def test_real_files(shared_data, name, shape, mean):
+def test_real_files(shared_data: Callable[[str], Path], name: str, shape: Any, mean: float) -> None:
     image = read_image(shared_data(name))
     assert image.pixels.shape == shape
     assert image.pixels.mean(dtype=np.float64) == pytest.approx(mean, rel=0.01)
@@ -415,13 +419,13 @@ def test_real_files(shared_data, name, shape, mean):
 @pytest.mark.parametrize(
     "name", ["asan_heap-oob_7f5a5030cdca_702_045a76649.exr", "asan_heap-oob_7f5cd523238e_878_03c277ec5.exr"]
 )
-def test_fault5_damaged_real_exr_is_refused(shared_data, name):
+def test_fault5_damaged_real_exr_is_refused(shared_data: Callable[[str], Path], name: str) -> None:
     with pytest.raises(InputError, match="damaged"):
         read_image(shared_data(f"hdr/damaged/{name}"))
 
 
 @pytest.mark.parametrize(("rows", "words"), [(np.s_[30:], "its last ones among them"), (np.s_[10:13], "3 of 37 rows")])
-def test_fault5_rows_of_zeros_are_warned_of(tmp_path, rows, words):
+def test_fault5_rows_of_zeros_are_warned_of(tmp_path: Path, rows: Any, words: str) -> None:
     samples = CODES16.copy()
     samples[rows] = 0
     path = tmp_path / "zeros.tif"

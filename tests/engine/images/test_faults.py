@@ -5,6 +5,8 @@ change pixels where the format has no checksum, but the picture keeps its shape,
 """
 
 import io
+from collections.abc import Callable
+from typing import Any
 
 import cv2
 import numpy as np
@@ -12,7 +14,7 @@ import OpenEXR
 import pytest
 import tifffile
 
-from engine.errors import InputError
+from engine.core.errors import InputError
 from engine.images import encode
 
 RNG = np.random.default_rng(11)
@@ -21,26 +23,26 @@ NOISE = RNG.integers(0, 256, (80, 96, 3)).astype(np.uint8)
 FLOATS = RNG.random((80, 96, 3)).astype(np.float32)
 
 
-def tiff(samples, **options):
+def tiff(samples: Any, **options: Any) -> bytes:
     stream = io.BytesIO()
     tifffile.imwrite(stream, samples, photometric="rgb", metadata=None, **options)
     return stream.getvalue()
 
 
-def exr(**header):
+def exr(**header: Any) -> bytes:
     stream = io.BytesIO()
     channels = {name: np.ascontiguousarray(FLOATS[..., index]) for index, name in enumerate("RGB")}
     OpenEXR.File({"type": OpenEXR.scanlineimage, **header}, channels).write(stream)
     return stream.getvalue()
 
 
-def tiles():
+def tiles() -> Any:
     description = OpenEXR.TileDescription()
     description.xSize = description.ySize = 16
     return description
 
 
-def jpeg(*options):
+def jpeg(*options: Any) -> bytes:
     return cv2.imencode(".jpg", SMOOTH, list(options))[1].tobytes()
 
 
@@ -68,11 +70,11 @@ FILES = {
 
 
 @pytest.fixture(params=FILES)
-def kind(request):
+def kind(request: pytest.FixtureRequest) -> Any:
     return request.param
 
 
-def test_fault5_truncation_is_never_silent(read, kind):
+def test_fault5_truncation_is_never_silent(read: Callable[..., Any], kind: Any) -> None:
     content = FILES[kind][0]()
     whole = read(content).pixels
     cuts = {len(content) * part // 64 for part in range(1, 64)} | {1, 2, 4, 8, 9, 16, 33, 64, len(content) - 1}
@@ -87,7 +89,7 @@ def test_fault5_truncation_is_never_silent(read, kind):
     assert len(survived) <= 2, "a format whose cut files decode has not been cut where it matters"
 
 
-def test_fault5_zeroed_tails_are_never_silent_where_the_data_is_coded(read, kind):
+def test_fault5_zeroed_tails_are_never_silent_where_the_data_is_coded(read: Callable[..., Any], kind: Any) -> None:
     if kind in ("tiff", "tiff-big-tiles", "tiff-float", "exr-none", "tiff-zstd", "hdr"):
         pytest.skip("stored as plain numbers without checksum: zeros are a valid picture")
     content = FILES[kind][0]()
@@ -96,7 +98,7 @@ def test_fault5_zeroed_tails_are_never_silent_where_the_data_is_coded(read, kind
 
 
 @pytest.mark.parametrize("lines", [16, 79])
-def test_fault5_a_tiff_that_states_fewer_rows_than_it_holds_is_refused(read, lines):
+def test_fault5_a_tiff_that_states_fewer_rows_than_it_holds_is_refused(read: Callable[..., Any], lines: int) -> None:
     for kind in ("tiff", "tiff-lzw", "tiff-zlib", "tiff-float"):
         content = FILES[kind][0]()
         entry = np.array([257, 4], "<u2").tobytes() + np.array([1, 80], "<u4").tobytes()
@@ -111,7 +113,9 @@ def test_fault5_a_tiff_that_states_fewer_rows_than_it_holds_is_refused(read, lin
 @pytest.mark.parametrize(
     ("kind", "bottom"), [("exr-none", 71), ("exr-tiles", 47), ("exr-tiles", 111), ("exr-none", 99)]
 )
-def test_fault5_an_exr_that_states_another_size_than_it_holds_is_refused(read, kind, bottom):
+def test_fault5_an_exr_that_states_another_size_than_it_holds_is_refused(
+    read: Callable[..., Any], kind: str, bottom: int
+) -> None:
     content = FILES[kind][0]()
     at = content.index(b"dataWindow\0box2i\0") + len(b"dataWindow\0box2i\0") + 4 + 12
     assert content[at : at + 4] == bytes([79, 0, 0, 0])
@@ -119,14 +123,14 @@ def test_fault5_an_exr_that_states_another_size_than_it_holds_is_refused(read, k
         read(content[:at] + bytes([bottom]) + content[at + 1 :])
 
 
-def test_fault5_fewer_lines_than_the_file_holds_are_refused(read):
+def test_fault5_fewer_lines_than_the_file_holds_are_refused(read: Callable[..., Any]) -> None:
     content = cv2.imencode(".hdr", FLOATS)[1].tobytes()
     for lines in (b"40", b"79"):
         with pytest.raises(InputError, match="not all input decoded"):
             read(content.replace(b"-Y 80", b"-Y " + lines))
 
 
-def test_fault5_flipped_bits_neither_crash_nor_change_the_shape(read, kind):
+def test_fault5_flipped_bits_neither_crash_nor_change_the_shape(read: Callable[..., Any], kind: Any) -> None:
     content = FILES[kind][0]()
     checksummed = FILES[kind][1]
     whole = read(content).pixels

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import tifffile
 
-from engine.capture.decode import decode_exposure, decode_photograph
-from engine.errors import InputError
-from engine.files.untrusted import LARGEST_LIMIT_S, SMALLEST_LIMIT_S, time_limit_s
+from engine.capture.photograph.decode import decode_exposure, decode_photograph
+from engine.core.errors import InputError
 from engine.images.tiff_directories import BELOW_LIMIT, TAGS_LIMIT, check_directories
+from engine.storage.untrusted import LARGEST_LIMIT_S, SMALLEST_LIMIT_S, time_limit_s
 
 _STRIP_OFFSETS, _STRIP_BYTES, _SUB_DIRECTORIES = 273, 279, 330
 

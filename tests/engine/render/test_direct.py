@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.directions import world_direction
-from engine.material import Material, auto_sigma
+from engine.core.directions import world_direction
+from engine.core.steps import Step, drain
 from engine.render.direct import radiance
 from engine.render.display import Display, displayed
-from engine.scene import LOOKUPS, Scene
-from engine.steps import Step, drain
+from engine.scene.material import Material, auto_sigma
+from engine.scene.scene import LOOKUPS, Scene
 from tests.engine.scenes import head_on, scene, weave
 
 
@@ -31,7 +31,7 @@ def test_head_on_plane_has_the_predicted_radiance(samples: int) -> None:
 
 def test_average_over_a_weave_is_what_was_photographed() -> None:
     """Lambert, automatic sigma, light from above: the mean luminance of the picture is r_max."""
-    from engine.colour import luminance
+    from engine.core.colour import luminance
 
     material = weave(64)
     picture = drawn(head_on(material, repeats=40.0), (64, 64))
@@ -64,9 +64,10 @@ def test_GL7_any_size(size: tuple[int, int]) -> None:
 
 def test_GL5_GL1_what_is_not_finite_is_black() -> None:
     what = head_on(weave(8))
+    assert what.material is not None
     assert np.isfinite(
         drawn(dataclasses.replace(what, material=Material(None, what.material.power_law, sigma=np.inf)))
-    ).all()  # type: ignore[union-attr]
+    ).all()
 
 
 @pytest.mark.parametrize("lookup", LOOKUPS)

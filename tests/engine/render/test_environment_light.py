@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from engine.bench.directions import directions_ladders
-from engine.environment import DistantLights, EnvironmentMap, all_lights, texel_directions
-from engine.environment_file import open_environment
+from engine.core.steps import drain
 from engine.gl.direct import DirectRenderer
-from engine.material import Material
+from engine.light.environment import DistantLights, EnvironmentMap, all_lights, texel_directions
+from engine.light.environment_file import open_environment
 from engine.render.direct import Shader, radiance
 from engine.render.display import Display, displayed
 from engine.render.environment_error import environment_error, error_ladder
-from engine.scene import LOOKUPS, Scene
+from engine.scene.material import Material
+from engine.scene.scene import LOOKUPS, Scene
 from engine.shading.shading_map import ShadingMap
-from engine.steps import drain
 from tests.engine.scenes import head_on, scene, weave
 
 SIZE = (60, 45)
@@ -146,7 +146,7 @@ def test_a_light_of_one_colour_tints() -> None:
 
 def sun_in_one_texel() -> EnvironmentMap:
     height = np.clip(texel_directions(256, 512)[..., 1:2], 0, 1)
-    radiance = np.float32((0.2 + 0.8 * height) * (0.3, 0.5, 1.0))
+    radiance = np.array((0.2 + 0.8 * height) * (0.3, 0.5, 1.0), np.float32)
     radiance[75, 200] = (3e4, 2.7e4, 2e4)
     return EnvironmentMap(radiance)
 

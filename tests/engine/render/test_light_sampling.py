@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from engine.colour import luminance
-from engine.directions import normalize
-from engine.environment import DistantLights, EnvironmentMap, all_lights, solid_angles, texel_directions
-from engine.lamps import Lamp
+from engine.core.colour import luminance
+from engine.core.directions import normalize
+from engine.light.environment import DistantLights, EnvironmentMap, all_lights, solid_angles, texel_directions
+from engine.light.lamps import Lamp
 from engine.render.light_sampling import (
     EnvironmentSampler,
     disc_density,
@@ -93,7 +93,7 @@ def test_EN11_what_is_drawn_is_the_irradiance_of_the_turned_map(rotation: float)
         truth = np.sum(lights.irradiance * np.maximum(lights.direction @ normal, 0.0)[:, None], axis=0)
         deviation = found.std(axis=0) / np.sqrt(count)
         assert (np.abs(found.mean(axis=0) - truth) < 4.5 * deviation + 5e-3 * truth).all()  # cosines at middles
-        # matt surfaces are what the cells are made for: drawn by radiance alone, this is 0.8 to 1.6
+        # diffuse surfaces are what the cells are made for: drawn by radiance alone, this is 0.8 to 1.6
         assert luminance(found).std() < 0.4 * luminance(truth)
 
 

@@ -5,26 +5,26 @@ from __future__ import annotations
 import dataclasses
 import threading
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf, brdf_from_text
-from engine.camera import Camera, frame
-from engine.directions import Vectors, normalize, surface_direction, world_direction
-from engine.environment import EnvironmentMap, all_lights
-from engine.ground import Ground
-from engine.lamps import Lamp
-from engine.mesh import Mesh
-from engine.ray_caster import RayCaster
+from engine.core.directions import Vectors, normalize, surface_direction, world_direction
+from engine.core.steps import drain
+from engine.geometry.camera import Camera, frame
+from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh
+from engine.geometry.ray_caster import RayCaster
+from engine.geometry.shapes import shape
+from engine.light.environment import EnvironmentMap, all_lights
+from engine.light.lamps import Lamp
 from engine.render.direct import Shader, radiance
 from engine.render.path import power_weight
 from engine.render.reference import ReferencePicture, pass_lengths, reference
-from engine.scene import Scene
-from engine.shapes import shape
-from engine.steps import drain
+from engine.scene.scene import Scene
 from tests.engine.scenes import head_on, scene, weave
 
 Floats = NDArray[np.float64]
@@ -66,7 +66,7 @@ def built(positions: ArrayLike, faces: ArrayLike) -> Mesh:
 # Closed forms
 
 
-def test_a_matt_sphere_in_even_light_is_even() -> None:
+def test_a_diffuse_sphere_in_even_light_is_even() -> None:
     what = scene("sphere", brdf="lambert:albedo=0.6", environment=constant(1.0, 0.5, 0.25))
     picture = found(what, samples=256)
     inside = picture.picture[covered(picture), :3] / (0.6, 0.3, 0.15)
@@ -86,7 +86,7 @@ def test_a_directional_light_is_free_of_noise() -> None:
 @pytest.mark.parametrize("radius", [0.01, 0.3])
 def test_a_disc_lamp_lights_a_plane_by_its_irradiance(radius: float) -> None:
     direction = tuple(world_direction(np.radians(60.0), np.radians(10.0)))
-    lamp = Lamp(direction, (1.0, 2.0, 3.0), radius)  # type: ignore[arg-type]
+    lamp = Lamp(direction, (1.0, 2.0, 3.0), radius)
     picture = found(dataclasses.replace(head_on(irradiance=0.0), lamps=(lamp,)), (8, 8), samples=1024)
     truth = 0.5 / np.pi * np.array(lamp.irradiance) * direction[2]
     np.testing.assert_allclose(picture.picture[..., :3].mean(axis=(0, 1)), truth, rtol=2e-4)
@@ -135,7 +135,7 @@ def test_light_in_a_bowl_is_a_geometric_series(max_depth: int) -> None:
 # Laws
 
 
-def test_furnace_matt_knot_of_albedo_1_vanishes_in_even_light() -> None:
+def test_furnace_diffuse_knot_of_albedo_1_vanishes_in_even_light() -> None:
     """Of flat triangles: an interpolated normal takes from a surface what it points behind it."""
     knot = shape("torus-knot")
     what = scene("torus-knot", brdf="lambert:albedo=1", environment=constant())
@@ -190,7 +190,7 @@ def test_V2_a_convex_model_shows_what_the_sums_without_shadows_show(text: str) -
 @pytest.mark.parametrize("factor", [2.0**-20, 1e-6, 1e6])
 def test_V3_the_size_of_the_model_does_not_matter(factor: float) -> None:
     options = {"environment": smooth_room(), "ground": Ground()}
-    what = scene("torus-knot", brdf="lambert:albedo=0.5", **options)
+    what = scene("torus-knot", brdf="lambert:albedo=0.5", **cast(Any, options))
     large = dataclasses.replace(what.mesh, positions=what.mesh.positions * factor)
     camera = dataclasses.replace(
         what.camera,
@@ -255,13 +255,13 @@ def test_a_lookup_outside_the_sum_has_no_reference() -> None:
 def test_the_stated_uncertainty_is_that_of_the_picture() -> None:
     what = scene("torus-knot", brdf="ggx:alpha=0.3", environment=smooth_room(32), ground=Ground())
     pictures = [found(what, samples=32, seed=seed, max_depth=2) for seed in range(8)]
-    truth = np.mean([each.picture for each in pictures], axis=0, dtype=np.float64)[..., :3]
+    truth = cast(Any, np.mean([each.picture for each in pictures], axis=0, dtype=np.float64))[..., :3]
     error = np.mean([(each.picture[..., :3] - truth) ** 2 for each in pictures]) * 8 / 7
-    stated = np.mean([each.variance for each in pictures])  # type: ignore[misc]
+    stated = np.mean([each.variance for each in pictures])
     assert error / stated == pytest.approx(1.0, abs=0.15)
-    told = pictures[0].uncertainty_rmse_rel
-    assert told is not None
-    assert told == pytest.approx(np.sqrt(error / np.mean(truth**2)), rel=0.3)
+    reported = pictures[0].uncertainty_rmse_rel
+    assert reported is not None
+    assert reported == pytest.approx(np.sqrt(error / np.mean(truth**2)), rel=0.3)
 
 
 def test_more_samples_are_surer() -> None:
@@ -322,7 +322,7 @@ def test_GL7_any_size() -> None:
 @pytest.mark.parametrize("wrong", [{"samples": 0}, {"max_depth": 0}, {"seed": -1}])
 def test_numbers_that_make_no_sense_are_refused(wrong: dict[str, int]) -> None:
     with pytest.raises(ValueError, match="must"):
-        drain(reference(head_on(), (4, 4), **wrong))  # type: ignore[arg-type]
+        drain(reference(head_on(), (4, 4), **wrong))
 
 
 # Hard cases
@@ -406,7 +406,7 @@ def test_a_ground_receives_a_shadow_and_keeps_its_albedo() -> None:
 def test_lamps_and_environment_add_up() -> None:
     lamp = Lamp((0.3, 0.8, 0.5), (1.0, 2.0, 3.0), 0.2)
     sun = Lamp((-0.3, 0.8, 0.5), (2.0, 1.0, 0.5))
-    parts = [
+    parts: list[dict[str, Any]] = [
         {"environment": smooth_room(16)},
         {"irradiance": 0.0, "lamps": (lamp,)},
         {"irradiance": 0.0, "lamps": (sun,)},
@@ -430,7 +430,11 @@ def test_what_is_lifted_stays_close_to_the_triangle() -> None:
             faces += [(a, a + 12, b + 12), (a, b + 12, b)]
     kept = [face for face in faces if len(np.unique(positions[list(face)].round(9), axis=0)) == 3]
     mesh = Mesh(
-        positions, positions.astype(np.float32), np.zeros((len(positions), 2), np.float32), np.int32(kept), "coarse"
+        positions,
+        positions.astype(np.float32),
+        np.zeros((len(positions), 2), np.float32),
+        np.array(kept, np.int32),
+        "coarse",
     )
     assert RayCaster(mesh.positions, mesh.faces).extent == pytest.approx(1.0)
     picture = found(dataclasses.replace(coarse, mesh=mesh, camera=frame(mesh.positions)), samples=256)

@@ -1,4 +1,4 @@
-"""The reference against Mitsuba 3, an independent renderer, on scenes whose reflectance both state alike.
+"""The reference against Mitsuba 3, an independent renderer, on scenes whose BRDF both state alike.
 
 Both give a mean and a variance for each pixel; the difference is tested against both variances, at a level of 0.01 for
 the whole picture (Šidák), and 99.75 % of the pixels must pass, as Mitsuba's own tests of renderings ask. Environment
@@ -22,19 +22,19 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf, brdf_from_text
-from engine.brdf.rgl import read_rgl
-from engine.camera import frame
-from engine.directions import Vectors, normalize, world_direction
-from engine.environment import EnvironmentMap
-from engine.ground import Ground
+from engine.brdf.readers.rgl import read_rgl
+from engine.core.directions import Vectors, normalize, world_direction
+from engine.core.steps import drain
+from engine.geometry.camera import frame
+from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh
+from engine.geometry.shapes import shape
 from engine.images.encode import encode_png
-from engine.lamps import Lamp
-from engine.mesh import Mesh
+from engine.light.environment import EnvironmentMap
+from engine.light.lamps import Lamp
 from engine.render.display import Display, displayed
 from engine.render.reference import reference
-from engine.scene import Scene
-from engine.shapes import shape
-from engine.steps import drain
+from engine.scene.scene import Scene
 
 Floats = NDArray[np.float64]
 
@@ -96,7 +96,7 @@ def lit_hall(rows: int = 16) -> EnvironmentMap:
 
 
 def translated(mitsuba: Any, scene: Scene, bsdf: dict[str, Any], max_depth: int, folder: Path) -> Any:
-    """`scene` as Mitsuba's, the model with the reflectance `bsdf`."""
+    """`scene` as Mitsuba's, the model with the BRDF `bsdf`."""
     camera, model = scene.camera, Path(folder, "model.ply")
     _write_ply(model, scene.mesh.positions, scene.mesh.normals, scene.mesh.faces)
     look_at = mitsuba.ScalarTransform4f().look_at(list(camera.eye), list(camera.target), list(camera.up))
@@ -218,7 +218,7 @@ METAL = {
 
 
 def test_disc_lamp_casts_soft_shadows(mitsuba: Any, tmp_path: Path) -> None:
-    lamp = Lamp(tuple(world_direction(0.8, 0.5)), (3.0, 2.0, 1.0), 0.15)  # type: ignore[arg-type]
+    lamp = Lamp(tuple(world_direction(0.8, 0.5)), (3.0, 2.0, 1.0), 0.15)
     scene = seen(
         shape("sphere"), brdf_from_text("lambert:albedo=0.5"), lamps=(lamp,), irradiance=0.0, ground=Ground(albedo=0.7)
     )
@@ -245,13 +245,13 @@ def test_light_goes_back_and_forth_between_model_and_ground(mitsuba: Any, tmp_pa
 
 def test_metal_mirrors_the_ground(mitsuba: Any, tmp_path: Path) -> None:
     brdf = brdf_from_text("metallic-roughness:base_color=0.8/0.6/0.3,metallic=1,roughness=0.5")
-    lamp = Lamp(tuple(world_direction(0.8, 0.5)), (3.0, 2.0, 1.0), 0.15)  # type: ignore[arg-type]
+    lamp = Lamp(tuple(world_direction(0.8, 0.5)), (3.0, 2.0, 1.0), 0.15)
     options = {"lamps": (lamp,), "environment": lit_hall(), "ground": Ground(albedo=0.8)}
     scene = seen(flat(shape("torus-knot")), brdf, **options)
     assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), METAL, 3)
 
 
-def test_measured_reflectance(mitsuba: Any, tmp_path: Path, shared_data: Callable[[str], Path]) -> None:
+def test_measured_brdf(mitsuba: Any, tmp_path: Path, shared_data: Callable[[str], Path]) -> None:
     path = shared_data("brdf/rgl/satin_rosaline_rgb.bsdf")
     scene = seen(flat(shape("torus-knot")), Swapped(read_rgl(path)), environment=lit_hall())
     assert_alike(mitsuba, tmp_path, scene, {"type": "measured", "filename": str(path)})

@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from engine.camera import Camera, frame
-from engine.factor.maps import DirectionMap
+from engine.core.steps import drain
+from engine.factor.hemisphere_map import DirectionMap
 from engine.factor.separable_factors import SeparableFactors
-from engine.mesh import Mesh
+from engine.geometry.camera import Camera, frame
+from engine.geometry.mesh import Mesh
 from engine.render.transported import picture_of
-from engine.steps import drain
-from engine.transport.lit import LitWavelets
-from engine.transport.wavelet import Vectors16, WaveletTransport, radiance_from
+from engine.transport.relit import RelitWavelets
+from engine.transport.wavelet.transfer import Vectors16, WaveletTransport, radiance_from
 
 
 def quad(terms: int = 2) -> tuple[WaveletTransport, np.ndarray]:
     """A square that faces +Z, of random factors, and K-tuples that make every vertex another."""
     positions = np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
-    normals = np.tile(np.float32([0.0, 0.0, 1.0]), (4, 1))
+    normals = np.tile(np.array([0.0, 0.0, 1.0], np.float32), (4, 1))
     faces = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
     mesh = Mesh(positions, normals, np.zeros((4, 2), np.float32), faces, "quad")
     rng = np.random.default_rng(4)
@@ -34,7 +34,7 @@ def quad(terms: int = 2) -> tuple[WaveletTransport, np.ndarray]:
 def test_near_a_vertex_the_picture_is_its_radiance_and_between_them_their_mean() -> None:
     transport, rows = quad()
     camera = Camera((0.3, 0.2, 4.0), (0.0, 0.0, 0.0), fov_deg=30.0)
-    found = drain(picture_of(LitWavelets(transport, rows), camera, (301, 301), 1))
+    found = drain(picture_of(RelitWavelets(transport, rows), camera, (301, 301), 1))
     picture, at_vertices = found.picture, radiance_from(transport, rows, camera.eye).value
     covered = np.argwhere(picture[..., 3] > 0.0)
     corner = covered[np.argmax(covered[:, 0] - covered[:, 1])]
@@ -46,23 +46,23 @@ def test_near_a_vertex_the_picture_is_its_radiance_and_between_them_their_mean()
 
 def test_the_back_is_black_and_around_it_is_nothing() -> None:
     transport, rows = quad()
-    found = drain(picture_of(LitWavelets(transport, rows), Camera((0.0, 0.0, -6.0)), (40, 30), 2)).picture
+    found = drain(picture_of(RelitWavelets(transport, rows), Camera((0.0, 0.0, -6.0)), (40, 30), 2)).picture
     assert found[..., 3].max() == 1.0
     assert not found[..., :3].any()
     assert not found[0].any()
 
 
-def test_coverage_is_that_of_the_sub_pixels_and_sums_below_0_are_told() -> None:
+def test_coverage_is_that_of_the_sub_pixels_and_sums_below_0_are_reported() -> None:
     transport, rows = quad()
     camera = frame(transport.mesh.positions)
-    one = drain(picture_of(LitWavelets(transport, rows), camera, (40, 30), 3))
+    one = drain(picture_of(RelitWavelets(transport, rows), camera, (40, 30), 3))
     assert set(np.round(9.0 * one.picture[..., 3]).ravel().astype(int)) <= set(range(10))
     assert one.negative_rel == 0.0
-    mixed = drain(picture_of(LitWavelets(transport, rows - 0.5), camera, (40, 30), 3))
+    mixed = drain(picture_of(RelitWavelets(transport, rows - 0.5), camera, (40, 30), 3))
     assert mixed.negative_rel > 0.0
     assert mixed.picture.min() >= 0.0
     np.testing.assert_allclose(
-        drain(picture_of(LitWavelets(transport, 2.0 * rows), camera, (40, 30), 3)).picture[..., :3],
+        drain(picture_of(RelitWavelets(transport, 2.0 * rows), camera, (40, 30), 3)).picture[..., :3],
         2.0 * one.picture[..., :3],
         rtol=1e-5,
     )
@@ -72,4 +72,4 @@ def test_coverage_is_that_of_the_sub_pixels_and_sums_below_0_are_told() -> None:
 def test_pictures_that_cannot_be_are_refused(size: tuple[int, int], samples: int) -> None:
     transport, rows = quad()
     with pytest.raises(ValueError, match="not possible"):
-        drain(picture_of(LitWavelets(transport, rows), frame(transport.mesh.positions), size, samples))
+        drain(picture_of(RelitWavelets(transport, rows), frame(transport.mesh.positions), size, samples))

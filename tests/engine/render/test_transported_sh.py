@@ -1,4 +1,4 @@
-"""Pictures of transport in harmonics against the reference, under light that has no high bands."""
+"""Pictures of transport in spherical harmonics against the reference, under light that has no high bands."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import pytest
 
 from engine.accuracy.compare import compare
 from engine.brdf.brdf import brdf_from_text
-from engine.camera import Camera
-from engine.environment import EnvironmentMap, texel_directions
-from engine.ground import Ground
-from engine.mesh import Mesh
+from engine.core.steps import drain
+from engine.geometry.camera import Camera
+from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh
+from engine.light.environment import EnvironmentMap, texel_directions
 from engine.render.reference import reference
 from engine.render.transported import picture_of
-from engine.scene import Scene
-from engine.steps import drain
-from engine.transport.lit import LitHarmonics
-from engine.transport.sh_bake import BakeSettings, bake, prepare
-from engine.transport.sh_lighting import scene_coefficients
-from engine.transport.sh_transfer import transferred
+from engine.scene.scene import Scene
+from engine.transport.relit import RelitSh
+from engine.transport.sh.bake import BakeSettings, bake, prepare
+from engine.transport.sh.lighting import scene_coefficients
+from engine.transport.sh.transfer import transferred
 
 SIZE = (48, 40)
 
@@ -67,7 +67,7 @@ def test_a_sphere_on_the_ground_looks_as_in_the_reference(text: str, depth: int,
         bake(tmp_path / "a.transport", drain(prepare(scene.mesh, scene.brdf, settings, ground)))
     ).transport
     rows = transferred(transport, scene_coefficients(scene, 5))
-    picture = drain(picture_of(LitHarmonics(transport, rows), camera, SIZE, 2)).picture
+    picture = drain(picture_of(RelitSh(transport, rows), camera, SIZE, 2)).picture
     truth = drain(reference(scene, SIZE, samples=128, max_depth=depth))
     inside = (picture[..., 3] == 1.0) & (truth.picture[..., 3] == 1.0)
     error, noise = compare(picture, truth.picture, inside).rmse_rel, truth.uncertainty_rmse_rel

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
+from engine.core.steps import Step, drain
 from engine.selftest.case import Case, Question
 from engine.selftest.run import QUESTIONS, asked, selftest
-from engine.steps import Step, drain
 
 GROUPS = {"R", "AL", "S", "P", "BR", "M", "F", "W", "L", "Q", "H", "Z", "V", "G", "EN", "GL", "CO", "T", "X", "D"}
 
@@ -32,7 +32,7 @@ def test_what_is_out_of_bounds_does_not_pass(figure: float) -> None:
     assert math.isfinite(case.measured)
 
 
-def test_a_row_that_raises_is_told_and_does_not_pass() -> None:
+def test_a_row_that_raises_is_reported_and_does_not_pass() -> None:
     case = asked(Question("H1", "a figure", lambda: (1.0 / 0.0, 1.0)))
     assert not case.passed
     assert "ZeroDivisionError" in case.problem

@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.shading.fit_error import measured, worst_texels
+from engine.core.steps import drain
 from engine.shading.kept_tiles import KeptTiles, cut_tiles
 from engine.shading.mixed import keep_tiles
 from engine.shading.power_law import PowerLawMap, fit
+from engine.shading.power_law_error import measured, worst_texels
 from engine.shading.quantise import quantise, quantise_exponent, restored_exponent
 from engine.shading.shading_map import ShadingMap
-from engine.steps import drain
 
 SLICES = 6
 X = np.arange(SLICES) / (SLICES - 1)
 
 
-def patched_map(height=37, width=45, seed=0):
+def patched_map(height: int = 37, width: int = 45, seed: int = 0) -> ShadingMap:
     """Power laws with a little noise, and a patch that darkens under more light."""
     rng = np.random.default_rng(seed)
     values = X[:, None, None, None] ** rng.uniform(0.4, 3.0, (height, width, 3))
@@ -32,33 +33,33 @@ def patched_map(height=37, width=45, seed=0):
 
 
 @pytest.fixture(scope="module")
-def shading_map():
+def shading_map() -> Any:
     return patched_map()
 
 
 @pytest.fixture(scope="module")
-def power_law(shading_map):
+def power_law(shading_map: Any) -> PowerLawMap:
     return drain(fit(shading_map))
 
 
-def mixed(power_law, shading_map, bound, size=16):
+def mixed(power_law: PowerLawMap, shading_map: ShadingMap, bound: Any, size: int = 16) -> Any:
     return drain(keep_tiles(power_law, shading_map, bound, size))
 
 
-def errors(form, shading_map):
+def errors(form: Any, shading_map: ShadingMap) -> Any:
     """Oracle: the error of each texel from whole images."""
     rebuilt = np.stack([form.slice_image(r) for r in shading_map.target_radiance]).astype(np.float64)
     return np.sqrt(((rebuilt - shading_map.slices) ** 2).mean(axis=(0, 3)))
 
 
-def coordinates(shading_map, count=4000):
+def coordinates(shading_map: ShadingMap, count: int = 4000) -> tuple[Any, Any, Any]:
     rng = np.random.default_rng(1)
     height, width = shading_map.slices.shape[1:3]
     return rng.uniform(-height, 2 * height, count), rng.uniform(-width, 2 * width, count), rng.uniform(-0.1, 0.7, count)
 
 
 @pytest.mark.parametrize("above", ["clamp", "scale"])
-def test_a_bound_of_0_keeps_the_slices_bit_for_bit(power_law, shading_map, above):
+def test_a_bound_of_0_keeps_the_slices_bit_for_bit(power_law: PowerLawMap, shading_map: Any, above: str) -> None:
     form = mixed(power_law, shading_map, 0.0)
     assert np.all(form.kept.place >= 0)
     assert form.rms == 0
@@ -70,7 +71,7 @@ def test_a_bound_of_0_keeps_the_slices_bit_for_bit(power_law, shading_map, above
 
 
 @pytest.mark.parametrize("above", ["clamp", "scale"])
-def test_an_infinite_bound_is_the_power_law_bit_for_bit(power_law, shading_map, above):
+def test_an_infinite_bound_is_the_power_law_bit_for_bit(power_law: PowerLawMap, shading_map: Any, above: Any) -> None:
     form = mixed(power_law, shading_map, np.inf)
     assert form.kept is None
     assert form.size_bytes == power_law.size_bytes
@@ -80,7 +81,7 @@ def test_an_infinite_bound_is_the_power_law_bit_for_bit(power_law, shading_map, 
 
 @settings(max_examples=25)
 @given(st.floats(0.0, 0.6), st.sampled_from([1, 5, 16, 64]))
-def test_the_error_is_below_the_bound_everywhere(bound, size):
+def test_the_error_is_below_the_bound_everywhere(bound: Any, size: int) -> None:
     shading_map = patched_map()
     power_law = drain(fit(shading_map))
     form = mixed(power_law, shading_map, bound, size)
@@ -90,7 +91,9 @@ def test_the_error_is_below_the_bound_everywhere(bound, size):
     assert form.rms == pytest.approx(np.sqrt((found**2).mean()), rel=1e-4, abs=1e-8)
 
 
-def test_only_tiles_with_an_error_are_kept_and_their_bytes_are_counted(power_law, shading_map):
+def test_only_tiles_with_an_error_are_kept_and_their_bytes_are_counted(
+    power_law: PowerLawMap, shading_map: Any
+) -> None:
     form = mixed(power_law, shading_map, 0.2)
     kept = form.kept
     assert kept.place.shape == (3, 3)
@@ -106,13 +109,13 @@ def test_only_tiles_with_an_error_are_kept_and_their_bytes_are_counted(power_law
     assert not kept.slice_images(37, 45)[:, ~covered].any()
 
 
-def test_lookups_equal_images_at_texel_centres(power_law, shading_map):
+def test_lookups_equal_images_at_texel_centres(power_law: PowerLawMap, shading_map: Any) -> None:
     form = mixed(power_law, shading_map, 0.2)
     rows, columns = np.mgrid[:37, :45] + 0.5
     assert np.array_equal(form.lookup(rows, columns, 0.21), form.slice_image(0.21))
 
 
-def test_at_the_border_of_a_tile_each_form_counts_with_its_texels(power_law, shading_map):
+def test_at_the_border_of_a_tile_each_form_counts_with_its_texels(power_law: PowerLawMap, shading_map: Any) -> None:
     form = mixed(power_law, shading_map, 0.2)
     at = (20.5, 16.0, 0.3)
     expected = (power_law.lookup(*at) + shading_map.lookup(20.5, 16.5, 0.3)) / 2
@@ -121,13 +124,13 @@ def test_at_the_border_of_a_tile_each_form_counts_with_its_texels(power_law, sha
     np.testing.assert_allclose(form.lookup(*at), expected, rtol=1e-6)
 
 
-def test_measuring_agrees_with_the_fit(power_law, shading_map):
+def test_measuring_agrees_with_the_fit(power_law: PowerLawMap, shading_map: Any) -> None:
     again = drain(measured(power_law, shading_map))
     np.testing.assert_allclose(again.error_map, power_law.error_map, rtol=1e-4, atol=1e-7)
     np.testing.assert_allclose(again.rms_per_channel, power_law.rms_per_channel, rtol=1e-5)
 
 
-def test_the_worst_texels_are_the_darkening_patch(power_law, shading_map):
+def test_the_worst_texels_are_the_darkening_patch(power_law: PowerLawMap, shading_map: Any) -> None:
     worst = worst_texels(power_law, 12)
     assert {(row, column) for row, column, _ in worst} == {(r, c) for r in range(20, 23) for c in range(30, 34)}
     assert [texel.error for texel in worst] == sorted((texel.error for texel in worst), reverse=True)
@@ -136,13 +139,16 @@ def test_the_worst_texels_are_the_darkening_patch(power_law, shading_map):
     assert worst_texels(power_law, 0) == ()
 
 
-def test_equal_errors_are_listed_from_the_upper_left():
-    flat = PowerLawMap(*np.ones((2, 3, 4, 3), np.float32), 1.0, 0.0, np.zeros(3), np.ones((3, 4), np.float32))
+def test_equal_errors_are_listed_from_the_upper_left() -> None:
+    scale, exponent = np.ones((2, 3, 4, 3), np.float32)
+    flat = PowerLawMap(scale, exponent, 1.0, 0.0, np.zeros(3), np.ones((3, 4), np.float32))
     assert [(row, column) for row, column, _ in worst_texels(flat, 5)] == [(0, 0), (0, 1), (0, 2), (0, 3), (1, 0)]
 
 
 @pytest.mark.parametrize("bits", [8, 16])
-def test_quantised_maps_hold_what_their_codes_say_and_stay_within_the_bound(power_law, shading_map, bits):
+def test_quantised_maps_hold_what_their_codes_say_and_stay_within_the_bound(
+    power_law: PowerLawMap, shading_map: Any, bits: Any
+) -> None:
     form = drain(quantise(power_law, shading_map, bits))
     codes, step = quantise_exponent(form.exponent, bits, form.storage.exponent_step)
     assert codes.dtype.itemsize * 8 == bits
@@ -163,13 +169,13 @@ def test_quantised_maps_hold_what_their_codes_say_and_stay_within_the_bound(powe
     assert form.rms <= power_law.rms + form.storage.measured
 
 
-def test_more_bits_are_closer(power_law, shading_map):
+def test_more_bits_are_closer(power_law: PowerLawMap, shading_map: Any) -> None:
     coarse, fine = (drain(quantise(power_law, shading_map, bits)) for bits in (8, 16))
     assert fine.storage.bound < 0.1 * coarse.storage.bound
     assert fine.rms == pytest.approx(power_law.rms, rel=1e-3)
 
 
-def test_a_few_steep_texels_do_not_coarsen_all_others(shading_map):
+def test_a_few_steep_texels_do_not_coarsen_all_others(shading_map: Any) -> None:
     steep = np.array(shading_map.slices)
     steep[:-1, 0, 0] = 0.0
     plain, with_steep = (
@@ -180,13 +186,13 @@ def test_a_few_steep_texels_do_not_coarsen_all_others(shading_map):
     assert with_steep.rms < 1.2 * plain.rms
 
 
-def test_a_bound_may_follow_quantising(power_law, shading_map):
+def test_a_bound_may_follow_quantising(power_law: PowerLawMap, shading_map: Any) -> None:
     form = mixed(drain(quantise(power_law, shading_map, 8)), shading_map, 0.05)
     assert form.storage.exponent_bits == 8
     assert errors(form, shading_map).max() <= 0.05 + 1e-6
 
 
-def test_impossible_tiles_are_refused(power_law, shading_map):
+def test_impossible_tiles_are_refused(power_law: PowerLawMap, shading_map: Any) -> None:
     for bound, size in ((-1.0, 16), (np.nan, 16), (0.1, 0)):
         with pytest.raises(ValueError, match="not possible"):
             mixed(power_law, shading_map, bound, size)

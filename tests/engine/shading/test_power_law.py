@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from engine.shading.fit_kernel import (
+from engine.core.steps import drain
+from engine.shading.power_law import SCALES, PowerLawMap, fit
+from engine.shading.power_law_kernel import (
     AT,
     LANES,
     SCALE,
@@ -18,16 +22,14 @@ from engine.shading.fit_kernel import (
     largest_exponent,
     log_positions,
 )
-from engine.shading.power_law import SCALES, PowerLawMap, fit
 from engine.shading.quantise import quantisation_bound, quantise_exponent
 from engine.shading.shading_map import ShadingMap
-from engine.steps import drain
 
 SLICES = 8
 X = np.arange(SLICES) / (SLICES - 1)
 
 
-def fitted(samples, scale="last-slice"):
+def fitted(samples: Any, scale: str = "last-slice") -> tuple[Any, Any]:
     """(k, K) of texels (T, S), slice 0 included, in the float64 of the kernel, which `fit` rounds."""
     values = np.maximum(np.asarray(samples, np.float64)[:, 1:].T, 0.0)
     slices, texels = len(values) + 1, values.shape[1]
@@ -43,7 +45,7 @@ def fitted(samples, scale="last-slice"):
     return k, exponent
 
 
-def map_of(samples, **more):
+def map_of(samples: Any, **more: Any) -> ShadingMap:
     """A shading map with one texel for each row of samples (T, S) or (T, S, 3)."""
     samples = np.asarray(samples, np.float32)
     if samples.ndim == 2:
@@ -52,11 +54,11 @@ def map_of(samples, **more):
     return ShadingMap(slices, 1.0, np.linspace(0.0, 1.0, len(slices)), **more)
 
 
-def squared_error(samples, k, exponent):
+def squared_error(samples: Any, k: Any, exponent: Any) -> Any:
     return ((samples[:, 1:] - k[:, None] * X[1:] ** exponent[:, None]) ** 2).sum(axis=1)
 
 
-def dense_grid_error(samples, scale):
+def dense_grid_error(samples: Any, scale: Any) -> Any:
     """Oracle: the least SSE of texels (T, S) over a dense grid of exponents."""
     grid = np.concatenate([np.linspace(0, 8, 1000), np.geomspace(8, largest_exponent(SLICES), 400)])
     powers = X[1:, None] ** grid
@@ -73,20 +75,20 @@ def dense_grid_error(samples, scale):
 
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("exponent", [0.01, 0.3, 1.0, 5.0, 40.0, 64.0])
-def test_P1_exact_powers_are_recovered(exponent, scale):
+def test_P1_exact_powers_are_recovered(exponent: float, scale: Any) -> None:
     k, found = fitted([0.7 * X**exponent], scale)
     assert abs(found[0] - exponent) <= 1e-10
     assert k[0] == pytest.approx(0.7, rel=1e-12)
 
 
 @given(st.floats(0.0, 100.0), st.floats(1e-30, 1e30), st.sampled_from(SCALES))
-def test_P1_any_exact_power_is_recovered(exponent, scale, mode):
+def test_P1_any_exact_power_is_recovered(exponent: Any, scale: Any, mode: Any) -> None:
     k, found = fitted([scale * X**exponent], mode)
     assert abs(found[0] - exponent) <= 1e-10 * max(1.0, exponent)
     assert k[0] == pytest.approx(scale, rel=1e-10)
 
 
-def test_P2_black_texels_are_zero_by_convention_and_counted():
+def test_P2_black_texels_are_zero_by_convention_and_counted() -> None:
     power_law = drain(fit(map_of([np.zeros(SLICES), X, np.zeros(SLICES)])))
     np.testing.assert_array_equal(power_law.scale[0, :, 0], [0, 1, 0])
     np.testing.assert_allclose(power_law.exponent[0, :, 0], [1, 1, 1], rtol=1e-6)
@@ -95,14 +97,14 @@ def test_P2_black_texels_are_zero_by_convention_and_counted():
     assert not power_law.slice_image(1.0)[0, 0].any()
 
 
-def test_P3_a_black_last_slice_does_not_lose_the_texel():
+def test_P3_a_black_last_slice_does_not_lose_the_texel() -> None:
     samples = np.array([[0, 0.1, 0.3, 0.4, 0.5, 0.4, 0.2, 0.0]])
     k, exponent = fitted(samples)
     assert k[0] > 0.1
     assert squared_error(samples, k, exponent) <= dense_grid_error(samples, "least-squares") * 1.001
 
 
-def test_P4_constant_texels_have_exponent_0_and_are_black_at_0():
+def test_P4_constant_texels_have_exponent_0_and_are_black_at_0() -> None:
     constant = np.full((1, SLICES), 0.25)
     constant[:, 0] = 0
     power_law = drain(fit(map_of(constant)))
@@ -114,7 +116,7 @@ def test_P4_constant_texels_have_exponent_0_and_are_black_at_0():
     assert np.all(power_law.slice_image(1e-30) == np.float32(0.25))
 
 
-def test_P5_darkening_texels_are_held_at_0_and_shown():
+def test_P5_darkening_texels_are_held_at_0_and_shown() -> None:
     power_law = drain(fit(map_of([1 - 0.9 * X, X])))
     assert np.all(power_law.exponent[0, 0] == 0)
     assert power_law.error_map[0, 0] > 100 * power_law.error_map[0, 1]
@@ -123,7 +125,7 @@ def test_P5_darkening_texels_are_held_at_0_and_shown():
 
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("bad", [1, 4, 7])
-def test_P6_an_excluded_outlier_does_not_matter(scale, bad):
+def test_P6_an_excluded_outlier_does_not_matter(scale: Any, bad: int) -> None:
     exponent = np.array([0.4, 1.0, 2.5])
     samples = 0.8 * X ** exponent[:, None]
     samples[:, bad] = 3.0
@@ -137,14 +139,14 @@ def test_P6_an_excluded_outlier_does_not_matter(scale, bad):
     assert np.all(power_law.error_map > 0.5)
 
 
-def test_P6_where_all_is_excluded_all_counts():
+def test_P6_where_all_is_excluded_all_counts() -> None:
     everything = np.ones((SLICES, 1, 1), np.bool_)
     samples = [0.8 * X**1.7]
     with_mask, without = drain(fit(map_of(samples), excluded=everything)), drain(fit(map_of(samples)))
     assert np.array_equal(with_mask.exponent, without.exponent)
 
 
-def test_P7_negative_samples_count_as_0():
+def test_P7_negative_samples_count_as_0() -> None:
     samples = np.array([0.5 * X**2.0 - 0.02])
     zeroed = np.maximum(samples, 0)
     assert fitted(samples) == fitted(zeroed)
@@ -154,7 +156,7 @@ def test_P7_negative_samples_count_as_0():
 
 
 @pytest.mark.parametrize("slices", [2, 3, 8, 16, 40])
-def test_P8_the_cap_of_the_exponent_costs_less_than_a_thousandth(slices):
+def test_P8_the_cap_of_the_exponent_costs_less_than_a_thousandth(slices: int) -> None:
     samples = np.zeros((1, slices))
     samples[0, -1] = 1.0
     power_law = drain(fit(map_of(samples)))
@@ -164,7 +166,7 @@ def test_P8_the_cap_of_the_exponent_costs_less_than_a_thousandth(slices):
 
 
 @pytest.mark.parametrize("exponent", [8.6, 44.9, 60.0, 128.0])
-def test_P8_underflow_is_silent_and_small(exponent):
+def test_P8_underflow_is_silent_and_small(exponent: float) -> None:
     shape = (1, 1, 3)
     power_law = PowerLawMap(
         np.ones(shape, np.float32), np.full(shape, exponent, np.float32), 1.0, 0.0, np.zeros(3), np.zeros((1, 1), "f4")
@@ -175,7 +177,7 @@ def test_P8_underflow_is_silent_and_small(exponent):
 
 
 @pytest.mark.parametrize("bits", [8, 16])
-def test_P9_the_bound_of_quantised_exponents_holds(bits):
+def test_P9_the_bound_of_quantised_exponents_holds(bits: int) -> None:
     rng = np.random.default_rng(0)
     exponent = np.concatenate([[0.0], rng.gamma(2.0, 1.0, 500), [40.0]])
     scale = rng.random(exponent.size)
@@ -191,7 +193,7 @@ def test_P9_the_bound_of_quantised_exponents_holds(bits):
     assert np.all(bound[large] <= 1.06 * scale[large] * (step / 2) / (np.e * exponent[large]))
 
 
-def test_P9_the_bound_is_nearly_attained():
+def test_P9_the_bound_is_nearly_attained() -> None:
     exponent, stored = 2.0, 2.001
     r = np.linspace(0, 1, 100001)[1:]
     change = np.abs(r**exponent - r**stored).max()
@@ -199,11 +201,11 @@ def test_P9_the_bound_is_nearly_attained():
 
 
 @given(st.floats(-700, 0))
-def test_the_exponential_is_exact_to_rounding(x):
+def test_the_exponential_is_exact_to_rounding(x: Any) -> None:
     assert exponential(x) == pytest.approx(np.exp(x), rel=5e-16)
 
 
-def random_texels(count, seed=0):
+def random_texels(count: int, seed: int = 0) -> Any:
     """Samples of every kind: powers with noise, pure noise, bumps, steps, and sums of two powers."""
     rng = np.random.default_rng(seed)
     share = count // 5
@@ -219,7 +221,7 @@ def random_texels(count, seed=0):
 
 
 @pytest.mark.parametrize("scale", SCALES)
-def test_P10_the_lower_of_two_minima_is_found(scale):
+def test_P10_the_lower_of_two_minima_is_found(scale: Any) -> None:
     samples = random_texels(100_000)
     found = squared_error(samples, *fitted(samples, scale))
     assert np.all(found <= 1.001 * dense_grid_error(samples, scale) + 1e-18)
@@ -232,7 +234,7 @@ def test_P10_the_lower_of_two_minima_is_found(scale):
         ("least-squares", [0, 0.87927825, 0.25647413, 0.03062383, 0.01285102, 0.17523726, 0.32007097, 0.90975483]),
     ],
 )
-def test_P10_minima_that_the_grid_confuses_are_both_followed(scale, texel):
+def test_P10_minima_that_the_grid_confuses_are_both_followed(scale: str, texel: Any) -> None:
     samples = np.repeat([texel], 7 * 201, axis=0)
     for index, part in enumerate(np.array_split(np.arange(len(samples)), 7)):
         samples[part, index + 1] *= np.linspace(0.98, 1.02, len(part))
@@ -242,13 +244,13 @@ def test_P10_minima_that_the_grid_confuses_are_both_followed(scale, texel):
 
 @settings(max_examples=60)
 @given(st.lists(st.floats(0, 1), min_size=SLICES - 1, max_size=SLICES - 1), st.sampled_from(SCALES))
-def test_P10_scipy_finds_nothing_lower_near_the_minimum(values, scale):
+def test_P10_scipy_finds_nothing_lower_near_the_minimum(values: Any, scale: Any) -> None:
     samples = np.array([[0.0, *values]])
     k, exponent = fitted(samples, scale)
     if samples[0, -1] == 0:
         scale = "least-squares"
 
-    def error(trial):
+    def error(trial: Any) -> Any:
         powers = X[1:] ** trial
         factor = samples[0, -1] if scale == "last-slice" else samples[0, 1:] @ powers / (powers @ powers)
         return ((samples[0, 1:] - factor * powers) ** 2).sum()
@@ -257,14 +259,14 @@ def test_P10_scipy_finds_nothing_lower_near_the_minimum(values, scale):
     assert squared_error(samples, k, exponent)[0] <= near.fun * (1 + 1e-9) + 1e-15
 
 
-def test_P10_least_squares_is_never_worse():
+def test_P10_least_squares_is_never_worse() -> None:
     samples = random_texels(20_000, seed=3)
     fixed, free = (squared_error(samples, *fitted(samples, scale)) for scale in SCALES)
     assert np.all(free <= fixed * (1 + 1e-9) + 1e-18)
 
 
 @pytest.mark.parametrize("rows", [1, 3, 17])
-def test_tiles_do_not_change_a_bit(monkeypatch, rows):
+def test_tiles_do_not_change_a_bit(monkeypatch: pytest.MonkeyPatch, rows: int) -> None:
     samples = random_texels(17 * 19 * 3 * 5, seed=5)[: 17 * 19 * 3].astype(np.float32)
     slices = np.ascontiguousarray(samples.reshape(17, 19, 3, SLICES).transpose(3, 0, 1, 2))
     shading_map = ShadingMap(slices, 1.0, np.linspace(0, 1, SLICES))
@@ -276,7 +278,7 @@ def test_tiles_do_not_change_a_bit(monkeypatch, rows):
     assert whole.rms == tiled.rms
 
 
-def test_the_errors_are_those_of_the_reconstruction():
+def test_the_errors_are_those_of_the_reconstruction() -> None:
     samples = random_texels(500, seed=7)
     shading_map = map_of(np.stack([samples, samples**2, -0.1 * samples], axis=2))
     power_law = drain(fit(shading_map))
@@ -287,7 +289,7 @@ def test_the_errors_are_those_of_the_reconstruction():
     np.testing.assert_allclose(power_law.error_map, np.sqrt(squares.mean(axis=(0, 3))), rtol=1e-4, atol=1e-6)
 
 
-def test_lookup_filters_scale_and_exponent():
+def test_lookup_filters_scale_and_exponent() -> None:
     rng = np.random.default_rng(2)
     scale, exponent = rng.random((2, 3, 4, 3), np.float32)
     power_law = PowerLawMap(scale, exponent, 2.0, 0.0, np.zeros(3), np.zeros((3, 4), np.float32))
@@ -302,7 +304,7 @@ def test_lookup_filters_scale_and_exponent():
 
 @pytest.mark.parametrize("exponent", [0.0, 1e-30, 1.0, 128.0])
 @pytest.mark.parametrize("r", [0.0, -0.0, -1.0, np.nan, -np.inf, np.inf])
-def test_X9_powers_of_what_is_not_positive_are_black(exponent, r):
+def test_X9_powers_of_what_is_not_positive_are_black(exponent: float, r: float) -> None:
     shape = (1, 1, 3)
     power_law = PowerLawMap(
         np.ones(shape, np.float32), np.full(shape, exponent, np.float32), 1.0, 0.0, np.zeros(3), np.zeros((1, 1), "f4")
@@ -312,7 +314,7 @@ def test_X9_powers_of_what_is_not_positive_are_black(exponent, r):
         assert not power_law.lookup(0.5, 0.5, [r, 0.0], above).any()
 
 
-def test_samples_that_are_not_finite_do_not_count():
+def test_samples_that_are_not_finite_do_not_count() -> None:
     samples = np.array([0.6 * X**1.5])
     samples[0, 3] = np.nan
     samples[0, 5] = np.inf
@@ -320,10 +322,10 @@ def test_samples_that_are_not_finite_do_not_count():
     assert power_law.exponent[0, 0, 0] == pytest.approx(1.5, rel=1e-5)
 
 
-def test_wrong_calls_are_refused():
+def test_wrong_calls_are_refused() -> None:
     shading_map = map_of([X])
     with pytest.raises(ValueError, match="least-squares"):
-        drain(fit(shading_map, "best"))
+        drain(fit(shading_map, cast(Any, "best")))
     with pytest.raises(ValueError, match="excluded"):
         drain(fit(shading_map, excluded=np.zeros((2, 1, 1), np.bool_)))
     with pytest.raises(ValueError, match="bits"):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 from hypothesis import strategies as st
 
-from engine.effects.setting import Setting
+from engine.planning.costs.setting import Setting
 from engine.tradeoff.point import Point
 
 
@@ -16,7 +18,7 @@ def point(error: float, frame_s: float = 0.01, memory: int = 0, setting: Setting
         frame_s=frame_s,
         memory_bytes=memory,
         size_bytes=memory,
-        **figures,
+        **cast(Any, figures),
     )
 
 

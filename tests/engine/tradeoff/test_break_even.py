@@ -1,11 +1,11 @@
-"""When a bake has paid off, against counting frames."""
+"""The break-even of a bake, against counting frames."""
 
 from __future__ import annotations
 
 import pytest
 
-from engine.effects.setting import Setting
-from engine.tradeoff.break_even import break_even_frames, effort
+from engine.planning.costs.setting import Setting
+from engine.tradeoff.front import break_even_frames, effort
 from tests.engine.tradeoff.points import point
 
 #: A reference whose error² · time is 0.0004 s: 2 % after a second.

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.tradeoff.choose import Budget, budget_from_text, choose
+from engine.tradeoff.front import Budget, budget_from_text, choose
 from engine.tradeoff.point import Point
 from tests.engine.tradeoff.points import POINTS, point
 

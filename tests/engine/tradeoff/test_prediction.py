@@ -7,16 +7,15 @@ import dataclasses
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.camera import frame
-from engine.effects.cost_model import NAMES, CostModel
-from engine.effects.setting import Setting
-from engine.environment_file import open_environment
-from engine.ground import Ground
-from engine.scene import Scene
-from engine.shapes import shape
-from engine.tradeoff.point import Point
-from engine.tradeoff.predicting import Predictions
-from engine.tradeoff.prediction import checked, compared
+from engine.geometry.camera import frame
+from engine.geometry.ground import Ground
+from engine.geometry.shapes import shape
+from engine.light.environment_file import open_environment
+from engine.planning.costs.cost_model import NAMES, CostModel
+from engine.planning.costs.setting import Setting
+from engine.scene.scene import Scene
+from engine.tradeoff.point import Point, checked, compared
+from engine.tradeoff.predict import Predictions
 from tests.engine.tradeoff.points import point
 
 SH = Setting("sh", {"order": 3})
@@ -27,7 +26,7 @@ def said(**predicted: float) -> Point:
     return dataclasses.replace(measured, predicted=predicted)
 
 
-def test_misses_are_told_worst_first_whichever_way_they_go() -> None:
+def test_misses_are_reported_worst_first_whichever_way_they_go() -> None:
     found = checked([said(frame_s=0.14, relight_s=0.02), said(bake_s=8.0, size_bytes=900.0), point(0.3)])
     assert (found["compared"], found["within"]) == (4, 2)
     assert [(miss["figure"], miss["factor"]) for miss in found["misses"]] == [

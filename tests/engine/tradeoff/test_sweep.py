@@ -8,6 +8,7 @@ import io
 import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,25 +17,25 @@ from numpy.typing import NDArray
 
 from engine.accuracy.compare import DEVIATIONS
 from engine.brdf.brdf import brdf_from_text
-from engine.camera import frame
-from engine.effects.setting import Setting
-from engine.environment_file import open_environment
+from engine.core.steps import Step, drain
 from engine.factor.errors import reference as random_pairs
-from engine.ground import Ground
-from engine.mesh import Mesh, read_mesh
+from engine.geometry.camera import frame
+from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh, read_mesh
+from engine.geometry.shapes import shape
+from engine.light.environment_file import open_environment
+from engine.planning.costs.setting import Setting
 from engine.render.reference import reference
 from engine.render.transported import picture_of
-from engine.scene import Scene
-from engine.shapes import shape
-from engine.steps import Step, drain
-from engine.tradeoff.baked import bake_alone, bake_group, groups, lit
-from engine.tradeoff.drawing import SAMPLES
+from engine.scene.scene import Scene
+from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relit
+from engine.tradeoff.draw import SAMPLES, shown_vertices
 from engine.tradeoff.front import front
-from engine.tradeoff.shown import shown_vertices
+from engine.tradeoff.reference_error import Truth
 from engine.tradeoff.sweep import Tradeoff, ladders_of, modes_of, settings_of, sweep
-from engine.tradeoff.truth import Truth
 from engine.tradeoff.write import label_of, write
-from engine.transport import sh_bake, wavelet_bake
+from engine.transport.sh import bake as sh_bake
+from engine.transport.wavelet import bake as wavelet_bake
 from tests.engine.scenes import weave
 from tests.engine.tradeoff.points import point
 
@@ -125,7 +126,7 @@ def test_bakes_on_shared_rays_are_those_of_bakes_alone(scene: Scene, mesh: Mesh,
     of_file = drain(wavelet_bake.bake(tmp_path / "wavelet", work))
     np.testing.assert_array_equal(bakes[0].transport.vectors.words, of_file.transport.vectors.words)
     assert bakes[0].size_bytes == (tmp_path / "wavelet").stat().st_size
-    assert lit(bakes[0], scene).rows.shape == (bakes[0].transport.rows, 3)
+    assert cast(Any, relit(bakes[0], scene)).rows.shape == (bakes[0].transport.rows, 3)
 
 
 @pytest.mark.parametrize("on_ground", [False, True])
@@ -139,12 +140,12 @@ def test_a_picture_needs_no_other_vertices_than_those_it_shows(scene: Scene, on_
     some, _ = drain(bake_group(scene, group, shown=shown))
     for one, other in zip(whole, some, strict=True):
         of_whole, of_some = (
-            drain(picture_of(lit(bake, scene), scene.camera, SIZE, SAMPLES)).picture for bake in (one, other)
+            drain(picture_of(relit(bake, scene), scene.camera, SIZE, SAMPLES)).picture for bake in (one, other)
         )
         np.testing.assert_array_equal(of_whole, of_some)
         assert one.memory_bytes == other.memory_bytes
         assert one.size_bytes == other.size_bytes
-        assert lit(one, scene).rows.shape == lit(other, scene).rows.shape
+        assert cast(Any, relit(one, scene)).rows.shape == cast(Any, relit(other, scene)).rows.shape
 
 
 def test_lobes_of_what_is_shown_draw_nearly_the_same(scene: Scene) -> None:
@@ -154,7 +155,7 @@ def test_lobes_of_what_is_shown_draw_nearly_the_same(scene: Scene) -> None:
     whole, _ = drain(bake_alone(glossy, setting))
     some, _ = drain(bake_alone(glossy, setting, shown=shown_vertices(glossy, SIZE, SAMPLES)))
     one, other = (
-        drain(picture_of(lit(bake[0], glossy), glossy.camera, SIZE, SAMPLES)).picture for bake in (whole, some)
+        drain(picture_of(relit(bake[0], glossy), glossy.camera, SIZE, SAMPLES)).picture for bake in (whole, some)
     )
     assert np.linalg.norm(one - other) < 0.02 * np.linalg.norm(one)
     assert (whole[0].memory_bytes, whole[0].size_bytes) == (some[0].memory_bytes, some[0].size_bytes)
@@ -199,7 +200,7 @@ def test_cancelling_leaves_nothing_behind(scene: Scene) -> None:
 
 @pytest.fixture(scope="module")
 def truth(scene: Scene) -> NDArray[np.float32]:
-    """A picture whose noise is an eighth of that of the references it is told by, or less."""
+    """A picture whose noise is an eighth of that of its references, or less."""
     return drain(reference(scene, SMALL, samples=4096, seed=12345)).picture
 
 
@@ -228,18 +229,18 @@ def test_T8_the_reported_error_covers_the_true_one(
 ) -> None:
     """Against references of few paths by other random numbers, and seldom by far too much."""
     wrong = spoilt(truth)
-    told = [drain(reference(scene, SMALL, samples=samples, seed=seed)) for seed in range(count)]
-    mask = np.logical_and.reduce([each.picture[..., 3] >= 0.999 for each in told])
+    references = [drain(reference(scene, SMALL, samples=samples, seed=seed)) for seed in range(count)]
+    mask = np.logical_and.reduce([each.picture[..., 3] >= 0.999 for each in references])
     picked, right = (picture[mask][:, :3].astype(float) for picture in (wrong, truth))
     true = np.linalg.norm(picked - right) / np.linalg.norm(right)
-    errors = [Truth(each, mask, 0.0).error(wrong) for each in told]
+    errors = [Truth(each, mask, 0.0).error(wrong) for each in references]
     assert np.mean([error.rmse_rel + error.uncertainty >= true for error in errors]) >= 0.95
     assert np.mean([error.rmse_rel - error.uncertainty <= true for error in errors]) >= 0.95
     assert np.median([error.uncertainty for error in errors]) < 2.0 * true
 
 
 @pytest.mark.parametrize("terms", [1, 3])
-def test_T8_the_error_of_factors_holds_on_directions_that_they_were_not_told_by(terms: int) -> None:
+def test_T8_the_error_of_factors_holds_on_directions_that_they_were_not_fitted_to(terms: int) -> None:
     """80,000 random pairs each time, as Wang et al. 2004, section 4.3, within what so many pairs leave open."""
     brdf = brdf_from_text("phong:exponent=10")
     factors = drain(wavelet_bake.factors_for(brdf, terms))

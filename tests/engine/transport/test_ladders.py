@@ -1,14 +1,14 @@
 """Ladders of every knob of baked transport: what costs more is not less exact (spec 07, T7).
 
 Radiance at some vertices of a small bust with hollows, towards some views under a real map, is held against the sum
-over a map of 6 × 128² texels with the reflectance itself and a ray for each texel. Every ladder shares its rays.
+over a map of 6 × 128² texels with the BRDF itself and a ray for each texel. Every ladder shares its rays.
 
-The map is turned several times, and the error is that of all turns together: what truncation leaves out is the part of
+The map is rotated several times, and the error is that of all turns together: what truncation leaves out is the part of
 transport in the higher bands times the light's, whose square falls from rung to rung in the mean over all turns of the
-light, but not under each of them. Grace Cathedral has a few small bright lights, which ring; as it lies, the error of
-harmonics rises from order 6 to 7 by 4 % and from 10 to 12 by 17 %, and that is no fault of the bake. Likewise a finer
-cube map is more exact only where as many coefficients are kept as it needs: of 384, the error under an edge of 64 is
-3 % above that of 32.
+light, but not under each of them. Grace Cathedral has a few small bright lights, which ring; unrotated, the error
+of SH rises from order 6 to 7 by 4 % and from 10 to 12 by 17 %, and that is no fault of the bake. Likewise a finer cube
+map is more exact only where as many coefficients are kept as it needs: of 384, the error under an edge of 64 is 3 %
+above that of 32.
 """
 
 from __future__ import annotations
@@ -23,29 +23,37 @@ import pytest
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf, brdf_from_text
-from engine.cube_map import cube_directions, cube_of, cube_solid_angles
-from engine.directions import Vectors, normalize
-from engine.environment import EnvironmentMap
-from engine.environment_file import open_environment
+from engine.core.directions import Vectors, normalize
+from engine.core.steps import drain
 from engine.factor.errors import PAIRS, reference
-from engine.factor.maps import DirectionMap
+from engine.factor.hemisphere_map import DirectionMap
 from engine.factor.separable import separate
 from engine.factor.separable_factors import SeparableFactors
 from engine.figures.figure import coarse_bust
-from engine.mesh import Mesh
-from engine.steps import drain
+from engine.geometry.mesh import Mesh
+from engine.light.cube_map import cube_directions, cube_of, cube_solid_angles
+from engine.light.environment import EnvironmentMap
+from engine.light.environment_file import open_environment
 from engine.tradeoff.front import SLACK
-from engine.transport.gaussian import GaussianTransport, lobes_towards
-from engine.transport.gaussian_error import part_of
-from engine.transport.gaussian_fit import Fit, FitSettings, fit_vertices
-from engine.transport.gaussian_lighting import lobe_radiance
-from engine.transport.gaussian_samples import direct_samples, glossy_surface
-from engine.transport.lit import lit_gaussians
-from engine.transport.sh_lighting import project, turned_about_y
-from engine.transport.sh_table import tabulate
-from engine.transport.sh_transfer import ShTransport, matrices, signed_radiance, transferred, visibility_harmonics
-from engine.transport.visibility import Receivers, receivers, visibility_shares
-from engine.transport.wavelet import (
+from engine.transport.baking.visibility import Receivers, receivers, visibility_shares
+from engine.transport.gaussian.error import part_of
+from engine.transport.gaussian.fitting.fit import Fit, FitSettings, fit_vertices
+from engine.transport.gaussian.lighting import lobe_radiance
+from engine.transport.gaussian.samples import direct_samples, glossy_surface
+from engine.transport.gaussian.transfer import GaussianTransport, lobes_towards
+from engine.transport.relit import relit_gaussians
+from engine.transport.sh.brdf_table import tabulate
+from engine.transport.sh.lighting import project, turned_about_y
+from engine.transport.sh.transfer import (
+    ShTransport,
+    matrices,
+    signed_radiance,
+    transferred,
+    visibility_harmonics,
+)
+from engine.transport.wavelet.bake import factors_for
+from engine.transport.wavelet.lighting import Lighting, lighting_of, tuples, turned
+from engine.transport.wavelet.transfer import (
     WaveletTransport,
     cube_texels,
     light_maps,
@@ -54,11 +62,9 @@ from engine.transport.wavelet import (
     vectors_of,
     vertex_frames,
 )
-from engine.transport.wavelet_bake import factors_for
-from engine.transport.wavelet_lighting import Lighting, lighting_of, tuples, turned
 
 VERTICES, VIEWS, EDGE, FINE = 24, 10, 128, 4
-#: How the map is turned about +Y, in rad.
+#: Rotations of the map about +Y.
 TURNS = 6
 ANGLES = 2.0 * np.pi * np.arange(TURNS) / TURNS
 
@@ -177,7 +183,7 @@ def glossy(place: Place) -> Wavelets:
 
 
 @pytest.fixture(scope="module")
-def matt(place: Place) -> Wavelets:
+def diffuse(place: Place) -> Wavelets:
     """One term is exact, so that what is kept of the vectors is all of the error."""
     return Wavelets(place, "lambert:albedo=0.5")
 
@@ -189,16 +195,16 @@ def test_T7_terms_do_not_raise_the_error(glossy: Wavelets) -> None:
 
 
 @pytest.mark.parametrize("edge", [16, 64])
-def test_T7_coefficients_do_not_raise_the_error(matt: Wavelets, edge: int) -> None:
-    factors = matt.factors(1)
-    errors = [matt.error(factors, coefficients, edge) for coefficients in (24, 48, 96, 192, 384)]
+def test_T7_coefficients_do_not_raise_the_error(diffuse: Wavelets, edge: int) -> None:
+    factors = diffuse.factors(1)
+    errors = [diffuse.error(factors, coefficients, edge) for coefficients in (24, 48, 96, 192, 384)]
     assert rising(errors) == []
     assert errors[-1] < 0.3 * errors[0]
 
 
-def test_T7_edges_of_the_cube_do_not_raise_the_error(matt: Wavelets) -> None:
-    factors = matt.factors(1)
-    errors = [matt.error(factors, 1536, edge) for edge in (16, 32, 64)]
+def test_T7_edges_of_the_cube_do_not_raise_the_error(diffuse: Wavelets) -> None:
+    factors = diffuse.factors(1)
+    errors = [diffuse.error(factors, 1536, edge) for edge in (16, 32, 64)]
     assert rising(errors) == []
 
 
@@ -243,7 +249,7 @@ def test_T7_gaussians_do_not_raise_the_error(place: Place) -> None:
         both = []
         for lobes in (fit.lobes, fit.preserving()):  # a bake takes the better
             transport = GaussianTransport(place.some, VERTICES, 0.0, (lobes,), None)
-            lights = [lit_gaussians(transport, place.environment, rotation=angle).light for angle in ANGLES]
+            lights = [relit_gaussians(transport, place.environment, rotation=angle).light for angle in ANGLES]
             seen = [lobes_towards(transport, wo) for wo in place.towards]
             found = [[lobe_radiance(light, each.energy, each.mean, each.sigma) for each in seen] for light in lights]
             both.append(place.error(found, truth))

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 
-from engine.effects.estimates import EFFECTS
-from engine.factor.maps import KINDS
+from engine.core.params import Parameter, parameters
+from engine.factor.hemisphere_map import KINDS
 from engine.factor.separable import WEIGHTINGS
-from engine.params import Parameter, parameters
-from engine.transport.gaussian_fit import MOST_LOBES
+from engine.planning.effects.estimates import EFFECTS
+from engine.transport.gaussian.fitting.fit import MOST_LOBES
+from engine.transport.gaussian.fitting.views import VIEWS
 from engine.transport.gaussian_method import bake_settings as gaussian_settings
-from engine.transport.haar import EDGES
 from engine.transport.method import METHODS, Baking, Method, method_of
-from engine.transport.sh import WINDOWS
+from engine.transport.sh.basis import WINDOWS
+from engine.transport.sh.brdf_table_varying import MOST_VARIATIONS
 from engine.transport.sh_method import bake_settings as sh_settings
-from engine.transport.sh_varied import MOST_VARIATIONS
-from engine.transport.view_directions import VIEWS
-from engine.transport.wavelet import MOST_COEFFICIENTS, MOST_TERMS
+from engine.transport.wavelet.haar import EDGES
+from engine.transport.wavelet.transfer import MOST_COEFFICIENTS, MOST_TERMS
 from engine.transport.wavelet_method import bake_settings as wavelet_settings
 
-BAKES = {"sh": sh_settings, "wavelet": wavelet_settings, "gaussian": gaussian_settings}
+BAKES: dict[str, Callable[[Any], object]] = {
+    "sh": sh_settings,
+    "wavelet": wavelet_settings,
+    "gaussian": gaussian_settings,
+}
 
 
 def declared(method: str, name: str) -> Parameter:
@@ -43,10 +50,11 @@ def test_declarations_are_those_of_the_engine() -> None:
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
 def test_a_bake_takes_every_value_that_a_plan_or_a_form_may_choose(method: Method) -> None:
+    settings_of: Any = method.settings
     for parameter in parameters(method.settings):
         ends = (parameter.low, parameter.high) if parameter.kind == "whole" and not parameter.values else ()
         for value in (*ends, *parameter.values, *(value for value, _ in parameter.offered)):
-            BAKES[method.name](method.settings(**{parameter.name: value}))
+            BAKES[method.name](settings_of(**{parameter.name: value}))
         for value in parameter.ladder:
             BAKES[method.name](method.with_values({parameter.name: value}))
 

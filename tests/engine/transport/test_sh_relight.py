@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
-from engine.camera import Camera
-from engine.ground import Ground
+from engine.core.steps import drain
+from engine.geometry.camera import Camera
+from engine.geometry.ground import Ground
 from engine.render.transported import picture_of
-from engine.steps import drain
-from engine.transport.lit import LitHarmonics
-from engine.transport.sh_bake import BakeSettings, bake, prepare
+from engine.transport.baking.spatially_varying import Variation
+from engine.transport.relit import RelitSh
+from engine.transport.sh.bake import BakeSettings, bake, prepare
+from engine.transport.sh.transfer import ShTransport, transferred
 from engine.transport.sh_relight import Relighter
-from engine.transport.sh_transfer import ShTransport, transferred
-from engine.transport.variation import Variation
-from tests.engine.transport.test_sh_transfer import small
+from tests.engine.transport.sh.test_transfer import small
 
 EYES = (3.0, 1.0, 2.0), (-2.0, 3.0, 1.0)
 
@@ -25,7 +25,7 @@ EYES = (3.0, 1.0, 2.0), (-2.0, 3.0, 1.0)
 @pytest.fixture
 def transport(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ShTransport:
     """A sphere on a ground whose gloss varies."""
-    monkeypatch.setattr("engine.transport.sh_table.SAMPLES", 256)
+    monkeypatch.setattr("engine.transport.sh.brdf_table.SAMPLES", 256)
     settings = BakeSettings(order=3, edge=8, fine=1)
     brdf, varied = brdf_from_text("ggx:kd=0.3/0.5/0.2,alpha=0.5,f0=0.04"), [Variation("alpha", 0.4, 0.5, "y")]
     work = drain(prepare(small(), brdf, settings, Ground(cells=4), varied))
@@ -39,9 +39,9 @@ def lights(near: int | None = None) -> list[np.ndarray]:
     return list(found)
 
 
-def picture(lit: LitHarmonics, eye: tuple[float, float, float]) -> np.ndarray:
+def picture(relit: RelitSh, eye: tuple[float, float, float]) -> np.ndarray:
     camera = Camera(eye, (0.0, 0.0, 0.0))
-    return drain(picture_of(lit, camera, (40, 30), 1)).picture
+    return drain(picture_of(relit, camera, (40, 30), 1)).picture
 
 
 @pytest.mark.parametrize("near", [False, True])
@@ -50,30 +50,30 @@ def test_fixed_light_and_fixed_view_show_the_same(transport: ShTransport, near: 
     relighter = Relighter(transport)
     ways = []
     for light, eye in ((0, 0), (0, 1), (1, 1), (0, 1), (0, 1), (0, 0), (1, 1)):  # view, light, light, none, view, both
-        lit = relighter.lit(shone[light], EYES[eye])
-        ways.append("light" if lit.transport is transport else "view")
-        assert relighter.is_for(lit, EYES[eye])
-        assert relighter.is_for(lit, EYES[1 - eye]) == (ways[-1] == "light")
-        fresh = picture(LitHarmonics(transport, transferred(transport, shone[light])), EYES[eye])
+        relit = relighter.relit(shone[light], EYES[eye])
+        ways.append("light" if relit.transport is transport else "view")
+        assert relighter.is_for(relit, EYES[eye])
+        assert relighter.is_for(relit, EYES[1 - eye]) == (ways[-1] == "light")
+        fresh = picture(RelitSh(transport, transferred(transport, shone[light])), EYES[eye])
         assert fresh[..., :3].max() > 0.0
-        np.testing.assert_allclose(picture(lit, EYES[eye]), fresh, atol=2e-5 * fresh.max())
+        np.testing.assert_allclose(picture(relit, EYES[eye]), fresh, atol=2e-5 * fresh.max())
     assert ways == ["light", "light", "view", "view", "view", "light", "light"]
 
 
 def test_what_has_not_moved_is_not_worked_out_again(transport: ShTransport) -> None:
     relighter, shone = Relighter(transport), lights()
-    first = relighter.lit(shone[0], EYES[0])
-    assert relighter.lit(shone[0].copy(), EYES[1]) is first
-    seen = relighter.lit(shone[1], EYES[1])
-    assert relighter.lit(shone[1], EYES[1]) is seen
+    first = relighter.relit(shone[0], EYES[0])
+    assert relighter.relit(shone[0].copy(), EYES[1]) is first
+    seen = relighter.relit(shone[1], EYES[1])
+    assert relighter.relit(shone[1], EYES[1]) is seen
     vectors = relighter._vectors
-    relighter.lit(shone[0], EYES[1])
+    relighter.relit(shone[0], EYES[1])
     assert relighter._vectors is vectors
 
 
-def test_a_matt_model_has_nothing_of_the_view_to_fix(tmp_path: Path) -> None:
+def test_a_diffuse_model_has_nothing_of_the_view_to_fix(tmp_path: Path) -> None:
     work = drain(prepare(small(), brdf_from_text("lambert"), BakeSettings(order=3, edge=8, fine=1)))
-    matt = drain(bake(tmp_path / "a.transport", work)).transport
-    relighter = Relighter(matt)
+    diffuse = drain(bake(tmp_path / "a.transport", work)).transport
+    relighter = Relighter(diffuse)
     for light in lights():
-        assert relighter.lit(light, EYES[0]).transport is matt
+        assert relighter.relit(light, EYES[0]).transport is diffuse

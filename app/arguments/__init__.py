@@ -1,0 +1,1 @@
+"""Arguments of the command line: files to read and to write, and exit codes."""

@@ -1,0 +1,229 @@
+"""Arguments of the command line that name files: their `type` is `Input` for reading and `Output` for writing.
+
+`app.command_line` hands every parsed command line to `check_results` before the verb runs, so that no verb can forget
+it. An argument of free words that names no file has the type `str`; `tests/app/arguments/test_results.py` fails for one
+without a type. Below are the kinds of results, and by what an earlier one is known, which may be replaced without being
+asked for.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import stat
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+from engine.storage.outputs import Kind, check_outputs, has_tag, look
+
+OVERWRITE_HELP = "replace an existing file that this command did not write; never one that it reads"
+
+#: Names longer than any path are text, which no file is looked for by.
+_LONGEST_PATH = 4096
+
+
+@dataclass(frozen=True)
+class Input:
+    """The type of an argument that names something to read, by itself or within a text (`alpha=0.1:0.5:map.png`).
+
+    Attributes
+    ----------
+    make : what the verb gets: `str` or `Path`.
+    reach : 'file' where a folder of that name is not read (models and skies have built-in names), 'path' for a file or
+        a folder, 'beside' where the folder of a file is read as well.
+    """
+
+    make: Callable[[str], Any] = str
+    reach: Literal["file", "path", "beside"] = "path"
+
+    def __call__(self, text: str) -> Any:
+        return self.make(text)
+
+    def paths(self, text: str) -> Iterator[str]:
+        """Existing paths that `text` may mean."""
+        for name in _candidates(text):
+            found = look(name)
+            if found is None or (self.reach == "file" and stat.S_ISDIR(found.st_mode)):
+                continue
+            yield name
+            if self.reach == "beside" and stat.S_ISREG(found.st_mode) and not _is_archive(name):
+                yield str(Path(name).parent)
+
+
+@dataclass(frozen=True)
+class Output:
+    """The type of an argument that names something to write.
+
+    Attributes
+    ----------
+    kind : what is written, or a function of the text and all options that lists paths with their kinds.
+    make : what the verb gets: `str` or `Path`.
+    """
+
+    kind: Kind | Callable[[str, argparse.Namespace], list[tuple[str, Kind]]]
+    make: Callable[[str], Any] = str
+
+    def __call__(self, text: str) -> Any:
+        return self.make(text)
+
+    def named(self, text: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
+        return [(text, self.kind)] if isinstance(self.kind, Kind) else self.kind(text, options)
+
+
+def check_results(parser: argparse.ArgumentParser, options: argparse.Namespace) -> None:
+    """Check all outputs of a command line, see `check_outputs`; wrong usage where one has a wrong ending."""
+
+    inputs: list[str] = []
+    outputs: list[tuple[str, Kind]] = []
+    for action in _chosen_actions(parser, options):
+        for text in _texts(getattr(options, action.dest, None)):
+            if isinstance(action.type, Input):
+                inputs += action.type.paths(text)
+            elif isinstance(action.type, Output):
+                outputs += action.type.named(text, options)
+    check_outputs(outputs, inputs, overwrite=getattr(options, "overwrite", False))
+
+
+def add_overwrite(parser: argparse.ArgumentParser) -> None:
+    """Add --overwrite to `parser` and those of its actions, each where it has an output."""
+    if any(isinstance(action.type, Output) for action in parser._actions):
+        parser.add_argument("--overwrite", action="store_true", help=OVERWRITE_HELP)
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for below in action.choices.values():
+                add_overwrite(below)
+
+
+def _chosen_actions(parser: argparse.ArgumentParser, options: argparse.Namespace) -> Iterator[argparse.Action]:
+    """The arguments of the verb that was chosen, and of its own actions."""
+    for action in parser._actions:
+        if not isinstance(action, argparse._SubParsersAction):
+            yield action
+        elif getattr(options, action.dest) is not None:
+            yield from _chosen_actions(action.choices[getattr(options, action.dest)], options)
+
+
+def _texts(value: Any) -> list[str]:
+    if isinstance(value, list | tuple):
+        return [text for each in value for text in _texts(each)]
+    return [os.fspath(value)] if isinstance(value, str | os.PathLike) else []
+
+
+def _candidates(text: str) -> Iterator[str]:
+    """The text, what follows its colons and equals signs, and each of these up to a # (`abrdf.dat#17`)."""
+    starts = [0, *(index + 1 for index, letter in enumerate(text) if letter in ":=")]
+    for start in starts:
+        for name in {text[start:], text[start:].strip(), text[start:].rpartition("#")[0].strip()}:
+            if 0 < len(name) <= _LONGEST_PATH and "\0" not in name:
+                yield name
+
+
+def _is_archive(path: str) -> bool:
+    from engine.storage.unpack import is_archive
+
+    return is_archive(Path(path))
+
+
+#: Photographs of a simulated capture begin with the name of its sample.
+_PHOTOGRAPHS = ("woven_*", "hammered_*", "leather_*", "plain_*")
+
+
+def software(verb: str) -> str:
+    """The software tag of pictures that a verb writes."""
+    return f"Lightarc {verb}"
+
+
+def picture_by(verb: str, *endings: str) -> Kind:
+    """A picture that a verb writes, known by its software tag."""
+    return Kind("a picture", endings, is_earlier=partial(has_tag, software=software(verb)))
+
+
+def _folder(noun: str, marker: str, *members: str) -> Kind:
+    """A folder that is known by the file `marker` and holds nothing but that and `members`."""
+    return Kind(noun, is_earlier=lambda folder: (folder / marker).is_file(), members=(marker, *members))
+
+
+def _is_transport(path: Path) -> bool:
+    from engine.transport.baking.file import holds_transport
+
+    return holds_transport(path)
+
+
+def _is_table(path: Path) -> bool:
+    """A MERL file of ours is like any other, and so never known."""
+    from engine.brdf.readers.table_file import looks_like_table
+    from engine.core.errors import InputError
+    from engine.storage.untrusted import read_head
+
+    try:
+        return looks_like_table(*read_head(path, 1 << 12), path.name)
+    except InputError:
+        return False
+
+
+def _is_bundle(path: Path) -> bool:
+    from engine.bundle.bundle import check_replaceable
+    from engine.core.errors import OutputError
+
+    try:
+        check_replaceable(path)
+    except OutputError:
+        return False
+    return True
+
+
+def material_at(path: str, _options: argparse.Namespace) -> list[tuple[str, Kind]]:
+    """A bundle is a file where it has the ending of one, and else a folder."""
+    return [(path, BUNDLE if Path(path).suffix.lower() == ".lightarc" else BUNDLE_FOLDER)]
+
+
+def figures_in(folder: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
+    """A folder for each figure that is asked for, within one that they share."""
+    from engine.figures.papers.catalogue import FIGURES
+
+    names = FIGURES if "all" in options.names else dict.fromkeys(options.names)
+    return [(folder, SHARED), *((str(Path(folder) / name), FIGURE) for name in names if name in FIGURES)]
+
+
+def sweep_in(folder: str, _options: argparse.Namespace) -> list[tuple[str, Kind]]:
+    """The files of a sweep, each replaced by itself, within a folder that may hold others."""
+    stems = ("tradeoff", "tradeoff-relight", "tradeoff-bake", "tradeoff-memory")
+    names = ["tradeoff.csv", *(f"{stem}{ending}" for stem in stems for ending in (".png", ".svg")), "tradeoff.json"]
+    return [(folder, SHARED), *((str(Path(folder) / name), SWEEP) for name in names)]
+
+
+def _is_sweep(path: Path) -> bool:
+    from engine.core.errors import InputError
+    from engine.storage.untrusted import read_head
+
+    try:
+        return b'"reference_samples"' in read_head(path.with_name("tradeoff.json"), 1 << 24)[0]
+    except InputError:
+        return False
+
+
+TRANSPORT = Kind("a transport file", (".transport",), is_earlier=_is_transport)
+TABLE = Kind("a table", (".binary", ".exr"), is_earlier=_is_table)
+BUNDLE = Kind("a bundle", (".lightarc",), is_earlier=_is_bundle)
+BUNDLE_FOLDER = Kind("a bundle", is_earlier=_is_bundle, members=("*",))  # whose reader knows all members
+STACK = _folder("a stack", "stack.json", "radiance.npy", "saturated.npy")
+CAPTURE = _folder(
+    "a simulated capture",
+    "truth/truth.json",
+    *("capture.toml", "truth/height.exr", "truth/radiance_*.exr"),
+    *(f"{name}.{ending}" for name in (*_PHOTOGRAPHS, "dark", "flat") for ending in ("tif", "exr", "dng")),
+)
+DEMO = _folder(
+    "a demo",
+    "demo.json",
+    *("contact_sheet.png", "cloth_*.png", "*.lightarc", "stack/*"),
+    *(f"capture/{name}" for name in CAPTURE.members),
+)
+FACTORS = _folder("a folder of factors", "factors.json", "term-*.exr", "terms-*.exr")
+FIGURE = _folder("a figure", "figure.json", "*.png", "*.svg", "pictures.csv", "curves.csv", "radiance/*.exr")
+SHARED = Kind("a folder", shared=True)
+SOAK_LOG = _folder("a record of a soak", "soak.jsonl")
+SWEEP = Kind("a file of a sweep", (".json", ".csv", ".png", ".svg"), is_earlier=_is_sweep)

@@ -1,0 +1,1 @@
+"""The program measured from outside, in a process of its own."""

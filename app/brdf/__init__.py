@@ -1,0 +1,1 @@
+"""The BRDF workspace: library, plots, lobes, fits."""

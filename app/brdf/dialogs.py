@@ -1,0 +1,48 @@
+"""File dialogs of the BRDF workspace, and the text that it puts on the clipboard."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from app.commands import brdf as commands_brdf
+from app.commands.workbench import Workbench
+from app.document.comparison import Entry
+from engine.brdf.brdf import brdf_to_text
+
+FILES = "Measured BRDFs (*.binary *.bsdf *.brdf *.astm *.bin *.dat *.txt *.csv *.exr *.alta);;All files (*)"
+TABLES = "MERL (*.binary);;Table of Lightarc (*.exr)"
+
+
+def browse(parent: QWidget, bench: Workbench) -> None:
+    """Open measured BRDFs."""
+    chosen, _ = QFileDialog.getOpenFileNames(parent, "Open measured BRDFs", "", FILES)
+    for path in chosen:
+        commands_brdf.open_file(bench, Path(path))
+
+
+def relocate(parent: QWidget, bench: Workbench, lost: Path) -> None:
+    """Ask where a file of the library is now."""
+    chosen, _ = QFileDialog.getOpenFileName(parent, f"Where is {lost.name} now?", str(lost.parent), FILES)
+    if chosen:
+        commands_brdf.open_file(bench, Path(chosen), instead_of=lost)
+
+
+def save(parent: QWidget, bench: Workbench, entry: Entry) -> None:
+    """Write `entry` as a table where the person says."""
+    name = "".join(letter if letter.isalnum() or letter in " -_" else "-" for letter in entry.name)
+    chosen, kind = QFileDialog.getSaveFileName(parent, "Save a table", f"{name}.binary", TABLES)
+    if chosen:
+        path = Path(chosen)
+        if path.suffix.lower() not in (".binary", ".exr"):
+            path = path.with_name(path.name + (".exr" if "exr" in kind else ".binary"))
+        commands_brdf.save_table(bench, entry.brdf, path)
+
+
+def copy_text(bench: Workbench, entry: Entry) -> None:
+    """Put the text that names a model on the clipboard."""
+    words = brdf_to_text(entry.brdf)
+    QGuiApplication.clipboard().setText(words)
+    bench.said.emit(f"Copied {words}")

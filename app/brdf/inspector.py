@@ -1,0 +1,366 @@
+"""The right side of the BRDF workspace: the compared BRDFs, parameters or facts of the current one, fit, and use.
+
+The section that fits a model: its target and settings, the error while it runs, and the result.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHBoxLayout,
+    QListWidget,
+    QListWidgetItem,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.brdf.plots import ResidualPlot, marker_icon
+from app.commands.brdf import FULL, FitSoFar, add, fitted, is_model
+from app.commands.brdf_figures import Facts
+from app.commands.workbench import Workbench
+from app.document.comparison import Comparison, Entry, Fitted
+from app.jobs.jobs import Job
+from app.widgets import theme
+from app.widgets import theme as icons
+from app.widgets.labels import BRDF_LABELS, BRDF_NAMES
+from app.widgets.panels import Panel, Rows, Segments, button, enable, text
+from app.widgets.param_form import ParamForm
+from app.widgets.theme import ROW, STEP, role
+from engine.brdf.brdf import MODELS, model_name
+from engine.core.params import parameters
+from engine.core.steps import Step
+
+WEIGHTINGS = (
+    ("log", "All parts", "Relative errors: dim parts weigh as much as the highlight"),
+    ("cosine", "Energy", "Errors weighted by energy: a highlight outweighs all else"),
+)
+
+
+class FitSection(Rows):
+    """Fits to the current entry. `changed` says that a better fit is known, or that none is under way any more."""
+
+    changed = Signal()
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__("Fit a model")
+        self.bench = bench
+        self.entry: Entry | None = None
+        self.job: Job | None = None
+        self.so_far: FitSoFar | None = None
+        self._of: Entry | None = None
+        self._asked: tuple[str, str] = ("", "")
+        self.model = QComboBox()
+        for name in MODELS:
+            self.model.addItem(BRDF_NAMES.get(name, name), name)
+        self.model.setCurrentIndex(self.model.findData("ggx"))
+        self.row("Model", self.model, "The model to fit")
+        self.weighting = Segments(WEIGHTINGS)
+        self.weighting.choose("log")
+        self.weighting.setMinimumHeight(self.weighting.sizeHint().height())
+        self.row("Counts", self.weighting, "Weight of each error in the fit")
+        self.start = button("Fit")
+        self.start.clicked.connect(self.begin)
+        self.stop = button("Stop and keep", hint="The best parameters so far become an entry of the list")
+        self.stop.clicked.connect(self.end)
+        self.stop.hide()
+        holder = QWidget()
+        row = QHBoxLayout(holder)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.start, 1)
+        row.addWidget(self.stop, 1)
+        self.wide(holder)
+        self.error = text("", "secondary")
+        self.error.setToolTip("RMS of BRDF × cosine relative to that of the data: at the start → now")
+        self.wide(self.error)
+        self.error.hide()
+        self.plot = ResidualPlot()
+        self.wide(self.plot)
+        self.plot.hide()
+
+    @property
+    def running(self) -> bool:
+        """True while a fit runs."""
+        return self.job is not None
+
+    def show_entry(self, entry: Entry | None, comparison: Comparison) -> None:
+        """Set the entry that the next fit approximates."""
+        self.entry = entry
+        nothing = "" if entry is not None else "Add a BRDF to the list first"
+        full = FULL if comparison.free_identity is None else ""
+        busy = "A fit is running" if self.running else ""
+        hint = f"Find the parameters that bring the model nearest to {entry.name}" if entry is not None else ""
+        enable(self.start, nothing or full or busy, hint)
+        enable(self.model, busy)
+        enable(self.weighting, busy)
+
+    def begin(self) -> None:
+        """Fit the chosen model to the current entry."""
+        if self.entry is None or self.running:
+            return
+        entry, model, weighting = self.entry, str(self.model.currentData()), self.weighting.value
+        self._of, self._asked, self.so_far = entry, (model, weighting), None
+        title = f"Fitting {BRDF_NAMES.get(model, model)} to {entry.name}"
+        job = self.bench.jobs.submit(title, lambda: fitted(entry.brdf, model, weighting))
+        self.job = job
+        self.stop.show()
+        job.progressed.connect(self._progressed)
+        job.succeeded.connect(self._finish)
+        job.cancelled.connect(lambda: self._finish(self.so_far))
+        job.failed.connect(lambda _error: self._finish(None))
+        self.changed.emit()
+
+    def end(self) -> None:
+        """Stop and keep the best result."""
+        if self.job is not None:
+            self.bench.jobs.cancel(self.job)
+
+    def _progressed(self, step: Step) -> None:
+        if step.partial is not None:
+            self.so_far = step.partial
+            self._show_errors(step.partial)
+            self.changed.emit()
+
+    def _show_errors(self, now: FitSoFar) -> None:
+        self.error.show()
+        self.error.setText(f"Error {percent(now.before.rmse_rel)} → {percent(now.after.rmse_rel)}")
+        self.plot.show()
+        self.plot.show_errors(now.now.edges, now.start.rms, now.now.rms, theme.current().accent)
+
+    def _finish(self, found: FitSoFar | None) -> None:
+        of, (model, weighting) = self._of, self._asked
+        self.job = self.so_far = self._of = None
+        self.stop.hide()
+        still_there = of is not None and self.bench.document.project.comparison.find(of.identity) is not None
+        if found is not None and of is not None and still_there:
+            self._show_errors(found)
+            note = Fitted(of.name, weighting, found.before.rmse_rel, found.after.rmse_rel)
+            add(self.bench, f"{BRDF_NAMES.get(model, model)} to {of.name}", found.brdf, fitted=note)
+        self.changed.emit()
+
+
+def percent(share: float) -> str:
+    """A relative error in words."""
+    return f"{100.0 * share:.3g} %"
+
+
+IDENTITY = Qt.ItemDataRole.UserRole
+
+
+class Inspector(Panel):
+    """Signals request the action in their names; `edited(brdf, final)`: new parameters of the current entry."""
+
+    current_wanted = Signal(int)
+    visible_wanted = Signal(int, bool)
+    remove_wanted = Signal()
+    edited = Signal(object, bool)
+    use_wanted = Signal()
+    copy_wanted = Signal()
+    save_wanted = Signal()
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self.entry: Entry | None = None
+        self._filling = False
+        self._make_list()
+        self._make_about()
+        self.fit = FitSection(bench)
+        self.column.addSpacing(2 * STEP)
+        self.column.addWidget(self.fit)
+        self.use = button("Use for the material", "primary")
+        self.use.clicked.connect(self.use_wanted)
+        self.finish(self.use)
+
+    def _make_list(self) -> None:
+        rows = self.section("Compared")
+        self.list = EntryList()
+        self.list.setAccessibleName("Compared BRDFs")
+        self.list.setIconSize(QSize(22, 16))
+        self.list.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.list.setToolTip("Tick the entries to show (Space); Del removes one")
+        self.list.currentItemChanged.connect(self._row_changed)
+        self.list.itemChanged.connect(self._ticked)
+        rows.wide(self.list)
+        self.list.remove_wanted.connect(self.remove_wanted)
+        self.remove = QToolButton()
+        self.remove.setIconSize(QSize(16, 16))
+        self.remove.setAccessibleName("Remove from the list")
+        self.remove.clicked.connect(self.remove_wanted)
+        self.copy = button("Copy as text")
+        self.copy.clicked.connect(self.copy_wanted)
+        self.save = button("Save table…")
+        self.save.clicked.connect(self.save_wanted)
+        holder = QWidget()
+        row = QHBoxLayout(holder)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(STEP)
+        row.addWidget(self.copy, 1)
+        row.addWidget(self.save, 1)
+        row.addWidget(self.remove)
+        rows.wide(holder)
+
+    def _make_about(self) -> None:
+        self.about = self.section("BRDF")
+        self.kind = self.about.figure("Kind")
+        self.samples = self.about.figure("Samples", "Measured directions, and the number of unusable ones")
+        self.forms = QVBoxLayout()
+        self.forms.setContentsMargins(0, STEP, 0, STEP)
+        holder = QWidget()
+        holder.setLayout(self.forms)
+        self.about.wide(holder)
+        self.holder = holder
+        self.form: ParamForm | None = None
+        self.largest = self.about.figure(
+            "Max. albedo", "Largest reflected share of light in any channel, and its viewing angle"
+        )
+        self.reciprocity = self.about.figure(
+            "Reciprocity", "RMS change if light and viewer are exchanged, relative to the RMS"
+        )
+        self.condition = self.about.figure("Condition", "Condition number of the smoothing of scattered samples")
+        self.left_out = self.about.figure("Left out", "RMS error at a sample left out of the fit, relative to the RMS")
+        self.fitted = self.about.figure("Fit error", "Before and after the fit of this model")
+        self.warnings = text("", "warning", wrap=True)
+        self.about.wide(self.warnings)
+
+    def show_comparison(self, comparison: Comparison, current: Entry | None) -> None:
+        """Show the list, with `current` chosen, and the rows about it."""
+        self._filling = True
+        self.list.setFixedHeight(ROW * min(6, max(2, len(comparison.entries))) + 2)
+        while self.list.count() > len(comparison.entries):
+            self.list.takeItem(self.list.count() - 1)
+        for place, entry in enumerate(comparison.entries):
+            item = self.list.item(place)
+            if item is None:
+                item = QListWidgetItem()
+                item.setSizeHint(QSize(0, ROW))
+                self.list.addItem(item)
+            if item.data(IDENTITY) != entry.identity:
+                item.setData(IDENTITY, entry.identity)
+                item.setIcon(marker_icon(entry.colour, entry.marker))
+            item.setText(entry.name)
+            item.setToolTip(f"{entry.name}\n{entry.path or 'Analytic model'}")
+            item.setCheckState(Qt.CheckState.Checked if entry.visible else Qt.CheckState.Unchecked)
+            if entry is current:
+                self.list.setCurrentItem(item)
+        if current is None:
+            self.list.setCurrentRow(-1)
+        self._filling = False
+        self._show_entry(current)
+        self.fit.show_entry(current, comparison)
+
+    def _show_entry(self, entry: Entry | None) -> None:
+        new = entry is None or self.entry is None or entry.brdf != self.entry.brdf
+        self.entry = entry
+        nothing = "" if entry is not None else "Add a BRDF to the list first"
+        model = entry is not None and is_model(entry.brdf)
+        enable(self.remove, nothing, "Remove it from the list (Del)")
+        enable(
+            self.copy,
+            nothing or ("" if model else "A measurement has no formula; fit a model first"),
+            "The text that names it on the command line",
+        )
+        enable(self.save, nothing, "As a MERL .binary or as a Lightarc table (.exr)")
+        enable(self.use, nothing, "Make it the BRDF of the View workspace and of the exported bundle")
+        if entry is None:
+            self.kind.setText("–")
+        elif model:
+            self.kind.setText(BRDF_NAMES[model_name(entry.brdf)])
+        else:
+            self.kind.setText(entry.brdf.kind)
+        self._show_form(entry.brdf if entry is not None and model else None)
+        self._show_measured(entry if not model else None)
+        fitted = entry.fitted if entry is not None else None
+        self._row(self.fitted, f"{percent(fitted.before)} → {percent(fitted.after)}" if fitted else None)
+        if new:
+            self.show_facts(None)
+
+    def _show_form(self, brdf: Any) -> None:
+        if self.form is not None and type(self.form.instance) is not type(brdf):
+            self.form.hide()
+            self.form.deleteLater()
+            self.form = None
+        self.holder.setVisible(brdf is not None)
+        if brdf is None:
+            return
+        if self.form is None:
+            self.form = ParamForm(brdf, {p.name: BRDF_LABELS.get(p.name, p.label) for p in parameters(brdf)})
+            self.form.edited.connect(self.edited)
+            self.forms.addWidget(self.form)
+        self.form.show_instance(brdf)
+
+    def _show_measured(self, entry: Entry | None) -> None:
+        brdf = entry.brdf if entry is not None else None
+        samples = None
+        if brdf is not None:
+            samples = _count(brdf.samples)
+            samples += f", {_count(brdf.invalid_samples)} unusable" if brdf.invalid_samples else ""
+        self._row(self.samples, samples)
+        condition, left_out = getattr(brdf, "condition_number", None), getattr(brdf, "leave_one_out", None)
+        self._row(self.condition, None if condition is None else f"{condition:.2g}")
+        self._row(self.left_out, None if left_out is None else percent(left_out))
+        warnings = brdf.health.warnings if brdf is not None else []
+        self.warnings.setText("\n".join(warnings))
+        self.warnings.setVisible(bool(warnings))
+
+    def show_facts(self, facts: Facts | None) -> None:
+        """Show the computed facts of the current entry; None while they are computed."""
+        if facts is None:
+            self.largest.setText("–")
+            role(self.largest, "")
+            self.reciprocity.setText("–")
+            return
+        largest = facts.largest
+        self.largest.setText(f"{max(largest.albedo):.3f} at {np.degrees(largest.theta):.0f}°")
+        role(self.largest, "warning" if max(largest.albedo) > 1.005 else "")
+        error = facts.reciprocity.rms
+        self.reciprocity.setText("exact" if error < 1e-12 else f"{percent(error)} off")
+
+    def _row(self, figure: Any, words: str | None) -> None:
+        """Show a figure and its caption, or hide both."""
+        figure.setText(words or "–")
+        place = self.about.grid.getItemPosition(self.about.grid.indexOf(figure))[0]  # type: ignore[index]
+        beside = self.about.grid.itemAtPosition(place, 0)
+        caption = beside.widget() if beside is not None else None
+        assert caption is not None
+        for widget in (caption, figure):
+            widget.setVisible(words is not None)
+        self.about.grid.setRowMinimumHeight(place, ROW if words is not None else 0)
+
+    def _row_changed(self, item: QListWidgetItem | None, _before: QListWidgetItem | None) -> None:
+        if not self._filling and item is not None:
+            self.current_wanted.emit(item.data(IDENTITY))
+
+    def _ticked(self, item: QListWidgetItem) -> None:
+        if not self._filling:
+            self.visible_wanted.emit(item.data(IDENTITY), item.checkState() == Qt.CheckState.Checked)
+
+    def apply_theme(self) -> None:
+        """Draw the markers against the current theme."""
+        self._filling = True
+        self.list.clear()
+        self._filling = False
+        self.remove.setIcon(icons.icon("cancel"))
+        self.fit.plot.apply_theme()
+
+
+class EntryList(QListWidget):
+    """A list whose current row Del asks to remove."""
+
+    remove_wanted = Signal()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Delete:
+            self.remove_wanted.emit()
+        else:
+            super().keyPressEvent(event)
+
+
+def _count(number: int) -> str:
+    return f"{number:,}".replace(",", " ")

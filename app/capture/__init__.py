@@ -1,0 +1,1 @@
+"""The Capture workspace: photographs, lights, control points, import."""

@@ -1,0 +1,222 @@
+"""Choices of an import: alignment, colours, calibration frames, the lamp, and the framing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QFileDialog
+
+from app.document.document import ImportChoices
+from app.widgets.number_field import NumberField
+from app.widgets.panels import Fold, Rows, Segments, button, enable, text
+
+if TYPE_CHECKING:
+    from engine.capture.registration.framing import Framing
+
+IMPORT_CHOICES = {
+    "motion": (
+        "Alignment",
+        (
+            ("auto", "Automatic"),
+            ("none", "Off"),
+            ("translation", "Shift"),
+            ("euclidean", "Shift and turn"),
+            ("affine", "Affine"),
+            ("homography", "Perspective"),
+        ),
+        "Allowed motion between photographs",
+    ),
+    "white_balance": (
+        "White bal.",
+        (("camera", "As the camera set it"), ("none", "None"), ("patch", "Grey patch…")),
+        "White balance of RAW files; a grey patch balances all files",
+    ),
+    "transfer": (
+        "Coding",
+        (("auto", "Automatic"), ("srgb", "sRGB"), ("linear", "Linear")),
+        "Transfer function of 8- and 16-bit files; automatic: sRGB unless capture.toml says linear",
+    ),
+}
+
+FRAMES = {
+    "dark": ("Dark frame", "A photograph without light, which is subtracted"),
+    "flat": ("Flat field", "A photograph of an even white surface, which is divided out"),
+}
+
+CALIBRATION = ("dark", "flat", "lamp_distance", "sphere")
+POINTS_HINT = "In the reference and in a photograph that is not aligned correctly"
+SPHERE_HINT = "Its outline, and the lamp's reflection in each photograph"
+FRAMINGS = (("all", "All that they share"), ("crop", "Crop"), ("corners", "Four corners"))
+
+
+class ImportPanel(Rows):
+    """Rows of the Capture panel. `chosen(words, parts)` asks for a change of these parts of `ImportChoices`.
+
+    `framing_wanted(how, width)` asks for 'all', 'crop' or 'corners', `patch_wanted` to draw the grey patch,
+    `tool_wanted` for 'points' or 'sphere' to be set by hand.
+    """
+
+    chosen = Signal(str, object)
+    framing_wanted = Signal(str, object)
+    patch_wanted = Signal()
+    tool_wanted = Signal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.choices = ImportChoices()
+        self.boxes: dict[str, QComboBox] = {}
+        for name, (label, choices, hint) in IMPORT_CHOICES.items():
+            box = self._box(name, label, hint, self)
+            for value, words in choices:
+                box.addItem(words, value)
+        self.points = button("Mark points…", hint=POINTS_HINT)
+        self.points.clicked.connect(lambda: self.tool_wanted.emit("points"))
+        self.row("Points", self.points)
+        self.lost = text("", "warning", wrap=True)
+        self.wide(self.lost)
+        self.fold = Fold("Calibration")
+        self.wide(self.fold)
+        calibration = self.fold.rows
+        for name, (label, hint) in FRAMES.items():
+            self._box(name, label, hint, calibration)
+        self.sphere = Segments(
+            (
+                ("stated", "As stated", "From capture.toml, an .lp file, the file names, or entered"),
+                ("sphere", "Sphere", "Measured on a mirror sphere that is seen in the picture"),
+            )
+        )
+        self.sphere.chosen.connect(lambda value: self.chosen.emit("Lights", {"sphere": value == "sphere"}))
+        calibration.row("Lights", self.sphere)
+        self.correct = button("Correct by hand…")
+        self.correct.clicked.connect(lambda: self.tool_wanted.emit("sphere"))
+        calibration.row("Sphere", self.correct)
+        self.lamp = Segments(
+            (
+                ("stated", "As stated", "Distant, unless capture.toml says how near"),
+                ("near", "Near", "The fall-off of its light over the sample is corrected"),
+            )
+        )
+        self.lamp.chosen.connect(self._lamp_chosen)
+        calibration.row("Lamp", self.lamp)
+        self.distance = NumberField(1.5, 0.51, 1000.0, unit="widths", log=True)
+        self.distance.edited.connect(self._lamp_at)
+        calibration.row("Distance", self.distance)
+        self.framing = QComboBox()
+        for value, words in FRAMINGS:
+            self.framing.addItem(words, value)
+        self.framing.activated.connect(lambda _index: self.framing_wanted.emit(self.framing.currentData(), None))
+        self.row("Framing", self.framing)
+        self.width_field = NumberField(1024.0, 1.0, 32768.0, unit="px", log=True)
+        self.width_field.edited.connect(self._width_edited)
+        self.row("Width", self.width_field)
+        self.size_figure = self.figure("Size", "Of the picture that is made")
+
+    def _box(self, name: str, label: str, hint: str, rows: Rows) -> QComboBox:
+        box = QComboBox()
+        box.activated.connect(lambda _index: self._box_chosen(name))
+        rows.row(label, box, hint)
+        self.boxes[name] = box
+        return box
+
+    def show_choices(self, choices: ImportChoices, size: tuple[int, int] | None) -> None:
+        """Show `choices` without emitting; `size` is that of the picture which is there now."""
+        self.choices = choices
+        plain = ImportChoices()
+        if any(getattr(choices, name) != getattr(plain, name) for name in CALIBRATION):
+            self.fold.head.setChecked(True)
+        for name in FRAMES:
+            self._fill_frame(name)
+        for name, box in self.boxes.items():
+            if name not in FRAMES:
+                box.setCurrentIndex(max(0, box.findData(getattr(choices, name))))
+        if choices.patch is not None:
+            box = self.boxes["white_balance"]
+            box.setCurrentIndex(box.findData("patch"))
+        self.sphere.choose("sphere" if choices.sphere else "stated")
+        self.lamp.choose("stated" if choices.lamp_distance is None else "near")
+        if choices.lamp_distance is not None:
+            self.distance.show_value(choices.lamp_distance)
+        framing = choices.framing
+        how = "all" if framing is None else "crop" if is_upright(framing) else "corners"
+        self.framing.setCurrentIndex(self.framing.findData(how))
+        if framing is not None:
+            size = (framing.width_px, framing.height_px)
+        if size is not None:
+            self.width_field.show_value(float(size[0]))
+            self.size_figure.setText(f"{size[0]} × {size[1]} px")
+
+    def show_points(self, counts: Mapping[str, int], lost: Sequence[str]) -> None:
+        """Say how many points are marked in how many photographs, and which photographs were not aligned."""
+        count = sum(counts.values())
+        self.points.setText(f"{count} point{'s' * (count > 1)}…" if count else "Mark points…")
+        marked = "\n".join(f"{name}: {number}" for name, number in counts.items())
+        enable(self.points, "", f"{POINTS_HINT}\n{marked}".strip())
+        waiting = [name for name in lost if name not in counts]
+        self.lost.setVisible(bool(waiting))
+        more = f" and {len(waiting) - 2} more" if len(waiting) > 2 else ""
+        pronoun = "it" if len(waiting) == 1 else "them"
+        self.lost.setText(
+            f"{', '.join(waiting[:2])}{more} could not be aligned. Points marked by hand place {pronoun}."
+        )
+
+    def disable(self, why_not: str, *, measured: bool) -> None:
+        """Disable everything and say why, or, for an empty `why_not`, what has nothing to act on.
+
+        `measured` is True if the lights are measured on a mirror sphere.
+        """
+        enable(self.points, why_not)
+        enable(self.correct, why_not or ("" if measured else "The lights are not measured on a sphere"), SPHERE_HINT)
+        for name, box in self.boxes.items():
+            enable(box, why_not, (IMPORT_CHOICES.get(name) or FRAMES[name])[-1])
+        for segments in (self.sphere, self.lamp):
+            enable(segments, why_not)
+        enable(self.framing, why_not, "What becomes the picture: drag the handles on the photograph")
+        distant = "" if self.choices.lamp_distance is not None else "Only a near lamp has a distance"
+        enable(self.distance, why_not or distant, "From the middle of the sample to the lamp, in widths of the picture")
+        whole = "" if self.choices.framing is not None else "Only a framed picture has a size of its own"
+        enable(self.width_field, why_not or whole, "Of the picture that is made; its height follows")
+
+    def _fill_frame(self, name: str) -> None:
+        box, value = self.boxes[name], getattr(self.choices, name)
+        box.clear()
+        box.addItem("As found", "auto")
+        box.addItem("None", "none")
+        if isinstance(value, Path):
+            box.addItem(value.name, value)
+        box.addItem("Choose a file…", "choose")
+        box.setCurrentIndex(2 if isinstance(value, Path) else 1 if value == "none" else 0)
+
+    def _box_chosen(self, name: str) -> None:
+        value, label = self.boxes[name].currentData(), (IMPORT_CHOICES.get(name) or FRAMES[name])[0]
+        if value == "choose":
+            path, _ = QFileDialog.getOpenFileName(self, label)
+            value = Path(path) if path else getattr(self.choices, name)
+        if value == "patch":
+            self.patch_wanted.emit()
+        elif name == "white_balance":
+            self.chosen.emit("White balance", {"white_balance": value, "patch": None})
+        else:
+            self.chosen.emit(label, {name: value})
+        self.show_choices(self.choices, None)
+
+    def _lamp_chosen(self, how: str) -> None:
+        self.chosen.emit("Lamp", {"lamp_distance": self.distance.value if how == "near" else None})
+
+    def _lamp_at(self, distance: float, final: bool) -> None:
+        if final:
+            self.chosen.emit("Distance of the lamp", {"lamp_distance": distance})
+
+    def _width_edited(self, width: float, final: bool) -> None:
+        if final:
+            self.framing_wanted.emit(self.framing.currentData(), max(1, round(width)))
+
+
+def is_upright(framing: Framing | None) -> bool:
+    """True if the corners form a rectangle along the edges of the photograph."""
+    if framing is None:
+        return False
+    (x0, y0), (x1, y1), (x2, y2), (x3, y3) = framing.corners
+    return (x0, y0, x1, y2) == (x3, y1, x2, y3)

@@ -1,0 +1,263 @@
+"""The photographs by rising elevation: thumbnail, angle, name and verdict in one row each."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, QRect, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QImage, QPainter
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLineEdit,
+    QListView,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.document.document import Project
+from app.widgets import theme
+from app.widgets import theme as icons
+from app.widgets.number_field import number_from_text, plain
+from app.widgets.panels import button, text
+from app.widgets.status_bar import VERDICTS
+from app.widgets.theme import PADDING, STEP, role
+from engine.core.errors import UsageError
+from engine.core.health import Health, Verdict
+
+LIST_WIDTH = 232
+ROW_HEIGHT = 52
+THUMBNAIL = QSize(56, 40)
+
+Index = QModelIndex | QPersistentModelIndex
+
+
+@dataclass(frozen=True)
+class Row:
+    """The cells of one row of the list of photographs."""
+
+    name: str
+    elevation_deg: float
+    verdict: Verdict = Verdict.GOOD
+    finding: str = ""
+    excluded: bool = False
+    done: bool = True
+
+
+def file_name(path: Path) -> str:
+    """The name of a photograph as a stack records it: bytes that are no UTF-8 become replacement characters."""
+    return os.fsencode(path.name).decode("utf-8", "replace")
+
+
+def rows_of(project: Project) -> list[Row]:
+    """A row for each photograph of `project`, from its stack or else from its sources, with its worst finding."""
+    stack = project.stack
+    health = stack.health if stack is not None else Health()
+    return [
+        Row(name, angle, *_worst(health, name), excluded=name in project.excluded, done=stack is not None)
+        for name, angle in _photographs(project)
+    ]
+
+
+def _photographs(project: Project) -> list[tuple[str, float]]:
+    """Names and elevations in degrees."""
+    if project.stack is not None:
+        return list(zip(project.stack.sources, map(float, project.stack.elevation_deg), strict=True))
+    if project.sources is None:
+        return []
+    angles = map(math.degrees, project.sources.elevation)
+    return list(zip(map(file_name, project.sources.photographs), angles, strict=True))
+
+
+def _worst(health: Health, name: str) -> tuple[Verdict, str]:
+    findings = [finding for finding in health.findings if finding.source == name]
+    worst = max(findings, key=lambda finding: finding.verdict, default=None)
+    return (worst.verdict, worst.text) if worst is not None else (Verdict.GOOD, "")
+
+
+class PhotographModel(QAbstractListModel):
+    """Rows and their thumbnails by name."""
+
+    angle_edited = Signal(int, float)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.rows: tuple[Row, ...] = ()
+        self.thumbnails: dict[str, QImage] = {}
+        self.angles_editable = False
+
+    def show_rows(self, rows: Sequence[Row]) -> None:
+        """Replace the rows; a change of content alone keeps selection and scroll position."""
+        same = [row.name for row in rows] == [row.name for row in self.rows]
+        if not same:
+            self.beginResetModel()
+        self.rows = tuple(rows)
+        if not same:
+            self.endResetModel()
+        elif rows:
+            self.dataChanged.emit(self.index(0), self.index(len(rows) - 1))
+
+    def show_thumbnail(self, name: str, image: QImage) -> None:
+        """The small picture of one photograph."""
+        self.thumbnails[name] = image
+        for place, row in enumerate(self.rows):
+            if row.name == name:
+                self.dataChanged.emit(self.index(place), self.index(place))
+
+    def rowCount(self, _parent: Index = QModelIndex()) -> int:  # noqa: B008 - Qt's own signature
+        return len(self.rows)
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        row = self.rows[index.row()]
+        if role == Qt.ItemDataRole.DisplayRole:
+            return row.name
+        if role == Qt.ItemDataRole.EditRole:
+            return plain(row.elevation_deg)
+        if role == Qt.ItemDataRole.ToolTipRole:
+            state = "Excluded from the material. " if row.excluded else ""
+            return f"{row.name}\n{state}{row.finding}".strip()
+        if role == Qt.ItemDataRole.AccessibleTextRole:
+            return f"{row.name}, {row.elevation_deg:g} degrees, {row.verdict.name.lower()}"
+        return None
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        editable = Qt.ItemFlag.ItemIsEditable if self.angles_editable else Qt.ItemFlag.NoItemFlags
+        return super().flags(index) | editable
+
+    def setData(self, index: Index, value: object, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        try:
+            angle = number_from_text(str(value), "°")
+        except UsageError:
+            return False
+        if role != Qt.ItemDataRole.EditRole or not 0.0 <= angle <= 90.0:
+            return False
+        if angle != self.rows[index.row()].elevation_deg:
+            self.angle_edited.emit(index.row(), angle)
+        return True
+
+
+class PhotographList(QListView):
+    """Shows a `PhotographModel`; `chosen` is the row on which the person is."""
+
+    chosen = Signal(int)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.photographs = PhotographModel(self)
+        self.setModel(self.photographs)
+        self.setItemDelegate(_Delegate(self))
+        self.setUniformItemSizes(True)
+        self.setVerticalScrollMode(QListView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setEditTriggers(QListView.EditTrigger.DoubleClicked | QListView.EditTrigger.EditKeyPressed)
+        self.setAccessibleName("Photographs")
+        self.selectionModel().currentChanged.connect(lambda index, _old: self.chosen.emit(index.row()))
+
+    def choose(self, place: int) -> None:
+        """Go to row `place`."""
+        self.setCurrentIndex(self.photographs.index(place))
+
+
+class PhotographColumn(QWidget):
+    """The list below its title and count, and a link to other photographs."""
+
+    others_wanted = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        role(self, "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setFixedWidth(LIST_WIDTH)
+        self.list = PhotographList()
+        self.count = text("", "secondary")
+        more = button("Open other photographs…", "link")
+        more.clicked.connect(self.others_wanted)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, PADDING, 0, PADDING)
+        column.setSpacing(2 * STEP)
+        head, foot = QHBoxLayout(), QHBoxLayout()
+        for line in (head, foot):
+            line.setContentsMargins(PADDING, 0, PADDING, 0)
+        head.addWidget(text("Photographs", "title"))
+        head.addStretch(1)
+        head.addWidget(self.count)
+        foot.addWidget(more)
+        column.addLayout(head)
+        column.addWidget(self.list, 1)
+        column.addLayout(foot)
+
+    def show_count(self, there: int, used: int) -> None:
+        """Show the number of photographs, and the number in use."""
+        self.count.setText(f"{there}" if used == there else f"{used} of {there}")
+
+
+class _Delegate(QStyledItemDelegate):
+    def sizeHint(self, _option: QStyleOptionViewItem, _index: Index) -> QSize:
+        return QSize(120, ROW_HEIGHT)
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        model = index.model()
+        assert isinstance(model, PhotographModel)
+        row = model.rows[index.row()]
+        colours = theme.current()
+        rect: QRect = option.rect
+        selected = bool(option.state & QStyle.StateFlag.State_Selected)
+        painter.save()
+        if selected or option.state & QStyle.StateFlag.State_MouseOver:
+            painter.fillRect(rect, QColor(colours.hover if selected else colours.field))
+        if selected:
+            painter.fillRect(QRect(rect.left(), rect.top(), 2, rect.height()), QColor(colours.accent))
+        self._paint_thumbnail(painter, rect, model.thumbnails.get(row.name), row)
+        self._paint_words(painter, rect, row)
+        painter.restore()
+
+    def _paint_thumbnail(self, painter: QPainter, rect: QRect, image: QImage | None, row: Row) -> None:
+        frame = QRect(rect.left() + PADDING, rect.top() + 6, THUMBNAIL.width(), THUMBNAIL.height())
+        painter.fillRect(frame, QColor(theme.current().canvas))
+        if image is None:
+            return
+        painter.setOpacity(0.35 if row.excluded else 1.0)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        size = image.size().scaled(frame.size(), Qt.AspectRatioMode.KeepAspectRatio)
+        place = QRect(frame.topLeft(), size)
+        place.moveCenter(frame.center())
+        painter.drawImage(place, image)
+        painter.setOpacity(1.0)
+
+    def _paint_words(self, painter: QPainter, rect: QRect, row: Row) -> None:
+        colours = theme.current()
+        left = rect.left() + PADDING + THUMBNAIL.width() + 10
+        width = rect.right() - PADDING - 20 - left
+        top = QRect(left, rect.top() + 7, width, 18)
+        bottom = QRect(left, rect.top() + 26, width + 20, 18)
+        painter.setFont(theme.font())
+        painter.setPen(QColor(colours.disabled if row.excluded else colours.text))
+        painter.drawText(top, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, f"{row.elevation_deg:.1f}°")
+        painter.setFont(theme.font(12))
+        painter.setPen(QColor(colours.disabled if row.excluded else colours.secondary))
+        name = painter.fontMetrics().elidedText(row.name, Qt.TextElideMode.ElideMiddle, bottom.width())
+        painter.drawText(bottom, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, name)
+        if row.done:
+            picture, look, _ = VERDICTS[row.verdict]
+            mark = "exclude" if row.excluded else picture
+            colour = colours.disabled if row.excluded else getattr(colours, look)
+            painter.drawPixmap(
+                rect.right() - PADDING - 15,
+                rect.top() + 8,
+                icons.pixmap(mark, 16, colour, painter.device().devicePixelRatioF()),
+            )
+
+    def createEditor(self, parent: QWidget, _option: QStyleOptionViewItem, _index: Index) -> QWidget:
+        editor = QLineEdit(parent)
+        editor.setAccessibleName("Elevation of the light in degrees")
+        return editor
+
+    def updateEditorGeometry(self, editor: QWidget, option: QStyleOptionViewItem, _index: Index) -> None:
+        rect: QRect = option.rect
+        editor.setGeometry(rect.left() + PADDING + THUMBNAIL.width() + 4, rect.top() + 2, 84, 24)

@@ -1,0 +1,77 @@
+"""Pictures that were made for the screen: kept, so that going back to one costs nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.jobs.jobs import Job, Jobs, Work
+from app.widgets.image_view import ImageView, Picture, photograph
+from engine.core.steps import Step, Steps
+
+#: The pictures used last are kept up to this size together, and always so many.
+KEPT_BYTES, KEPT_ALWAYS = 512 * 2**20, 3
+
+#: Dark photographs are brightened for marking until this share of the white level is reached by their bright parts.
+BRIGHT, MOST_EV = 0.7, 7.0
+
+Key = tuple[Hashable, ...]
+
+
+class Shelf:
+    """Brings pictures to views: at once where they are kept, else by a light job."""
+
+    def __init__(self, jobs: Jobs) -> None:
+        self.jobs = jobs
+        self.kept: dict[Key, Picture] = {}
+        self._making: dict[ImageView, Job] = {}
+
+    def show(self, view: ImageView, key: Key, title: str, make: Work, then: Callable[[], None] | None = None) -> None:
+        """Show the picture `key` in `view`, made by `make` where it is not kept; then call `then`."""
+        self.drop(view)
+        if key in self.kept:
+            self.kept[key] = self.kept.pop(key)
+            self._shown(view, self.kept[key], then)
+            return
+        job = self.jobs.submit(title, make, heavy=False)
+        self._making[view] = job
+        job.succeeded.connect(lambda picture: self._made(view, job, key, picture, then))
+
+    def drop(self, view: ImageView) -> None:
+        """Drop the picture that is being made for `view`."""
+        job = self._making.pop(view, None)
+        if job is not None:
+            self.jobs.cancel(job)
+
+    def forget(self, kind: str) -> None:
+        """Forget the pictures whose key begins with `kind`."""
+        self.kept = {key: picture for key, picture in self.kept.items() if key[0] != kind}
+
+    def _made(self, view: ImageView, job: Job, key: Key, picture: Picture, then: Callable[[], None] | None) -> None:
+        self.kept[key] = picture
+        while len(self.kept) > KEPT_ALWAYS and sum(one.bytes for one in self.kept.values()) > KEPT_BYTES:
+            self.kept.pop(next(iter(self.kept)))
+        if self._making.get(view) is job:
+            del self._making[view]
+            self._shown(view, picture, then)
+
+    def _shown(self, view: ImageView, picture: Picture, then: Callable[[], None] | None) -> None:
+        view.show_picture(picture)
+        if then is not None:
+            then()
+
+
+def as_taken(path: Path, transfer: Any = "auto", *, brighten: bool = False) -> Steps[Picture]:
+    """The photograph in a file before any of its calibration, brightened where it is dark if `brighten`."""
+    yield Step(0.0, "reading the photograph")
+    from engine.capture.photograph.decode import read_photograph
+
+    radiance = read_photograph(path, transfer=transfer).radiance
+    exposure_ev = 0.0
+    if brighten:
+        bright = float(np.percentile(radiance[::4, ::4], 98.0))
+        exposure_ev = min(MOST_EV, max(0.0, float(np.log2(BRIGHT / max(bright, 1e-6)))))
+    return (yield from photograph(radiance, exposure_ev=exposure_ev))

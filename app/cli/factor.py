@@ -1,0 +1,332 @@
+"""`lightarc factor`: a BRDF as textures, with the error for every number of terms."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from app.arguments.results import FACTORS, Input, Output
+from app.cli.brdf import BRDF_HELP
+from app.process import ending
+from engine.core.errors import UsageError
+from engine.core.steps import Step, drain
+
+if TYPE_CHECKING:
+    from engine.factor.errors import Factorisation, TermError
+    from engine.factor.factor import FactorSettings
+
+HELP = "Factor a BRDF into textures: sums of products, or products of projections."
+EXAMPLE = "lightarc factor lafortune:preset=blue-paint --terms 4 -o paint-factors --json"
+
+_COLUMNS = (
+    ("terms", 6),
+    ("textures", 10),
+    ("RMS·cos 1/sr", 14),
+    ("sq. log", 10),
+    ("abs. log", 10),
+    ("size", 12),
+    ("time", 10),
+)
+
+_TABLE_COLUMNS = (
+    ("method", 10),
+    ("over", 11),
+    ("", 12),
+    ("textures", 10),
+    ("size", 12),
+    ("sq. log", 10),
+    ("abs. log", 10),
+    ("RMS·cos 1/sr", 14),
+    ("time", 10),
+)
+
+#: Default BRDFs of the table: the two models of Cole's Chapter 4.
+TABLE_BRDFS = ("lafortune:preset=blue-paint", "cook-torrance")
+
+METHODS = ("auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search")
+METRICS = ("abs_log", "sq_log", "max_log", "abs", "sq", "max")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "brdf", type=Input(), metavar="BRDF", nargs="*", help=f"{BRDF_HELP}; one, or several with --table"
+    )
+    parser.add_argument(
+        "--table",
+        action="store_true",
+        help="compare searches, fixed projections and sums at equal bytes on each BRDF, as in Cole's Fig. 4.2; "
+        "minutes each (blue paint, Cook-Torrance)",
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Output(FACTORS),
+        metavar="FACTORS",
+        help="folder to write: factors.json and OpenEXR textures",
+    )
+    parser.add_argument(
+        "--method", default="auto", choices=METHODS, help="auto: symmetric if the matrix is symmetric, otherwise svd"
+    )
+    parser.add_argument(
+        "--parametrisation",
+        default="in-out",
+        choices=("in-out", "half-diff", "auto"),
+        help="parametrisation: light and viewer, or half and difference vector (Kautz and McCool's, for direct light); "
+        "auto: the better one (separable methods)",
+    )
+    parser.add_argument(
+        "--map",
+        choices=("orthographic", "polar", "parabolic", "auto"),
+        help="hemisphere map of separable textures (orthographic; half-diff: polar, highlight at the pole); auto: best",
+    )
+    parser.add_argument(
+        "--weighting",
+        default="auto",
+        choices=("auto", "plain", "cosine"),
+        help="norm of the separable methods; auto: the one with the lower cosine-weighted error",
+    )
+    parser.add_argument("--size", type=int, metavar="N", help="texels along a side (48; homomorphic 16)")
+    parser.add_argument("--terms", type=int, metavar="K", help="largest number of terms (8; homomorphic 5)")
+    parser.add_argument("--reciprocal", action="store_true", help="enforce reciprocity (homomorphic and search)")
+    parser.add_argument("--restarts", type=int, default=6, metavar="N", help="random starts of the search per term (6)")
+    parser.add_argument("--together", type=int, default=2, metavar="N", help="textures solved for each projection (2)")
+    parser.add_argument("--samples", type=int, default=45_000, metavar="N", help="pairs of directions (45000)")
+    parser.add_argument(
+        "--max-theta-deg",
+        type=float,
+        default=88.0,
+        metavar="DEG",
+        help="largest angle of these pairs from the normal, for models only (88)",
+    )
+    parser.add_argument("--epsilon", type=float, default=1e-5, metavar="E", help="added before the logarithm (1e-5)")
+    parser.add_argument(
+        "--metric",
+        default="sq_log",
+        choices=METRICS,
+        help="error by which the search chooses projections (sq_log): logarithms count dark and bright alike, and the "
+        "cosine-weighted RMS, which bright values dominate, can rise with them; sq weighs bright values most",
+    )
+    parser.add_argument(
+        "--preset",
+        default="default",
+        choices=("default", "thesis"),
+        help="settings of the search: Lightarc's (default) or Cole's (thesis)",
+    )
+    parser.add_argument(
+        "--resume", type=Input(), metavar="FACTORS", help="a folder of searched factors, to add more terms"
+    )
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of samples and starts (1)")
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    import numpy as np
+
+    from app.arguments.usage import CANCELLED, DONE
+    from engine.factor.errors import BANDS, uses
+    from engine.factor.factor import factor
+    from engine.factor.factor_file import open_reflectance, read_factors, write_factors
+
+    settings = _settings(arguments)
+    if arguments.table:
+        return _table(arguments, settings, show)
+    if len(arguments.brdf) != 1:
+        raise UsageError(f"One BRDF is factored at a time, not {len(arguments.brdf)}; several need --table")
+    text = arguments.brdf[0]
+    if arguments.resume and settings.method != "search":
+        raise UsageError("--resume needs --method search; other methods are quick and start anew")
+    resume = read_factors(arguments.resume) if arguments.resume else None
+    show(Step(0.0, "reading"))
+    brdf = open_reflectance(text)
+    started = time.perf_counter()
+    best: Factorisation | None = None
+
+    def keep(step: Step) -> None:
+        nonlocal best
+        best = step.partial or best
+        if best is not None and arguments.output:
+            ending.keep_work()
+        show(step)
+
+    cancelled = False
+    try:
+        found = drain(factor(brdf, settings, resume), keep)
+    except KeyboardInterrupt:
+        if best is None or not arguments.output:
+            raise
+        found, cancelled = best, True
+    time_s = time.perf_counter() - started
+    if arguments.output:
+        show(Step(0.99, "writing"))
+        found = write_factors(arguments.output, found)
+    factors = found.factors
+    return {
+        "brdf": text,
+        "output": arguments.output,
+        "method": found.method,
+        "parametrisation": factors.parametrisation,
+        "map": factors.chart.kind if settings.separable else None,
+        "size": factors.chart.size if settings.separable else len(factors.textures[0]),
+        "reciprocal": bool(factors.reciprocal),
+        "asymmetry": found.asymmetry,
+        "condition_number": found.condition_number if math.isfinite(found.condition_number) else None,
+        "optimum_ratio": found.optimum_ratio,
+        "weighting": found.weighting or None,
+        "converged": found.converged,
+        "negative_energy_rel": found.negative_energy,
+        "evaluations": found.evaluations,
+        "projections": [_projection(each) for each in found.projections],
+        "terms": [_rung(rung) for rung in found.ladder],
+        "terms_share_time": settings.separable,
+        "lowest_rms_terms": _lowest(found.ladder).terms if found.ladder else None,
+        "elevation_bands_deg": np.linspace(0.0, 90.0, BANDS + 1).tolist(),
+        "samples": settings.samples,
+        "max_theta_deg": arguments.max_theta_deg,
+        "epsilon": settings.epsilon,
+        "seed": settings.seed,
+        "time_s": time_s,
+        "uses": list(uses(found, brdf)),
+        "cancelled": cancelled,
+        "exit_code": CANCELLED if cancelled else DONE,
+    }
+
+
+def _table(arguments: argparse.Namespace, settings: FactorSettings, show: Callable[[Step], None]) -> dict[str, Any]:
+    """`table`: a row for each BRDF, method, parametrisation and reciprocity."""
+    from dataclasses import replace
+
+    from engine.factor.factor_file import open_reflectance
+    from engine.factor.thesis_table import FIGURE_4_2, thesis_table
+
+    if arguments.output or arguments.resume:
+        raise UsageError("--table compares and keeps nothing: leave out --output and --resume")
+    chosen = replace(settings, method="search", parametrisation="in-out", size=settings.size or FIGURE_4_2.size)
+    search = chosen.search_settings()
+    show(Step(0.0, "reading"))
+    brdfs = {text: open_reflectance(text) for text in arguments.brdf or TABLE_BRDFS}
+    steps = thesis_table(
+        brdfs, settings=search, count=settings.samples, max_theta=settings.max_theta, seed=settings.seed
+    )
+    rows = drain(steps, show)
+    return {"table": [{**_flat(asdict(row)), "projections": list(row.projections)} for row in rows]}
+
+
+def _flat(values: dict[str, Any]) -> dict[str, Any]:
+    return {**values, **values.pop("metrics")}
+
+
+def _settings(arguments: argparse.Namespace) -> FactorSettings:
+    from engine.factor.factor import FactorSettings
+
+    for name in ("size", "terms", "samples"):
+        value = getattr(arguments, name)
+        if value is not None and value < 1:
+            raise UsageError(f"--{name} {value} is too few")
+    if not 0.0 < arguments.max_theta_deg < 90.0:
+        raise UsageError("--max-theta-deg must lie between 0 and 90")
+    if arguments.seed < 0:
+        raise UsageError("--seed must not be negative")
+    if not 0.0 < arguments.epsilon < 1.0:
+        raise UsageError("--epsilon must lie between 0 and 1")
+    return FactorSettings(
+        method=arguments.method,
+        parametrisation=arguments.parametrisation,
+        map=arguments.map or ("polar" if arguments.parametrisation == "half-diff" else "orthographic"),
+        weighting=arguments.weighting,
+        size=arguments.size or 0,
+        terms=arguments.terms or 0,
+        reciprocal=arguments.reciprocal,
+        restarts=arguments.restarts,
+        together=arguments.together,
+        samples=arguments.samples,
+        max_theta=math.radians(arguments.max_theta_deg),
+        epsilon=arguments.epsilon,
+        metric=arguments.metric,
+        preset=arguments.preset,
+        seed=arguments.seed,
+    )
+
+
+def _rung(rung: Any) -> dict[str, Any]:
+    return {**_flat(asdict(rung)), "rms_by_elevation_band": list(rung.rms_by_elevation_band)}
+
+
+def _lowest(ladder: Sequence[TermError]) -> TermError:
+    """The number of terms with the lowest cosine-weighted error, the fewest where several have it."""
+    return min(ladder, key=lambda rung: rung.rms_cosine_weighted)
+
+
+def _projection(projection: Any) -> dict[str, Any]:
+    rows = getattr(projection, "rows", None)
+    return {"kind": projection.name} if rows is None else {"kind": projection.name, "rows": rows.tolist()}
+
+
+def report(result: dict[str, Any]) -> str:
+    """The result in words, for people who did not ask for JSON."""
+    if "table" in result:
+        return _report_table(result["table"])
+    form = {"in-out": "light and viewer", "half-diff": "half and difference vector"}[result["parametrisation"]]
+    title = f"{result['method']}, {form}, textures of {result['size']}²"
+    lines = [f"{title}, {result['map']} map" if result["map"] else title]
+    lines.append(
+        f"{'terms':>6}{'textures':>10}{'RMS·cos 1/sr':>14}{'sq. log':>10}{'abs. log':>10}{'size':>12}{'time':>10}"
+    )
+    lines += [
+        f"{rung['terms']:6d}{rung['textures']:10d}{rung['rms_cosine_weighted']:14.5g}{rung['sq_log']:10.4g}"
+        f"{rung['abs_log']:10.4g}{rung['size_bytes'] / 1024:8.1f} KiB{rung['time_s']:8.2f} s"
+        for rung in result["terms"]
+    ]
+    lines.append(
+        f"RMS over 80,000 pairs of the hemisphere; logarithms over {result['samples']:,} samples up to "
+        f"{result['max_theta_deg']:g}° of a formula, or the measured ones"
+    )
+    if result["terms"]:
+        bands = "  ".join(f"{rms:.3g}" for rms in result["terms"][-1]["rms_by_elevation_band"])
+        lines.append(f"RMS of all terms by the viewer's elevation, from 0° upwards in bands of 10°: {bands}")
+    if result["terms_share_time"] and len(result["terms"]) > 1:
+        lines.append("All terms come from one decomposition and have its time.")
+    if result["projections"] and result["lowest_rms_terms"] not in (None, result["terms"][-1]["terms"]):
+        lines.append(
+            f"The cosine-weighted RMS is lowest with {result['lowest_rms_terms']}: further terms make the logarithm "
+            "better and not the RMS; compare --metric sq."
+        )
+    if result["optimum_ratio"]:
+        lines.append(
+            f"asymmetry of the matrix {result['asymmetry']:.2g}; truncation error over the optimum "
+            f"{result['optimum_ratio']:.9f} in the {result['weighting']} norm"
+        )
+    if not result["converged"]:
+        lines.append("The iteration stopped before it converged; these are its best terms.")
+    if result["negative_energy_rel"]:
+        lines.append(
+            f"Sums below 0 are taken as 0, which adds {100 * result['negative_energy_rel']:.2g} % to the energy."
+        )
+    if result["projections"]:
+        lines.append(f"projections: {', '.join(each['kind'] for each in result['projections'])}")
+    lines += result["uses"]
+    if result["cancelled"]:
+        lines.append("Cancelled: these are the best factors so far; a search continues from them with --resume.")
+    if result["output"]:
+        lines.append(f"written to {result['output']}")
+    return "\n".join(lines)
+
+
+def _report_table(rows: list[dict[str, Any]]) -> str:
+    lines: list[str] = []
+    shown = None
+    for row in rows:
+        if row["brdf"] != shown:
+            shown = row["brdf"]
+            domain = f"{row['samples']:,} samples, formulas up to {row['max_theta_deg']:g}°"
+            lines.append(f"{shown}: {domain}; RMS over the hemisphere")
+            lines.append("".join(f"{word:>{width}}" for word, width in _TABLE_COLUMNS))
+        reciprocal = "reciprocal" if row["reciprocal"] else ""
+        lines.append(
+            f"{row['method']:>10}{row['parametrisation']:>11}{reciprocal:>12}{row['textures']:10d}"
+            f"{row['size_bytes'] / 1024:8.1f} KiB{row['sq_log']:10.4g}{row['abs_log']:10.4g}"
+            f"{row['rms_cosine_weighted']:14.5g}{row['time_s']:8.2f} s  {', '.join(row['projections'])}"
+        )
+    return "\n".join(lines)

@@ -1,0 +1,123 @@
+"""`lightarc figures`: the papers' figures as pictures, each panel with its error against the reference."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app.arguments.results import Input, Output, figures_in
+from engine.core.errors import UsageError
+from engine.core.steps import Step, drain, part
+from engine.figures.papers.catalogue import FIGURES
+
+if TYPE_CHECKING:
+    from engine.figures.figure import Settings
+
+HELP = "Draw the papers' figures, each panel with its error against the reference."
+EXAMPLE = "lightarc figures kautz-6 wang-2 -o figures"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    known = "; ".join(f"{name}: {words}" for name, (_, words) in FIGURES.items())
+    parser.add_argument("names", type=str, nargs="+", metavar="NAME", help=f"{known}; all: every one of them")
+    parser.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type=Output(figures_in, Path),
+        metavar="FOLDER",
+        help="folder for the results; each figure gets a subfolder",
+    )
+    parser.add_argument(
+        "--mesh",
+        type=Input(reach="file"),
+        metavar="MESH",
+        help="a file or a built-in model in place of the figures' own",
+    )
+    parser.add_argument(
+        "--env",
+        type=Input(reach="file"),
+        metavar="FILE",
+        help="environment of the figures that show one, as for render",
+    )
+    parser.add_argument("--quick", action="store_true", help="few vertices, pixels and samples, as a quick test")
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from app.arguments.usage import CANCELLED, DONE
+    from engine.figures.write import drawn_into
+
+    names = _chosen(arguments.names)
+    settings = _settings(arguments)
+    figures: list[dict[str, Any]] = []
+    cancelled = False
+    for index, name in enumerate(names):
+        started = time.perf_counter()
+        steps = drawn_into(arguments.output, name, _function(FIGURES[name][0])(settings))
+        share = part(steps, index / len(names), (index + 1) / len(names))
+        try:
+            record = drain(share, _named(name, show))
+        except KeyboardInterrupt:
+            if not figures:
+                raise
+            cancelled = True
+            break
+        figures.append({**record, "time_s": time.perf_counter() - started})
+    return {
+        "output": str(arguments.output),
+        "figures": [{key: value for key, value in figure.items() if key != "pictures"} for figure in figures],
+        "pictures": [picture for figure in figures for picture in figure["pictures"]],
+        "warnings": list(settings.warnings),
+        "cancelled": cancelled,
+        "exit_code": CANCELLED if cancelled else DONE,
+    }
+
+
+def _named(name: str, show: Callable[[Step], None]) -> Callable[[Step], None]:
+    """`show` with the name of the figure before each note."""
+    return lambda step: show(Step(step.done, f"{name}: {step.note}"))
+
+
+def report(result: dict[str, Any]) -> str:
+    lines = []
+    for figure in result["figures"]:
+        folder = Path(result["output"]) / figure["name"]
+        lines.append(f"{folder / figure['picture']}: {figure['title']}, {figure['time_s']:.0f} s")
+        lines += [_line(picture) for picture in result["pictures"] if picture["name"] == figure["name"]]
+    end = ["Cancelled; the figures above are complete."] if result["cancelled"] else []
+    return "\n".join([*filter(None, lines), *result["warnings"], *end])
+
+
+def _line(picture: dict[str, Any]) -> str:
+    if picture["error_rmse_rel"] is None:
+        return ""
+    error, spread = 100.0 * picture["error_rmse_rel"], 100.0 * picture["error_uncertainty"]
+    return f"  {picture['panel']:60} {error:8.2f} % ± {spread:.2f}"
+
+
+def _chosen(names: list[str]) -> list[str]:
+    """All names, each once, in the order given."""
+    wanted = [each for name in names for each in (FIGURES if name == "all" else (name,))]
+    strange = [name for name in wanted if name not in FIGURES]
+    if strange:
+        raise UsageError(f"{strange[0]!r} is not a figure; known are {', '.join(FIGURES)} and all")
+    return list(dict.fromkeys(wanted))
+
+
+def _settings(arguments: argparse.Namespace) -> Settings:
+    from engine.figures.figure import Settings
+    from engine.geometry.shapes import open_mesh
+    from engine.light.environment_file import open_environment
+
+    mesh = open_mesh(arguments.mesh) if arguments.mesh else None
+    environment = open_environment(arguments.env) if arguments.env else None
+    return Settings(mesh, environment, arguments.quick)
+
+
+def _function(place: str) -> Any:
+    module, function = place.split(":")
+    return getattr(importlib.import_module(module), function)

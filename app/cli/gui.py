@@ -1,0 +1,48 @@
+"""`lightarc gui`, and `lightarc` alone: the window."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from app.arguments.results import Input
+from app.process import ending
+from engine.core.errors import MissingCapability
+from engine.core.steps import Step
+
+NAME = "gui"
+HELP = "Open the window."
+EXAMPLE = "lightarc gui --sample"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "files", nargs="*", type=Input(Path), metavar="FILE", help="photographs, a folder, a mesh or a bundle"
+    )
+    parser.add_argument("--sample", action="store_true", help="begin with the built-in sample capture")
+
+
+def run(options: argparse.Namespace, _show: Callable[[Step], None]) -> dict[str, Any]:
+    """Open the window; `exit_code` when it is closed. MissingCapability without a display or without Qt's libraries."""
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise MissingCapability(
+            "There is no display to open a window on",
+            "Run lightarc demo -o FOLDER for the same work without a window, or set DISPLAY",
+        )
+    try:
+        with ending.during(ending.END):
+            from app.window.main_window import run as open_window
+    except ImportError as error:
+        raise MissingCapability(
+            f"The window needs a library that is missing ({error})",
+            "Run python3 packaging/dev.py run, which installs or names what is missing",
+        ) from None
+    return {"exit_code": open_window(getattr(options, "files", []), sample=getattr(options, "sample", False))}
+
+
+def report(_result: dict[str, Any]) -> str:
+    return ""

@@ -1,0 +1,285 @@
+"""`lightarc import`: photographs become a stack that everything after it works on."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from app.arguments.results import STACK, Input, Output
+from engine.core.errors import UsageError
+from engine.core.steps import Step, drain
+
+HELP = "Import photographs of a material under a moving lamp: decode, align, crop and report."
+EXAMPLE = "lightarc import photographs -o stack --angles-deg 10,20,30,40,50,60,70,80,90"
+
+_MOTIONS = ("auto", "translation", "euclidean", "affine", "homography")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "photographs",
+        nargs="+",
+        type=Input(Path, "beside"),
+        metavar="FOLDER",
+        help="a folder, the photographs, or a zip or tar of them",
+    )
+    parser.add_argument(
+        "-o", "--output", required=True, type=Output(STACK, Path), metavar="STACK", help="folder of the stack"
+    )
+    parser.add_argument(
+        "--angles-deg",
+        type=_numbers,
+        metavar="A,B,…",
+        help="elevations of the light in degrees, one per photograph in the order of the file names; "
+        "without it they come from capture.toml, an .lp file or the file names",
+    )
+    parser.add_argument("--no-align", action="store_true", help="do not align; for a camera that did not move")
+    parser.add_argument(
+        "--motion",
+        default="auto",
+        choices=_MOTIONS,
+        help="motion model of the alignment; auto: euclidean for lights on one arc, none for lights all around",
+    )
+    parser.add_argument(
+        "--white-balance",
+        default="camera",
+        type=_white_balance,
+        metavar="camera|none|R,G,B|patch:LEFT,TOP,WIDTH,HEIGHT",
+        help="white balance of RAW files (camera); a grey patch of the picture balances all files",
+    )
+    parser.add_argument(
+        "--transfer",
+        default="auto",
+        choices=("auto", "srgb", "linear"),
+        help="transfer function of 8- and 16-bit files (auto)",
+    )
+    parser.add_argument(
+        "--crop", type=_crop, metavar="LEFT,TOP,WIDTH,HEIGHT", help="part to keep, in pixels of the photographs"
+    )
+    parser.add_argument(
+        "--corners",
+        type=_corners,
+        metavar="X,Y,X,Y,X,Y,X,Y",
+        help="corners of a rectangle to rectify, in pixels of the photograph that the others are aligned to, "
+        "clockwise from its top left",
+    )
+    parser.add_argument(
+        "--size", type=_size, metavar="WIDTHxHEIGHT", help="size of the pictures in the stack, with --corners or --crop"
+    )
+    parser.add_argument(
+        "--dark", type=Input(Path), metavar="FILE", help="photograph without light, which is subtracted"
+    )
+    flat = parser.add_mutually_exclusive_group()
+    flat.add_argument(
+        "--flat", type=Input(Path), metavar="FILE", help="photograph of an even white surface, which is divided out"
+    )
+    flat.add_argument("--no-flat", action="store_true", help="do not use the flat field beside the photographs")
+    parser.add_argument(
+        "--lamp-distance",
+        type=float,
+        metavar="WIDTHS",
+        help="distance of a near lamp from the middle of the picture, in picture widths; inf: a distant lamp",
+    )
+    parser.add_argument(
+        "--sphere",
+        type=_sphere,
+        metavar="COLUMN,ROW,RADIUS|auto",
+        help="measure the lights on the mirror sphere with this outline in the picture",
+    )
+    parser.epilog = f"{parser.epilog}\n\n{JSON_HELP}"
+
+
+JSON_HELP = """\
+JSON: images, height_px, width_px, angle_source, warnings, time_s and peak_memory_bytes are about the stack;
+elevations_deg, mean_radiance, clipped_fraction, black_fraction and alignment_residual_px are lists with one entry per
+photograph, by rising elevation. A residual is null where it was not measured. peak_memory_bytes is the largest
+resident memory of this process plus that of its decoder processes."""
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from app.session.settings import close_session, open_session
+    from engine.storage.unpack import is_archive
+
+    if not any(map(is_archive, arguments.photographs)):
+        return _imported(arguments, show, None)
+    folder = open_session()
+    try:
+        return _imported(arguments, show, folder)
+    finally:
+        close_session(folder)
+
+
+def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scratch: Path | None) -> dict[str, Any]:
+    """Import what `arguments` say; archives are unpacked in the folder `scratch`."""
+    from engine.capture.import_stack import ImportSettings, import_stack
+    from engine.capture.lights.sources import find_packed
+
+    start = time.perf_counter()
+    memory = _Memory(show)
+    frames = [path for path in (arguments.dark, arguments.flat) if path is not None]
+    outline, angles_deg = _outline(arguments.sphere), arguments.angles_deg
+    sources = drain(find_packed(arguments.photographs, angles_deg, sphere=outline, aside=frames, scratch=scratch), show)
+    settings = ImportSettings(
+        motion="none" if arguments.no_align else arguments.motion,
+        white_balance=_balance(arguments.white_balance),
+        transfer=arguments.transfer,
+        crop=arguments.crop if arguments.size is None else None,
+        framing=_framing(arguments.crop, arguments.corners, arguments.size),
+        dark=arguments.dark or "auto",
+        flat="none" if arguments.no_flat else arguments.flat or "auto",
+        lamp_distance=arguments.lamp_distance,
+    )
+    stack = drain(import_stack(sources, settings, arguments.output), memory)
+    return {
+        "images": len(stack.sources),
+        "height_px": stack.radiance.shape[1],
+        "width_px": stack.radiance.shape[2],
+        "elevations_deg": stack.elevation_deg.tolist(),
+        "angle_source": stack.angle_source,
+        "alignment_residual_px": [quality.alignment_residual_px for quality in stack.quality],
+        "clipped_fraction": [quality.clipped_fraction for quality in stack.quality],
+        "black_fraction": [quality.black_fraction for quality in stack.quality],
+        "mean_radiance": [float(mean) for mean in stack.mean_radiance],
+        "warnings": stack.health.warnings,
+        "time_s": time.perf_counter() - start,
+        "peak_memory_bytes": memory.peak_bytes(),
+    }
+
+
+def report(result: dict[str, Any]) -> str:
+    """A table for people."""
+    rows = zip(
+        result["elevations_deg"],
+        result["mean_radiance"],
+        result["clipped_fraction"],
+        result["black_fraction"],
+        result["alignment_residual_px"],
+        strict=True,
+    )
+    lines = [
+        f"{result['images']} photographs of {result['width_px']} × {result['height_px']} px, "
+        f"angles from {result['angle_source']}, {result['time_s']:.1f} s",
+        "elevation   mean radiance   clipped     black   residual",
+        *(
+            f"{angle:8.1f}°   {mean:13.5f}   {clipped:7.2%}   {black:7.2%}   "
+            + ("       –" if residual is None else f"{residual:5.2f} px")
+            for angle, mean, clipped, black, residual in rows
+        ),
+        *(f"! {warning}" for warning in result["warnings"]),
+    ]
+    return "\n".join(lines)
+
+
+class _Memory:
+    """Passes steps on, and notes at each how much memory the decoder processes take."""
+
+    def __init__(self, show: Callable[[Step], None]) -> None:
+        self.show = show
+        self.children_bytes = 0
+        self.own_bytes = 0
+
+    def __call__(self, step: Step) -> None:
+        import psutil
+
+        process = psutil.Process()
+        self.own_bytes = max(self.own_bytes, process.memory_info().rss)
+        self.children_bytes = max(self.children_bytes, sum(map(_peak_bytes, process.children())))
+        self.show(step)
+
+    def peak_bytes(self) -> int:
+        """An upper bound: the peaks of this process and of its children need not be at one time."""
+        import psutil
+
+        return max(self.own_bytes, _peak_bytes(psutil.Process())) + self.children_bytes
+
+
+def _peak_bytes(process: Any) -> int:
+    """The peak resident memory of a process if the system reports it (Linux, Windows), otherwise the present one."""
+    import psutil
+
+    try:
+        status = Path(f"/proc/{process.pid}/status")
+        if status.exists():
+            peak = [line for line in status.read_text().splitlines() if line.startswith("VmHWM")]
+            return int(peak[0].split()[1]) * 1024 if peak else 0
+        memory = process.memory_info()
+        return int(getattr(memory, "peak_wset", memory.rss))
+    except (psutil.Error, OSError):
+        return 0
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(number) for number in text.split(",")]
+
+
+def _crop(text: str) -> tuple[int, ...]:
+    numbers = tuple(int(number) for number in text.split(","))
+    if len(numbers) != 4 or min(numbers[:2]) < 0 or min(numbers[2:]) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not LEFT,TOP,WIDTH,HEIGHT with a size of at least 1 × 1")
+    return numbers
+
+
+def _corners(text: str) -> tuple[tuple[float, float], ...]:
+    numbers = _numbers(text)
+    if len(numbers) != 8:
+        raise argparse.ArgumentTypeError(f"{text!r} is not four corners X,Y,X,Y,X,Y,X,Y")
+    return tuple(zip(numbers[::2], numbers[1::2], strict=True))
+
+
+def _size(text: str) -> tuple[int, ...]:
+    numbers = tuple(int(number) for number in text.lower().split("x"))
+    if len(numbers) != 2 or min(numbers) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not WIDTHxHEIGHT with a size of at least 1x1")
+    return numbers
+
+
+def _framing(crop: Any, corners: Any, size: Any) -> Any:
+    """None without corners and size; the corners alone where the size is to follow from them."""
+    from engine.capture.registration.framing import Framing, cropped
+    from engine.capture.registration.warp import Region
+
+    if crop is not None and corners is not None:
+        raise UsageError("--crop and --corners exclude each other")
+    if size is None:
+        return corners
+    if corners is not None:
+        return Framing(corners, *size)
+    if crop is None:
+        raise UsageError("--size needs --corners or --crop, whose part of the photographs gets this size")
+    return cropped(Region(*crop), *size)
+
+
+def _white_balance(text: str) -> str | tuple[float, ...]:
+    """'camera', 'none', three multipliers, or the four numbers of a patch."""
+    if text in ("camera", "none"):
+        return text
+    if text.startswith("patch:"):
+        return _crop(text.removeprefix("patch:"))
+    multipliers = tuple(_numbers(text))
+    if len(multipliers) != 3 or not all(0.0 < value < float("inf") for value in multipliers):
+        raise argparse.ArgumentTypeError(f"{text!r} is neither camera, none, three positive multipliers nor a patch")
+    return multipliers
+
+
+def _balance(choice: Any) -> Any:
+    from engine.capture.photograph.grey_patch import GreyPatch
+
+    return GreyPatch(*choice) if isinstance(choice, tuple) and len(choice) == 4 else choice
+
+
+def _sphere(text: str) -> str | tuple[float, ...]:
+    if text == "auto":
+        return text
+    outline = tuple(_numbers(text))
+    if len(outline) != 3 or not 2.0 < outline[2] < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is neither auto nor COLUMN,ROW,RADIUS with a radius above 2 px")
+    return outline
+
+
+def _outline(choice: Any) -> Any:
+    from engine.capture.lights.mirror_sphere import Circle
+
+    return Circle(*choice) if isinstance(choice, tuple) else choice

@@ -1,0 +1,234 @@
+"""`lightarc shade`: a stack of photographs becomes a shading map, its power-law compression and a bundle."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import math
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from app.arguments.results import Input, Output, material_at, picture_by, software
+from engine.core.errors import UsageError
+from engine.core.steps import Step, Steps, drain, part
+
+if TYPE_CHECKING:
+    from engine.capture.stack import ImageStack
+    from engine.scene.material import Material
+    from engine.shading.power_law import PowerLawMap
+    from engine.shading.power_law_error import Texel
+    from engine.shading.shading_map import ShadingMap
+
+HELP = "Linearise a stack into a shading map, compress it and write the material."
+EXAMPLE = "lightarc shade woven.stack -o woven.lightarc --slices 8 --compress power-law --max-error 0.05"
+
+MOST_SLICES = 256
+MOST_WORST_TEXELS = 10_000
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("stack", type=Input(), metavar="STACK", help="folder that 'lightarc import' made")
+    parser.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type=Output(material_at),
+        metavar="MATERIAL",
+        help="bundle: a .lightarc file or a folder",
+    )
+    parser.add_argument("--slices", type=int, default=8, metavar="N", help="slices of the shading map (8)")
+    parser.add_argument(
+        "--exclude", type=str, nargs="+", action="extend", default=[], metavar="NAME", help="photographs to leave out"
+    )
+    parser.add_argument(
+        "--brdf",
+        type=Input(),
+        metavar="TEXT",
+        help="the BRDF: phong:exponent=20, or a measured file, which the bundle stores as a table",
+    )
+    compression = parser.add_argument_group("compression")
+    compression.add_argument("--compress", default="power-law", choices=("power-law", "none"))
+    compression.add_argument(
+        "--scale",
+        default="last-slice",
+        choices=("last-slice", "least-squares"),
+        help="scale k_s of the power law: that of the last slice, or least squares",
+    )
+    compression.add_argument(
+        "--max-error",
+        type=float,
+        metavar="E",
+        help="keep the slices of every tile of 16 x 16 texels in which the error of a texel (root mean square over "
+        "slices and channels) reaches E times r_max; 0 keeps all",
+    )
+    compression.add_argument(
+        "--exponent-bits",
+        type=int,
+        default=32,
+        choices=(8, 16, 32),
+        help="bits of a stored exponent; with 8 or 16 the scale is stored as half floats (32)",
+    )
+    compression.add_argument("--worst", type=int, default=10, metavar="N", help="list the N worst texels (10)")
+    pictures = picture_by("shade", ".png")
+    compression.add_argument(
+        "--error-map", type=Output(pictures), metavar="FILE.png", help="picture of the error of each texel"
+    )
+    tiling = parser.add_argument_group("tiling")
+    tiling.add_argument("--tileable", action="store_true", help="cut the material so that it repeats without seams")
+    tiling.add_argument(
+        "--overlap",
+        type=int,
+        metavar="N",
+        help="texels over which opposite edges are joined (an eighth of the shorter side)",
+    )
+    tiling.add_argument("--tile-preview", type=Output(pictures), metavar="FILE.png", help="picture of 3 x 3 tiles")
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.bundle.bundle import save_bundle
+    from engine.capture.stack import open_stack
+    from engine.scene.material import error_figures
+    from engine.shading.compile import prepare_kernels
+    from engine.shading.shading_map import build, included
+    from engine.shading.tile import make_tile
+
+    _check(arguments)
+    stack = open_stack(arguments.stack)
+    included(stack, arguments.exclude)
+    brdf = _brdf(arguments, show)
+    drain(part(prepare_kernels(), 0.0, 0.1), show)
+    building = build(stack, arguments.slices, excluded=arguments.exclude)
+    shading_map, linearise_s = _timed(part(building, 0.1, 0.2), show)
+    if arguments.tileable:
+        making = make_tile(stack, shading_map, overlap=arguments.overlap, excluded=arguments.exclude)
+        shading_map = drain(part(making, 0.2, 0.5), show).shading_map
+    power_law, fit_s = _compressed(arguments, shading_map, show)
+    material = dataclasses.replace(_material(arguments, stack, shading_map, power_law), **brdf)
+    figures = error_figures(material)
+    provenance = {
+        **stack.provenance,
+        "excluded_photographs": arguments.exclude,
+        "power_law_scale": arguments.scale if power_law else None,
+    }
+    saving = save_bundle(arguments.output, material, provenance=provenance, figures=figures)
+    drain(part(saving, 0.7, 1.0), show)
+    worst = _pictures(arguments, shading_map, power_law)
+    return {
+        "slice_mean_radiance": shading_map.mean_radiance.tolist(),
+        "slice_target_radiance": shading_map.target_radiance.tolist(),
+        "rms": figures["rms"],
+        "rms_per_channel": power_law.rms_per_channel.tolist() if power_law else None,
+        "size_bytes_slices": shading_map.slices.nbytes,
+        "size_bytes_compressed": power_law.size_bytes if power_law else None,
+        "linearise_s": linearise_s,
+        "fit_s": fit_s,
+        **figures,
+        "worst_texels": [{"row": t.row, "column": t.column, "error_radiance": t.error} for t in worst],
+    }
+
+
+def report(result: dict[str, Any]) -> str:
+    size = f"{result['size_bytes_slices'] / 2**20:.1f} MiB"
+    lines = [f"{len(result['slice_mean_radiance'])} slices, {size}, linearised in {result['linearise_s']:.2f} s"]
+    if result["seam_error"] is not None:
+        tile = f"{result['tile_width_px']} x {result['tile_height_px']} texels"
+        lines.append(f"tile of {tile}, steps across its seams are {result['seam_error']:.2f} times those within")
+    if result["rms"] is not None:
+        compressed = f"{result['size_bytes_compressed'] / 2**20:.1f} MiB"
+        lines.append(f"power law, {compressed}, fitted in {result['fit_s']:.2f} s, RMS error {result['rms']:.4f}")
+    if result["exponent_bits"] not in (None, 32):
+        change = f"{result['quantisation_error_radiance']:.2g}, at most {result['quantisation_bound_radiance']:.2g}"
+        lines.append(f"exponents in {result['exponent_bits']} bits change radiance by {change}")
+    if result["kept_tile_fraction"] is not None:
+        kept = f"{100 * result['kept_tile_fraction']:.1f} % of the tiles keep their slices"
+        lines.append(f"{kept}, no texel's error reaches {result['max_error_radiance']:.3g}")
+    return "\n".join(lines)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    if not 2 <= arguments.slices <= MOST_SLICES:
+        raise UsageError(f"--slices {arguments.slices} is outside 2 … {MOST_SLICES}")
+    if arguments.max_error is not None and not 0.0 <= arguments.max_error < math.inf:
+        raise UsageError(f"--max-error {arguments.max_error} is not a number from 0 upwards")
+    if not 0 <= arguments.worst <= MOST_WORST_TEXELS:
+        raise UsageError(f"--worst {arguments.worst} is outside 0 … {MOST_WORST_TEXELS}")
+    if arguments.overlap is not None and arguments.overlap < 1:
+        raise UsageError(f"--overlap {arguments.overlap} is not a positive number of texels")
+    if not arguments.tileable and (arguments.overlap is not None or arguments.tile_preview):
+        raise UsageError("--overlap and --tile-preview need --tileable")
+    about_fit = (arguments.max_error is not None, arguments.exponent_bits < 32, bool(arguments.error_map))
+    if arguments.compress == "none" and any(about_fit):
+        raise UsageError("--max-error, --exponent-bits and --error-map need --compress power-law")
+
+
+def _timed(work: Steps[Any], show: Callable[[Step], None]) -> tuple[Any, float]:
+    """The result of `work` and the seconds that it took."""
+    start = time.perf_counter()
+    return drain(work, show), time.perf_counter() - start
+
+
+def _compressed(
+    arguments: argparse.Namespace, shading_map: ShadingMap, show: Callable[[Step], None]
+) -> tuple[PowerLawMap | None, float | None]:
+    """The compressed map as it was asked for, and the seconds of the fit alone."""
+    if arguments.compress == "none":
+        return None, None
+    from engine.shading.mixed import keep_tiles
+    from engine.shading.power_law import fit
+    from engine.shading.quantise import quantise
+
+    power_law, fit_s = _timed(part(fit(shading_map, arguments.scale), 0.5, 0.6), show)
+    if arguments.exponent_bits < 32:
+        power_law = drain(part(quantise(power_law, shading_map, arguments.exponent_bits), 0.6, 0.65), show)
+    if arguments.max_error is not None:
+        keeping = keep_tiles(power_law, shading_map, arguments.max_error * shading_map.r_max)
+        power_law = drain(part(keeping, 0.65, 0.7), show)
+    return power_law, fit_s
+
+
+def _material(
+    arguments: argparse.Namespace, stack: ImageStack, shading_map: ShadingMap, power_law: PowerLawMap | None
+) -> Material:
+    from engine.scene.material import Material
+    from engine.shading.shading_map import included
+
+    health = shading_map.health.merged(power_law.health) if power_law else shading_map.health
+    elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[included(stack, arguments.exclude)])
+    name = stack.folder.name if stack.folder else "material"
+    return Material(shading_map, power_law, elevation_deg=elevation_deg, name=name, health=health)
+
+
+def _brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    """The fields of a material that say how it reflects: a model, or a measured table and the GGX nearest to it."""
+    from engine.brdf.brdf import MODELS, brdf_to_text
+    from engine.brdf.fit import fit, fit_data
+    from engine.brdf.models.microfacet import Ggx
+    from engine.brdf.readers.read import open_brdf
+    from engine.brdf.readers.table_file import kept_table
+
+    if not arguments.brdf:
+        return {}
+    brdf = open_brdf(arguments.brdf)
+    if type(brdf) in MODELS.values():
+        return {"brdf": brdf_to_text(brdf)}
+    table = drain(part(kept_table(brdf), 0.0, 0.05), show)
+    nearest = drain(part(fit(fit_data(table), Ggx()), 0.05, 0.1), show).brdf
+    return {"brdf": brdf_to_text(nearest), "measured": table}
+
+
+def _pictures(
+    arguments: argparse.Namespace, shading_map: ShadingMap, power_law: PowerLawMap | None
+) -> tuple[Texel, ...]:
+    """Write the pictures that were asked for, and find the worst texels."""
+    from engine.figures.contact_sheet import error_picture, tile_preview
+    from engine.images.encode import encode_png
+    from engine.shading.power_law_error import worst_texels
+    from engine.storage.atomic import write_bytes
+
+    worst = worst_texels(power_law, arguments.worst) if power_law else ()
+    if power_law and arguments.error_map:
+        write_bytes(arguments.error_map, encode_png(error_picture(power_law, worst), software=software("shade")))
+    if arguments.tile_preview:
+        write_bytes(arguments.tile_preview, encode_png(tile_preview(shading_map), software=software("shade")))
+    return worst

@@ -1,0 +1,115 @@
+"""`lightarc simulate`: photographs of a procedural sample on the virtual light arc, with reference data."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from app.arguments.results import CAPTURE, Output
+from engine.core.steps import Step, drain
+
+HELP = "Photograph a procedural sample on the virtual light arc, with the reference data beside the photographs."
+EXAMPLE = "lightarc simulate -o woven --sample woven --elevations-deg 5,20,40,60,80,90"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-o", "--output", required=True, type=Output(CAPTURE, Path), metavar="FOLDER", help="folder of the capture"
+    )
+    parser.add_argument("--sample", default="woven", choices=("woven", "hammered", "leather", "plain"))
+    parser.add_argument(
+        "--elevations-deg",
+        type=_numbers,
+        default=(5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0),
+        metavar="A,B,…",
+        help="elevations of the lamp above the sample (5,10,20,…,90)",
+    )
+    parser.add_argument(
+        "--azimuths-deg",
+        type=_numbers,
+        default=(0.0,),
+        metavar="A,B,…",
+        help="azimuths of the lamp: 0 = right, 90 = up in the picture (0)",
+    )
+    parser.add_argument("--size", type=int, default=512, metavar="PX", help="width and height of a photograph (512)")
+    parser.add_argument(
+        "--format", default="tiff", choices=("tiff", "exr", "dng"), help="file format: tiff is 16-bit sRGB (tiff)"
+    )
+    parser.add_argument(
+        "--noise", type=float, default=0.004, help="standard deviation of the noise at the white level (0.004)"
+    )
+    parser.add_argument(
+        "--misalignment-px", type=float, default=0.6, metavar="PX", help="largest shift of a photograph (0.6)"
+    )
+    parser.add_argument(
+        "--turn-deg", type=float, default=0.0, metavar="A", help="largest rotation of a photograph about its centre (0)"
+    )
+    parser.add_argument(
+        "--exposures", type=_numbers, default=(1.0,), metavar="A,B,…", help="relative exposures of every light (1)"
+    )
+    parser.add_argument(
+        "--lamp-distance", type=float, metavar="D", help="distance of a near lamp, in picture widths (infinite)"
+    )
+    parser.add_argument(
+        "--corner-loss", type=float, default=0.0, help="share of the light that the lens loses in the corners (0)"
+    )
+    parser.add_argument("--dark", type=float, default=0.0, help="mean signal without light, 1 = white level (0)")
+    parser.add_argument("--calibration", action="store_true", help="photograph a dark frame and a flat field too")
+    parser.add_argument("--sphere", action="store_true", help="put a mirror sphere into the lower left corner")
+    parser.add_argument("--raw-bits", type=int, default=14, choices=(12, 14), help="bits of DNG samples (14)")
+    parser.add_argument("--no-interreflection", action="store_true", help="leave out interreflection in the relief")
+    parser.add_argument("--seed", type=int, default=1, help="seed: equal seeds give equal files (1)")
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.simulate.arc import LightArc
+    from engine.simulate.simulate import MARKER, simulate
+
+    start = time.perf_counter()
+    arc = LightArc(
+        sample=arguments.sample,
+        elevation=tuple(map(math.radians, arguments.elevations_deg)),
+        azimuth=tuple(map(math.radians, arguments.azimuths_deg)),
+        size=arguments.size,
+        format=arguments.format,
+        interreflection=not arguments.no_interreflection,
+        seed=arguments.seed,
+        noise=arguments.noise,
+        misalignment_px=arguments.misalignment_px,
+        turn=math.radians(arguments.turn_deg),
+        exposure=arguments.exposures,
+        lamp_distance=arguments.lamp_distance,
+        corner_loss=arguments.corner_loss,
+        dark=arguments.dark,
+        calibration=arguments.calibration,
+        sphere=arguments.sphere,
+        raw_bits=arguments.raw_bits,
+    )
+    capture = drain(simulate(arc, arguments.output), show)
+    return {
+        "folder": str(capture.folder),
+        "images": len(capture.shots),
+        "photographs": [str(path) for path in capture.photographs],
+        "elevations_deg": [round(math.degrees(shot.elevation), 9) for shot in capture.shots],
+        "azimuths_deg": [round(math.degrees(shot.azimuth), 9) for shot in capture.shots],
+        "exposures_s": [shot.exposure_s for shot in capture.shots],
+        "turns_deg": [round(math.degrees(shot.turn), 9) for shot in capture.shots],
+        "shifts_px": [[shot.right_px, shot.down_px] for shot in capture.shots],
+        "truth": str(capture.folder / MARKER),
+        "time_s": time.perf_counter() - start,
+    }
+
+
+def report(result: dict[str, Any]) -> str:
+    return f"{result['images']} photographs in {result['folder']}, the reference data in {result['truth']}"
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(angle) for angle in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers such as 5,20,40") from None

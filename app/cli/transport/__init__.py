@@ -1,0 +1,1 @@
+"""The verbs that bake, draw, plan and measure transport."""

@@ -1,0 +1,197 @@
+"""`lightarc bake`: precompute light transport for a model, so that light and view can then change at once.
+
+The methods and their settings are those of `engine.transport.method`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from typing import Any
+
+from app.arguments.results import TRANSPORT, Input, Output
+from app.cli.brdf import BRDF_HELP
+from app.cli.transport import bake_auto
+from app.cli.transport import options as vary
+from app.cli.transport.bake_report import carry_out, subject_of, words_of_time
+from app.cli.transport.method_options import add_options, options, settings_from, strange_options
+from app.cli.transport.options import variations_of
+from app.process.ending import SENTENCE
+from engine.core.errors import UsageError
+from engine.core.steps import Step, drain, part
+from engine.transport import method as transport
+from engine.transport.method import Method
+
+HELP = "Precompute light transport for a model and a BRDF, for 'lightarc render' and the window."
+EXAMPLE = "lightarc bake sphere --brdf ggx:alpha=0.3 --mode wavelet --ground -o sphere.transport"
+
+AUTO = "auto"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "mesh",
+        type=Input(reach="file"),
+        metavar="MESH",
+        help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob",
+    )
+    parser.add_argument("--brdf", required=True, type=Input(), metavar="TEXT", help=BRDF_HELP)
+    parser.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type=Output(TRANSPORT),
+        metavar="TRANSPORT",
+        help="file to write, for example bunny.transport",
+    )
+    hints = "; ".join(f"{method.name}: {method.hint}" for method in transport.METHODS)
+    parser.add_argument(
+        "--mode",
+        default=transport.DEFAULT,
+        choices=(*transport.names(), AUTO),
+        help=f"{hints}; {AUTO}: the mode that 'lightarc plan' chooses ({transport.DEFAULT})",
+    )
+    parser.add_argument(
+        "--ground",
+        nargs="?",
+        type=float,
+        const=0.5,
+        metavar="ALBEDO",
+        help="put the model on a diffuse ground that receives its shadow (albedo 0.5)",
+    )
+    parser.add_argument(
+        "--ground-cells", type=int, default=64, metavar="N", help="cells along a side of the ground (64)"
+    )
+    varied = (_most_variations(method) for method in transport.methods_with("variations"))
+    vary.add_argument(parser, f"for {', '.join(varied)} and {AUTO}")
+    parser.add_argument(
+        "--error-env",
+        type=Input(reach="file"),
+        metavar="FILE",
+        help="measure the error under this environment at 400 vertices, seen from 20 directions (half a minute)",
+    )
+    parser.add_argument(
+        "--restart",
+        action="store_true",
+        help="discard a cancelled bake, and keep nothing if this one is cancelled",
+    )
+    parser.add_argument(
+        "--cluster",
+        type=str,
+        metavar="ADDRESS",
+        help="bake on the workers of a Dask cluster that has this program: the address of its scheduler, for example "
+        "tcp://192.168.0.10:8786; use only a cluster of your own",
+    )
+    add_options(parser, _settings)
+    bake_auto.add_arguments(parser.add_argument_group(f"--mode {AUTO}"))
+
+
+def _most_variations(method: transport.Method) -> str:
+    return (
+        f"{method.name} ({method.variations} times at most)"
+        if method.variations < transport.ANY_NUMBER
+        else method.name
+    )
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+
+    _check(arguments)
+    if arguments.mode == AUTO:
+        return bake_auto.run(arguments, show)
+    return _bake(transport.method_of(arguments.mode), arguments, show)
+
+
+def _settings(method: Method) -> type[Any]:
+    return method.settings
+
+
+def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.light.environment_file import open_environment
+
+    settings = settings_from(arguments, method.settings)
+    variations = variations_of(arguments)
+    baking = method.baking
+    subject = subject_of(arguments, variations)
+    tested = open_environment(arguments.error_env) if arguments.error_env is not None else None
+    before = time.perf_counter()
+    work = drain(part(baking.prepare(subject, settings, tested), 0.0, 0.05), show)
+    prepared_s = time.perf_counter() - before
+    error = drain(baking.measured(work, subject, settings, tested), show)
+    knobs = {**baking.knobs(work, settings), **({"vary": arguments.vary} if method.variations else {})}
+    baked, record = carry_out(
+        arguments,
+        show,
+        work,
+        lambda: baking.bake(arguments.output, work, arguments.cluster),
+        estimated_s=baking.estimate_s(work),
+        knobs=knobs,
+        start=0.05,
+    )
+    if baked is None:
+        return record
+    figures = baking.figures(work, baked, prepared_s)
+    return {
+        **record,
+        **error,
+        **figures,
+        "skipped": [*figures["skipped"], *record["skipped"]],
+        "warnings": [*subject.mesh.health.warnings, *figures["warnings"]],
+    }
+
+
+def report(result: dict[str, Any]) -> str:
+    if result["cancelled"]:
+        return _cancelled(result)
+    size = f"{result['size_bytes'] / 1e6:.1f} MB"
+    share = 100.0 * result["visibility_s"] / result["bake_s"] if result["bake_s"] > 0.0 else 0.0
+    lines = [
+        f"{result['output']}: {result['vertices']:,} vertices, {size}, {words_of_time(result['bake_s'])}, "
+        f"{share:.0f} % of it for visibility",
+        *_lines(result),
+    ]
+    if result["chunks_resumed"]:
+        lines.append(f"{result['chunks_resumed']} of {result['chunks']} chunks were kept from the cancelled bake")
+    return "\n".join([*lines, *result["skipped"], *result["warnings"]])
+
+
+def _lines(result: dict[str, Any]) -> list[str]:
+    """The lines of the summary that only the method of this bake adds."""
+    mode = result["knobs"]["mode"]
+    return bake_auto.lines(result) if mode == AUTO else transport.method_of(mode).baking.lines(result)
+
+
+def _cancelled(result: dict[str, Any]) -> str:
+    if result["unfinished"] is None:
+        return SENTENCE
+    left, size = result["unfinished"], f"{result['unfinished_bytes'] / 1e6:.1f} MB"
+    return f"Cancelled; the same command goes on from here, with {left} ({size}), which --restart discards."
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """UsageError where an option is given that belongs to another mode, or an address is none."""
+    mode = arguments.mode
+    if mode != AUTO:
+        for flag in bake_auto.given(arguments):
+            raise UsageError(f"{flag} needs --mode {AUTO}")
+    for flag, modes in strange_options(arguments, _settings, mode):
+        if mode != AUTO:
+            raise UsageError(f"{flag} needs --mode {modes}")
+        if flag not in bake_auto.SHARED:
+            has_all = len(options(_settings)[flag]) == len(transport.METHODS)
+            raise UsageError(f"{flag} is not for --mode {AUTO}" if has_all else f"{flag} needs --mode {modes}")
+    if mode != AUTO:
+        _check_method(arguments, transport.method_of(mode))
+    from engine.transport.baking.chunks import check_cluster
+
+    if arguments.cluster is not None:
+        check_cluster(arguments.cluster)
+
+
+def _check_method(arguments: argparse.Namespace, method: Method) -> None:
+    if arguments.vary and not method.variations:
+        raise UsageError(f"--vary is not for --mode {method.name}, which is baked for one BRDF")
+    if arguments.cluster is not None and not method.on_cluster:
+        known = " and ".join(each.name for each in transport.methods_with("on_cluster"))
+        raise UsageError(f"--cluster is for --mode {known}")

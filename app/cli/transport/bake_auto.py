@@ -1,0 +1,97 @@
+"""`lightarc bake --mode auto`: what the plan of a scene calls for (`lightarc plan`), and nothing else."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any
+
+from app.arguments.results import Input
+from app.cli.transport.bake_report import carry_out, subject_of
+from app.cli.transport.options import variations_of
+from app.cli.transport.plan import add_budget, plan_for, record
+from engine.core.errors import UsageError
+from engine.core.steps import Step, drain, part
+
+#: Options of the methods that a plan takes too.
+SHARED = ("--fine",)
+
+
+def add_arguments(parser: Any) -> None:
+    parser.add_argument(
+        "--env",
+        type=Input(reach="file"),
+        metavar="FILE",
+        help="environment that the plan is for, as for lightarc render",
+    )
+    add_budget(parser)
+
+
+def given(arguments: argparse.Namespace) -> list[str]:
+    """The options of this mode that were given, each as its flag."""
+    parser = argparse.ArgumentParser(add_help=False)
+    add_arguments(parser)
+    return [action.option_strings[0] for action in parser._actions if getattr(arguments, action.dest) != action.default]
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.light.environment_file import open_environment
+    from engine.planning.bake import prepare
+    from engine.transport import method as transport
+
+    _check(arguments)
+    environment = open_environment(arguments.env)
+    variations = variations_of(arguments)
+    subject = subject_of(arguments, variations)
+    mesh, brdf, ground = subject.mesh, subject.brdf, subject.ground
+    options: dict[str, Any] = {"modes": transport.names(), "ground": ground, "variations": variations}
+    found = plan_for(arguments, mesh, brdf, environment, lambda step: show(step), **options)
+    fine = 4 if arguments.fine is None else arguments.fine
+    preparing = prepare(found, mesh, brdf, ground, variations=variations, fine=fine)
+    ready = drain(part(preparing, 0.0, 0.05), show)
+    planned = record(found)
+    baked, result = carry_out(
+        arguments,
+        show,
+        ready.work,
+        lambda: ready.start(arguments.output),
+        estimated_s=ready.estimated_s,
+        knobs={**found.knobs, "chosen": found.mode, "fine": fine, "vary": arguments.vary},
+        start=0.05,
+    )
+    result = {**result, **planned, "knobs": result["knobs"]}
+    if baked is None:
+        return result
+    left_out = [f"No {effect.effect}: {effect.reason}" for effect in found.effects if not effect.on]
+    if found.decision("self-shadowing") == "needed":
+        left_out += result["skipped"]
+    return {**result, "skipped": left_out, "warnings": list(mesh.health.warnings)}
+
+
+def lines(result: dict[str, Any]) -> list[str]:
+    """The lines of the summary that only `--mode auto` adds: the chosen method, its errors, the effects left out."""
+    from engine.planning.costs.setting import Setting
+
+    shown = [effect["effect"] for effect in result["effects"] if effect["decision"] in ("needed", "forced on")]
+    setting = Setting(
+        result["mode"], {name: result["knobs"][name] for name in result["knobs"] if name in _names(result)}
+    )
+    found = [
+        f"{setting}: with {', '.join(shown) or 'no effect'}, "
+        f"an error of about {100.0 * result['predicted_error_rel']:.2g} %"
+    ]
+    return found if result["satisfied"] else [*found, "No mode meets the budget; this is the nearest to it."]
+
+
+def _names(result: dict[str, Any]) -> set[str]:
+    from engine.planning.costs.setting import knobs_of
+
+    return set(knobs_of(result["mode"]))
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    if arguments.env is None:
+        raise UsageError("--mode auto needs --env, the light that the plan is for")
+    for option in ("error_env", "cluster"):
+        if getattr(arguments, option):
+            raise UsageError(f"--{option.replace('_', '-')} is not for --mode auto")

@@ -1,0 +1,96 @@
+"""Common parts of all modes of `lightarc bake`: the subject, the estimate, and the record."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from typing import TYPE_CHECKING, Any
+
+from engine.core.steps import Step, Steps, drain, part
+from engine.transport.method import Baked, Subject, Work
+
+if TYPE_CHECKING:
+    from engine.transport.baking.spatially_varying import Variation
+
+
+def subject_of(arguments: argparse.Namespace, variations: Sequence[Variation] = ()) -> Subject:
+    """The subject that the arguments name; the usual errors if they name none."""
+    from engine.factor.factor_file import open_reflectance
+    from engine.geometry.ground import Ground
+    from engine.geometry.shapes import open_mesh
+
+    ground = None
+    if arguments.ground is not None:
+        ground = Ground(albedo=arguments.ground, cells=arguments.ground_cells)
+    brdf = open_reflectance(arguments.brdf)
+    return Subject(open_mesh(arguments.mesh), brdf, ground, variations)
+
+
+def carry_out(
+    arguments: argparse.Namespace,
+    show: Callable[[Step], None],
+    work: Work,
+    bake: Callable[[], Steps[Any]],
+    *,
+    estimated_s: float,
+    knobs: dict[str, Any],
+    start: float,
+) -> tuple[Baked | None, dict[str, Any]]:
+    """Report the estimate of `bake`, run it, and return its outcome and the record that all modes share.
+
+    The outcome is None where it was cancelled, and the record then all that there is to say. `start` is how much of
+    the progress was shown before. With --restart nothing of an earlier bake is used, and nothing is left of this one.
+    """
+    from app.arguments.usage import CANCELLED, DONE
+    from engine.storage.resumable import discard_unfinished, unfinished
+
+    expected = f"{work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB, about {words_of_time(estimated_s)}"
+    print(expected, file=sys.stderr, flush=True)
+    knobs = {"mode": arguments.mode, "brdf": arguments.brdf, "ground_albedo": arguments.ground, **knobs}
+    record = {
+        "output": None,
+        "vertices": work.vertices,
+        "estimated_s": estimated_s,
+        "size_bytes": work.size_bytes,
+        "knobs": knobs,
+    }
+    if arguments.restart:
+        discard_unfinished(arguments.output)
+    started = time.perf_counter()
+    try:
+        with closing(bake()) as steps:  # an interrupted one lets go of its file here
+            done: Baked = drain(part(steps, start, 1.0), show)
+    except KeyboardInterrupt:
+        record |= {"bake_s": time.perf_counter() - started, "cancelled": True, "exit_code": CANCELLED}
+        if arguments.restart:
+            discard_unfinished(arguments.output)
+        left = unfinished(arguments.output)
+        size_bytes = left.stat().st_size if left else 0
+        return None, {**record, "unfinished": str(left) if left else None, "unfinished_bytes": size_bytes}
+    return done, {
+        **record,
+        "output": arguments.output,
+        "faces": len(work.surface.faces),
+        "bake_s": done.bake_s,
+        "visibility_s": done.visibility_s,
+        "skipped": _skipped(done, work),
+        "chunks": done.chunks,
+        "chunks_resumed": done.resumed_chunks,
+        "warnings": [],
+        "cancelled": False,
+        "exit_code": DONE,
+    }
+
+
+def words_of_time(seconds: float) -> str:
+    return f"{seconds:.1f} s" if seconds < 120.0 else f"{seconds / 60.0:.1f} min"
+
+
+def _skipped(done: Baked, work: Work) -> list[str]:
+    """The vertices that needed no rays, and the reason."""
+    if not done.free_vertices:
+        return []
+    return [f"No rays for {done.free_vertices:,} of {work.vertices:,} vertices, which see their whole hemisphere."]

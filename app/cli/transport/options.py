@@ -1,0 +1,126 @@
+"""Light as the command line of `lightarc render` names it.
+
+`--vary`, the option that lets parameters of a BRDF vary over a model.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeVar
+
+from engine.core.errors import UsageError
+
+if TYPE_CHECKING:
+    from engine.light.environment import EnvironmentMap
+    from engine.light.lamps import Lamp
+    from engine.transport.relit import Light
+    from engine.transport.sh.near_light import NearLamp
+from typing import TYPE_CHECKING, Any
+
+from app.arguments.results import Input
+
+if TYPE_CHECKING:
+    from engine.transport.baking.spatially_varying import Variation
+
+#: Default direction of the light.
+LIGHT_DEG = (50.0, 30.0)
+
+#: Most radiance: what was baked is multiplied in single precision, which ends at 3e38.
+BRIGHTEST = 1e30
+
+
+def angles_argument(text: str) -> tuple[float, float]:
+    """Two finite numbers, THETA,PHI in degrees; the parser's error otherwise."""
+    try:
+        theta, phi = (float(number) for number in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not THETA,PHI such as 50,30") from None
+    if not (math.isfinite(theta) and math.isfinite(phi)):
+        raise argparse.ArgumentTypeError(f"{text!r} is not finite")
+    return theta, phi
+
+
+def lamp_argument(text: str) -> Lamp:
+    """The lamp that --lamp names; the parser's error otherwise."""
+    from engine.light.lamps import lamp_from_text
+
+    return _argument(lamp_from_text, text)
+
+
+def near_lamp_argument(text: str) -> NearLamp:
+    """The lamp that --near-lamp names; the parser's error otherwise."""
+    from engine.transport.sh.near_light import near_lamp_from_text
+
+    return _argument(near_lamp_from_text, text)
+
+
+Read = TypeVar("Read")
+
+
+def _argument(read: Callable[[str], Read], text: str) -> Read:
+    try:
+        return read(text)
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def light_of(arguments: argparse.Namespace) -> Light:
+    """The light of --env, --light-deg, --lamp, --near-lamp and --intensity; wrong usage where it cannot be."""
+    from engine.core.directions import world_direction
+    from engine.light.environment_file import open_environment
+    from engine.light.lamps import Lamp
+    from engine.transport.relit import Light
+
+    lamps, near_lamps = tuple(arguments.lamp), tuple(arguments.near_lamp)
+    _check(arguments)
+    environment = open_environment(arguments.env) if arguments.env else None
+    if environment is not None:
+        _check_brightness(environment, arguments.intensity)
+    if environment is None and (arguments.light_deg is not None or not (lamps or near_lamps)):
+        x, y, z = world_direction(*map(math.radians, arguments.light_deg or LIGHT_DEG))
+        lamps = (Lamp((x, y, z), (arguments.intensity,) * 3), *lamps)
+    turn = math.radians(arguments.env_rotation_deg)
+    return Light(environment, turn, arguments.intensity, lamps, near_lamps)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    if not 0.0 <= arguments.intensity <= BRIGHTEST:
+        raise UsageError(f"--intensity {arguments.intensity} is outside 0 … {BRIGHTEST:g}")
+    if not math.isfinite(arguments.env_rotation_deg):
+        raise UsageError(f"--env-rotation-deg {arguments.env_rotation_deg} is not finite")
+
+
+def _check_brightness(environment: EnvironmentMap, factor: float) -> None:
+    radiance = factor * float(environment.radiance.max())
+    if radiance > BRIGHTEST:
+        raise UsageError(
+            f"{environment.name} is as bright as {radiance:.3g}, above the limit for baked transport "
+            f"({BRIGHTEST:g}); choose a smaller --intensity"
+        )
+
+
+HELP = (
+    "vary a parameter of an analytic BRDF from one value to another over the model, by x, y or z across its "
+    "bounding box or by the luminance of a picture at its texture coordinates: alpha=0.1:0.5:y"
+)
+
+
+def add_argument(parser: Any, beside: str = "") -> None:
+    """The option, with what there is to say `beside` its usual help."""
+    parser.add_argument(
+        "--vary",
+        type=Input(),
+        action="append",
+        default=[],
+        metavar="PARAMETER=FROM:TO:SOURCE",
+        help=f"{HELP}; {beside}" if beside else HELP,
+    )
+
+
+def variations_of(arguments: argparse.Namespace) -> list[Variation]:
+    """The variations that the arguments name; wrong usage where one is invalid."""
+    from engine.transport.baking.spatially_varying import variation_from_text
+
+    return [variation_from_text(text) for text in arguments.vary]

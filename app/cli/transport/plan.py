@@ -1,0 +1,226 @@
+"""`lightarc plan`: which effects a scene calls for, and the mode and knobs that show them within a budget."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import textwrap
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from app.arguments.results import Input
+from app.cli.brdf import BRDF_HELP
+from app.cli.transport import options as vary
+from engine.core.errors import UsageError
+from engine.core.steps import Step, drain, part
+
+if TYPE_CHECKING:
+    from engine.planning.plan import EffectsPlan
+
+HELP = "List the effects that a scene needs, with the error and saving of leaving each out, and the best mode."
+EXAMPLE = "lightarc plan torus-knot --brdf ggx:alpha=0.3 --env studio --error 0.02"
+
+#: Pixels of a picture that frames are predicted for.
+WIDTH, HEIGHT = 960, 540
+
+#: Pictures that a bake is spread over (`engine.planning.choices.FRAMES`).
+FRAMES = 20_000
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "mesh",
+        type=Input(reach="file"),
+        metavar="MESH",
+        help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob",
+    )
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
+    what.add_argument("--material", type=Input(), metavar="BUNDLE", help="a material, with its own BRDF")
+    parser.add_argument(
+        "--env", required=True, type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
+    )
+    add_budget(parser)
+    vary.add_argument(parser)
+    parser.add_argument(
+        "--env-rotation-deg", type=float, default=0.0, metavar="A", help="rotation of the environment about +Y (0)"
+    )
+    parser.add_argument(
+        "--ground",
+        nargs="?",
+        type=float,
+        const=0.5,
+        metavar="ALBEDO",
+        help="put the model on a diffuse ground (albedo 0.5)",
+    )
+    parser.add_argument("--width", type=int, default=WIDTH, metavar="PX", help=f"width of the pictures ({WIDTH})")
+    parser.add_argument("--height", type=int, default=HEIGHT, metavar="PX", help=f"height of the pictures ({HEIGHT})")
+    parser.add_argument(
+        "--calibrate",
+        action="store_true",
+        help="measure the machine profile again: some ten seconds, more while other programs work or kernels are being "
+        "compiled; kept until Lightarc, Python or the machine's name changes",
+    )
+    parser.add_argument(
+        "--frames",
+        type=int,
+        default=FRAMES,
+        metavar="N",
+        help=f"number of pictures drawn with one bake; 1: a single picture ({FRAMES})",
+    )
+
+
+def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
+    """The budget and what is forced, which `lightarc bake --mode auto` shares."""
+    budget = parser.add_mutually_exclusive_group()
+    budget.add_argument("--error", type=float, metavar="E", help="allowed relative error (0.01)")
+    budget.add_argument("--time-ms", type=float, metavar="MS", help="allowed time of a frame")
+    parser.add_argument(
+        "--force",
+        type=str,
+        action="append",
+        default=[],
+        metavar="EFFECT",
+        help="compute an effect even if it adds nothing",
+    )
+    parser.add_argument(
+        "--skip",
+        type=str,
+        action="append",
+        default=[],
+        metavar="EFFECT",
+        help="leave an effect out even if the error is large",
+    )
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.bundle.bundle import open_bundle
+    from engine.factor.factor_file import open_reflectance
+    from engine.geometry.ground import Ground
+    from engine.geometry.shapes import open_mesh
+    from engine.light.environment_file import open_environment
+
+    _check(arguments)
+    ground = Ground(albedo=arguments.ground) if arguments.ground is not None else None
+    material = open_bundle(arguments.material) if arguments.material else None
+    brdf = open_reflectance(arguments.brdf) if material is None else material.reflectance
+    mesh, environment = open_mesh(arguments.mesh), open_environment(arguments.env)
+    options = {
+        "ground": ground,
+        "rotation": math.radians(arguments.env_rotation_deg),
+        "material": material,
+        "variations": vary.variations_of(arguments),
+        "pixels": arguments.width * arguments.height,
+        "aspect": arguments.width / arguments.height,
+        "frames": arguments.frames,
+    }
+    found = plan_for(arguments, mesh, brdf, environment, show, anew=arguments.calibrate, **options)
+    return {
+        "mesh": arguments.mesh,
+        "vertices": len(mesh.positions),
+        "error": arguments.error if arguments.time_ms is None else None,
+        "time_ms": arguments.time_ms,
+        **record(found),
+        "warnings": list(mesh.health.warnings),
+    }
+
+
+def plan_for(
+    arguments: argparse.Namespace,
+    mesh: Any,
+    brdf: Any,
+    environment: Any,
+    show: Callable[[Step], None],
+    *,
+    anew: bool = False,
+    **options: Any,
+) -> EffectsPlan:
+    """The plan for the budget and the wishes of `arguments`; wrong usage where they cannot be."""
+    from app.session.machine_profile import cost_model
+    from engine.planning.plan import check_effects, plan
+
+    check_effects(arguments.force, arguments.skip)
+    model = drain(part(cost_model(anew=anew), 0.0, 0.8), show)
+    show(Step(0.9, "looking at the scene"))
+    budget = {"error": arguments.error, "time_ms": arguments.time_ms}
+    return plan(mesh, brdf, environment, cost=model, force=arguments.force, skip=arguments.skip, **budget, **options)
+
+
+def record(found: EffectsPlan) -> dict[str, Any]:
+    """The plan as a JSON object."""
+    from dataclasses import asdict
+
+    return {
+        "effects": [asdict(effect) for effect in found.effects],
+        "mode": found.mode,
+        "max_depth": found.max_depth if found.mode == "reference" else None,
+        "knobs": found.knobs,
+        "means": dict(found.mean),
+        "predicted_error_rel": found.predicted_error_rel,
+        "predicted_frame_s": found.cost.frame_s,
+        "predicted_relight_s": found.cost.relight_s,
+        "predicted_bake_s": found.cost.bake_s,
+        "predicted_memory_bytes": found.cost.memory_bytes,
+        "predicted_size_bytes": found.cost.size_bytes,
+        "satisfied": found.satisfied,
+        "reference": asdict(found.reference) if found.reference else None,
+        "free_vertices_share": found.free_share,
+    }
+
+
+def report(result: dict[str, Any]) -> str:
+    from engine.planning.costs.setting import Setting
+    from engine.planning.effects.estimates import percent
+
+    lines = [f"{'effect':24} {'decision':10} {'without it':>10} {'saves':>10} {'':>10}"]
+    for effect in result["effects"]:
+        saves = f"{effect['saves_s']:.1f} s" if effect["saves_s"] >= 0.05 else "–"
+        size = f"{effect['saves_bytes'] / 1e6:.1f} MB" if effect["saves_bytes"] >= 50_000 else "–"
+        error = percent(effect["estimated_error_rel"])
+        lines.append(f"{effect['effect']:24} {effect['decision']:10} {error:>10} {saves:>10} {size:>10}")
+        lines += textwrap.wrap(effect["reason"], 100, initial_indent="    ", subsequent_indent="    ")
+    setting = Setting(result["mode"], result["knobs"])
+    lines += [
+        "",
+        f"Draw with {setting}: an error of {percent(result['predicted_error_rel'])}, "
+        f"{_time(result['predicted_frame_s'])} a frame, "
+        f"{_time(result['predicted_relight_s'])} for a rotated environment, "
+        f"{result['predicted_bake_s']:.1f} s to bake, {result['predicted_size_bytes'] / 1e6:.1f} MB",
+    ]
+    lines += _shortfall(result)
+    return "\n".join([*lines, *result["warnings"]])
+
+
+def _time(seconds: float) -> str:
+    """'4.2 ms' or '31.4 s'."""
+    return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
+
+
+def _shortfall(result: dict[str, Any]) -> list[str]:
+    """The sentences about a budget that is not met: by how much, and which setting would meet it."""
+    if result["satisfied"]:
+        return []
+    if result.get("time_ms") is not None:
+        return [f"No mode draws a frame in {result['time_ms']:.3g} ms; this is the quickest."]
+    slow = result["reference"]
+    if slow is None:
+        return ["No mode meets the budget; this is the nearest to it."]
+    takes = f"{slow['frame_s']:.0f} s" if slow["frame_s"] < 120.0 else f"{slow['frame_s'] / 60.0:,.0f} min"
+    return [
+        f"No mode that draws frames meets the budget; this is the nearest to it. The reference meets it with "
+        f"{slow['samples']:,} paths for each pixel, in about {takes} a picture: lightarc render --mode reference "
+        f"--samples {slow['samples']} --max-depth {slow['max_depth']}."
+    ]
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    for name in ("error", "time_ms"):
+        value = getattr(arguments, name)
+        if value is not None and not 0.0 < value < math.inf:
+            raise UsageError(f"--{name.replace('_', '-')} {value} is not above 0")
+    if arguments.frames < 1:
+        raise UsageError(f"--frames {arguments.frames} is below 1")
+    if not math.isfinite(arguments.env_rotation_deg):
+        raise UsageError(f"--env-rotation-deg {arguments.env_rotation_deg} is not finite")
+    if not (1 <= arguments.width <= 1 << 15 and 1 <= arguments.height <= 1 << 15):
+        raise UsageError(f"pictures of {arguments.width} × {arguments.height} pixels are not possible")

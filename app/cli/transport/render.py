@@ -1,0 +1,371 @@
+"""`lightarc render`: a picture of a material on a model, off screen, through the same GL code as the window."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from app.arguments.results import Input, Output, picture_by
+from app.cli.transport import render_auto, render_transport
+from app.cli.transport.options import LIGHT_DEG, angles_argument, lamp_argument
+from app.cli.transport.render_output import ON_PROCESSOR, off_screen, record_of, write_picture
+from engine.core.errors import UsageError
+from engine.core.steps import Step, drain
+from engine.transport import method as transport
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from engine.light.lamps import Lamp
+    from engine.scene.scene import Scene
+
+HELP = "Draw a material on a model."
+EXAMPLE = "lightarc render cloth --brdf phong:exponent=20 --light-deg 45,30 -o cloth.png"
+
+#: Most pixels of a picture; its linear radiance takes 16 bytes for each.
+MOST_PIXELS = 2**28
+
+#: Samples of a pixel unless something else is said, and the most of them: sub-pixels along a side, and paths.
+SUB_PIXELS, MOST_SUB_PIXELS = 2, 16
+PATHS, MOST_PATHS = 64, 2**20
+
+#: Most points of the surface that a path may touch.
+MOST_DEPTH = 1000
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "mesh",
+        type=Input(reach="file"),
+        metavar="MESH",
+        help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob",
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type=Output(picture_by("render", ".png", ".exr")),
+        metavar="IMAGE",
+        help=".png (tone-mapped) or .exr (radiance)",
+    )
+    parser.add_argument(
+        "--material", type=Input(), metavar="BUNDLE", help="material; without it the BRDF alone is shown"
+    )
+    parser.add_argument(
+        "--brdf",
+        type=Input(),
+        metavar="TEXT",
+        help="BRDF: phong:exponent=20, a measured file or factors; otherwise the material's own",
+    )
+    parser.add_argument(
+        "--light-deg",
+        type=angles_argument,
+        metavar="THETA,PHI",
+        help="direction of the light in the world: THETA from +Y (up), PHI from +Z (the viewer's side of the plane) "
+        "towards +X (right); 90,0 shines along -Z (50,30; none if a --lamp is given)",
+    )
+    parser.add_argument(
+        "--intensity", type=float, default=1.0, metavar="L", help="irradiance of the light, or factor on --env (1)"
+    )
+    parser.add_argument(
+        "--env",
+        type=Input(reach="file"),
+        metavar="FILE",
+        help="environment in place of the light: an equirectangular .hdr or .exr, or one of studio, sky, noon, "
+        "afternoon, evening, sunset, overcast, softboxes, ring-light, strip-lights, window",
+    )
+    parser.add_argument(
+        "--env-rotation-deg",
+        type=float,
+        default=0.0,
+        metavar="A",
+        help="rotation of the environment about +Y, anticlockwise from above (0)",
+    )
+    parser.add_argument(
+        "--lamp",
+        type=lamp_argument,
+        action="append",
+        default=[],
+        metavar="TEXT",
+        help="one more light, beside --env or --light-deg; can be given several times: "
+        "theta_deg=40,phi_deg=20,irradiance=2,radius_deg=5,colour=1:0.8:0.6, a disc of that angular radius, with 0 a "
+        "directional light",
+    )
+    parser.add_argument(
+        "--ground",
+        nargs="?",
+        type=float,
+        const=0.5,
+        metavar="ALBEDO",
+        help="put the model on a diffuse ground (albedo 0.5)",
+    )
+    parser.add_argument(
+        "--directions", type=int, default=64, metavar="N", help="number of lights that represent the environment (64)"
+    )
+    parser.add_argument(
+        "--measure-error",
+        action="store_true",
+        help="measure the error against the sum over all directions; needs --env",
+    )
+    parser.add_argument(
+        "--mode",
+        choices=("auto", "shading-map", "direct", "reference", *transport.names()),
+        help="'direct' leaves the material out; 'reference' traces paths, with shadows and the whole --env; "
+        "'auto' takes of these two the one that the plan chooses; "
+        f"{', '.join(transport.names())} draw a transport file of lightarc bake, given in place of the MESH",
+    )
+    render_auto.add_arguments(parser.add_argument_group("--mode auto"))
+    render_transport.add_arguments(parser)
+    parser.add_argument("--from", dest="source", default="slices", choices=("slices", "power-law"))
+    parser.add_argument("--lookup", default="radiance", choices=("radiance", "texture", "outgoing", "angle"))
+    parser.add_argument(
+        "--above", default="clamp", choices=("clamp", "scale"), help="lookup beyond the brightest photograph (clamp)"
+    )
+    parser.add_argument("--tile", type=float, default=4.0, metavar="N", help="repeats of the material over one uv (4)")
+    parser.add_argument("--width", type=int, default=1024, metavar="PX", help="width of the picture (1024)")
+    parser.add_argument("--height", type=int, default=768, metavar="PX", help="height of the picture (768)")
+    parser.add_argument(
+        "--camera",
+        type=str,
+        metavar="TEXT",
+        help="'eye=0,0,4 target=0,0,0 up=0,1,0 fov_deg=35' in the mesh's own coordinates, vertical field of view; "
+        "parts left out are chosen to frame the model",
+    )
+    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure in stops (0)")
+    parser.add_argument("--tone-map", default="neutral", choices=("neutral", "none", "aces"))
+    parser.add_argument(
+        "--samples",
+        type=int,
+        metavar="N",
+        help="N × N sub-pixels, 1 = pixel centres (2); in the reference mode N random paths for each pixel (64)",
+    )
+    parser.add_argument(
+        "--max-depth",
+        type=int,
+        default=1,
+        metavar="D",
+        help="reference: largest path depth: surface points on a path; 1 is direct light with shadows, more adds "
+        "interreflection (1)",
+    )
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="reference: seed of the random numbers (0)")
+    parser.add_argument(
+        "--renderer",
+        default="auto",
+        choices=("auto", "gl", "cpu"),
+        help="auto: OpenGL if present, otherwise the processor",
+    )
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.render.display import Display
+
+    start = time.perf_counter()
+    _check(arguments)
+    display = Display(arguments.exposure, arguments.tone_map)
+    if render_transport.is_baked(arguments):
+        return render_transport.run(arguments, display, show)
+    render_transport.check_absent(arguments)
+    scene = _scene(arguments)
+    plan: dict[str, Any] = {}
+    if arguments.mode == "auto":
+        scene, arguments, plan = render_auto.planned(scene, arguments, show)
+        _check(arguments)
+    draw = _draw_reference if arguments.mode == "reference" else _draw
+    picture, layers, drawn = draw(scene, arguments, show)
+    error = _error(scene, arguments, show) if arguments.measure_error else {}
+    write_picture(arguments.output, picture, display, layers)
+    return {
+        "image": arguments.output,
+        **plan,
+        **drawn,
+        **record_of(picture),
+        "sigma": scene.sigma,
+        **_light(scene),
+        **error,
+        "time_s": time.perf_counter() - start,
+    }
+
+
+def report(result: dict[str, Any]) -> str:
+    warnings = "".join(f"\n{warning}" for warning in result["warnings"])
+    if "noise" in result:
+        noise = "unknown" if result["noise"] is None else f"{result['noise']:.2%}"
+        return f"{result['image']}: {result['samples']} samples, noise {noise}, {result['frame_s']:.1f} s{warnings}"
+    device = "the processor" if result["gl_renderer"].startswith("none") else result["gl_renderer"]
+    return f"{result['image']}: {1e3 * result['frame_s']:.0f} ms a frame on {device}{warnings}"
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    if arguments.width < 1 or arguments.height < 1 or arguments.width * arguments.height > MOST_PIXELS:
+        raise UsageError(f"a picture of {arguments.width} × {arguments.height} pixels is not possible")
+    render_auto.check(arguments)
+    is_reference = arguments.mode == "reference"
+    if arguments.samples is None and arguments.mode != "auto":
+        arguments.samples = PATHS if is_reference else SUB_PIXELS
+    most = MOST_PATHS if is_reference else MOST_SUB_PIXELS
+    if arguments.samples is not None and not 1 <= arguments.samples <= most:
+        raise UsageError(f"--samples {arguments.samples} is outside 1 … {most}")
+    if not 1 <= arguments.max_depth <= MOST_DEPTH:
+        raise UsageError(f"--max-depth {arguments.max_depth} is outside 1 … {MOST_DEPTH}")
+    if arguments.seed < 0:
+        raise UsageError(f"--seed {arguments.seed} is negative")
+    if arguments.max_depth > 1 and not is_reference:
+        raise UsageError("--max-depth needs --mode reference")
+    if arguments.measure_error and not arguments.env:
+        raise UsageError("--measure-error needs --env")
+    if arguments.mode == "shading-map" and not arguments.material:
+        raise UsageError("--mode shading-map needs --material")
+
+
+def _scene(arguments: argparse.Namespace) -> Scene:
+    from engine.brdf.brdf import brdf_from_text
+    from engine.bundle.bundle import open_bundle
+    from engine.core.directions import world_direction
+    from engine.factor.factor_file import open_reflectance
+    from engine.geometry.camera import frame, parse
+    from engine.geometry.ground import Ground
+    from engine.geometry.shapes import open_mesh
+    from engine.light.environment_file import open_environment
+    from engine.scene.scene import Scene
+
+    brdf = open_reflectance(arguments.brdf) if arguments.brdf else None
+    material = open_bundle(arguments.material) if arguments.material and arguments.mode != "direct" else None
+    mesh = open_mesh(arguments.mesh)
+    environment = open_environment(arguments.env) if arguments.env else None
+    camera = parse(arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height))
+    ground = None if arguments.ground is None else Ground(albedo=arguments.ground)
+    only_lamps = bool(arguments.lamp) and not arguments.env and arguments.light_deg is None
+    return Scene(
+        mesh=mesh,
+        camera=camera,
+        brdf=brdf or (material.reflectance if material else brdf_from_text("phong")),
+        material=material,
+        light=tuple(world_direction(*map(math.radians, arguments.light_deg or LIGHT_DEG))),
+        irradiance=0.0 if only_lamps else arguments.intensity,
+        source=arguments.source,
+        lookup=arguments.lookup,
+        above=arguments.above,
+        repeats=arguments.tile,
+        environment=environment,
+        environment_rotation=math.radians(arguments.env_rotation_deg),
+        directions=arguments.directions,
+        lamps=tuple(arguments.lamp),
+        ground=ground,
+    )
+
+
+#: A picture (height, width, 4), what is stored beside it (height, width, 3), and how it was made.
+Drawn = tuple["NDArray[np.float32]", dict[str, "NDArray[np.float32]"], dict[str, Any]]
+
+
+def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
+    """The reference, its standard error, and its figures."""
+    import numpy as np
+    import psutil
+
+    from engine.render.path import check_scene
+    from engine.render.reference import BYTES_PER_PIXEL, reference
+
+    size = (arguments.width, arguments.height)
+    needed, available = size[0] * size[1] * BYTES_PER_PIXEL, psutil.virtual_memory().available
+    if needed > available:
+        raise UsageError(
+            f"A reference of {size[0]} × {size[1]} pixels needs {needed / 1e9:.1f} GB of memory, more than free"
+        )
+    check_scene(scene)
+    start = time.perf_counter()
+    options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
+    found = drain(reference(scene, size, **options), show)
+    frame_s = time.perf_counter() - start
+    warnings = _warnings(scene)
+    if found.rejected:
+        warnings.append(f"{found.rejected} samples were not finite and count as black.")
+    layers = {}
+    if found.variance is not None:
+        layers["standard_error"] = np.sqrt(found.variance).clip(0.0, np.finfo(np.float32).max).astype(np.float32)
+    figures = {
+        "frame_s": frame_s,
+        "gl_renderer": ON_PROCESSOR,
+        "warnings": warnings,
+        **options,
+        "passes": found.passes,
+        "noise": found.uncertainty_rmse_rel,
+        "uncertainty_rmse_rel": found.uncertainty_rmse_rel,
+        "rejected_samples": found.rejected,
+        "rays": found.rays,
+        "rays_per_s": found.rays / frame_s,
+    }
+    return found.picture, layers, figures
+
+
+def _warnings(scene: Scene) -> list[str]:
+    warnings = list(scene.mesh.health.warnings)
+    if scene.environment is not None:
+        warnings += [f"{scene.environment.name}: {text}" for text in scene.environment.health.warnings]
+    return warnings
+
+
+def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
+    """The picture, and how it was made: frame_s, gl_renderer, warnings."""
+    from engine.brdf.brdf import MODELS
+    from engine.gl.brdf_textures import factor_source
+    from engine.gl.draw import draw_off_screen
+    from engine.render.direct import radiance
+
+    size = (arguments.width, arguments.height)
+    warnings, renderer = _warnings(scene), arguments.renderer
+    has_shader = type(scene.brdf) in MODELS.values() or factor_source(scene.brdf) is not None
+    if renderer == "auto" and not scene.brdf.isotropic and not has_shader:
+        renderer = "cpu"
+        warnings.append("The measured BRDF is anisotropic and drawn on the processor, which shows it exactly.")
+    drawn = off_screen(renderer, lambda context: draw_off_screen(context, scene, size, arguments.samples), warnings)
+    if drawn is not None:
+        return drawn[0], {}, drawn[1]
+    start = time.perf_counter()
+    picture = drain(radiance(scene, size, samples=arguments.samples), show)
+    frame_s = time.perf_counter() - start
+    return picture, {}, {"frame_s": frame_s, "gl_renderer": ON_PROCESSOR, "warnings": warnings}
+
+
+def _light(scene: Scene) -> dict[str, Any]:
+    """The lights of the scene, and the ground that they fall on."""
+    lights: dict[str, Any] = {}
+    if scene.environment is not None:
+        lights = {"environment": scene.environment.name, "directions": scene.directions}
+    elif scene.irradiance or not scene.lamps:
+        lights = {"light_direction": list(scene.light), "directions": 1}
+    if scene.lamps:
+        lights["lamps"] = [_described(lamp) for lamp in scene.lamps]
+        lights["directional_lights"] = len(scene.lights.direction)
+    if scene.ground is not None:
+        lights["ground_albedo"] = scene.ground.albedo
+    return lights
+
+
+def _described(lamp: Lamp) -> dict[str, Any]:
+    from engine.core.directions import world_angles
+
+    theta, phi = world_angles(lamp.direction)
+    return {
+        "theta_deg": math.degrees(theta),
+        "phi_deg": math.degrees(phi),
+        "radius_deg": math.degrees(lamp.radius),
+        "irradiance": list(lamp.irradiance),
+    }
+
+
+def _error(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    """The error of the chosen directions against the sum over the whole map, on pixels of this view."""
+    from engine.render.environment_error import environment_error
+
+    error = drain(environment_error(scene, (arguments.width, arguments.height)), show)
+    return {
+        "error_rmse_rel": error.rmse_rel,
+        "error_pixels": error.pixels,
+        "error_reference_width_texels": error.reference_size[0],
+        "error_reference_height_texels": error.reference_size[1],
+    }

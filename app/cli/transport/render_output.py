@@ -1,0 +1,76 @@
+"""Common parts of all modes of `lightarc render`: draw the picture on a device if there is one, and write it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from app.arguments.results import software
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from engine.gl.draw import OffScreen
+    from engine.render.display import Display
+
+#: Value of `gl_renderer` if no device has drawn.
+ON_PROCESSOR = "none (drawn on the processor)"
+
+
+def off_screen(
+    renderer: str, draw: Callable[[Any], OffScreen], warnings: list[str]
+) -> tuple[NDArray[np.float32], dict[str, Any]] | None:
+    """The result of `draw` with a context, and its record: frame_s, gl_renderer, warnings.
+
+    None with the `renderer` "cpu", and with "auto" where there is no OpenGL, which is added to `warnings`.
+    MissingCapability with "gl" where there is none.
+    """
+    from engine.core.errors import MissingCapability
+    from engine.gl.context import create_context
+
+    if renderer == "cpu":
+        return None
+    try:
+        context = create_context()
+    except MissingCapability as missing:
+        if renderer == "gl":
+            raise
+        warnings.append(str(missing))
+        return None
+    try:
+        with context:
+            picture, frame_s, name, messages = draw(context)
+    finally:
+        context.release()
+    return picture, {"frame_s": frame_s, "gl_renderer": name, "warnings": [*warnings, *messages]}
+
+
+def record_of(picture: NDArray[np.float32]) -> dict[str, Any]:
+    """Size, mean and coverage of a picture (height, width, 4)."""
+    from engine.core.colour import luminance
+
+    height, width = picture.shape[:2]
+    return {
+        "width_px": width,
+        "height_px": height,
+        "mean_radiance": float(luminance(picture[..., :3].astype("f8")).mean()),
+        "covered_fraction": float(picture[..., 3].mean(dtype="f8")),
+    }
+
+
+def write_picture(
+    path: str, picture: NDArray[np.float32], display: Display, layers: dict[str, NDArray[np.float32]] | None = None
+) -> None:
+    """Tone-mapped, or the radiance: in half, as float where `layers` are stored beside it to measure by."""
+    from engine.images.encode import encode_png, rgb_channels, write_exr
+    from engine.render.display import displayed
+    from engine.storage.atomic import write_bytes
+
+    if path.lower().endswith(".exr"):
+        channels = rgb_channels(picture[..., :3])
+        for name, layer in (layers or {}).items():
+            channels |= rgb_channels(layer, name)
+        write_exr(path, channels, half=not layers, attributes={"software": software("render")})
+    else:
+        write_bytes(path, encode_png(displayed(picture, display), software=software("render")))

@@ -1,0 +1,161 @@
+"""`lightarc render` of a transport file: any light and any view of what `lightarc bake` made."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app.cli.transport.method_options import add_options, settings_from, strange_options
+from app.cli.transport.options import light_of, near_lamp_argument
+from app.cli.transport.render_output import ON_PROCESSOR, off_screen, record_of, write_picture
+from engine.core.errors import UsageError
+from engine.core.steps import Step, drain, part
+from engine.transport import method as transport
+from engine.transport.method import Method
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from engine.geometry.camera import Camera
+    from engine.render.display import Display
+    from engine.transport.relit import Illuminated, Relit
+
+
+def is_baked(arguments: argparse.Namespace) -> bool:
+    """True if the picture is one of baked transport: by its mode, or by the file to draw."""
+    from engine.transport.baking.file import SUFFIX, holds_transport
+
+    looks_baked = holds_transport(arguments.mesh) or arguments.mesh.lower().endswith(SUFFIX)
+    return arguments.mode in transport.names() or (arguments.mode is None and looks_baked)
+
+
+def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.geometry.camera import frame, parse
+    from engine.transport.baking.file import open_transport
+
+    _check(arguments)
+    started = time.perf_counter()
+    _check_baked(arguments.mesh, arguments.mode)
+    file = open_transport(arguments.mesh)
+    mode = arguments.mode or file.kind
+    if mode not in transport.names():
+        raise UsageError(f"{arguments.mesh} holds transport of the mode {mode}, which cannot be drawn")
+    method = transport.method_of(mode)
+    check_absent(arguments, mode)
+    _check_brdf(arguments, method)
+    asked = settings_from(arguments, method.light)
+    steps = method.baking.illuminated(file, light_of(arguments), asked, arguments.brdf)
+    found: Illuminated = drain(part(steps, 0.0, 0.3), show)
+    relit: Relit = found.relit
+    model = relit.mesh.positions[: relit.transport.ground_vertex]
+    camera = parse(arguments.camera or "", frame(model, arguments.width / arguments.height))
+    picture, drawn = _draw(relit, camera, arguments, show)
+    negative_rel = drawn.pop("negative_rel", None)
+    negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
+    write_picture(arguments.output, picture, display)
+    return {
+        "image": arguments.output,
+        "mode": mode,
+        "vertices": len(relit.mesh.positions),
+        **found.figures,
+        **drawn,
+        "negative_rel": negative_rel,
+        **record_of(picture),
+        "warnings": [*found.warnings, *drawn["warnings"], *_negative(negative_rel, found.remedy)],
+        "time_s": time.perf_counter() - started,
+    }
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of all methods."""
+    parser.add_argument(
+        "--near-lamp",
+        type=near_lamp_argument,
+        action="append",
+        default=[],
+        metavar="TEXT",
+        help=f"{_names_with('near_light')}: a spherical lamp near the model, in the model's coordinates; can be given "
+        "several times: x=1,y=2,z=0.5,radius=0.1,power=40,colour=1:0.8:0.6, of irradiance power / (4 π d²) at the "
+        "distance d",
+    )
+    add_options(parser, _light)
+
+
+def _light(method: Method) -> type[Any]:
+    return method.light
+
+
+def _names_with(attribute: str) -> str:
+    return " or ".join(method.name for method in transport.methods_with(attribute))
+
+
+def check_absent(arguments: argparse.Namespace, mode: str | None = None) -> None:
+    """UsageError where an option is given that belongs to another mode than `mode`, or to any where that is None."""
+    if arguments.near_lamp and not (mode and transport.method_of(mode).near_light):
+        with_it = _names_with("near_light")
+        raise UsageError(f"--near-lamp is for bakes of --mode {with_it}; --lamp is a distant light")
+    for flag, modes in strange_options(arguments, _light, mode):
+        raise UsageError(f"{flag} is for bakes of --mode {modes}")
+
+
+def _check_brdf(arguments: argparse.Namespace, method: Method) -> None:
+    if arguments.brdf is not None and not method.takes_brdf:
+        raise UsageError("--brdf is part of the bake; bake again with another")
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    given = {"--material": arguments.material, "--ground": arguments.ground}
+    for name, value in given.items():
+        if value is not None:
+            raise UsageError(f"{name} is part of the bake; bake again with another")
+    if arguments.measure_error:
+        raise UsageError("--measure-error needs chosen directions; baked transport uses the whole environment")
+
+
+def _check_baked(mesh: str, mode: str) -> None:
+    """InputError, with the way to bake, where `mesh` is a model in place of what was baked."""
+    from engine.core.errors import InputError
+    from engine.geometry.mesh import SUFFIXES
+    from engine.geometry.shapes import SHAPES
+    from engine.transport.baking.file import SUFFIX, holds_transport
+
+    is_model = mesh in SHAPES or (Path(mesh).is_file() and mesh.lower().endswith(SUFFIXES))
+    if holds_transport(mesh) or not is_model:
+        return
+    command = f"lightarc bake {mesh} --brdf TEXT --mode {mode} -o {Path(mesh).stem}{SUFFIX}"
+    raise InputError(mesh, f"is no transport file, which --mode {mode} draws", f"Make one of a model with: {command}")
+
+
+#: A picture (height, width, 4), and how it was made: frame_s, gl_renderer, warnings, perhaps negative_rel.
+Drawn = tuple["NDArray[np.float32]", dict[str, Any]]
+
+
+def _draw(relit: Relit, camera: Camera, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
+    from engine.gl.draw import relit_off_screen
+    from engine.render.transported import picture_of
+
+    size = (arguments.width, arguments.height)
+    warnings: list[str] = []
+    drawn = off_screen(
+        arguments.renderer, lambda context: relit_off_screen(context, relit, camera, size, arguments.samples), warnings
+    )
+    if drawn is not None:
+        return drawn
+    start = time.perf_counter()
+    found = drain(part(picture_of(relit, camera, size, arguments.samples), 0.3, 1.0), show)
+    return found.picture, {
+        "frame_s": time.perf_counter() - start,
+        "gl_renderer": ON_PROCESSOR,
+        "warnings": warnings,
+        "negative_rel": found.negative_rel,
+    }
+
+
+def _negative(negative_rel: float, remedy: str) -> list[str]:
+    if negative_rel < 0.01:
+        return []
+    return [f"Sums below 0 were taken as 0, which adds {100.0 * negative_rel:.1f} % to the light; {remedy}."]

@@ -1,0 +1,315 @@
+"""`lightarc tradeoff`: what accuracy costs on one scene: settings of all modes, measured against one reference."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app.arguments.results import Input, Output, sweep_in
+from app.cli.brdf import BRDF_HELP
+from app.process import ending
+from engine.core.errors import UsageError
+from engine.core.steps import Step, drain, part
+from engine.transport import method as transport
+
+if TYPE_CHECKING:
+    from engine.planning.costs.setting import Setting
+    from engine.scene.scene import Scene
+    from engine.tradeoff.front import Budget
+    from engine.tradeoff.sweep import Tradeoff
+
+HELP = "Measure the cost of accuracy: error, times and memory of many settings, and the best of them."
+EXAMPLE = "lightarc tradeoff torus-knot --brdf ggx:alpha=0.3 --env studio --budget-s 60 -o tradeoff"
+
+#: Seconds that are measured unless something else is said, and the most of them.
+BUDGET_S, MOST_S = 480.0, 86_400.0
+
+#: Settings without a measurement that are named, and after which there are only how many.
+NAMED = 12
+
+#: Most pixels: pictures of all settings are kept until the end.
+MOST_PIXELS = 1 << 20
+
+AXES = ("frame", "relight", "bake", "memory")
+
+#: Wrong predictions that are listed one by one, and the labels of the figures.
+MISSES = 6
+FIGURE_WORDS = {"frame_s": "frame", "relight_s": "relighting", "bake_s": "bake", "size_bytes": "file"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "mesh",
+        type=Input(reach="file"),
+        metavar="MESH",
+        help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob",
+    )
+    parser.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
+    parser.add_argument(
+        "--material", type=Input(), metavar="BUNDLE", help="a material with a shading map, and its own BRDF"
+    )
+    parser.add_argument(
+        "--env", required=True, type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type=Output(sweep_in, Path),
+        metavar="FOLDER",
+        help="folder for JSON, CSV and plots",
+    )
+    parser.add_argument(
+        "--modes",
+        type=str,
+        nargs="+",
+        metavar="MODE",
+        help=f"modes: {', '.join(transport.names())}, shading-map, direct, reference (those that draw the whole scene)",
+    )
+    parser.add_argument(
+        "--budget-s", type=float, default=BUDGET_S, metavar="S", help=f"time limit of the measurement ({BUDGET_S:.0f})"
+    )
+    parser.add_argument(
+        "--choose",
+        type=str,
+        metavar="TEXT",
+        help="name the best setting within '8 ms and 100 MB' (least error) or '1 %%' (least time)",
+    )
+    parser.add_argument("--axis", default="frame", choices=AXES, help="the time that --choose compares (frame)")
+    parser.add_argument(
+        "--env-rotation-deg", type=float, default=0.0, metavar="A", help="rotation of the environment about +Y (0)"
+    )
+    parser.add_argument("--intensity", type=float, default=1.0, metavar="L", help="factor on the environment (1)")
+    parser.add_argument(
+        "--ground",
+        nargs="?",
+        type=float,
+        const=0.5,
+        metavar="ALBEDO",
+        help="put the model on a diffuse ground (albedo 0.5)",
+    )
+    parser.add_argument(
+        "--camera", type=str, metavar="TEXT", help="as for lightarc render; otherwise the model is framed"
+    )
+    parser.add_argument("--width", type=int, default=320, metavar="PX", help="width of the pictures (320)")
+    parser.add_argument("--height", type=int, default=240, metavar="PX", help="height of the pictures (240)")
+    parser.add_argument("--max-depth", type=int, default=1, metavar="D", help="largest path depth of the reference (1)")
+    parser.add_argument("--tile", type=float, default=4.0, metavar="N", help="repeats of the material over one uv (4)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the reference (0)")
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.tradeoff.front import budget_from_text
+
+    _check(arguments)
+    budget = budget_from_text(arguments.choose) if arguments.choose else None
+    scene = _scene(arguments)
+    settings = _settings(arguments, scene)
+    with _folder(arguments.output):
+        return _measured(arguments, scene, settings, budget, show)
+
+
+@contextmanager
+def _folder(path: Path) -> Iterator[None]:
+    """Make the folder before minutes are spent for what cannot be kept; where it stays empty it goes again."""
+    from engine.storage.atomic import make_folder
+
+    is_new = not path.exists()
+    make_folder(path)
+    try:
+        yield
+    except BaseException:
+        if is_new:
+            with suppress(OSError):
+                path.rmdir()
+        raise
+
+
+def _measured(
+    arguments: argparse.Namespace,
+    scene: Scene,
+    settings: list[Setting],
+    budget: Budget | None,
+    show: Callable[[Step], None],
+) -> dict[str, Any]:
+    from app.arguments.usage import CANCELLED, DONE
+    from app.session.machine_profile import cost_model
+    from engine.tradeoff.sweep import sweep
+    from engine.tradeoff.write import write
+
+    costs = drain(part(cost_model(), 0.0, 0.05), show)
+    latest: list[Tradeoff] = []
+    options = {"seconds": arguments.budget_s, "max_depth": arguments.max_depth, "seed": arguments.seed, "costs": costs}
+
+    def keep(step: Step) -> None:
+        if step.partial is not None and step.partial.points:
+            latest[:] = [step.partial]
+            ending.keep_work()
+        show(step)
+
+    try:
+        found = drain(sweep(scene, settings, (arguments.width, arguments.height), **options), keep)
+        is_cancelled = False
+    except KeyboardInterrupt:
+        if not latest:
+            raise
+        found, is_cancelled = latest[0], True
+    about = {
+        "mesh": arguments.mesh,
+        "vertices": len(scene.mesh.positions),
+        "brdf": arguments.brdf,
+        "material": arguments.material,
+        "env": arguments.env,
+        "max_depth": arguments.max_depth,
+        "cancelled": is_cancelled,
+    }
+    record = drain(write(found, arguments.output, _title(arguments), **about), show)
+    chosen = _chosen(found, budget, arguments.axis)
+    warnings = list(scene.mesh.health.warnings)
+    exit_code = CANCELLED if is_cancelled else DONE
+    return {"output": str(arguments.output), **record, **chosen, "warnings": warnings, "exit_code": exit_code}
+
+
+def report(result: dict[str, Any]) -> str:
+    from engine.planning.costs.setting import setting_of
+
+    lines = [f"{'':1} {'setting':46} {'error':>16} {'frame':>10} {'relight':>10} {'bake':>9} {'memory':>10}"]
+    for point in sorted(result["points"], key=lambda point: point["frame_s"]):
+        error = f"{100.0 * point['error_rmse_rel']:.2f} ± {100.0 * point['error_uncertainty']:.2f} %"
+        mark = "●" if point["on_front"] else " "
+        lines.append(
+            f"{mark} {setting_of(point)!s:46} {error:>16} {1e3 * point['frame_s']:7.1f} ms "
+            f"{1e3 * point['relight_s']:7.1f} ms {point['bake_s']:7.1f} s {point['memory_bytes'] / 1e6:7.1f} MB"
+        )
+    if result["break_even_frames"] is not None:
+        frames, name = result["break_even_frames"], setting_of(result["break_even_setting"])
+        times = "frame" if frames == 1 else "frames"
+        lines.append(f"Against the reference at equal error, {name} has paid off after {frames} {times}.")
+    if result["baked_share"] < 1.0:
+        share = 100.0 * result["baked_share"]
+        lines.append(
+            f"The pictures show {share:.0f} % of the vertices; only these were baked; times are for all vertices."
+        )
+    lines.append(_ladders(result["ladders"]))
+    lines += _predictions(result["predictions"])
+    if "choice_reason" in result:
+        chosen = setting_of(result["choice"]) if result["choice"] else "none"
+        lines.append(f"Choice: {chosen} ({result['choice_reason']})")
+    left = [f"{setting_of(each)}: {each['reason']}" for each in result["left_out"]]
+    lines += [f"Not measured: {words}" for words in left[:NAMED]]
+    lines += [f"Not measured: {len(left) - NAMED} more, see tradeoff.json"] if len(left) > NAMED else []
+    lines += ["Cancelled; these are the results so far."] if result["cancelled"] else []
+    return "\n".join([*lines, f"{result['output']}: {', '.join(result['files'])}", *result["warnings"]])
+
+
+def _ladders(found: list[dict[str, Any]]) -> str:
+    """State that errors fall along the ladders, or name the ladders where they rise."""
+    if not found:
+        return "No two settings that were measured differ in one knob alone, so there is no ladder."
+    rising = [f"{each['mode']} {each['knob']} from {low} to {high}" for each in found for low, high in each["rises"]]
+    if not rising:
+        return "The error falls along every ladder."
+    return f"The error falls along every ladder, but rises along {', '.join(dict.fromkeys(rising))}."
+
+
+def _predictions(found: dict[str, Any]) -> list[str]:
+    """The errors of the cost model: predicted beside measured, the worst first."""
+    from engine.planning.costs.setting import setting_of
+
+    if not found["compared"]:
+        return []
+    lines = [f"{found['within']} of {found['compared']} costs were predicted within a factor of {found['factor']}."]
+    for miss in found["misses"][:MISSES]:
+        predicted, measured = (_amount(miss["figure"], miss[name]) for name in ("predicted", "measured"))
+        more = "more" if miss["measured"] > miss["predicted"] else "less"
+        what = FIGURE_WORDS[miss["figure"]]
+        lines.append(
+            f"Wrong: {what} of {setting_of(miss)}: predicted {predicted}, measured {measured}, "
+            f"{miss['factor']:.1f} times {more}"
+        )
+    rest = len(found["misses"]) - MISSES
+    return [*lines, f"Wrong: {rest} more, see tradeoff.json"] if rest > 0 else lines
+
+
+def _amount(figure: str, value: float) -> str:
+    """'4.2 ms', '12 s' or '3.1 MB'."""
+    if figure.endswith("_bytes"):
+        return f"{value / 1e6:.3g} MB"
+    return f"{1e3 * value:.3g} ms" if value < 1.0 else f"{value:.3g} s"
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    if (arguments.brdf is None) == (arguments.material is None):
+        raise UsageError("give either --brdf or --material")
+    if not 1.0 <= arguments.budget_s <= MOST_S:
+        raise UsageError(f"--budget-s {arguments.budget_s} is outside 1 … {MOST_S:.0f}")
+    width, height = arguments.width, arguments.height
+    if min(width, height) < 16 or width * height > MOST_PIXELS:
+        raise UsageError(f"pictures of {width} × {height} pixels are outside 16 × 16 … {MOST_PIXELS} pixels")
+    if not 1 <= arguments.max_depth <= 100:
+        raise UsageError(f"--max-depth {arguments.max_depth} is outside 1 … 100")
+    if arguments.seed < 0:
+        raise UsageError(f"--seed {arguments.seed} is negative")
+
+
+def _settings(arguments: argparse.Namespace, scene: Scene) -> list[Setting]:
+    from engine.planning.costs.setting import modes as all_modes
+    from engine.tradeoff.sweep import modes_of, settings_of
+
+    modes = list(dict.fromkeys(name for text in arguments.modes or () for name in text.replace(",", " ").split()))
+    strange = [mode for mode in modes if mode not in all_modes()]
+    if strange:
+        raise UsageError(f"{strange[0]!r} is not a mode; known are {', '.join(all_modes())}")
+    if "shading-map" in modes and not arguments.material:
+        raise UsageError("the mode shading-map needs --material")
+    return settings_of(scene, modes or modes_of(scene), bounces=arguments.max_depth > 1)
+
+
+def _scene(arguments: argparse.Namespace) -> Scene:
+    from engine.bundle.bundle import open_bundle
+    from engine.factor.factor_file import open_reflectance
+    from engine.geometry.camera import frame, parse
+    from engine.geometry.ground import Ground
+    from engine.geometry.shapes import open_mesh
+    from engine.light.environment_file import open_environment
+    from engine.scene.scene import Scene
+
+    material = open_bundle(arguments.material) if arguments.material else None
+    brdf = material.reflectance if material else open_reflectance(arguments.brdf)
+    mesh = open_mesh(arguments.mesh)
+    environment = open_environment(arguments.env)
+    camera = parse(arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height))
+    ground = None if arguments.ground is None else Ground(albedo=arguments.ground)
+    return Scene(
+        mesh=mesh,
+        camera=camera,
+        brdf=brdf,
+        material=material,
+        irradiance=arguments.intensity,
+        repeats=arguments.tile,
+        environment=environment,
+        environment_rotation=math.radians(arguments.env_rotation_deg),
+        ground=ground,
+    )
+
+
+def _title(arguments: argparse.Namespace) -> str:
+    from engine.brdf.brdf import MODELS
+
+    named = arguments.brdf or arguments.material
+    what = named if named.partition(":")[0] in MODELS else Path(named).name
+    return f"{Path(arguments.mesh).name}, {what}, under {Path(arguments.env).name}"
+
+
+def _chosen(found: Tradeoff, budget: Any, axis: str) -> dict[str, Any]:
+    """The best setting within the budget, and why; nothing without one."""
+    from engine.tradeoff.front import choose
+
+    if budget is None:
+        return {}
+    choice = choose(found.points, budget, axis)
+    return {"choice": choice.point.as_json() if choice.point else None, "choice_reason": choice.reason}

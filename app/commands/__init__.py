@@ -1,0 +1,1 @@
+"""Commands of the workspaces on the document, each the work of a job."""

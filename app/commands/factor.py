@@ -1,0 +1,82 @@
+"""Computations and exports of the Factor workspace beside the runs themselves; each is the work of a job."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.arguments.results import FACTORS
+from engine.core.colour import luminance
+from engine.core.steps import Step, Steps, part
+from engine.render.display import diverging
+
+if TYPE_CHECKING:
+    from engine.factor.errors import Factorisation
+    from engine.scene.scene import Scene
+
+Floats = NDArray[np.float64]
+Pixels = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Difference:
+    """A picture (H, W, 4) uint8 of the difference in luminance, full colour at ±`scale`; the RMS over the model."""
+
+    pixels: Pixels
+    scale: float
+    rms: float
+
+
+def difference(factored: Scene, unfactored: Scene, size: tuple[int, int]) -> Steps[Difference]:
+    """Both scenes on the processor, which reads every BRDF as it is, and one minus the other."""
+    yield Step(0.0, "preparing kernels")
+    from engine.accuracy.difference import scale_of
+    from engine.render.direct import radiance
+
+    pictures = []
+    for place, scene in enumerate((factored, unfactored)):
+        pictures.append((yield from part(radiance(scene, size, samples=1), 0.5 * place, 0.5 * place + 0.5)))
+    covered = pictures[1][..., 3] > 0.0
+    apart = luminance(pictures[0][..., :3]) - luminance(pictures[1][..., :3])
+    inside = np.abs(apart[covered])
+    scale = scale_of(inside) if inside.size else 1.0
+    pixels = np.zeros((*apart.shape, 4), np.uint8)
+    pixels[..., :3] = diverging(apart / scale)
+    pixels[..., 3] = np.where(covered, 255, 0)
+    rms = float(np.sqrt((inside.astype(np.float64) ** 2).mean())) if inside.size else 0.0
+    return Difference(pixels, scale, rms)
+
+
+def judged(factorisation: Factorisation, terms: int, brdf: Any) -> Steps[tuple[str, ...]]:
+    """Sentences on the possible uses of the first `terms` terms."""
+    yield Step(0.0, "judging factors")
+    from engine.factor.errors import uses
+
+    return uses(_of(factorisation, terms), brdf)
+
+
+def _of(factorisation: Factorisation, terms: int) -> Factorisation:
+    """The same with so many terms at most."""
+    if factorisation.factors.terms == terms:
+        return factorisation
+    factors = factorisation.factors.truncated(terms)
+    ladder = tuple(rung for rung in factorisation.ladder if rung.terms <= terms)
+    return replace(
+        factorisation, factors=factors, ladder=ladder, projections=getattr(factors, "projections", ()), searching=False
+    )
+
+
+def exported(factorisation: Factorisation, terms: int, folder: Path) -> Steps[str]:
+    """Write so many terms to `folder`; says what stands there."""
+    yield Step(0.0, "writing factors")
+    from engine.factor.factor_file import write_factors
+    from engine.storage.outputs import check_outputs
+
+    check_outputs([(str(folder), FACTORS)], ())
+    kept = write_factors(folder, _of(factorisation, terms))
+    textures = kept.ladder[-1].textures if kept.ladder else 0
+    return f"{folder.name} written: {textures} textures"

@@ -1,0 +1,118 @@
+"""The kind of a dropped file: by content, and by the ending of its name only where the content does not decide."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from engine.capture.lights.sources import PHOTOGRAPH_SUFFIXES
+from engine.core.errors import InputError
+from engine.geometry.mesh import SUFFIXES as MESH_SUFFIXES
+from engine.storage.unpack import is_archive, zip_names
+
+Kind = Literal["photographs", "stack", "bundle", "mesh", "environment", "brdf", "factors"]
+
+_PICTURE_STARTS = (
+    b"\xff\xd8\xff",
+    b"\x89PNG",
+    b"II*\0",
+    b"MM\0*",
+    b"II+\0",
+    b"MM\0+",
+    b"\x76\x2f\x31\x01",
+    b"#?RADIANCE",
+    b"#?RGBE",
+    b"FUJIFILM",
+)
+_HDR_STARTS = (b"\x76\x2f\x31\x01", b"#?RADIANCE", b"#?RGBE")
+#: Endings of measured BRDFs alone: such a file is opened, so that its reader reports the error in it.
+_BRDF_SUFFIXES = (".binary", ".bsdf", ".brdf", ".astm", ".alta")
+
+_MESH_STARTS = (b"ply", b"glTF", b"solid", b"OFF")
+
+
+@dataclass(frozen=True)
+class Recognised:
+    """One thing to open: its kind and the paths that belong to it."""
+
+    kind: Kind
+    paths: tuple[Path, ...]
+
+
+def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
+    """The kind of `paths`. Several files together are photographs; InputError where nothing fits.
+
+    One HDR or EXR picture is an environment where somebody is `lighting` a model; elsewhere it is refused in words,
+    because one picture is no capture either.
+    """
+    if not paths:
+        raise InputError("(nothing)", "no file was dropped", "Drop files or a folder from this computer")
+    kinds = {path: _kind(path) for path in paths}
+    for kind in ("bundle", "stack", "mesh", "factors"):
+        chosen = tuple(path for path, found in kinds.items() if found == kind)
+        if chosen:
+            return Recognised(kind, chosen[:1])
+    measured = tuple(path for path, found in kinds.items() if found == "brdf")
+    if measured:
+        return Recognised("brdf", measured)
+    if len(paths) == 1 and kinds[paths[0]] == "photographs" and _is_hdr(paths[0]):
+        if lighting:
+            return Recognised("environment", tuple(paths))
+        remedy = "Drop it on the View workspace to light the model with it, or drop all photographs of a capture"
+        raise InputError(paths[0], "is a single picture of high dynamic range", remedy)
+    if any(found == "photographs" for found in kinds.values()):
+        return Recognised("photographs", tuple(paths))
+    raise InputError(
+        paths[0],
+        "is nothing that Lightarc can open",
+        "Drop a folder or an archive of photographs, a mesh (OBJ, PLY, STL, glTF), measured BRDFs "
+        "(MERL, RGL, …), a folder of factors, or a .lightarc bundle",
+    )
+
+
+def _kind(path: Path) -> Kind | None:
+    if path.is_dir():
+        return _kind_of_folder(path)
+    if not path.is_file():
+        return None
+    start = _start(path)
+    if start.startswith(b"PK"):
+        return "bundle" if path.suffix.lower() == ".lightarc" or "manifest.json" in zip_names(path) else "photographs"
+    if is_archive(path):
+        return "photographs"
+    if start.startswith(_PICTURE_STARTS):
+        return "brdf" if _is_hdr(path) and _is_brdf(path, start) else "photographs"
+    if start.startswith(_MESH_STARTS) or path.suffix.lower() in MESH_SUFFIXES:
+        return "mesh"
+    if path.suffix.lower() in _BRDF_SUFFIXES or _is_brdf(path, start):
+        return "brdf"
+    return "photographs" if path.suffix.lower() in PHOTOGRAPH_SUFFIXES else None
+
+
+def _is_hdr(path: Path) -> bool:
+    return path.is_file() and _start(path).startswith(_HDR_STARTS)
+
+
+def _is_brdf(path: Path, start: bytes) -> bool:
+    from engine.brdf.readers.read import FORMATS  # loads every reader, which the window does without until then
+
+    size_bytes = path.stat().st_size
+    return any(known.looks_like(start, size_bytes, path.name) for known in FORMATS)
+
+
+def _start(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(1 << 16)  # as many as `brdf_file` looks at
+    except OSError as error:
+        raise InputError(path, f"cannot be read ({error.strerror})", "Check the permissions of the file") from None
+
+
+def _kind_of_folder(path: Path) -> Kind:
+    if (path / "stack.json").is_file():
+        return "stack"
+    if (path / "factors.json").is_file():
+        return "factors"
+    return "bundle" if (path / "manifest.json").is_file() else "photographs"

@@ -1,0 +1,375 @@
+"""Commands of the window, without its widgets: each verb starts a job and changes the document when it succeeds.
+
+The modules that compile kernels are imported inside the jobs, on their threads, so that the window opens at once.
+
+The preview of a bundle: the project's scene, drawn on the processor, so that no viewport has to be on screen.
+
+A picture of 640 x 480 pixels takes about a second on two cores, and as many times longer as there are lights.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
+
+from PySide6.QtCore import QObject, Signal
+
+from app.commands import brdf as commands_brdf
+from app.commands.recognise import Recognised, recognise
+from app.document.document import Document, ImportChoices, Project
+from app.document.import_choices import lit_by, settings_of
+from app.jobs.jobs import Job, Jobs
+from engine.capture.lights.sources import Sources, find, find_packed
+from engine.capture.stack import ImageStack, open_stack
+from engine.core.steps import Step, Steps, part
+from engine.geometry.mesh import Mesh
+from engine.geometry.shapes import SHAPES, open_mesh
+from engine.light.environment import EnvironmentMap, reduced
+from engine.light.light_tree import CELL_ROWS, chosen_lights
+from engine.scene.material import Material, error_figures
+from engine.shading.power_law import Scale
+
+if TYPE_CHECKING:
+    from engine.scene.scene import Scene
+    from engine.shading.power_law import PowerLawMap
+    from engine.shading.shading_map import ShadingMap
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.document.document import Look
+
+if TYPE_CHECKING:
+    from engine.scene.scene import Scene
+
+SIZE = (640, 480)
+
+#: Most directions that stand for an environment.
+DIRECTIONS = 16
+
+
+def drawn(scene: Scene, look: Look) -> Steps[NDArray[np.uint8]]:
+    """(480, 640, 3) uint8, sRGB-coded: `scene` with the exposure and tone mapping of `look`, over dark grey."""
+    yield Step(0.0, "preparing kernels")
+    from engine.render.direct import radiance
+    from engine.render.display import Display, displayed
+
+    scene = dataclasses.replace(scene, directions=min(scene.directions, DIRECTIONS))
+    picture = yield from radiance(scene, SIZE, samples=1)
+    return displayed(picture, Display(look.exposure_ev, look.tone_map))
+
+
+log = logging.getLogger(__name__)
+
+#: Under which name the provenance of a bundle says how k_s was chosen.
+SCALE_NOTE = "power_law_scale"
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A bundle that was written: what its verification found, and the bytes of its members."""
+
+    path: Path
+    problems: tuple[str, ...]
+    members: dict[str, int]
+
+
+class Workbench(QObject):
+    """Document, jobs and the working folder together.
+
+    Signals
+    -------
+    said : a sentence for the status bar.
+    wanted : the name of the workspace that shows what was just opened.
+    partial : a partial result of the running import.
+    factors : the folder of factors that is to be opened.
+    """
+
+    said = Signal(str)
+    wanted = Signal(str)
+    partial = Signal(object)
+    factors = Signal(object)
+
+    def __init__(self, folder: Path, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.folder = folder
+        self.document = Document(self)
+        self.jobs = Jobs(self)
+        self.importing: Job | None = None
+        self.building: Job | None = None
+        self._imports = 0
+
+    def open(self, paths: Sequence[Path], *, lighting: bool = False) -> None:
+        """Open `paths` by their content: photographs, a stack, a mesh, a bundle, a BRDF, factors, or an environment.
+
+        An environment is recognised only while somebody is `lighting` a model.
+        """
+        job = self.jobs.submit("Opening", lambda: _recognised(tuple(paths), lighting), heavy=False)
+        job.succeeded.connect(self._open_recognised)
+
+    def open_sample(self) -> None:
+        """The capture that the program brings along."""
+        self.wanted.emit("capture")
+        job = self.jobs.submit("Preparing the sample capture", lambda: _sample(self.folder.parent / "lightarc-sample"))
+        job.succeeded.connect(lambda sources: self._import_others(sources, "Woven sample"))
+
+    def _open_recognised(self, found: Recognised) -> None:
+        if found.kind == "mesh":
+            self.load_model(str(found.paths[0]))
+            self.wanted.emit("view")
+        elif found.kind == "environment":
+            self.load_environment(str(found.paths[0]))
+        elif found.kind == "brdf":
+            self.wanted.emit("brdf")
+            for path in found.paths:
+                commands_brdf.open_file(self, path)
+        elif found.kind == "factors":
+            self.wanted.emit("factor")
+            self.factors.emit(found.paths[0])
+        elif found.kind == "bundle":
+            job = self.jobs.submit("Opening the bundle", lambda: _bundle(found.paths[0]))
+            job.succeeded.connect(lambda opened: self._bundle_opened(*opened))
+        elif found.kind == "stack":
+            job = self.jobs.submit("Opening the stack", lambda: _stack(found.paths[0]))
+            job.succeeded.connect(lambda stack: self._imported(stack, found.paths[0].stem))
+        else:
+            self.wanted.emit("capture")
+            job = self.jobs.submit("Looking for photographs", lambda: _found(found.paths, self.folder))
+            job.succeeded.connect(self._import_others)
+
+    def _import_others(self, sources: Sources, name: str = "") -> None:
+        self.import_photographs(sources, self.document.project.import_choices.for_another_capture, name)
+
+    def import_photographs(self, sources: Sources, choices: ImportChoices | None = None, name: str = "") -> None:
+        """Import `sources` into the working folder, then build the material."""
+        choices = choices or self.document.project.import_choices
+        self._imports += 1
+        target = self.folder / f"stack-{self._imports}"
+        if sources is not self.document.project.sources:
+            words = f"Open {len(sources.photographs)} photographs"
+            self.document.change(words, sources=sources, import_choices=choices)
+        if self.importing is not None:
+            self.jobs.cancel(self.importing)
+        job = self.jobs.submit("Importing photographs", lambda: _import(sources, choices, target))
+        job.progressed.connect(self._show_partial)
+        name = name or sources.name or "Untitled"
+        job.succeeded.connect(lambda stack: self._imported(stack, name, choices))
+        self.importing = job
+
+    def _show_partial(self, step: Step) -> None:
+        if step.partial is not None:
+            self.partial.emit(step.partial)
+
+    def _imported(self, stack: ImageStack, name: str, choices: ImportChoices | None = None) -> None:
+        excluded = self.document.project.excluded & frozenset(stack.sources)
+        self.document.change("Import photographs", stack=stack, excluded=excluded, name=name, imported_with=choices)
+        self.said.emit(f"{len(stack.sources)} photographs imported")
+        self.build_material()
+
+    def set_excluded(self, source: str, excluded: bool) -> None:
+        """Leave the photograph `source` out of the material, or take it in again."""
+        now = self.document.project.excluded
+        words = f"{'Exclude' if excluded else 'Include'} {source}"
+        self.document.change(words, excluded=now | {source} if excluded else now - {source})
+
+    def build_material(self) -> None:
+        """Linearise the stack into slices and compress them, as the project says."""
+        project = self.document.project
+        if project.stack is None:
+            return
+        if self.building is not None:
+            self.jobs.cancel(self.building)
+        self.building = self.jobs.submit("Building the material", lambda: _material(project))
+        self.building.succeeded.connect(lambda material: self._built(project, material))
+
+    def _built(self, project: Project, material: Material) -> None:
+        now = self.document.project
+        if now.stack is not project.stack or project.stack is None:
+            return  # undone, or another capture was opened in the meantime
+        kept = {name: getattr(now.material, name) for name in ("brdf", "measured", "sigma")}
+        material = dataclasses.replace(material, **kept)
+        provenance = {
+            **project.stack.provenance,
+            "excluded_photographs": sorted(project.excluded),
+            SCALE_NOTE: project.scale,
+        }
+        self.document.change("Build material", material=material, built_from=project.recipe, provenance=provenance)
+        self.said.emit("Material built")
+
+    def load_model(self, name_or_path: str) -> None:
+        """Show the material on a built-in model or on a mesh from a file."""
+        job = self.jobs.submit("Loading the model", lambda: load_shape(name_or_path), heavy=name_or_path not in SHAPES)
+        job.succeeded.connect(lambda mesh: self.document.change(f"Model {mesh.name}", mesh=mesh))
+
+    def load_environment(self, name_or_path: str) -> None:
+        """Light the model by a built-in environment or by one from a file."""
+        job = self.jobs.submit("Opening the environment", lambda: _environment(name_or_path), heavy=False)
+        job.succeeded.connect(self._environment_opened)
+
+    def _environment_opened(self, environment: EnvironmentMap) -> None:
+        self.document.change(f"Light from {environment.name}", environment=environment)
+        for warning in environment.health.warnings:
+            log.warning("%s: %s", environment.name, warning)
+        self.said.emit(next(iter(environment.health.warnings), f"Light from {environment.name}"))
+
+    def export(self, path: Path, include: frozenset[str], scene: Scene | None) -> Job:
+        """Write the bundle `path` with the parts in `include` ('slices', 'power-law'), then verify it: `Exported`.
+
+        Its preview shows `scene`.
+        """
+        project = self.document.project
+        return self.jobs.submit("Writing the bundle", lambda: _export(project, path, include, scene))
+
+    def _bundle_opened(self, material: Material, provenance: dict[str, Any]) -> None:
+        self.document.change(
+            f"Open {material.name}",
+            material=material,
+            provenance=provenance,
+            stack=None,
+            sources=None,
+            excluded=frozenset(),
+            built_from=(),
+            name=material.name,
+            **_settings(material, provenance),
+        )
+        self.wanted.emit("view" if self.document.project.mesh is not None else "material")
+        self.said.emit(f"Bundle {material.name} opened")
+
+
+def _recognised(paths: tuple[Path, ...], lighting: bool) -> Steps[Recognised]:
+    yield Step(0.0, "looking at what was dropped")
+    return recognise(paths, lighting=lighting)
+
+
+def _environment(name_or_path: str) -> Steps[EnvironmentMap]:
+    """The map no larger than directions need, and its tree of lights, so that another number of them costs nothing."""
+    yield Step(0.0, "reading the environment")
+    from engine.light.environment_file import open_environment
+
+    environment = open_environment(name_or_path)
+    yield Step(0.7, "choosing directions")
+    small = reduced(environment, 2 * CELL_ROWS)
+    chosen_lights(small, 1)
+    return small
+
+
+def _found(paths: tuple[Path, ...], folder: Path) -> Steps[Sources]:
+    return (yield from find_packed(paths, scratch=folder))
+
+
+def _sample(folder: Path) -> Steps[Sources]:
+    from engine.figures.demo import built_in_sample
+
+    place = yield from built_in_sample(folder)
+    return find([place])
+
+
+def _import(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
+    yield Step(0.0, "preparing the import")
+    from engine.capture.import_stack import import_stack
+
+    return (yield from import_stack(lit_by(sources, choices), settings_of(choices), target))
+
+
+def _stack(folder: Path) -> Steps[ImageStack]:
+    yield Step(0.0, "opening the stack")
+    return open_stack(folder)
+
+
+def _bundle(path: Path) -> Steps[tuple[Material, dict[str, Any]]]:
+    yield Step(0.0, "opening the bundle")
+    from engine.bundle.bundle import describe_bundle, open_bundle
+
+    return open_bundle(path), describe_bundle(path)["provenance"]
+
+
+def _settings(material: Material, provenance: dict[str, Any]) -> dict[str, Any]:
+    """The parts of a project that say how `material` was made, as far as it shows."""
+    settings: dict[str, Any] = {"mixed": False, "tileable": False, "exponent_bits": 32}
+    shading_map, power_law = material.shading_map, material.power_law
+    if shading_map is not None:
+        settings["slices"] = len(shading_map.slices)
+        settings["tileable"] = "seam_error" in shading_map.health.figures
+    if power_law is not None:
+        settings["exponent_bits"] = power_law.storage.exponent_bits
+        bound = power_law.health.figures.get("error_bound", math.nan)
+        if math.isfinite(bound):
+            settings |= {"mixed": True, "error_bound_percent": 100.0 * bound / power_law.r_max}
+    if provenance.get(SCALE_NOTE) in get_args(Scale):
+        settings["scale"] = provenance[SCALE_NOTE]
+    return settings
+
+
+def load_shape(name_or_path: str) -> Steps[Mesh]:
+    """A built-in model or the mesh in a file, with the tangents that drawing would otherwise wait for."""
+    yield Step(0.0, f"loading {Path(name_or_path).name}")
+    mesh = open_mesh(name_or_path)
+    yield Step(0.9, "finding its tangents")
+    mesh.tangents.flags.writeable = False
+    return mesh
+
+
+def _material(project: Project) -> Steps[Material]:
+    yield Step(0.0, "preparing kernels")
+    from engine.shading.shading_map import build, included
+    from engine.shading.tile import make_tile
+
+    assert project.stack is not None
+    stack, excluded = project.stack, project.excluded
+    shading_map = yield from part(build(stack, project.slices, excluded=excluded), 0.0, 0.3)
+    if project.tileable:
+        shading_map = (yield from part(make_tile(stack, shading_map, excluded=excluded), 0.3, 0.6)).shading_map
+    power_law = yield from part(_compressed(project, shading_map), 0.6, 1.0)
+    return Material(
+        shading_map=shading_map,
+        power_law=power_law,
+        elevation_deg=tuple(float(angle) for angle in stack.elevation_deg[included(stack, excluded)]),
+        name=project.name,
+        health=stack.health.merged(shading_map.health).merged(power_law.health),
+    )
+
+
+def _compressed(project: Project, shading_map: ShadingMap) -> Steps[PowerLawMap]:
+    """The power law of `shading_map`, rounded and with kept slices as the project says."""
+    from engine.shading.mixed import keep_tiles
+    from engine.shading.power_law import fit
+    from engine.shading.quantise import quantise
+
+    power_law = yield from part(fit(shading_map, project.scale), 0.0, 0.6)
+    if project.exponent_bits != 32:
+        power_law = yield from part(quantise(power_law, shading_map, project.exponent_bits), 0.6, 0.8)
+    if project.mixed:
+        bound = project.error_bound_percent / 100.0 * shading_map.r_max
+        power_law = yield from part(keep_tiles(power_law, shading_map, bound), 0.8, 1.0)
+    return power_law
+
+
+def _export(project: Project, path: Path, include: frozenset[str], scene: Scene | None) -> Steps[Exported]:
+    yield Step(0.0, "preparing the bundle")
+    from engine.bundle.bundle import check_replaceable, describe_bundle, save_bundle, verify_bundle
+    from engine.images.encode import encode_png
+
+    whole = project.material
+    material = dataclasses.replace(
+        whole,
+        shading_map=whole.shading_map if "slices" in include else None,
+        power_law=whole.power_law if "power-law" in include else None,
+        name=path.name.removesuffix(".lightarc"),
+    )
+    check_replaceable(path)
+    preview = None
+    if scene is not None:
+        preview = encode_png((yield from part(drawn(scene, project.look), 0.0, 0.2)))
+    figures = error_figures(material)
+    saving = save_bundle(path, material, provenance=project.provenance, figures=figures, preview=preview)
+    yield from part(saving, 0.2, 0.85)
+    yield Step(0.85, "verifying the bundle")
+    problems = verify_bundle(path).problems
+    members = describe_bundle(path)["members"] if not problems else {}
+    return Exported(path, problems, {name: member["size_bytes"] for name, member in members.items()})

@@ -1,0 +1,1 @@
+"""The docks beside every workspace: accuracy, effects, health, jobs and the log."""

@@ -1,0 +1,276 @@
+"""The Accuracy dock: error against cost as a plot of all modes, its measurement, and the choice by a budget."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QBoxLayout, QComboBox, QDockWidget, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+
+from app.commands.workbench import Workbench
+from app.docks.tradeoff_plot import AXES, TradeoffPlot, colour_of
+from app.document.document import Project
+from app.document.measured import (
+    Accuracy,
+    accuracy_of,
+    frame_text,
+    measured,
+    same_key,
+    scene_key,
+    setting_text,
+    share_text,
+    size_of,
+)
+from app.document.modes import mode_named, modes, why_not
+from app.jobs.jobs import Job
+from app.view.tab import ViewTab
+from app.widgets.panels import Rows, button, enable, text
+from app.widgets.theme import PADDING, STEP, role
+from engine.core.errors import UsageError
+from engine.core.steps import Step
+from engine.tradeoff.front import Choice, budget_from_text, choose
+
+#: Time limits of a sweep, in seconds, and their labels.
+TIMES = ((30, "30 s"), (60, "1 min"), (120, "2 min"), (300, "5 min"), (900, "15 min"), (3600, "1 h"))
+
+#: From this width on the plot stands beside the controls instead of above them.
+WIDE = 480
+
+CONTROLS = 300
+
+
+class AccuracyDock(QDockWidget):
+    """Keeps what it measures in the project. `applied(Setting)` asks the View workspace for a setting."""
+
+    applied = Signal(object)
+
+    def __init__(self, bench: Workbench, view: ViewTab, parent: QWidget) -> None:
+        super().__init__("Accuracy", parent)
+        self.setObjectName("accuracy")
+        self.bench, self.view = bench, view
+        self.job: Job | None = None
+        self.live: Accuracy | None = None
+        self.choice: Choice | None = None
+        self.plot = TradeoffPlot()
+        self.plot.picked.connect(self.applied)
+        self.legend = Legend()
+        self.setWidget(self._inside())
+        self.applied.connect(view.apply_setting)
+        bench.document.changed.connect(self._changed)
+        for changed in (view.setting_changed, view.model_ready, view.brdf_panel.ready):
+            changed.connect(self._show)
+        self._show()
+
+    def sizeHint(self) -> QSize:
+        return QSize(320, 300)
+
+    def _inside(self) -> QWidget:
+        holder = role(QWidget(), "panel")
+        holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.layout_ = QBoxLayout(QBoxLayout.Direction.TopToBottom, holder)
+        self.layout_.setContentsMargins(PADDING, STEP, PADDING, STEP)
+        self.layout_.setSpacing(2 * STEP)
+        left = QVBoxLayout()
+        left.setSpacing(0)
+        left.addWidget(self.legend)
+        left.addWidget(self.plot, 1)
+        self.words = text("", "secondary", wrap=True)
+        left.addWidget(self.words)
+        self.layout_.addLayout(left, 1)
+        self.controls = Rows()
+        self._fill(self.controls)
+        self.layout_.addWidget(self.controls, 0, Qt.AlignmentFlag.AlignTop)
+        return holder
+
+    def _fill(self, rows: Rows) -> None:
+        self.axis = QComboBox()
+        for value, (words, _) in AXES.items():
+            self.axis.addItem(words, value)
+        self.axis.activated.connect(lambda _index: self._show())
+        rows.row("Against", self.axis, "Cost on the horizontal axis")
+        self.budget = QLineEdit()
+        self.budget.setPlaceholderText("1 % or 8 ms, 100 MB")
+        self.budget.setClearButtonEnabled(True)
+        self.budget.textChanged.connect(lambda _words: self._show_choice())
+        self.budget.returnPressed.connect(self._apply_choice)
+        rows.row(
+            "Budget",
+            self.budget,
+            "Largest error, time or memory: the best setting within it is named, Enter applies it",
+        )
+        self.modes = QComboBox()
+        self.time = QComboBox()
+        for seconds, words in TIMES:
+            self.time.addItem(words, seconds)
+        self.time.setCurrentIndex(1)
+        both = QWidget()
+        row = QHBoxLayout(both)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(STEP)
+        row.addWidget(self.modes, 1)
+        row.addWidget(self.time)
+        self.modes.setAccessibleName("Modes to measure")
+        self.time.setAccessibleName("Time to measure for")
+        self.time.setToolTip("Time limit; settings that do not fit into it are left out")
+        rows.row("Measure", both)
+        self._fill_modes(self.bench.document.project)
+        self.go = button(
+            "Measure", "primary", hint="Draw with all settings and compare with the reference, in the background"
+        )
+        self.go.clicked.connect(self._start_or_stop)
+        rows.wide(self.go)
+
+    def _fill_modes(self, project: Project) -> None:
+        chosen = self.modes.currentData()
+        self.modes.clear()
+        self.modes.addItem("All modes", "")
+        for mode in modes():
+            if not why_not(mode, project):
+                self.modes.addItem(mode.label, mode.value)
+        self.modes.setCurrentIndex(max(0, self.modes.findData(chosen)))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        is_wide = self.width() >= WIDE
+        self.layout_.setDirection(QBoxLayout.Direction.LeftToRight if is_wide else QBoxLayout.Direction.TopToBottom)
+        self.controls.setMaximumWidth(CONTROLS if is_wide else 1 << 20)
+        self.controls.setMinimumWidth(CONTROLS if is_wide else 0)
+
+    def _changed(self, old: Project, new: Project) -> None:
+        if old.has_map != new.has_map or old.look.lookup != new.look.lookup:
+            self._fill_modes(new)
+        self._show()
+
+    @property
+    def accuracy(self) -> Accuracy | None:
+        """The shown sweep: the one that runs, otherwise the one that the project keeps."""
+        return self.live or self.bench.document.project.accuracy
+
+    @property
+    def is_stale(self) -> bool:
+        """True if the points belong to another scene than the one on screen."""
+        scene, accuracy = self.view.scene(self.bench.document.project), self.accuracy
+        bounces = self.bench.document.project.look.bounces
+        return accuracy is not None and scene is not None and not same_key(accuracy.of, scene_key(scene, bounces))
+
+    def _show(self) -> None:
+        accuracy = self.accuracy
+        self.plot.show_points(accuracy, self.axis.currentData(), self.view.setting)
+        self.plot.setEnabled(accuracy is not None)
+        self.legend.show_modes(
+            [mode.value for mode in modes() if accuracy and any(p.mode == mode.value for p in accuracy.points)]
+        )
+        running = self.job is not None
+        self.go.setText("Stop measuring" if running else "Measure")
+        scene = self.view.scene(self.bench.document.project)
+        enable(self.go, "" if running or scene is not None else "There is no model yet")
+        for choice in (self.modes, self.time):
+            choice.setEnabled(not running)
+        self._show_choice()
+
+    def _show_choice(self) -> None:
+        """Show the setting that the budget chooses, or the state of the sweep."""
+        self.choice = None
+        accuracy, words = self.accuracy, self.budget.text().strip()
+        if words and accuracy is not None:
+            try:
+                self.choice = choose(accuracy.points, budget_from_text(words), self.axis.currentData())
+            except UsageError:
+                self.words.setText("Enter it as '8 ms and 100 MB' or '1 %'.")
+                return
+            point = self.choice.point
+            if point is None:
+                self.words.setText(f"{self.choice.reason}.")
+            else:
+                error = f"{share_text(point.error_rmse_rel)} in {frame_text(point.frame_s)}"
+                self.words.setText(f"{setting_text(point.setting)}: {error}. Enter applies it.")
+            return
+        self.words.setText(self._state())
+
+    def _state(self) -> str:
+        accuracy = self.accuracy
+        if self.job is not None:
+            done = len(accuracy.points) if accuracy is not None and self.live is not None else 0
+            return f"{done} settings measured so far."
+        if accuracy is None:
+            return "Nothing measured yet: see what each setting costs on this scene."
+        if self.is_stale:
+            return "Measured on another scene: measure again."
+        left = len(accuracy.unmeasured)
+        words = f"{len(accuracy.points)} settings at {accuracy.size[0]} × {accuracy.size[1]}"
+        words += f", {left} left out" if left else ""
+        words += f", {self.plot.free} take none" if self.plot.free else ""
+        return f"{words}. Click a point to use it."
+
+    def _apply_choice(self) -> None:
+        if self.choice is not None and self.choice.point is not None:
+            self.applied.emit(self.choice.point.setting)
+
+    def _start_or_stop(self) -> None:
+        if self.job is not None:
+            self.bench.jobs.cancel(self.job)
+            return
+        project = self.bench.document.project
+        scene = self.view.scene(project)
+        if scene is None:
+            return
+        chosen = self.modes.currentData()
+        offered = [mode for mode in modes() if not why_not(mode, project)]
+        whole = [mode.value for mode in offered if not (project.has_map and mode.baked)]
+        wanted = [chosen] if chosen else whole
+        bases = [setting for mode in wanted if (setting := self.view.setting_of(mode)).mode == mode]
+        size, bounces = size_of(self.view.viewport.screen_px()), project.look.bounces
+        seconds, of = float(self.time.currentData()), scene_key(scene, bounces)
+        job = self.bench.jobs.submit(
+            "Measuring accuracy", lambda: measured(scene, wanted, bases, size, seconds, bounces)
+        )
+        self.job = job
+        job.progressed.connect(lambda step: self._progressed(step, of))
+        job.succeeded.connect(lambda found: self._keep(accuracy_of(found, of)))
+        job.cancelled.connect(lambda: self._keep(self.live))
+        job.failed.connect(lambda _error: self._keep(self.live))
+        self._show()
+
+    def _progressed(self, step: Step, of: tuple[Any, ...]) -> None:
+        if step.partial is not None:
+            before = self.bench.document.project.accuracy
+            self.live = accuracy_of(step.partial, of).with_before(before)
+            self._show()
+
+    def _keep(self, found: Accuracy | None) -> None:
+        """Keep the measured points in the project, also those of a stopped sweep."""
+        self.job = self.live = None
+        if found is not None and found.points:
+            before = self.bench.document.project.accuracy
+            self.bench.document.change("Measure accuracy", accuracy=found.with_before(before))
+            self.bench.said.emit(f"{len(found.points)} settings measured")
+        self._show()
+
+    def apply_theme(self) -> None:
+        """Draw in the colours of the current theme."""
+        self.plot.apply_theme()
+        self.legend.apply_theme()
+
+
+class Legend(QLabel):
+    """The modes on the plot, each with its mark; takes two lines where one is too narrow."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        role(self, "secondary")
+        self.modes: list[str] = []
+        self.setTextFormat(Qt.TextFormat.RichText)
+        self.setWordWrap(True)
+
+    def show_modes(self, modes: list[str]) -> None:
+        """Name these."""
+        self.modes = modes
+        shown = [mode_named(mode) for mode in modes]
+        words = (f'<span style="color:{colour_of(m.value)}">{m.mark[1]}</span>&nbsp;{m.label}' for m in shown)
+        self.setText(" &nbsp; ".join(word.replace(" map", "&nbsp;map") for word in words))
+        self.setVisible(bool(modes))
+
+    def apply_theme(self) -> None:
+        """Take the colours of the current theme."""
+        self.show_modes(self.modes)

@@ -1,0 +1,215 @@
+"""A bake of the View workspace: its request, its estimate and the bake itself, on the threads of jobs.
+
+If the scene has a plan, a bake follows it (`engine.planning.bake`): effects that the plan leaves out are not computed,
+and forced ones are. The knobs are the person's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from engine.brdf.brdf import Brdf
+from engine.core.errors import UsageError
+from engine.core.steps import Step, Steps, part
+from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh
+from engine.planning.costs.setting import Setting
+from engine.transport.method import Method, Relight, Subject, method_of
+
+if TYPE_CHECKING:
+    from engine.planning.plan import Effect, EffectsPlan
+
+#: Effects that a bake computes or leaves out, and those among them that are reported if left out.
+DECIDED = ("self-shadowing", "glossy", "anisotropy", "fresnel", "retro-reflection")
+LEFT_OUT = ("self-shadowing", "interreflection", "glossy", "anisotropy")
+
+
+@dataclass(frozen=True)
+class BakeChoices:
+    """The chosen `settings` of the next bake with a method, and the chosen `light`, which needs no bake.
+
+    Interreflection None follows the plan of the scene; without a plan it is left out.
+    """
+
+    method: Method
+    settings: Any
+    light: Any
+
+    @property
+    def baked(self) -> BakeChoices:
+        """The same choices with the default light."""
+        return replace(self, light=self.method.light())
+
+    def value(self, name: str) -> Any:
+        """A setting of the bake or of the light."""
+        return getattr(self.settings if hasattr(self.settings, name) else self.light, name)
+
+    def with_values(self, values: Mapping[str, Any]) -> BakeChoices:
+        """These with other values; those that the method does not have are left out."""
+        of_light = {each.name for each in fields(self.light)}
+        settings = self.method.with_values(values, self.settings)
+        return replace(
+            self,
+            settings=settings,
+            light=replace(self.light, **{name: value for name, value in values.items() if name in of_light}),
+        )
+
+
+def choices_for(method: str, **values: Any) -> BakeChoices:
+    """The defaults of a method, but for `values`."""
+    of = method_of(method)
+    return BakeChoices(of, of.settings(), of.light()).with_values(values)
+
+
+@dataclass(frozen=True, eq=False)
+class Wanted:
+    """The request for a bake. `plan` is the plan that it follows, with the knobs of `choices`; None without a plan."""
+
+    mesh: Mesh
+    ground: Ground | None
+    brdf: Brdf
+    choices: BakeChoices
+    plan: EffectsPlan | None = None
+
+    def is_as(self, other: Wanted | None) -> bool:
+        return other is not None and self.fits(other) and self.brdf == other.brdf and self.asks_for_the_same(other)
+
+    def fits(self, other: Wanted) -> bool:
+        """True if both are of the same surface."""
+        return self.mesh is other.mesh and self.ground == other.ground
+
+    def asks_for_the_same(self, other: Wanted) -> bool:
+        """True if both have the same knobs and leave out the same effects."""
+        return self.choices == other.choices and self.decided == other.decided
+
+    @property
+    def decided(self) -> tuple[object, ...]:
+        """The decisions of the plan that a bake depends on: equal for plans that lead to the same bake."""
+        if self.plan is None:
+            return ()
+        return tuple(_baked_as(effect) for effect in self.plan.effects if effect.effect in DECIDED)
+
+    @property
+    def left_out(self) -> tuple[Effect, ...]:
+        """The effects that the plan leaves out of the bake."""
+        effects = self.plan.effects if self.plan is not None else ()
+        return tuple(effect for effect in effects if effect.effect in LEFT_OUT and not effect.on)
+
+
+def _baked_as(effect: Effect) -> tuple[str, bool, bool]:
+    """An effect, whether it is worked out, and whether even where the scene does not call for it."""
+    is_idle = effect.effect == "self-shadowing" or effect.estimated_error_rel == 0.0
+    return effect.effect, effect.on, effect.decision == "forced on" and is_idle
+
+
+def wanted_of(mesh: Mesh, ground: Ground | None, brdf: Brdf, choices: BakeChoices, plan: EffectsPlan | None) -> Wanted:
+    """The request for a bake with the knobs of `choices`, which follows the `plan` of the scene in all else."""
+    chosen = decided_by(choices, plan).baked
+    if plan is None:
+        return Wanted(mesh, ground, brdf, chosen)
+    effects = tuple(_for_method(effect, chosen) for effect in plan.effects)
+    return Wanted(mesh, ground, brdf, chosen, replace(plan, effects=effects, setting=setting_for(chosen)))
+
+
+def decided_by(choices: BakeChoices, plan: EffectsPlan | None) -> BakeChoices:
+    """`choices` with all that was left to the plan, or is forced there."""
+    if not hasattr(choices.settings, "interreflection"):
+        return choices
+    chosen = choices.settings.interreflection
+    if plan is not None:
+        decision = plan.decision("interreflection")
+        if chosen is None or decision.startswith("forced"):
+            chosen = decision in ("needed", "forced on")
+    return choices.with_values({"interreflection": bool(chosen)})
+
+
+def _for_method(effect: Effect, choices: BakeChoices) -> Effect:
+    """An effect as a bake with the method decides it, where nobody forces it.
+
+    What all its pictures have, as Gaussians have gloss, a plan of another mode may have left out.
+    """
+    if effect.decision.startswith("forced"):
+        return effect
+    if effect.effect == "interreflection":
+        is_shown = getattr(choices.settings, "interreflection", False)
+        return replace(effect, decision="needed" if is_shown else "skipped")
+    if effect.effect in choices.method.always and effect.estimated_error_rel > 0.0:
+        return replace(effect, decision="needed")
+    return effect
+
+
+def setting_for(choices: BakeChoices) -> Setting:
+    """The knobs of `choices`."""
+    method = choices.method
+    return Setting(method.name, {each.name: int(choices.value(each.name) or 0) for each in method.knobs})
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """A bake that could begin: its work, its baker and its predicted seconds; or the reason why it cannot begin."""
+
+    wanted: Wanted
+    work: Any
+    bake_s: float
+    start: Callable[[Path], Steps[Any]] | None = None
+    why_not: str = ""
+
+    @property
+    def size_bytes(self) -> int:
+        return int(self.work.size_bytes) if self.work is not None else 0
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A finished bake: the transport of one method, its time and its size."""
+
+    wanted: Wanted
+    transport: Any
+    bake_s: float
+    size_bytes: int
+
+    @cached_property
+    def relighter(self) -> Relight:
+        """Lights it, one light after the other."""
+        return self.wanted.choices.method.baking.relighter(self.transport, self.wanted.brdf)
+
+    @property
+    def why_baked_for_one(self) -> str:
+        """The reason why another BRDF asks for another bake; empty where it does not."""
+        return self.wanted.choices.method.baking.why_baked_for_one(self.transport)
+
+
+def estimated(wanted: Wanted) -> Steps[Estimate]:
+    """Estimate the time and bytes of a bake; modules and kernels are loaded on the thread that asks."""
+    yield Step(0.0, "preparing kernels")
+    try:
+        work, start = yield from part(_prepared(wanted), 0.0, 0.8)
+    except UsageError as reason:
+        return Estimate(wanted, None, 0.0, why_not=f"{str(reason)[:1].upper()}{str(reason)[1:]}.")
+    yield Step(0.8, "estimating")
+    return Estimate(wanted, work, wanted.choices.method.baking.estimate_s(work), start)
+
+
+def _prepared(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]:
+    """The work of a bake, and its baker."""
+    settings = wanted.choices.settings
+    if wanted.plan is None:
+        baking = wanted.choices.method.baking
+        work = yield from baking.prepare(Subject(wanted.mesh, wanted.brdf, wanted.ground), settings)
+        return work, lambda path: baking.bake(path, work)
+    from engine.planning.bake import prepare
+
+    ready = yield from prepare(wanted.plan, wanted.mesh, wanted.brdf, wanted.ground, settings=settings)
+    return ready.work, ready.start
+
+
+def baked(path: Path, estimate: Estimate) -> Steps[Made]:
+    """Bake into the file `path`; an equal bake that was interrupted goes on."""
+    yield Step(0.0, "preparing kernels")
+    assert estimate.start is not None
+    made = yield from estimate.start(path)
+    return Made(estimate.wanted, made.transport, made.bake_s, made.file.size_bytes)

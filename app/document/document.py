@@ -1,0 +1,262 @@
+"""The document that the person edits: one frozen value, one undo command, one signal.
+
+A change swaps the whole `Project`; arrays are shared between old and new, so undo costs a pointer, and what only
+earlier states hold is bounded (`app.document.history`). A view compares its part of old and new by identity and redraws
+when it is another object.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import radians
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, cast
+
+from PySide6.QtCore import QObject, QSignalBlocker, Signal
+from PySide6.QtGui import QUndoCommand, QUndoStack
+
+from app.document.comparison import Comparison
+from app.document.factoring import Factoring
+from app.document.history import KEPT_BYTES, KEPT_STEPS, given_up_bytes, steps_to_keep
+from engine.capture.lights.sources import Sources
+from engine.capture.stack import ImageStack
+from engine.core.colour import Operator
+from engine.core.directions import Vectors, world_direction
+from engine.core.params import check, param
+from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh
+from engine.light.environment import EnvironmentMap
+from engine.light.lamps import LampSettings
+from engine.scene.material import Material
+from engine.scene.scene import Lookup, Source
+from engine.shading.lookup import Above
+from engine.shading.power_law import Scale
+
+if TYPE_CHECKING:
+    from app.document.measured import Accuracy
+    from engine.capture.registration.framing import Framing
+
+#: Arrangements of two pictures.
+Comparing = Literal["", "wipe", "difference"]
+
+#: A point in two photographs: x and y in the one, x and y in the other.
+Pair = tuple[float, float, float, float]
+
+#: BRDF of a new project: a soft sheen, like that of most cloth, leather and hand-worked metal.
+BRDF = "ggx:alpha=0.5"
+
+
+@dataclass(frozen=True)
+class ImportChoices:
+    """Choices for reading photographs: the part of `engine.capture.import_stack.ImportSettings` that the window offers.
+
+    Attributes
+    ----------
+    dark, flat : calibration frames: 'auto' for those found beside the photographs, 'none', or a file.
+    lamp_distance : of a near lamp in widths of the picture; None for what the sources say.
+    sphere : measure the lights on a mirror sphere in the picture.
+    outline, highlights : column, row and radius of the sphere, and column and row of the lamp's reflection by file
+        name, where a person corrected what was found (pixels, the upper left corner of the picture is (0, 0)).
+    reference : file name of the photograph that the others are aligned to, None for what the sources say.
+    control_points : by file name, x and y in the reference and in the photograph (pixel centres at integers).
+    patch : (left, top, width, height) in pixels of a grey patch, which then decides the white balance.
+    framing : the part of the photographs that becomes the picture, and its size; None for all.
+    """
+
+    motion: str = "auto"
+    white_balance: Literal["camera", "none"] = "camera"
+    transfer: str = "auto"
+    dark: Path | Literal["auto", "none"] = "auto"
+    flat: Path | Literal["auto", "none"] = "auto"
+    lamp_distance: float | None = None
+    sphere: bool = False
+    outline: tuple[float, float, float] | None = None
+    highlights: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    reference: str | None = None
+    control_points: Mapping[str, tuple[Pair, ...]] = field(default_factory=dict)
+    patch: tuple[int, int, int, int] | None = None
+    framing: Framing | None = None
+
+    @property
+    def for_another_capture(self) -> ImportChoices:
+        """The choices that hold for other photographs too: no positions in these pictures, no frames, no lamps."""
+        return ImportChoices(self.motion, self.white_balance, self.transfer)
+
+
+@dataclass(frozen=True)
+class Look:
+    """Display settings of the View workspace. None of them changes the material itself.
+
+    Attributes
+    ----------
+    mode, against : what is drawn, and what that is compared with (`app.document.modes`).
+    comparing : two pictures side by side, their difference, or the first alone.
+    bounces : interreflections in the reference: path segments after the first surface.
+    lamps : lights beside the one or the environment; `only_lamps` puts out the one.
+    forced, skipped : effects that the plan works out, or leaves out, whatever they add (`engine.planning`).
+    plan_budget : what the plan keeps within, as a person writes it: '1 %' or '8 ms'.
+    """
+
+    light_theta_deg: float = param(55.0, 0.0, 180.0, unit="°", doc="Angle of the light from straight up.")
+    light_phi_deg: float = param(-30.0, -180.0, 180.0, unit="°", doc="Angle of the light around the vertical.")
+    irradiance: float = param(2.2, 0.0, 100.0, slider=(0.1, 10.0), log=True, doc="Strength of the light.")
+    rotation_deg: float = param(0.0, -180.0, 180.0, unit="°", doc="Rotation of the environment about the vertical.")
+    gain: float = param(1.0, 0.0, 100.0, slider=(0.1, 10.0), log=True, doc="Strength of the environment.")
+    directions: int = 64
+    repeats: float = param(3.0, 0.1, 100.0, slider=(0.5, 16.0), log=True, doc="Repeats of the material on the model.")
+    exposure_ev: float = param(0.0, -20.0, 20.0, slider=(-6.0, 6.0), unit="EV", doc="Brightness of the picture.")
+    tone_map: Operator = "neutral"
+    source: Source = "slices"
+    lookup: Lookup = "radiance"
+    above: Above = "clamp"
+    mode: str = "shading-map"
+    against: str = "reference"
+    comparing: Comparing = ""
+    bounces: int = 0
+    lamps: tuple[LampSettings, ...] = ()
+    only_lamps: bool = False
+    has_ground: bool = False
+    ground_albedo: float = param(0.5, 0.0, 1.0, doc="Albedo of the ground.")
+    forced: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = ()
+    plan_budget: str = "1 %"
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def light(self) -> Vectors:
+        """World direction (3,) towards the light."""
+        return world_direction(radians(self.light_theta_deg), radians(self.light_phi_deg))
+
+    @property
+    def ground(self) -> Ground | None:
+        """The ground below the model, or None."""
+        return Ground(albedo=self.ground_albedo) if self.has_ground else None
+
+
+@dataclass(frozen=True, eq=False)
+class Project:
+    """The photographs, the results made of them, and the display settings; `provenance` is the origin of the material.
+
+    `accuracy` is what was measured of settings of the View workspace.
+    """
+
+    sources: Sources | None = None
+    import_choices: ImportChoices = ImportChoices()
+    imported_with: ImportChoices | None = None
+    stack: ImageStack | None = None
+    excluded: frozenset[str] = field(default_factory=frozenset)
+    slices: int = 8
+    tileable: bool = False
+    scale: Scale = "last-slice"
+    exponent_bits: Literal[8, 16, 32] = 32
+    mixed: bool = False
+    error_bound_percent: float = 5.0
+    material: Material = field(default_factory=lambda: Material(None, None, brdf=BRDF, name="Untitled"))
+    built_from: tuple[Any, ...] = ()
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    mesh: Mesh | None = None
+    environment: EnvironmentMap | None = None
+    look: Look = field(default_factory=Look)
+    comparison: Comparison = field(default_factory=Comparison)
+    factoring: Factoring = field(default_factory=Factoring)
+    accuracy: Accuracy | None = None
+    name: str = "Untitled"
+
+    @property
+    def recipe(self) -> tuple[Any, ...]:
+        """The inputs that the material depends on; it is out of date where they differ from `built_from`."""
+        bound = self.error_bound_percent if self.mixed else None
+        return (self.stack, self.excluded, self.slices, self.tileable, self.scale, self.exponent_bits, bound)
+
+    @property
+    def has_map(self) -> bool:
+        return self.material.shading_map is not None or self.material.power_law is not None
+
+
+class Document(QObject):
+    """Holds the project and its history. `changed(old, new)` follows every change, undo and redo."""
+
+    changed = Signal(object, object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.project = Project()
+        self.undo_stack = QUndoStack(self)
+        self.undo_stack.setUndoLimit(KEPT_STEPS)
+        self._gestures = 0
+
+    def change(self, text: str, *, gesture: str = "", **parts: Any) -> None:
+        """Replace `parts` of the project as one undo step; successive steps of the same `gesture` become one."""
+        new = dataclasses.replace(self.project, **parts)
+        gesture = f"{gesture} {self._gestures}" if gesture else ""
+        last = self._last
+        if last is not None and gesture and last.gesture == gesture:
+            last.go_on_to(new)
+            self._show(new)
+        else:
+            step = _Change(self, text, self.project, new, gesture)
+            self._show(new)
+            self.undo_stack.push(step)
+        self._forget_oldest()
+
+    @property
+    def _last(self) -> _Change | None:
+        """The step that led to the project; None at the beginning, and where the project is one that was undone to."""
+        stack = self.undo_stack
+        return None if stack.canRedo() or not stack.canUndo() else cast(_Change, stack.command(stack.count() - 1))
+
+    def _forget_oldest(self) -> None:
+        """Drop the oldest steps where they keep too much; a stack of Qt's loses them only by being filled anew."""
+        stack = self.undo_stack
+        steps = [cast(_Change, stack.command(at)) for at in range(stack.count())]
+        kept = steps_to_keep([step.given_up_bytes for step in steps], KEPT_BYTES)
+        if kept == len(steps):
+            return
+        again = [_Change(self, step.text(), step.old, step.new, step.gesture) for step in steps[-kept:]]
+        with QSignalBlocker(stack):
+            stack.clear()
+            for step in again:
+                stack.push(step)
+
+    def end_gesture(self) -> None:
+        """The mouse was released: the next change of the same kind is a step of its own."""
+        self._gestures += 1
+
+    def clear(self) -> None:
+        """Begin anew, without history."""
+        self.undo_stack.clear()
+        self._show(Project())
+
+    def _show(self, project: Project) -> None:
+        old, self.project = self.project, project
+        self.changed.emit(old, project)
+
+
+class _Change(QUndoCommand):
+    """A step that has been done: pushing it changes nothing.
+
+    Qt's own merging of steps is not used: PySide never frees what was merged, here a project for each mouse move.
+    """
+
+    def __init__(self, document: Document, text: str, old: Project, new: Project, gesture: str) -> None:
+        super().__init__(text)
+        self.document, self.old, self.gesture = document, old, gesture
+        self._is_pushed = False
+        self.go_on_to(new)
+
+    def go_on_to(self, new: Project) -> None:
+        """Lead to another project, as a drag that goes on."""
+        self.new = new
+        self.given_up_bytes = given_up_bytes(self.old, new)
+
+    def redo(self) -> None:
+        if self._is_pushed:
+            self.document._show(self.new)
+        self._is_pushed = True
+
+    def undo(self) -> None:
+        self.document._show(self.old)

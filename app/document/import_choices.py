@@ -1,0 +1,108 @@
+"""The person's choices for an import as settings of the engine, and the one way in which they change."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from app.document.document import Document, ImportChoices, Pair, Project
+from engine.capture.lights.mirror_sphere import Circle
+from engine.capture.lights.sources import Sources, printable
+
+if TYPE_CHECKING:
+    from engine.capture.import_stack import ImportSettings
+
+
+def choose(document: Document, words: str, gesture: str = "", **parts: Any) -> None:
+    """Change `parts` of the import choices as one undo step, or as part of a gesture; nothing where nothing differs."""
+    choices = dataclasses.replace(document.project.import_choices, **parts)
+    if choices != document.project.import_choices:
+        document.change(words, gesture=gesture, import_choices=choices)
+
+
+def settings_of(choices: ImportChoices) -> ImportSettings:
+    """The settings of an import by `choices`."""
+    from engine.capture.import_stack import ImportSettings
+    from engine.capture.photograph.grey_patch import GreyPatch
+
+    return ImportSettings(
+        motion=choices.motion,
+        white_balance=choices.white_balance if choices.patch is None else GreyPatch(*choices.patch),
+        transfer=choices.transfer,
+        dark=choices.dark,
+        flat=choices.flat,
+        lamp_distance=choices.lamp_distance,
+        framing=choices.framing,
+        reference=choices.reference,
+        control_points=choices.control_points,
+    )
+
+
+def lit_by(sources: Sources, choices: ImportChoices) -> Sources:
+    """`sources`, with the mirror sphere that their lights are to be measured on where `choices` ask for one."""
+    if not choices.sphere:
+        return sources
+    from engine.capture.lights.sphere_lights import with_sphere
+
+    outline = Circle(*choices.outline) if choices.outline is not None else sources.sphere or "auto"
+    return with_sphere(sources, outline, choices.highlights)
+
+
+def transfer_of(sources: Sources, choices: ImportChoices) -> Any:
+    """The assumed transfer function of 8- and 16-bit files."""
+    return choices.transfer if choices.transfer != "auto" else sources.transfer or "auto"
+
+
+def with_angle(sources: Sources, place: int, angle_deg: float) -> Sources:
+    """`sources` with another elevation of photograph number `place`, in the order that follows."""
+    elevation = sources.elevation.copy()
+    elevation[place] = math.radians(angle_deg)
+    order = np.argsort(elevation, kind="stable")
+    return dataclasses.replace(
+        sources,
+        photographs=tuple(sources.photographs[index] for index in order),
+        elevation=elevation[order],
+        azimuth=None if sources.azimuth is None else sources.azimuth[order],
+        exposure_s=tuple(sources.exposure_s[index] for index in order),
+        exposures=tuple(sources.exposures[index] for index in order),
+        highlights_px=tuple(sources.highlights_px[index] for index in order) if sources.highlights_px else (),
+        angle_source="user",
+    )
+
+
+def path_of(project: Project, name: str | None) -> Path | None:
+    """The file of the photograph `name`, None where the stack was opened without its photographs."""
+    paths = project.sources.photographs if project.sources is not None else ()
+    return next((path for path in paths if printable(path) == name), None)
+
+
+def stated_points(sources: Sources | None) -> dict[str, tuple[Pair, ...]]:
+    """The control points that `capture.toml` gives, by file name."""
+    if sources is None:
+        return {}
+    return {
+        printable(path): tuple((float(x), float(y), float(u), float(v)) for x, y, u, v in pairs)
+        for path, pairs in sources.control_points.items()
+    }
+
+
+def points_of(project: Project) -> dict[str, tuple[Pair, ...]]:
+    """The control points that an import would follow, by file name."""
+    stated = {**stated_points(project.sources), **project.import_choices.control_points}
+    return {name: pairs for name, pairs in stated.items() if pairs}
+
+
+def reference_of(project: Project) -> str | None:
+    """The photograph that the others are aligned to: the chosen, the stated, that of the last import, or the middle."""
+    sources, stack, chosen = project.sources, project.stack, project.import_choices.reference
+    if sources is None:
+        return None
+    names = [printable(path) for path in sources.photographs]
+    last = stack.provenance.get("aligned_to") if stack is not None else None
+    stated = printable(sources.reference) if sources.reference is not None else None
+    wishes = [name for name in (chosen, stated, last) if name in names]
+    return str(wishes[0]) if wishes else names[len(names) // 2]

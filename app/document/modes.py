@@ -1,0 +1,100 @@
+"""The ways in which the View workspace can draw a scene: each has a name, a key, and a scene of its own.
+
+What OpenGL draws at once is a scene; a mode that is `progressive` shows that first, and then the reference over it; one
+that is `baked` is a transport method (`engine.transport.method`) and shows direct light until there is a bake
+(`app.view.baking`). The methods are all in the list of the engine; the other modes are here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from app.document.document import Look, Project
+from engine.scene.scene import Scene
+from engine.transport import method as transport
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A mode: `value` names it in the project; `key` chooses it while the View workspace is in front.
+
+    `mark` is that of its points in plots: pyqtgraph's name of it, and a sign like it. `colour` is the number of their
+    colour in the theme, negative for that of text.
+    """
+
+    value: str
+    label: str
+    key: str
+    hint: str
+    mark: tuple[str, str]
+    colour: int
+    progressive: bool = False
+    baked: bool = False
+
+
+UNBAKED = (
+    Mode(
+        "shading-map",
+        "Shading map",
+        "M",
+        "The material's photographs, looked up under every light",
+        ("d", "◆"),
+        3,
+    ),
+    Mode("direct", "Direct", "D", "The BRDF alone under every light, without shadows", ("t", "▼"), 4),
+    Mode(
+        "reference",
+        "Reference",
+        "R",
+        "Path tracing with shadows; its noise falls with time",
+        ("star", "★"),
+        -1,
+        progressive=True,
+    ),
+)
+
+#: Colours of the theme for methods, in their order.
+_COLOURS = (0, 1, 2, 5)
+
+
+def modes() -> tuple[Mode, ...]:
+    """All modes, as they stand beside each other: first those that are baked."""
+    baked = (
+        Mode(method.name, method.short, method.key, method.hint, method.mark, _COLOURS[at % len(_COLOURS)], baked=True)
+        for at, method in enumerate(transport.METHODS)
+    )
+    return (*baked, *UNBAKED)
+
+
+def mode_named(value: str) -> Mode:
+    """The mode that a project or a setting calls so; KeyError where there is none."""
+    return {mode.value: mode for mode in modes()}[value]
+
+
+def mode_of(value: str, project: Project) -> Mode:
+    """The mode for `value` of the project; another one if that mode cannot be shown now."""
+    mode = next((each for each in modes() if each.value == value), mode_named("shading-map"))
+    return mode_named("direct") if why_not(mode, project) else mode
+
+
+def why_not(mode: Mode, project: Project) -> str:
+    """The reason why a mode cannot be shown now; empty where it can."""
+    if mode.value == "shading-map" and not project.has_map:
+        return "Build or open a material first"
+    if mode.progressive and project.has_map and project.look.lookup == "outgoing":
+        return "The look-up by outgoing radiance is of all light at once: choose another under Look-up"
+    return ""
+
+
+def scene_of(mode: Mode, scene: Scene, relit: Any = None) -> Scene:
+    """The scene that OpenGL draws for `mode`, with `relit` as its relit bake."""
+    if mode.baked:
+        return dataclasses.replace(scene, material=None, relit=relit)
+    return dataclasses.replace(scene, material=None) if mode.value == "direct" else scene
+
+
+def flipped(look: Look) -> Look:
+    """The same with the two modes exchanged."""
+    return dataclasses.replace(look, mode=look.against, against=look.mode)

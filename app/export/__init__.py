@@ -1,0 +1,1 @@
+"""The Export workspace: the bundle and its preview."""

@@ -1,0 +1,294 @@
+"""The Export workspace: the contents of the bundle, its path, and its verification."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import Qt, QUrl, Signal
+from PySide6.QtGui import QDesktopServices, QShowEvent
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLineEdit, QWidget
+
+from app.commands.workbench import Exported, Workbench, drawn
+from app.document.document import Project
+from app.jobs.jobs import Job
+from app.jobs.newest import Latest
+from app.view.tab import ViewTab
+from app.widgets.image_view import ImageView, Picture, rgb_image
+from app.widgets.panels import EmptyState, Panel, Rows, button, enable, side_by_side, text, with_empty_state
+from app.widgets.status_bar import size_text
+from app.widgets.theme import ROW, STEP, role
+from engine.core.errors import OutputError
+from engine.core.steps import Steps
+from engine.shading.power_law import PowerLawMap
+
+WIDTH = 372
+
+PARTS = (
+    ("slices", "Shading map, all slices", "shading_map.exr"),
+    ("power-law", "Power law", "Scale, exponent, map of errors, and the slices of kept tiles"),
+)
+ALWAYS = (
+    ("BRDF", "brdf.json"),
+    ("Shader", "shader/lightarc.glsl"),
+    ("Viewer for a browser", "viewer/index.html, which shows the power law under a light that can be dragged"),
+    ("Preview", "preview.png, as in the View workspace"),
+    ("Manifest with provenance", "manifest.json"),
+)
+STALE = "Settings were changed after this material was built. Rebuild it in Material before you export it."
+
+
+class ExportTab(QWidget):
+    """Writes the project's material as a bundle."""
+
+    capture_wanted = Signal()
+    sample_wanted = Signal()
+
+    def __init__(self, bench: Workbench, view: ViewTab) -> None:
+        super().__init__()
+        self.bench = bench
+        self.view = view
+        self.folder = Path.home() if Path.home().is_dir() else Path.cwd()
+        self.exporting: Job | None = None
+        self.written = self.folder
+        self.latest = Latest(bench.jobs, "Drawing the preview")
+        self.image = ImageView()
+        self.empty = self._make_empty()
+        self.pages = with_empty_state(self, self.empty, self._make_work())
+        view.model_ready.connect(self._draw_preview)
+        bench.document.changed.connect(self._changed)
+        bench.jobs.changed.connect(lambda _job: self._update_buttons())
+        self._changed(Project(), bench.document.project)
+
+    def _make_empty(self) -> EmptyState:
+        return EmptyState(
+            "bundle",
+            "Nothing to export yet",
+            "A bundle holds the material with everything that another program needs to show it. Import photographs "
+            "first; the material is built from them.",
+            (("Go to Capture", "", self.capture_wanted), ("Try the sample capture", "sample", self.sample_wanted)),
+        )
+
+    def _make_work(self) -> QWidget:
+        return side_by_side(self.image, self._make_right(), stretch=0)
+
+    def _make_right(self) -> QWidget:
+        panel = Panel(WIDTH)
+        place = panel.section("Bundle")
+        self.name = QLineEdit()
+        self.name.setMaxLength(120)
+        self.name.textChanged.connect(lambda _text: self._update_buttons())
+        place.row("Name", self.name, "Ends in .lightarc: one file. Otherwise a folder.")
+        self.place = text("", "")
+        self.place.setMinimumWidth(10)
+        choose = button("Change…")
+        choose.clicked.connect(self._choose_folder)
+        holder = QWidget()
+        where = QHBoxLayout(holder)
+        where.setContentsMargins(0, 0, 0, 0)
+        where.setSpacing(2 * STEP)
+        where.addWidget(self.place, 1)
+        where.addWidget(choose)
+        place.row("Folder", holder)
+        contents = panel.section("Contents")
+        self.parts: dict[str, tuple[QCheckBox, QLabel]] = {}
+        for value, words, file in PARTS:
+            box = QCheckBox(words)
+            box.setChecked(True)
+            box.setToolTip(file)
+            box.toggled.connect(lambda _on: self._update_buttons())
+            self.parts[value] = (box, _figure())
+            _add(contents, box, self.parts[value][1])
+        for words, file in ALWAYS:
+            line = text(words)
+            line.setToolTip(file)
+            line.setContentsMargins(24, 0, 0, 0)
+            _add(contents, line, _figure())
+        self.total = _figure()
+        _add(contents, text("Maps, before packing", "title"), self.total)
+        self.stale = text(STALE, "warning", wrap=True)
+        contents.wide(self.stale)
+        panel.column.addSpacing(3 * STEP)
+        self.export = button("Export bundle", "primary")
+        self.export.clicked.connect(self.start)
+        panel.column.addWidget(self.export)
+        self.result = panel.section("Result")
+        self.verdict = text("", wrap=True)
+        self.result.wide(self.verdict)
+        self.files, self.sizes = text("", "secondary"), _figure()
+        self.members = QWidget()
+        beside = QHBoxLayout(self.members)
+        beside.setContentsMargins(0, STEP, 0, STEP)
+        beside.addWidget(self.files, 1)
+        beside.addWidget(self.sizes)
+        self.result.wide(self.members)
+        self.show_folder = button("Show the folder", "link")
+        self.show_folder.clicked.connect(self._open_folder)
+        self.result.wide(self.show_folder)
+        panel.finish()
+        return panel
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.view.want_model()
+        self._draw_preview()
+        self._update_buttons()
+
+    def _draw_preview(self) -> None:
+        """Draw what will be preview.png, while somebody looks."""
+        project = self.bench.document.project
+        scene = self.view.scene(project)
+        if self.isVisible() and project.has_map and scene is not None:
+            look = project.look
+            self.latest.ask(lambda: _preview(drawn(scene, look)), self.image.show_picture)
+
+    @property
+    def target(self) -> Path:
+        """The path of the bundle to write."""
+        return self.folder / self.name.text().strip()
+
+    def start(self) -> None:
+        """Write the bundle; what exists is replaced only if it is a bundle."""
+        self._say("Writing…", "secondary")
+        scene = self.view.scene(self.bench.document.project)
+        self.exporting = self.bench.export(self.target, frozenset(self._chosen()), scene)
+        self.exporting.succeeded.connect(self._exported)
+        self.exporting.failed.connect(lambda error: self._say(f"Not written: {_problem(error)}", "bad"))
+        self.exporting.cancelled.connect(lambda: self._say("Cancelled. Nothing was written.", "secondary"))
+        self._update_buttons()
+
+    def fit(self) -> None:
+        """Show the whole preview."""
+        self.image.fit()
+
+    def _exported(self, done: Exported) -> None:
+        if done.problems:
+            self._say("Written, but not sound: " + " ".join(done.problems), "bad")
+            return
+        total = size_text(sum(done.members.values()))
+        words = f"{done.path.name} written and verified: {len(done.members)} members, {total}."
+        self._say(words, "good", done.members)
+        self.written = done.path.parent
+        self.bench.said.emit(f"{done.path} written and verified")
+
+    def _say(self, words: str, look: str, members: dict[str, int] | None = None) -> None:
+        """Show the result of the export, and the largest members first."""
+        self.verdict.setText(words)
+        role(self.verdict, look)
+        listed = sorted((members or {}).items(), key=lambda item: -item[1])
+        self.files.setText("\n".join(name for name, _ in listed))
+        self.sizes.setText("\n".join(size_text(size) for _, size in listed))
+        for widget in (self.members, self.show_folder):
+            widget.setVisible(bool(listed))
+
+    def _open_folder(self) -> None:
+        QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.written)))
+
+    def _choose_folder(self) -> None:
+        chosen = QFileDialog.getExistingDirectory(self, "Folder for the bundle", str(self.folder))
+        if chosen:
+            self.set_folder(Path(chosen))
+
+    def set_folder(self, folder: Path) -> None:
+        """Export into `folder` from now on."""
+        self.folder = folder
+        self._show_folder()
+        self._update_buttons()
+
+    def _show_folder(self) -> None:
+        words = self.place.fontMetrics().elidedText(str(self.folder), Qt.TextElideMode.ElideMiddle, 150)
+        self.place.setText(words)
+        self.place.setToolTip(str(self.folder))
+
+    def _changed(self, old: Project, new: Project) -> None:
+        self.pages.setCurrentIndex(1 if new.has_map else 0)
+        if new.name != old.name or not self.name.text():
+            self.name.setText(f"{new.name}.lightarc")
+        before, after = old.material, new.material
+        if not self.place.text() or before is not after:
+            self._show_sizes(new)
+            self._show_folder()
+        if (before.shading_map, before.power_law) != (after.shading_map, after.power_law):
+            self._say("Nothing written yet.", "secondary")
+        if old is not new:
+            self._draw_preview()
+        self.stale.setVisible(new.stack is not None and new.built_from != new.recipe)
+        self._update_buttons()
+
+    def _show_sizes(self, project: Project) -> None:
+        sizes = part_sizes(project)
+        for value, words, hint in PARTS:
+            box, figure = self.parts[value]
+            enable(box, "" if sizes[value] else "This material has none", hint)
+            box.setText(words if value == "slices" else _described(project.material.power_law))
+            figure.setText(size_text(sizes[value]) if sizes[value] else "–")
+
+    def _chosen(self) -> list[str]:
+        return [value for value, (box, _) in self.parts.items() if box.isChecked() and box.isEnabled()]
+
+    def _update_buttons(self) -> None:
+        sizes = part_sizes(self.bench.document.project)
+        self.total.setText(size_text(sum(sizes[value] for value in self._chosen())))
+        there = os.path.exists(self.target)  # noqa: PTH110 - Path.exists raises for names that are too long
+        self.export.setText("Replace bundle" if there else "Export bundle")
+        enable(self.export, self._why_not(), "Write the bundle and check it")
+
+    def _why_not(self) -> str:
+        """The reason why nothing can be exported as things are."""
+        name = self.name.text().strip()
+        if self.exporting is not None and not self.exporting.over:
+            return "The bundle is being written"
+        if not self._chosen():
+            return "Choose the slices, the power law, or both"
+        if not name or name in (".", "..") or Path(name).name != name:
+            return "Give the bundle a name without slashes"
+        if not os.access(self.folder, os.W_OK | os.X_OK):
+            return f"{self.folder} cannot be written to; choose another folder"
+        return ""
+
+    def apply_theme(self) -> None:
+        """Redraw what does not follow the palette by itself."""
+        self.empty.apply_theme()
+        self.image.update()
+
+
+def part_sizes(project: Project) -> dict[str, int]:
+    """Bytes of each part before compression, 0 where the material lacks it."""
+    shading_map, power_law = project.material.shading_map, project.material.power_law
+    return {
+        "slices": shading_map.slices.nbytes if shading_map is not None else 0,
+        "power-law": power_law.size_bytes if power_law is not None else 0,
+    }
+
+
+def _figure() -> QLabel:
+    figure = text("", "secondary")
+    figure.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    return figure
+
+
+def _add(rows: Rows, left: QWidget, right: QWidget) -> None:
+    holder = QWidget()
+    holder.setFixedHeight(ROW)
+    line = QHBoxLayout(holder)
+    line.setContentsMargins(0, 0, 0, 0)
+    line.addWidget(left, 1)
+    line.addWidget(right)
+    rows.wide(holder)
+
+
+def _described(power_law: PowerLawMap | None) -> str:
+    """The row of the power law: how it is stored, and whether tiles keep their slices."""
+    if power_law is None:
+        return "Power law"
+    kept = " and kept tiles" if power_law.kept is not None else ""
+    return f"Power law, {power_law.storage.exponent_bits} bits{kept}"
+
+
+def _preview(drawing: Steps[Any]) -> Steps[Picture]:
+    return Picture((rgb_image((yield from drawing)),))
+
+
+def _problem(error: Any) -> str:
+    return f"{error.problem}." if isinstance(error, OutputError) else "see the message."

@@ -1,0 +1,1 @@
+"""The Factor workspace: runs, projections, textures, errors."""

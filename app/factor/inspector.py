@@ -1,0 +1,342 @@
+"""The right side of the Factor workspace: the runs, what the chosen factors achieve and serve, and their export."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import QAbstractItemView, QHBoxLayout, QListWidget, QListWidgetItem, QToolButton, QWidget
+
+from app.brdf.plots import marker_icon
+from app.document.factoring import (
+    MAPS,
+    METHODS,
+    METRICS,
+    PARAMETRISATIONS,
+    PRESETS,
+    SHORT_METRICS,
+    Factoring,
+    Run,
+)
+from app.factor.runs import Live
+from app.widgets import theme
+from app.widgets.number_field import NumberField
+from app.widgets.panels import Panel, button, enable, text
+from app.widgets.plots import Plot
+from app.widgets.status_bar import size_text
+from app.widgets.theme import ROW, STEP
+
+NUMBER = Qt.ItemDataRole.UserRole
+NOTHING = "Start a run first"
+#: Most terms of sums of products and of one product.
+MOST = {True: 64, False: 16}
+
+
+class FactorInspector(Panel):
+    """Signals ask for what their names say; `more_wanted(terms)` for a run with so many terms."""
+
+    run_wanted = Signal(int)
+    pause_wanted = Signal()
+    stop_wanted = Signal()
+    remove_wanted = Signal()
+    more_wanted = Signal(int)
+    export_wanted = Signal()
+    use_wanted = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._filling = False
+        self._offered = (0, 0)
+        self._make_runs()
+        self._make_chosen()
+        foot = QWidget()
+        row = QHBoxLayout(foot)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(2 * STEP)
+        self.export = button("Export…", "primary")
+        self.export.clicked.connect(self.export_wanted)
+        self.use = button("Use in View")
+        self.use.clicked.connect(self.use_wanted)
+        row.addWidget(self.export, 1)
+        row.addWidget(self.use, 1)
+        self.finish(foot)
+
+    def _make_runs(self) -> None:
+        rows = self.section("Runs")
+        self.list = QListWidget()
+        self.list.setAccessibleName("Runs")
+        self.list.setIconSize(QSize(22, 16))
+        self.list.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.list.setToolTip("The chosen run is previewed and exported; Del removes it")
+        self.list.currentItemChanged.connect(self._row_changed)
+        rows.wide(self.list)
+        for keys, wanted in (("Del", self.remove_wanted), ("Space", self.pause_wanted)):
+            shortcut = QShortcut(QKeySequence(keys), self.list, context=Qt.ShortcutContext.WidgetShortcut)
+            shortcut.activated.connect(wanted)
+        self.pause = button("Pause")
+        self.pause.clicked.connect(self.pause_wanted)
+        self.stop = button("Stop")
+        self.stop.clicked.connect(self.stop_wanted)
+        self.remove = QToolButton()
+        self.remove.setIconSize(QSize(16, 16))
+        self.remove.setAccessibleName("Remove the run")
+        self.remove.clicked.connect(self.remove_wanted)
+        rows.wide(_row((self.pause, 1), (self.stop, 1), (self.remove, 0)))
+        self.terms = NumberField(2.0, 1.0, 64.0)
+        self.terms.setAccessibleName("Terms to go on to")
+        self.terms.setFixedWidth(56)
+        self.more = button("Continue")
+        self.more.clicked.connect(lambda: self.more_wanted.emit(round(self.terms.value)))
+        rows.row(
+            "Up to terms", _row((self.terms, 0), (self.more, 1)), "Add terms; a search continues from its last state"
+        )
+
+    def _make_chosen(self) -> None:
+        chosen = self.section("Chosen factors")
+        self.failed = text("", "warning", wrap=True)
+        chosen.wide(self.failed)
+        self.of = chosen.figure("Of", "The run and the method")
+        self.many = chosen.figure("Terms", "Click a point of the plot for others; and how many textures these are")
+        self.bytes = chosen.figure("Size", "Of all textures, as 32-bit floats")
+        self.time = chosen.figure(
+            "Time", "From the start to this term, without pauses; the products of a sum are all found at once"
+        )
+        self.errors = {
+            name: chosen.figure(SHORT_METRICS[name], f"{words}, {_where(name)}") for name, (words, _) in METRICS.items()
+        }
+        self.remark = text("", "secondary", wrap=True)
+        chosen.wide(self.remark)
+        bands = self.section("Error by the viewer's elevation")
+        self.bands = BandPlot()
+        bands.wide(self.bands)
+        good = self.section("Good for")
+        self.uses = text("–", "", wrap=True)
+        good.wide(self.uses)
+
+    def show_runs(self, factoring: Factoring, live: Sequence[Live]) -> None:
+        """Show the runs with their states, and the buttons of the chosen run."""
+        self._filling = True
+        runs = factoring.runs
+        self.list.setFixedHeight(2 * ROW * min(4, max(2, len(runs))) + 2)
+        while self.list.count() > len(runs):
+            self.list.takeItem(self.list.count() - 1)
+        for place, (run, known) in enumerate(zip(runs, live, strict=True)):
+            item = self.list.item(place)
+            if item is None:
+                item = QListWidgetItem()
+                item.setSizeHint(QSize(0, 2 * ROW - 4))
+                self.list.addItem(item)
+            if item.data(NUMBER) != run.number:
+                item.setData(NUMBER, run.number)
+                item.setIcon(marker_icon(run.colour, run.marker))
+            words = f"{run.name} · {state_of(known)}\n{method_of(run, known)}{_form_of(run)}"
+            if item.text() != words:
+                item.setText(words)
+                item.setToolTip("\n".join(filter(None, (words, settings_of(run), known.why))))
+            if run.number == factoring.current and self.list.currentItem() is not item:
+                self.list.setCurrentItem(item)
+        if factoring.run is None:
+            self.list.setCurrentRow(-1)
+        self._filling = False
+        self._enable(factoring.run, live[runs.index(factoring.run)] if factoring.run is not None else None)
+
+    def _enable(self, run: Run | None, live: Live | None) -> None:
+        nothing = NOTHING if run is None else ""
+        job = live.job if live is not None else None
+        over = "" if job is not None and not job.stopping else "It has ended"
+        paused = job is not None and job.state == "paused"
+        self.pause.setText("Go on" if paused else "Pause")
+        enable(self.pause, nothing or over, "Pause and let other jobs run, or resume (Space in the list)")
+        enable(self.stop, nothing or over, "End now and keep the best so far")
+        enable(self.remove, nothing, "Remove the run from the list (Del); undo restores it")
+        why = nothing
+        if run is not None and live is not None:
+            if job is not None:
+                why = "It is still running"
+            elif run.choices is None:
+                why = "These factors come from a file; start a run for more terms"
+            elif run.choices.method in ("homomorphic", "normalised"):
+                why = f"{METHODS[run.choices.method]} has no further terms"
+            elif live.brdf is None or (live.why and not live.ladder):
+                why = live.why or "It ended before it began"
+            most = MOST[run.choices.separable] if run.choices is not None else 64
+            have = live.ladder[-1].terms if live.ladder else 0
+            self.terms.high = float(most)
+            if not why and have >= most and not (live.factorisation is not None and live.factorisation.searching):
+                why = f"{most} terms are the most"
+            if (run.number, have) != self._offered:
+                self._offered = (run.number, have)
+                self.terms.show_value(float(min(most, have + (1 if most == MOST[False] else 8))))
+        enable(self.more, why, "Go on to so many terms")
+        enable(self.terms, why)
+
+    def show_chosen(self, run: Run | None, live: Live | None, terms: int | None) -> None:
+        """The figures of the chosen run at so many terms."""
+        rung = live.rung(terms) if live is not None else None
+        failed = live.why if live is not None else ""
+        why_not = NOTHING if run is None else "" if rung is not None else failed or "Nothing has been found yet"
+        self.failed.setText(failed)
+        self.failed.setVisible(bool(failed))
+        enable(self.export, why_not, "Write the textures as EXR and their description as JSON, into a folder")
+        enable(self.use, why_not, "Use these factors as the BRDF of the material in the View workspace")
+        if run is None or live is None or rung is None or live.factorisation is None:
+            for figure in (self.of, self.many, self.bytes, self.time, *self.errors.values()):
+                figure.setText("–")
+            self.remark.setText("")
+            self.bands.show_bands((), "")
+            self.uses.setText("–")
+            return
+        self.of.setText(_elided(f"{run.name}, {method_of(run, live)}"))
+        self.of.setToolTip(f"{run.name}, {method_of(run, live)}")
+        self.many.setText(
+            f"{rung.terms} of {live.ladder[-1].terms} · {rung.textures} texture{'s'[: rung.textures != 1]}"
+        )
+        self.bytes.setText(size_text(rung.size_bytes))
+        self.time.setText(f"{rung.time_s:.2f} s")
+        for name, figure in self.errors.items():
+            value = rung.rms_cosine_weighted if name == "rms_cosine_weighted" else getattr(rung.metrics, name)
+            unit = METRICS[name][1]
+            figure.setText(f"{value:.3g} {unit}".strip())
+        self.remark.setText(remark_of(live.factorisation))
+        self.bands.show_bands(rung.rms_by_elevation_band, run.colour)
+
+    def show_uses(self, sentences: Sequence[str]) -> None:
+        """Show the sentences on the possible uses of the chosen factors."""
+        self.uses.setText("\n\n".join(sentences) if sentences else "–")
+
+    def _row_changed(self, item: QListWidgetItem | None, _before: QListWidgetItem | None) -> None:
+        if not self._filling and item is not None:
+            self.run_wanted.emit(item.data(NUMBER))
+
+    def apply_theme(self) -> None:
+        """Draw the markers against the current theme."""
+        self._filling = True
+        self.list.clear()
+        self._filling = False
+        self.remove.setIcon(theme.icon("cancel"))
+        self.bands.apply_theme()
+
+
+class BandPlot(Plot):
+    """The cosine-weighted error in nine bands of the viewer's elevation."""
+
+    def __init__(self) -> None:
+        super().__init__("Elevation / °", "RMS / sr⁻¹")
+        self.setAccessibleName("Error by the viewer's elevation")
+        self.setToolTip("Cosine-weighted RMS at this elevation of the viewer")
+        self.setFixedHeight(118)
+        self.bars = pg.BarGraphItem(x=[], height=[], width=8.0)
+        self.addItem(self.bars)
+        self.setXRange(0.0, 90.0, padding=0.01)
+        self.getPlotItem().getAxis("bottom").setTickSpacing(30, 30)
+
+    def mouseDoubleClickEvent(self, event: Any) -> None:
+        event.accept()
+
+    def show_bands(self, errors: Sequence[float], colour: str) -> None:
+        """`errors` from the horizon upwards, in sr⁻¹."""
+        self.bars.setVisible(bool(errors))
+        if errors:
+            wide = 90.0 / len(errors)
+            middles = (np.arange(len(errors)) + 0.5) * wide
+            self.bars.setOpts(x=middles, height=np.array(errors), width=0.8 * wide, brush=colour, pen=None)
+            self.setYRange(0.0, 1.1 * max(max(errors), 1e-12), padding=0)
+
+
+def method_of(run: Run, live: Live) -> str:
+    """The name of the method; of 'auto' the chosen method, once that is known."""
+    found = live.factorisation.method if live.factorisation is not None else ""
+    if run.choices is None:
+        return METHODS.get(found, found or "Factors")
+    words = METHODS[run.choices.method]
+    if run.choices.method == "auto" and found in METHODS:
+        return METHODS[found]
+    return words
+
+
+def _form_of(run: Run) -> str:
+    """The settings in which runs of the same method differ, in short."""
+    if run.choices is None:
+        return " from a file"
+    choices = run.choices
+    form = {"in-out": "", "half-diff": ", half/difference", "auto": ", any"}[choices.parametrisation]
+    return f"{form}, {round(choices.side if choices.separable else choices.size)}²"
+
+
+def settings_of(run: Run) -> str:
+    """All settings that a run read, in two lines; nothing for factors of a file."""
+    choices = run.choices
+    if choices is None:
+        return ""
+    words = [PARAMETRISATIONS[choices.parametrisation]]
+    if choices.separable:
+        words += [f"{MAPS[choices.map].lower()} map"]
+    elif choices.reciprocal:
+        words += ["reciprocal"]
+    if choices.method == "search":
+        words += [
+            f"{PRESETS[choices.preset].lower()}, {choices.restarts:.0f} restarts, {choices.together:.0f} together"
+        ]
+        words += [f"makes {METRICS[choices.metric][0].lower()} small"]
+    samples = f"{choices.samples:.0f} samples up to {choices.max_theta_deg:g}°, seed {choices.seed:.0f}"
+    return f"{', '.join(words)}\n{samples}"
+
+
+def state_of(live: Live) -> str:
+    """The state of a run, in a few words with its time."""
+    job = live.job
+    if job is None:
+        last = live.ladder[-1] if live.ladder else None
+        if last is None:
+            return live.state or "nothing found"
+        return f"{live.state}, {last.time_s:.1f} s" if live.state != "opened" else live.state
+    if job.stopping:
+        return "stopping…"
+    if job.state in ("queued", "paused"):
+        share = f", {100 * job.step.done:.0f} %" if job.begun else ""
+        return f"{'waiting' if job.state == 'queued' else 'paused'}{share}"
+    left = job.left_s
+    more = f", {left:.0f} s left" if left is not None and left >= 1 else ""
+    return f"{100 * job.step.done:.0f} %{more}"
+
+
+def remark_of(factorisation: Any) -> str:
+    """Further properties of a factorisation, in one line each."""
+    lines = []
+    if factorisation.optimum_ratio:
+        lines.append(f"Error over the optimum of Eckart and Young: {factorisation.optimum_ratio:.6g}")
+    if hasattr(factorisation.factors, "chart"):
+        lines.append(f"Asymmetry of the matrix: {factorisation.asymmetry:.2g}")
+    if factorisation.condition_number > 1.0:
+        lines.append(f"Condition number: {factorisation.condition_number:.2g}")
+    if factorisation.evaluations:
+        tried = f"{factorisation.evaluations:,}".replace(",", " ")
+        lines.append(f"{tried} projections tried")
+    ladder = factorisation.ladder
+    lowest = min(ladder, key=lambda rung: rung.rms_cosine_weighted) if ladder else None
+    if lowest is not None and lowest.terms < ladder[-1].terms:
+        lines.append(f"RMS × cos is lowest with {lowest.terms} term{'s'[: lowest.terms != 1]}")
+    return "\n".join(lines)
+
+
+def _row(*parts: tuple[QWidget, int]) -> QWidget:
+    holder = QWidget()
+    row = QHBoxLayout(holder)
+    row.setContentsMargins(0, 0, 0, 0)
+    row.setSpacing(STEP)
+    for widget, stretch in parts:
+        row.addWidget(widget, stretch)
+    return holder
+
+
+def _where(name: str) -> str:
+    return "over random pairs of directions" if name == "rms_cosine_weighted" else "over the samples and channels"
+
+
+def _elided(words: str, most: int = 25) -> str:
+    return words if len(words) <= most else f"{words[: most - 1]}…"

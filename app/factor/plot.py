@@ -1,0 +1,188 @@
+"""Error against terms, time or bytes, a line and a marker per run; a click on a point chooses these terms.
+
+All axes but that of terms are logarithmic: methods differ by orders of magnitude in each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import log10
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QPointF, Qt, Signal
+
+from app.document.factoring import METRICS, Run
+from app.factor.runs import Live
+from app.widgets import theme
+from app.widgets.number_field import plain
+from app.widgets.plots import Plot
+
+MARK_PX = 10
+
+#: Quantities on the horizontal axis, and their labels.
+AGAINST = {"terms": "Terms", "time": "Time / s", "bytes": "Size / kB"}
+
+#: Errors below this are drawn on it: they are rounding, and a logarithm needs an end. So do times and sizes.
+LEAST, SHORTEST = 1e-12, 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorLine:
+    """One run: the places and logarithms of the errors of its line, and of its points with the terms of each."""
+
+    run: Run
+    x: list[float]
+    y: list[float]
+    marks: list[tuple[float, float, int]]
+    going: bool
+
+
+class ErrorPlot(Plot):
+    """`picked(run, terms)` follows a click on a point."""
+
+    picked = Signal(int, int)
+
+    def __init__(self) -> None:
+        super().__init__(AGAINST["terms"], "Error")
+        self.setAccessibleName("Error of the factors")
+        self.setToolTip("Click a point to preview and export that number of terms (left and right arrow keys)")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.lines: list[tuple[Any, Any]] = []
+        self.shown: list[ErrorLine] = []
+        self.chosen: tuple[int, int] | None = None
+        self.ring = pg.ScatterPlotItem(size=MARK_PX + 8, brush=None, tip=None)
+        self.ring.setZValue(5)
+        self.addItem(self.ring, ignoreBounds=True)
+
+    def show_errors(
+        self, runs: Sequence[tuple[Run, Live]], against: str, metric: str, chosen: tuple[int, int] | None
+    ) -> None:
+        """Show the errors called `metric` of all runs; `chosen` is the run and the terms with a ring around them."""
+        self.shown = [made for run, live in runs if (made := line_of(run, live, against, metric)) is not None]
+        self._label(against, metric)
+        while len(self.lines) < len(self.shown):
+            marks = pg.ScatterPlotItem(size=MARK_PX, hoverable=True, hoverSize=MARK_PX + 3, tip=None)
+            marks.sigClicked.connect(self._clicked)
+            pair = pg.PlotCurveItem(), marks
+            for item in pair:
+                self.addItem(item, ignoreBounds=True)
+            self.lines.append(pair)
+        for place, (curve, marks) in enumerate(self.lines):
+            for item in (curve, marks):
+                item.setVisible(place < len(self.shown))
+            if place < len(self.shown):
+                self._draw(self.shown[place], curve, marks)
+        self.chosen = chosen
+        self._show_ring(chosen)
+        self._fit()
+
+    def _draw(self, line: ErrorLine, curve: Any, marks: Any) -> None:
+        colour = line.run.colour
+        dash = Qt.PenStyle.DashLine if line.going else Qt.PenStyle.SolidLine
+        curve.setData(np.array(line.x), np.array(line.y), pen=pg.mkPen(colour, width=1.6, style=dash))
+        marks.setData(
+            x=[x for x, _, _ in line.marks],
+            y=[y for _, y, _ in line.marks],
+            data=[(line.run.number, terms) for _, _, terms in line.marks],
+            symbol=line.run.marker,
+            brush=pg.mkBrush(colour),
+            pen=pg.mkPen(theme.current().panel, width=0.8),
+        )
+
+    def _show_ring(self, chosen: tuple[int, int] | None) -> None:
+        at = [(x, y) for line in self.shown for x, y, terms in line.marks if (line.run.number, terms) == chosen]
+        self.ring.setData(x=[x for x, _ in at], y=[y for _, y in at], pen=pg.mkPen(theme.current().text, width=1.6))
+
+    def _label(self, against: str, metric: str) -> None:
+        words, unit = METRICS[metric]
+        self.x_label, self.y_label = AGAINST[against], f"{words} / {unit}" if unit else words
+        colours = theme.current()
+        for side, label in (("bottom", self.x_label), ("left", self.y_label)):
+            axis = self.getPlotItem().getAxis(side)
+            axis.setLabel(label, siPrefixEnableRanges=(), **{"color": colours.secondary, "font-size": "11px"})
+        bottom = self.getPlotItem().getAxis("bottom")
+        bottom.setTicks(None)
+        bottom.setTickSpacing(self._step(), 1)
+
+    def _step(self) -> int:
+        """Steps between numbers of terms that are written."""
+        most = max((terms for line in self.shown for _, _, terms in line.marks), default=1)
+        return max(1, int(np.ceil(most / 12)))
+
+    def _fit(self) -> None:
+        x = [value for line in self.shown for value in line.x]
+        y = [value for line in self.shown for value in line.y]
+        if not x:
+            return
+        low, high = min(y), max(y)
+        room = 0.08 * max(high - low, 0.6)
+        self.setYRange(low - room, high + room, padding=0)
+        self.getPlotItem().getAxis("left").setTicks(log_ticks(low - room, high + room))
+        left, right = min(x), max(x)
+        side = 0.05 * max(right - left, 0.5)
+        if self.x_label != AGAINST["terms"]:
+            self.getPlotItem().getAxis("bottom").setTicks(log_ticks(left - side, right + side))
+        self.setXRange(left - side, right + side, padding=0)
+
+    def mouseDoubleClickEvent(self, event: Any) -> None:
+        event.accept()
+
+    def keyPressEvent(self, event: Any) -> None:
+        step = {Qt.Key.Key_Left: -1, Qt.Key.Key_Right: 1}.get(event.key())
+        if step is None or self.chosen is None:
+            super().keyPressEvent(event)
+            return
+        number, terms = self.chosen
+        if any((line.run.number, of) == (number, terms + step) for line in self.shown for _, _, of in line.marks):
+            self.picked.emit(number, terms + step)
+
+    def _clicked(self, _points: Any, clicked: Sequence[Any], _event: Any) -> None:
+        if len(clicked):
+            number, terms = clicked[0].data()
+            self.picked.emit(number, terms)
+
+    def place_of(self, number: int, terms: int) -> QPointF | None:
+        """The position on the widget of the point of a run and its number of terms."""
+        for line in self.shown:
+            for x, y, of in line.marks:
+                if (line.run.number, of) == (number, terms):
+                    box = self.getPlotItem().getViewBox()
+                    return QPointF(self.mapFromScene(box.mapViewToScene(QPointF(x, y))))
+        return None
+
+
+def log_ticks(low: float, high: float) -> list[list[tuple[float, str]]]:
+    """Ticks for an axis from 10^`low` to 10^`high`: the fewer steps in a decade, the more decades there are."""
+    steps = (1, 2, 3, 5, 7) if high - low < 1.0 else (1, 2, 5) if high - low < 2.5 else (1,)
+    decades = range(int(np.floor(low)), int(np.ceil(high)) + 1)
+    apart = -(-len(decades) // 8)
+    found = [(decade + float(np.log10(step)), step * 10.0**decade) for decade in decades[::apart] for step in steps]
+    return [[(place, plain(float(f"{value:.6g}"))) for place, value in found if low <= place <= high]]
+
+
+def line_of(run: Run, live: Live, against: str, metric: str) -> ErrorLine | None:
+    """The error line of a run; None before it has found anything.
+
+    Against time the line goes through everything that was found on the way, against the others through the terms.
+    """
+    if not live.ladder:
+        return None
+
+    def error(rung: Any) -> float:
+        found = rung.rms_cosine_weighted if metric == "rms_cosine_weighted" else getattr(rung.metrics, metric)
+        return log10(max(float(found), LEAST))
+
+    def place(rung: Any) -> float:
+        if against == "terms":
+            return float(rung.terms)
+        return log10(max(rung.time_s if against == "time" else rung.size_bytes / 1e3, SHORTEST))
+
+    way = [*live.history] if against == "time" else [*live.ladder]
+    if against == "time":
+        way += [rung for rung in live.ladder if rung not in way]
+        way.sort(key=lambda rung: rung.time_s)
+    marks = [(place(rung), error(rung), rung.terms) for rung in live.ladder]
+    return ErrorLine(run, [place(rung) for rung in way], [error(rung) for rung in way], marks, live.job is not None)

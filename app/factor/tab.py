@@ -1,0 +1,381 @@
+"""The Factor workspace: a BRDF becomes textures, by several methods side by side, with their errors and costs."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+
+from app.commands import brdf as commands_brdf
+from app.commands.factor import exported, judged
+from app.commands.workbench import Workbench
+from app.document.comparison import Entry
+from app.document.document import Project
+from app.document.factoring import METRICS, FactorChoices, Factoring, Run
+from app.factor.inspector import FactorInspector
+from app.factor.pictures import ProjectionsView, TexturePicture, TexturesView, texture_pictures
+from app.factor.plot import AGAINST, ErrorPlot
+from app.factor.preview import FactorPreview
+from app.factor.runs import GONE, FactorRuns, Live, choices_of, name_of, source_of
+from app.factor.settings import FactorSettingsPanel
+from app.jobs.newest import Latest
+from app.widgets.number_field import NumberField
+from app.widgets.panels import EmptyState, Segments, side_by_side
+from app.widgets.theme import PADDING, STEP, role
+from app.widgets.tiles import Tile, Tiles
+
+#: Least time between two updates of the results of a run, and of its preview on the model while the run goes on.
+SHOW_EVERY_MS, PREVIEW_EVERY_MS = 120, 700
+
+
+class FactorTab(QWidget):
+    """Shows the project's runs. What is plotted, the exposure and the model of the preview are this tab's own."""
+
+    drawn = Signal(float)
+    broken = Signal(object)
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self.bench = bench
+        self.runs = FactorRuns(bench)
+        self.picturing = Latest(bench.jobs, "Drawing textures")
+        self.judging = Latest(bench.jobs, "Judging factors")
+        self.exposure_ev = 0.0
+        self.showing, self.previewing = QTimer(self), QTimer(self)
+        for timer, shows in ((self.showing, self._show_live), (self.previewing, self._show_preview)):
+            timer.setSingleShot(True)
+            timer.timeout.connect(shows)
+        self._pictured: tuple[object, float] = (None, 0.0)
+        self._judged: tuple[object, int] = (None, 0)
+        self.settings = FactorSettingsPanel()
+        self.inspector = FactorInspector()
+        work = side_by_side(self.settings, self._make_centre(), self.inspector, stretch=1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(work)
+        self._connect()
+        self._changed(Project(), bench.document.project)
+
+    def _make_centre(self) -> QWidget:
+        bar = role(QWidget(), "bar")
+        bar.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        bar.setFixedHeight(36)
+        self.measure = QComboBox()
+        for name, (words, _unit) in METRICS.items():
+            self.measure.addItem(words, name)
+        self.measure.setAccessibleName("Plotted error")
+        self.measure.setMinimumContentsLength(14)
+        self.measure.setToolTip("The error that the plot shows")
+        self.measure.activated.connect(lambda _at: self._show_plot())
+        self.against = Segments(
+            (
+                ("terms", "Terms", "Error against the number of terms"),
+                ("time", "Time", "Error against time, with every intermediate result"),
+                ("bytes", "Size", "Error against the bytes of the textures"),
+            )
+        )
+        assert set(self.against.buttons) == set(AGAINST)
+        self.against.choose("terms")
+        self.against.setMinimumWidth(216)
+        self.against.chosen.connect(lambda _value: self._show_plot())
+        self.exposure = NumberField(0.0, -20.0, 20.0, unit="EV")
+        self.exposure.setAccessibleName("Exposure of the textures")
+        self.exposure.setToolTip("Brightness of the textures")
+        self.exposure.setFixedWidth(64)
+        self.exposure.edited.connect(lambda value, _final: self._set_exposure(value))
+        self.model = Segments(
+            (
+                ("sphere", "Sphere", "Preview on a sphere"),
+                ("view", "Model", "Preview on the model of the View workspace"),
+            )
+        )
+        self.model.choose("sphere")
+        self.model.setFixedWidth(160)
+        self.model.chosen.connect(lambda _value: self._show_mesh())
+        row = QHBoxLayout(bar)
+        row.setContentsMargins(PADDING, 0, PADDING, 0)
+        row.setSpacing(2 * STEP)
+        row.addWidget(self.measure)
+        row.addWidget(self.against)
+        row.addStretch(1)
+        self.plot = ErrorPlot()
+        self.textures = TexturesView()
+        self.projections = ProjectionsView()
+        self.preview = FactorPreview(self.bench.jobs)
+        self.tile_of = {
+            "plot": Tile("Error", self.plot),
+            "projections": Tile("Projections", self.projections),
+            "textures": Tile("Textures", self.textures),
+            "preview": Tile("Preview", self.preview),
+        }
+        for name, control in (("textures", self.exposure), ("preview", self.model)):
+            head = self.tile_of[name].head
+            head.setFixedHeight(34)
+            layout = head.layout()
+            assert isinstance(layout, QHBoxLayout)
+            layout.insertWidget(2, control)
+        places = {
+            "plot": (0, 0, 1, 3),
+            "projections": (0, 3, 1, 2),
+            "textures": (1, 0, 1, 5),
+            "preview": (2, 0, 1, 5),
+        }
+        self.tiles = Tiles({self.tile_of[name]: place for name, place in places.items()})
+        for place, stretch in enumerate((5, 4, 6)):
+            self.tiles.grid.setRowStretch(place, stretch)
+        self.empty = EmptyState(
+            "factor",
+            "Nothing factored yet",
+            "Choose a BRDF and a method on the left and press Factor. Several methods can run side by side; "
+            "their errors, textures and projections appear here while they run.",
+            (("Factor", "factor", self.settings.start_wanted), ("Open factors…", "folder", self.settings.open_wanted)),
+        )
+        self.pages = QStackedWidget()
+        self.pages.addWidget(self.empty)
+        self.pages.addWidget(self.tiles)
+        centre = QWidget()
+        column = QVBoxLayout(centre)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(bar)
+        column.addWidget(self.pages, 1)
+        return centre
+
+    def _connect(self) -> None:
+        settings, inspector, runs = self.settings, self.inspector, self.runs
+        settings.source_wanted.connect(self._set_source)
+        settings.edited.connect(self._edited)
+        settings.start_wanted.connect(self.start)
+        settings.open_wanted.connect(self._browse)
+        inspector.run_wanted.connect(lambda number: self.choose(number, None))
+        inspector.pause_wanted.connect(lambda: self._with_run(self._pause_or_go_on))
+        inspector.stop_wanted.connect(lambda: self._with_run(runs.cancel))
+        inspector.remove_wanted.connect(lambda: self._with_run(self._remove))
+        inspector.more_wanted.connect(lambda terms: self._with_run(lambda run: runs.more(run, terms)))
+        inspector.export_wanted.connect(lambda: self._with_run(self._export))
+        inspector.use_wanted.connect(lambda: self._with_run(self._use))
+        self.plot.picked.connect(self.choose)
+        self.textures.picked.connect(lambda terms: self._with_run(lambda run: self.choose(run.number, terms)))
+        self.preview.drawn.connect(self.drawn)
+        self.preview.broken.connect(self.broken)
+        runs.changed.connect(lambda _number: self._soon(self.showing, SHOW_EVERY_MS))
+        runs.found.connect(lambda _number: self._soon(self.showing, SHOW_EVERY_MS))
+        start = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        start.activated.connect(self.start)
+        self.bench.factors.connect(runs.open)
+        self.bench.document.changed.connect(self._changed)
+
+    @property
+    def factoring(self) -> Factoring:
+        """The factor runs and settings of the project."""
+        return self.bench.document.project.factoring
+
+    @property
+    def live(self) -> Live | None:
+        """The state of the chosen run."""
+        run = self.factoring.run
+        return self.runs.of(run) if run is not None else None
+
+    def _with_run(self, work: Callable[[Run], object]) -> None:
+        run = self.factoring.run
+        if run is not None:
+            work(run)
+
+    def start(self) -> None:
+        """Start a run with the choices on the left."""
+        self.runs.start()
+
+    def choose(self, number: int, terms: int | None) -> None:
+        """Preview and export so many terms of a run; None for all that it has."""
+        factoring, run = self.factoring, self.factoring.find(number)
+        if run is None or (factoring.current, factoring.terms) == (number, terms):
+            return
+        words = f"Choose {run.name}" if terms is None else f"Choose {terms} term{'s'[: terms != 1]} of {run.name}"
+        self._change(words, current=number, terms=terms)
+
+    def _change(self, words: str, gesture: str = "", **parts: object) -> None:
+        factoring = dataclasses.replace(self.factoring, **parts)  # type: ignore[arg-type]
+        self.bench.document.change(words, gesture=gesture, factoring=factoring)
+
+    def _set_source(self, source: str) -> None:
+        if source != self.factoring.source:
+            self._change(f"Factor {name_of(self.bench.document.project, source)} next", source=source)
+
+    def _edited(self, choices: FactorChoices, final: bool) -> None:
+        if choices != self.factoring.choices:
+            self._change("Change how to factor", gesture="factor choices", choices=choices)
+        else:
+            self._show_settings()
+        if final:
+            self.bench.document.end_gesture()
+
+    def _pause_or_go_on(self, run: Run) -> None:
+        job = self.runs.of(run).job
+        if job is not None and job.state == "paused":
+            self.runs.resume(run)
+        else:
+            self.runs.pause(run)
+
+    def _remove(self, run: Run) -> None:
+        self.bench.document.change(f"Remove a run of {run.name}", factoring=self.factoring.without(run.number))
+
+    def _browse(self) -> None:
+        chosen = QFileDialog.getExistingDirectory(self, "Open a folder of factors")
+        if chosen:
+            self.runs.open(Path(chosen))
+
+    def _export(self, run: Run) -> None:
+        name = "".join(letter if letter.isalnum() or letter in "-_" else "-" for letter in run.name.lower())
+        chosen, _ = QFileDialog.getSaveFileName(self, "Export factors to a new folder", f"{name}-factors")
+        if chosen:
+            self.export(Path(chosen))
+
+    def export(self, folder: Path) -> None:
+        """Write the chosen factors to `folder`, in a job."""
+        live = self.live
+        rung = live.rung(self.factoring.terms) if live is not None else None
+        if live is None or rung is None or live.factorisation is None:
+            return
+        factorisation = live.factorisation
+        job = self.bench.jobs.submit(f"Writing {folder.name}", lambda: exported(factorisation, rung.terms, folder))
+        job.succeeded.connect(self.bench.said.emit)
+
+    def _use(self, run: Run) -> None:
+        """The material reflects as the chosen factors do."""
+        factors = self.runs.of(run).factors(self.factoring.terms)
+        if factors is not None:
+            name = f"{run.name}, {factors.terms} term{'s'[: factors.terms != 1]}"
+            commands_brdf.use(self.bench, Entry(name, dataclasses.replace(factors, name=name), run.identity))
+
+    def _set_exposure(self, value: float) -> None:
+        self.exposure_ev = value
+        self._show_textures()
+
+    def _changed(self, old: Project, new: Project) -> None:
+        if any(getattr(old, part) is not getattr(new, part) for part in ("factoring", "comparison", "material")):
+            self._show_settings()
+        if old.mesh is not new.mesh:
+            self._show_mesh()
+        if old.factoring is not new.factoring or not new.factoring.runs:
+            self.pages.setCurrentIndex(1 if new.factoring.runs else 0)
+            self._show_runs()
+            self._show_found()
+
+    def _show_settings(self) -> None:
+        project = self.bench.document.project
+        factoring = project.factoring
+        self.settings.show_sources(
+            choices_of(project), project.comparison.files, factoring.source, name_of(project, factoring.source)
+        )
+        self.settings.show_factoring(factoring, "" if source_of(project, factoring.source) is not None else GONE)
+
+    @staticmethod
+    def _soon(timer: QTimer, pause_ms: int) -> None:
+        if not timer.isActive():
+            timer.start(pause_ms)
+
+    def _show_live(self) -> None:
+        """Show the states and results of the runs; the model follows more slowly."""
+        self._show_runs()
+        self._show_errors()
+        live = self.live
+        self._soon(self.previewing, PREVIEW_EVERY_MS if live is not None and live.job is not None else 0)
+
+    def _show_runs(self) -> None:
+        """The states of the runs, which change with every step."""
+        factoring = self.factoring
+        self.inspector.show_runs(factoring, [self.runs.of(run) for run in factoring.runs])
+
+    def _show_found(self) -> None:
+        """Everything that was found, at once."""
+        self._show_errors()
+        self._show_preview()
+
+    def _show_errors(self) -> None:
+        """Errors, textures, projections and figures."""
+        if not self.isVisible():
+            return
+        factoring, live = self.factoring, self.live
+        self._show_plot()
+        factors = live.factors(factoring.terms) if live is not None else None
+        self.inspector.show_chosen(factoring.run, live, factoring.terms)
+        self.projections.show_factors(factors)
+        self._show_textures()
+        self._judge()
+
+    def _show_preview(self) -> None:
+        """The factors on the model, beside the BRDF itself."""
+        if self.isVisible():
+            live = self.live
+            factors = live.factors(self.factoring.terms) if live is not None else None
+            self._show_mesh()
+            self.preview.show_pair(factors, live.brdf if live is not None else None)
+
+    def _show_plot(self) -> None:
+        factoring, live = self.factoring, self.live
+        rung = live.rung(factoring.terms) if live is not None else None
+        chosen = (factoring.current, rung.terms) if rung is not None and factoring.current is not None else None
+        pairs = [(run, self.runs.of(run)) for run in factoring.runs]
+        self.plot.show_errors(pairs, self.against.value, str(self.measure.currentData()), chosen)
+
+    def _show_textures(self) -> None:
+        """All textures of separable factors, the unused ones pale; of others those of the chosen number of terms."""
+        factoring, live = self.factoring, self.live
+        if live is None or live.factorisation is None:
+            self._pictured = (None, 0.0)
+            self.textures.show_pictures([], None)
+            return
+        chosen = live.factors(factoring.terms)
+        shown = live.factorisation.factors if hasattr(chosen, "chart") else chosen
+        terms = chosen.terms
+        if self._pictured == (shown, self.exposure_ev):
+            self.textures.show_pictures(self.textures.strip.pictures, terms)
+            return
+        asked = (shown, self.exposure_ev)
+
+        def show(pictures: list[TexturePicture]) -> None:
+            self._pictured = asked
+            self.textures.show_pictures(pictures, terms)
+
+        self.picturing.ask(lambda: texture_pictures(*asked), show)
+
+    def _show_mesh(self) -> None:
+        self.preview.show_mesh(self.bench.document.project.mesh if self.model.value == "view" else None)
+        nothing = "" if self.bench.document.project.mesh is not None else "Load a model in the View workspace first"
+        self.model.disable("view", nothing)
+
+    def _judge(self) -> None:
+        """Judge the possible uses of the chosen factors, once no better ones are coming."""
+        factoring, live = self.factoring, self.live
+        rung = live.rung(factoring.terms) if live is not None else None
+        if live is None or rung is None or live.factorisation is None:
+            self._judged = (None, 0)
+            self.inspector.show_uses(())
+            return
+        factorisation, brdf = live.factorisation, live.brdf
+        if self._judged != (factorisation, rung.terms):
+            self._judged = (factorisation, rung.terms)
+            self.judging.ask(lambda: judged(factorisation, rung.terms, brdf), self.inspector.show_uses)
+
+    def showEvent(self, event: object) -> None:
+        super().showEvent(event)  # type: ignore[arg-type]
+        self._show_runs()
+        self._show_found()
+
+    def apply_theme(self) -> None:
+        """Redraw what does not follow the palette by itself."""
+        self.plot.apply_theme()
+        self.inspector.apply_theme()
+        self.empty.apply_theme()
+        for tile in self.tiles.places:
+            tile.show_enlarged(tile is self.tiles.large)
+        for view in self.preview.views.values():
+            view.redraw()
+        for painted in (self.textures.strip, self.projections.inside, self.preview.difference):
+            painted.update()
+        self._show_runs()
+        self._show_found()

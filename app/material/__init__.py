@@ -1,0 +1,1 @@
+"""The Material workspace: the shading map and its texels."""

@@ -1,0 +1,406 @@
+"""The Material workspace: the slices of the shading map, their compression, and where the compression fails."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Any
+
+import numpy as np
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+
+from app.commands.workbench import Workbench
+from app.document.document import Project
+from app.jobs.newest import Latest
+from app.material.texel_panel import TexelFigures, WorstTexels, worst
+from app.widgets.image_view import ImageView, Picture, photograph, scalar_map
+from app.widgets.number_field import NumberField
+from app.widgets.panels import (
+    EmptyState,
+    Panel,
+    Segments,
+    button,
+    enable,
+    side_by_side,
+    text,
+    with_empty_state,
+)
+from app.widgets.param_form import Slider
+from app.widgets.plots import ColourBar, RadiancePlot, TexelPlot, colour_table
+from app.widgets.report import Report
+from app.widgets.status_bar import size_text
+from app.widgets.theme import PADDING, STEP, role
+from engine.core.health import Health
+from engine.core.steps import Step, Steps
+from engine.figures.contact_sheet import repeated
+from engine.shading.power_law import PowerLawMap
+
+SLICE_CHOICES = (4, 6, 8, 12, 16, 24, 32)
+#: Abscissae of the curve of a texel, as shares of the largest r: denser where a power law bends.
+CURVE_SHARES = np.linspace(0.0, 1.0, 97) ** 2
+
+EXPONENT_BITS = ((32, "32 bits"), (16, "16 bits"), (8, "8 bits"))
+
+SHOWS = (
+    ("slices", "Slices", "The shading map at the chosen r, interpolated between two slices"),
+    ("power-law", "Power law", "The compressed pair at the chosen r"),
+    ("error", "Error", "Root mean square difference of the two over all slices, per texel"),
+    ("tiles", "3 × 3", "The material, repeated"),
+)
+
+
+class MaterialTab(QWidget):
+    """Shows the material of the project."""
+
+    capture_wanted = Signal()
+    sample_wanted = Signal()
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self.bench = bench
+        self.latest = Latest(bench.jobs, "Preparing the picture")
+        self.share = 1.0
+        self.place: tuple[int, int] | None = None
+        self.image = ImageView()
+        self.image.picked.connect(self._picked)
+        self.bar = ColourBar(colour_table())
+        self.radiance = RadiancePlot()
+        self.texel = TexelPlot()
+        self.texel_figures = TexelFigures()
+        self.worst_texels = WorstTexels()
+        self.worst_texels.chosen.connect(self._go_to)
+        self.finding = Latest(bench.jobs, "Finding the worst texels")
+        self.report = Report()
+        self.empty = self._make_empty()
+        self.pages = with_empty_state(self, self.empty, self._make_work())
+        bench.document.changed.connect(self._changed)
+        bench.jobs.changed.connect(lambda _job: self._update_buttons())
+        self._changed(Project(), bench.document.project)
+
+    def _make_empty(self) -> EmptyState:
+        return EmptyState(
+            "material",
+            "No material yet",
+            "Photographs become slices whose mean radiance grows evenly, and a power law compresses them to six "
+            "numbers per texel. Import photographs first, or drop a .lightarc bundle.",
+            (("Go to Capture", "", self.capture_wanted), ("Try the sample capture", "sample", self.sample_wanted)),
+        )
+
+    def _make_work(self) -> QWidget:
+        return side_by_side(self._make_centre(), self._make_right(), stretch=0)
+
+    def _make_centre(self) -> QWidget:
+        self.show_what = Segments(SHOWS)
+        self.show_what.choose("slices")
+        self.show_what.chosen.connect(lambda _value: self._load_picture())
+        self.slider = Slider()
+        self.slider.setAccessibleName("r, BRDF times cosine")
+        self.slider.setValue(self.slider.maximum())
+        self.slider.valueChanged.connect(self._slid)
+        self.slider.reset.connect(lambda: self.slider.setValue(self.slider.maximum()))
+        self.r_label = text("r", "secondary")
+        self.r_figure = text("", "")
+        self.r_figure.setMinimumWidth(116)
+        self.r_figure.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        bar = role(QWidget(), "bar")
+        bar.setFixedHeight(36)
+        row = QHBoxLayout(bar)
+        row.setContentsMargins(PADDING, 0, PADDING, 0)
+        row.setSpacing(2 * STEP)
+        row.addWidget(self.show_what)
+        row.addSpacing(2 * STEP)
+        row.addWidget(self.r_label)
+        row.addWidget(self.slider, 1)
+        row.addWidget(self.r_figure)
+        top = QWidget()
+        column = QVBoxLayout(top)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(bar)
+        picture = QHBoxLayout()
+        picture.setSpacing(0)
+        picture.addWidget(self.image, 1)
+        picture.addWidget(self.bar)
+        column.addLayout(picture, 1)
+        plots = QSplitter(Qt.Orientation.Horizontal)
+        plots.setHandleWidth(1)
+        plots.addWidget(self.radiance)
+        plots.addWidget(self.texel)
+        plots.setSizes([1, 1])
+        centre = QSplitter(Qt.Orientation.Vertical)
+        centre.setHandleWidth(1)
+        centre.addWidget(top)
+        centre.addWidget(plots)
+        centre.setStretchFactor(0, 1)
+        centre.setSizes([540, 210])
+        centre.setChildrenCollapsible(False)
+        return centre
+
+    def _make_right(self) -> QWidget:
+        panel = Panel()
+        settings = panel.section("Shading map")
+        self.slices = QComboBox()
+        for count in SLICE_CHOICES:
+            self.slices.addItem(str(count), count)
+        self.slices.activated.connect(self._slices_chosen)
+        settings.row("Slices", self.slices, "Number of slices that the photographs are resampled to")
+        self.edges = Segments(
+            (
+                ("plain", "As cut", "The whole sample; its edges do not match"),
+                ("tileable", "Tileable", "Cut along a path that is hard to see, so that opposite edges match"),
+            )
+        )
+        self.edges.chosen.connect(lambda value: self._set("Edges", tileable=value == "tileable"))
+        settings.row("Edges", self.edges)
+        self.seams = settings.figure("Seams", "Steps across the seams of a tile beside those inside the sample")
+        self.resolution = settings.figure("Size")
+        self.r_max = settings.figure("Largest r", "Mean luminance of the brightest photograph, a_max")
+        self.deviation = settings.figure("Evenness", "Largest distance of a slice's mean from its target")
+        compression = panel.section("Compression")
+        self.scale = QComboBox()
+        self.scale.addItem("Last slice", "last-slice")
+        self.scale.addItem("Least squares", "least-squares")
+        self.scale.activated.connect(self._scale_chosen)
+        compression.row(
+            "Scale",
+            self.scale,
+            "Last slice: as in the paper, exact at the largest r. Least squares: never worse",
+        )
+        self.bits = QComboBox()
+        for bits, words in EXPONENT_BITS:
+            self.bits.addItem(words, bits)
+        self.bits.activated.connect(
+            lambda _index: self._set("Bits of the exponent", exponent_bits=self.bits.currentData())
+        )
+        compression.row("Exponent", self.bits, "Bits of a stored exponent; with 8 or 16 the scale takes 16 too")
+        self.rounding = compression.figure("Rounding", "Largest change of a texel by fewer bits, in units of radiance")
+        self.mode = Segments(
+            (
+                ("power-law", "Power law", "Six numbers for every texel"),
+                ("mixed", "Mixed", "Tiles in which a texel's error reaches the bound keep their slices"),
+            )
+        )
+        self.mode.chosen.connect(lambda value: self._set("Compression", mixed=value == "mixed"))
+        compression.row("Mode", self.mode)
+        self.bound = NumberField(5.0, 0.0, 100.0, unit="%")
+        self.bound.edited.connect(self._bound_edited)
+        compression.row("Error bound", self.bound)
+        self.kept = compression.figure("Kept tiles", "Share of the tiles that keep their slices")
+        self.rms = compression.figure("RMS error", "Over all texels, slices and channels, in units of radiance")
+        self.relative = compression.figure("Of largest r")
+        self.worst = compression.figure("Worst texel")
+        sizes = panel.section("Bytes")
+        self.size_slices = sizes.figure("Slices")
+        self.size_pair = sizes.figure("Power law")
+        self.saved = sizes.figure("Saved")
+        panel.section("Texel").wide(self.texel_figures)
+        panel.section("Worst texels").wide(self.worst_texels)
+        report = panel.section("Report")
+        report.wide(self.report)
+        self.build = button("Rebuild material", "primary")
+        self.build.clicked.connect(self.bench.build_material)
+        panel.finish(self.build)
+        return panel
+
+    def fit(self) -> None:
+        """Show the whole picture."""
+        self.image.fit()
+
+    def _changed(self, old: Project, new: Project) -> None:
+        self.pages.setCurrentIndex(1 if new.has_map else 0)
+        if self.slices.findData(new.slices) < 0:
+            self.slices.addItem(str(new.slices), new.slices)
+        self.slices.setCurrentIndex(self.slices.findData(new.slices))
+        self.scale.setCurrentIndex(max(0, self.scale.findData(new.scale)))
+        self.bits.setCurrentIndex(self.bits.findData(new.exponent_bits))
+        self.edges.choose("tileable" if new.tileable else "plain")
+        self.mode.choose("mixed" if new.mixed else "power-law")
+        self.bound.show_value(new.error_bound_percent)
+        same = (old.material.shading_map, old.material.power_law) == (new.material.shading_map, new.material.power_law)
+        if not same:
+            self._show_figures(new)
+            self._show_plots(new)
+            self._load_picture()
+            self.finding.ask(lambda: worst(new.material.power_law), self.worst_texels.show_texels)
+        self._update_buttons()
+
+    def _show_figures(self, project: Project) -> None:
+        shading_map, power_law = project.material.shading_map, project.material.power_law
+        either = shading_map or power_law
+        parts = [part.health for part in (shading_map, power_law) if part is not None]
+        self.report.show_health(reduce(Health.merged, parts) if parts else None)
+        if either is None:
+            return
+        height, width = (power_law.scale if power_law is not None else shading_map.slices[0]).shape[:2]  # type: ignore[union-attr]
+        self.resolution.setText(f"{width} × {height} px")
+        self.r_max.setText(f"{either.r_max:.4f}")
+        pair_bytes = power_law.size_bytes if power_law is not None else 0
+        self._show_compression(power_law)
+        seams = shading_map.health.figures.get("seam_error") if shading_map is not None else None
+        self.seams.setText("not tileable" if seams is None else f"{seams:.2f} × inside")
+        self.size_pair.setText(size_text(pair_bytes) if power_law is not None else "–")
+        self.size_slices.setText(size_text(shading_map.slices.nbytes) if shading_map is not None else "–")
+        both = shading_map is not None and power_law is not None
+        self.saved.setText(f"{100 * (1 - pair_bytes / shading_map.slices.nbytes):.0f} %" if both else "–")  # type: ignore[union-attr]
+        if shading_map is not None:
+            deviation = np.abs(shading_map.mean_radiance - shading_map.target_radiance).max() / shading_map.r_max
+            self.deviation.setText(f"{100 * deviation:.4f} %" if deviation > 5e-7 else "exact")
+        else:
+            self.deviation.setText("–")
+        self.rms.setText(f"{power_law.rms:.4f}" if power_law is not None else "–")
+        self.relative.setText(f"{100 * power_law.rms / power_law.r_max:.1f} %" if power_law is not None else "–")
+        self.worst.setText(f"{float(power_law.error_map.max()):.3f}" if power_law is not None else "–")
+        self.show_what.disable("slices", "" if shading_map is not None else "The bundle holds no slices")
+        for value in ("power-law", "error"):
+            self.show_what.disable(value, "" if power_law is not None else "The bundle holds no power law")
+        if not self.show_what.buttons[self.show_what.value or "slices"].isEnabled():
+            self.show_what.choose("slices" if shading_map is not None else "power-law")
+
+    def _show_compression(self, power_law: PowerLawMap | None) -> None:
+        storage = power_law.storage if power_law is not None else None
+        rounded = storage is not None and storage.exponent_bits < 32
+        self.rounding.setText(f"≤ {storage.bound:.2g}" if storage is not None and rounded else "none")
+        kept = power_law.kept if power_law is not None else None
+        self.kept.setText("none" if kept is None else f"{100 * float((kept.place >= 0).mean()):.1f} %")
+
+    def _show_plots(self, project: Project) -> None:
+        shading_map = project.material.shading_map
+        if shading_map is not None:
+            self.radiance.show_slices(shading_map.target_radiance, shading_map.mean_radiance)
+        if project.has_map:
+            height, width = _shape(project)
+            place = self.place
+            if place is None or place[0] >= width or place[1] >= height:
+                place = (width // 2, height // 2)
+            self._pick(*place)
+
+    def _pick(self, column: int, row: int) -> None:
+        """Plot one texel over r."""
+        self.place = (column, row)
+        self._show_place()
+        material = self.bench.document.project.material
+        either = material.shading_map or material.power_law
+        if either is None:
+            return
+        fitted = None
+        if material.power_law is not None:
+            fitted = material.power_law.lookup(row + 0.5, column + 0.5, CURVE_SHARES * either.r_max).astype(float)
+        slices = material.shading_map
+        r = slices.target_radiance if slices is not None else np.array([0.0, either.r_max])
+        values = np.asarray(slices.slices[:, row, column], float) if slices is not None else None
+        self.texel.show_texel(r, values, fitted, CURVE_SHARES * either.r_max)
+        self.texel_figures.show_texel(material, column, row)
+
+    def _picked(self, column: int, row: int) -> None:
+        if self.show_what.value != "tiles":
+            self._pick(column, row)
+
+    def _show_place(self) -> None:
+        """Mark the picked texel, but not where pictures are repeated and smaller."""
+        self.image.show_probe(self.place if self.show_what.value != "tiles" else None)
+
+    def _go_to(self, column: int, row: int) -> None:
+        """Bring a texel of the list to the middle, in the map of errors unless another whole picture is shown."""
+        if self.show_what.value == "tiles":
+            self.show_what.choose("error")
+            self._load_picture()
+        self._pick(column, row)
+        self.image.look_at(column, row)
+
+    def _slid(self, ticks: int) -> None:
+        self.share = ticks / self.slider.maximum()
+        if self.show_what.value != "error":
+            self._load_picture()
+
+    def _load_picture(self) -> None:
+        project, what = self.bench.document.project, self.show_what.value
+        self.bar.setVisible(what == "error")
+        for widget in (self.slider, self.r_label, self.r_figure):
+            widget.setEnabled(what != "error")
+        if not project.has_map:
+            self.latest.drop()
+            self.image.show_picture(None)
+            return
+        either = project.material.shading_map or project.material.power_law
+        assert either is not None
+        r = self.share * either.r_max
+        self.radiance.show_current(r if what != "error" else None)
+        self._show_place()
+        self.r_figure.setText(f"{r:.4f} of {either.r_max:.4f}")
+        high = _error_scale(project) if what == "error" else 0.0
+        self.bar.show_scale(high, "RMS error")
+        self.latest.ask(lambda: _picture(project, what, r, high), self.image.show_picture)
+
+    def _slices_chosen(self, _index: int) -> None:
+        count = int(self.slices.currentData())
+        if count != self.bench.document.project.slices:
+            self.bench.document.change(f"{count} slices", slices=count)
+
+    def _scale_chosen(self, _index: int) -> None:
+        scale = str(self.scale.currentData())
+        if scale != self.bench.document.project.scale:
+            self.bench.document.change(f"Scale from {self.scale.currentText().lower()}", scale=scale)
+
+    def _bound_edited(self, percent: float, final: bool) -> None:
+        document = self.bench.document
+        if percent != document.project.error_bound_percent:
+            document.change("Error bound", gesture="error bound", error_bound_percent=percent)
+        if final:
+            document.end_gesture()
+
+    def _set(self, words: str, **parts: Any) -> None:
+        document = self.bench.document
+        if any(getattr(document.project, name) != value for name, value in parts.items()):
+            document.change(words, **parts)
+
+    def _update_buttons(self) -> None:
+        project, building = self.bench.document.project, self.bench.building
+        why_not = ""
+        if project.stack is None:
+            why_not = "The material came from a bundle; building again needs the photographs"
+        elif building is not None and not building.over:
+            why_not = "The material is being built"
+        elif project.built_from == project.recipe:
+            why_not = "The material is up to date"
+        enable(self.build, why_not, "Linearise and compress with these settings")
+        no_stack = "Needs the photographs of the capture" if project.stack is None else ""
+        for box in (self.slices, self.scale, self.bits, self.edges, self.mode):
+            enable(box, no_stack)
+        enable(
+            self.bound,
+            no_stack or ("" if project.mixed else "Only the mixed mode has a bound"),
+            "Of the largest r: tiles in which a texel's error reaches it keep their slices",
+        )
+
+    def apply_theme(self) -> None:
+        """Redraw what does not follow the palette by itself."""
+        self.empty.apply_theme()
+        self.report.show_health(self.report.health)
+        for plot in (self.radiance, self.texel):
+            plot.apply_theme()
+
+
+def _shape(project: Project) -> tuple[int, int]:
+    material = project.material
+    if material.power_law is not None:
+        return material.power_law.scale.shape[:2]
+    assert material.shading_map is not None
+    return material.shading_map.slices.shape[1:3]
+
+
+def _error_scale(project: Project) -> float:
+    """The error that all but the worst half per cent of the texels stay below: one bad texel must not hide the rest."""
+    power_law = project.material.power_law
+    return float(np.quantile(power_law.error_map[::4, ::4], 0.995)) if power_law is not None else 0.0
+
+
+def _picture(project: Project, what: str, r: float, high: float) -> Steps[Picture]:
+    yield Step(0.0, "preparing the picture")
+    material = project.material
+    if what == "error":
+        assert material.power_law is not None
+        return (yield from scalar_map(material.power_law.error_map, high, colour_table()))
+    chosen = material.power_law if what == "power-law" else material.shading_map or material.power_law
+    assert chosen is not None
+    image = chosen.slice_image(r)
+    return (yield from photograph(repeated(image) if what == "tiles" else image))

@@ -1,0 +1,148 @@
+"""Settings kept between two starts: one small JSON file in the person's configuration folder.
+
+A file that cannot be understood is put aside under another name and defaults are used; without a folder that can be
+written, the program works and forgets.
+
+The working folder of one run: imported stacks lie there until the program ends.
+
+It is removed at the end; the folder of a crashed run is removed at the next start.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import shutil
+import tempfile
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+from engine.core.errors import FileError, InputError
+from engine.storage.atomic import write_json
+from engine.storage.untrusted import read_bytes
+from engine.storage.writer import is_gone, writer
+
+log = logging.getLogger(__name__)
+
+FILE_LIMIT_BYTES = 2**20
+RECENT = 8
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Remembered choices; `geometry` and `layout` are Qt's own description in hexadecimal.
+
+    `closed_docks` are those of a workspace that the person has closed: Qt's description has them as they were last.
+    `measure_error` says whether the picture in the View workspace is compared with a reference in the background.
+    """
+
+    theme: str = "dark"
+    geometry: str = ""
+    layout: str = ""
+    last_folder: str = ""
+    recent: tuple[str, ...] = ()
+    closed_docks: tuple[str, ...] = ()
+    measure_error: bool = True
+
+
+def config_folder() -> Path | None:
+    """The folder of the settings; None if the system names no usable one (no home, say)."""
+    folder = Path(os.path.expandvars(platformdirs.user_config_dir("lightarc", appauthor=False)))
+    return folder if folder.is_absolute() else None
+
+
+def load(folder: Path | None) -> Settings:
+    """Settings of `folder`; defaults where there are none, and a corrupt file is set aside."""
+    path = folder and folder / "settings.json"
+    if path is None or not path.exists():
+        return Settings()
+    try:
+        return _from_json(json.loads(read_bytes(path, FILE_LIMIT_BYTES)))
+    except (InputError, ValueError, TypeError, RecursionError) as error:
+        aside = path.with_suffix(".corrupt.json")
+        log.warning(
+            "%s cannot be understood (%s); defaults are used and the old file is kept as %s", path, error, aside
+        )
+        try:
+            path.replace(aside)
+        except OSError as reason:
+            log.warning("%s cannot be renamed: %s", path, reason)
+        return Settings()
+
+
+def save(settings: Settings, folder: Path | None) -> None:
+    """Write `settings`; where that is impossible the log says so and nothing else happens."""
+    if folder is None:
+        return
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_json(folder / "settings.json", asdict(settings))
+    except (FileError, OSError) as error:
+        log.warning("settings are not kept: %s", error)
+
+
+def with_recent(recent: tuple[str, ...], path: str) -> tuple[str, ...]:
+    """`path` first, each once, at most `RECENT` of them."""
+    return (path, *(other for other in recent if other != path))[:RECENT]
+
+
+def _from_json(values: Any) -> Settings:
+    """Known keys of the right type; ValueError for anything that is not an object."""
+    if not isinstance(values, dict):
+        raise ValueError("not an object")
+    texts = {key: values[key] for key in ("theme", "geometry", "layout", "last_folder") if key in values}
+    for key, value in texts.items():
+        if not isinstance(value, str):
+            raise ValueError(f"{key} is not a text")
+    for key in ("geometry", "layout"):
+        bytes.fromhex(texts.get(key, ""))
+    recent, closed = values.get("recent", []), values.get("closed_docks", [])
+    for name, words in (("recent", recent), ("closed_docks", closed)):
+        if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
+            raise ValueError(f"{name} is not a list of texts")
+    measure = values.get("measure_error", True)
+    if not isinstance(measure, bool):
+        raise ValueError("measure_error is neither true nor false")
+    return Settings(**texts, recent=tuple(recent[:RECENT]), closed_docks=tuple(closed[:RECENT]), measure_error=measure)
+
+
+PREFIX = "session-"
+
+
+def open_session() -> Path:
+    """A new folder below the cache folder, or below the one for temporary files where that cannot be written."""
+    for base in _bases():
+        try:
+            base.mkdir(parents=True, exist_ok=True)
+            remove_abandoned(base)
+            return Path(tempfile.mkdtemp(prefix=f"{PREFIX}{writer()}-", dir=base))
+        except OSError as error:
+            log.warning("%s cannot hold working data: %s", base, error)
+    return Path(tempfile.mkdtemp(prefix=f"{PREFIX}{writer()}-"))
+
+
+def close_own_sessions() -> None:
+    """Remove the working folders of this process, also those that it still uses: it ends."""
+    for base in _bases():
+        for folder in base.glob(f"{PREFIX}{writer()}-*"):
+            close_session(folder)
+
+
+def close_session(folder: Path) -> None:
+    """Remove the working folder with everything in it."""
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def remove_abandoned(base: Path) -> None:
+    """Remove the working folders in `base` whose process is gone."""
+    for folder in base.glob(f"{PREFIX}*"):
+        if is_gone(folder):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _bases() -> tuple[Path, Path]:
+    return Path(platformdirs.user_cache_dir("lightarc", appauthor=False)), Path(tempfile.gettempdir())

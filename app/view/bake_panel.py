@@ -1,0 +1,122 @@
+"""The rows of the View workspace for one method's bake: its settings, its cost, and the button."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtWidgets import QComboBox
+
+from app.document.bake_request import Wanted
+from app.document.measured import share_text
+from app.view.baking import Baking
+from app.view.planning import LOOKING
+from app.widgets.labels import LEAST_ERROR, NAMES
+from app.widgets.number_field import plain
+from app.widgets.panels import Rows, button, enable, line, text
+from app.widgets.theme import STEP
+from engine.core.params import Parameter, parameters
+from engine.transport.method import Method
+
+
+def choices_of(method: Method) -> tuple[Parameter, ...]:
+    """The parameters that the panel offers for a method: of its bake, and of the light on a finished bake."""
+    return tuple(each for of in (method.settings, method.light) for each in parameters(of) if each.offered)
+
+
+class BakePanel(Rows):
+    """Shows one `Baking` and begins or stops it."""
+
+    def __init__(self, baking: Baking) -> None:
+        super().__init__(baking.method.title)
+        self.baking = baking
+        self.choices: dict[str, QComboBox] = {}
+        for parameter in choices_of(baking.method):
+            self._choice(parameter)
+        self.words = text("", "secondary", wrap=True)
+        self.wide(self.words)
+        self.go = button("Bake", "primary", hint="Compute the light transport at each vertex, in the background")
+        self.go.clicked.connect(lambda: self.baking.cancel() if self.baking.job is not None else self.baking.bake())
+        self.wide(self.go)
+        self.grid.setRowMinimumHeight(self.grid.rowCount(), 2 * STEP)
+        self.wide(line())
+        self.grid.setRowMinimumHeight(self.grid.rowCount(), 2 * STEP)
+        baking.changed.connect(self.refresh)
+        self.refresh()
+
+    def _choice(self, parameter: Parameter) -> None:
+        choice, name = QComboBox(), parameter.name
+        for value, words in parameter.offered:
+            choice.addItem(words, value)
+        choice.activated.connect(
+            lambda _index: self.baking.choose(self.baking.choices.with_values({name: choice.currentData()}))
+        )
+        self.choices[name] = choice
+        self.row(parameter.label, choice, f"{parameter.doc[:1].upper()}{parameter.doc[1:]}")
+
+    def refresh(self) -> None:
+        """Show the state of the bake."""
+        baking = self.baking
+        self.words.setText(state_text(baking))
+        running = baking.job is not None
+        self.go.setText("Stop baking" if running else "Bake")
+        self.go.setVisible(running or not baking.is_made)
+        estimate = baking.ready
+        why_not = estimate.why_not if estimate is not None else "The cost of the bake is being estimated"
+        enable(self.go, "" if running else why_not)
+        forced = baking.plan is not None and baking.plan.decision("interreflection").startswith("forced")
+        for name, choice in self.choices.items():
+            by_plan = forced and name == "interreflection"
+            is_of_light = hasattr(baking.choices.light, name)
+            why_fixed = "Forced under Effects" if by_plan else "" if is_of_light else "A bake is running"
+            enable(choice, why_fixed if running or by_plan else "")
+            _show(choice, (baking.chosen if by_plan else baking.choices).value(name))
+
+
+def _show(choice: QComboBox, value: Any) -> None:
+    """Show `value`, which may have been chosen elsewhere and be none of the usual ones."""
+    if choice.findData(value) < 0:
+        choice.addItem(str(value), value)
+    choice.setCurrentIndex(choice.findData(value))
+
+
+def state_text(baking: Baking) -> str:
+    """The state of the bake for the person, in one to three sentences."""
+    if baking.job is not None:
+        return f"{baking.job.step.note.capitalize() or 'Waiting'}. Until then the picture shows {_shown(baking)}."
+    made, estimate = baking.made, baking.ready
+    if baking.is_made and made is not None:
+        words = f"Baked in {time_text(made.bake_s)}, {size_text(made.size_bytes)}."
+        return " ".join(filter(None, (words, left_out_text(made.wanted), "Light and camera move freely.")))
+    takes = LOOKING if baking.is_planning else "Estimating…"
+    if estimate is not None and estimate.why_not:
+        takes = estimate.why_not
+    elif estimate is not None:
+        words = f"Baking takes about {time_text(estimate.bake_s)} and {size_text(estimate.size_bytes)}."
+        takes = " ".join(filter(None, (words, left_out_text(estimate.wanted))))
+    reason = baking.why_stale or ("" if not baking.is_drawn else "This was not baked yet.")
+    return " ".join(filter(None, (reason, takes, f"Until then the picture shows {_shown(baking)}.")))
+
+
+def left_out_text(wanted: Wanted) -> str:
+    """'The plan leaves out shadows, and gloss at 0.2 %.': the effects left out, and the error of leaving them out."""
+    parts = [
+        NAMES[effect.effect].lower()
+        + (f" ({share_text(effect.estimated_error_rel)})" if effect.estimated_error_rel >= LEAST_ERROR else "")
+        for effect in wanted.left_out
+    ]
+    return f"Left out as planned: {', '.join(parts)}." if parts else ""
+
+
+def _shown(baking: Baking) -> str:
+    return "the previous bake" if baking.is_drawn else "direct light without shadows"
+
+
+def time_text(seconds: float) -> str:
+    """'12 s' or '2:10 min'."""
+    whole = max(1, round(seconds))
+    return f"{whole} s" if whole < 60 else f"{whole // 60}:{whole % 60:02d} min"
+
+
+def size_text(size_bytes: int) -> str:
+    """'84 MB'."""
+    return f"{plain(float(f'{size_bytes / 1e6:.2g}'))} MB" if size_bytes < 1e9 else f"{size_bytes / 1e9:.1f} GB"

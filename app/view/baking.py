@@ -1,0 +1,214 @@
+"""Baked light in the View workspace: the estimate of a bake, the bake, and its relighting under each new light.
+
+For each method one bake is kept, in the working folder of the run. It belongs to a model on a ground and, unless the
+method can put in another BRDF, to a BRDF. Estimates, bakes and light all come from
+jobs; of the light only the newest matters, and until it is there the picture keeps the one before. A bake follows the
+plan of the scene (`app.view.planning`), for which it waits where one is coming.
+
+Relighting of a bake: the part that runs on the threads of jobs.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from app.commands.workbench import Workbench
+from app.document.bake_request import (
+    BakeChoices,
+    Estimate,
+    Made,
+    Wanted,
+    baked,
+    choices_for,
+    decided_by,
+    estimated,
+    wanted_of,
+)
+from app.jobs.jobs import Job
+from app.jobs.newest import Latest
+from engine.scene.scene import Scene
+from engine.transport.method import Method
+
+if TYPE_CHECKING:
+    from engine.planning.plan import EffectsPlan
+    from engine.transport.relit import Relit
+from typing import TYPE_CHECKING, Any
+
+from engine.core.steps import Step, Steps
+
+if TYPE_CHECKING:
+    from engine.transport.relit import Relit
+
+
+def same_light(one: Scene, other: Scene, method: Method) -> bool:
+    """True where two scenes have one light for bakes of a method, of which the BRDF is part where it can be changed."""
+    names = ["light", "irradiance", "environment", "environment_rotation", "lamps"] + ["brdf"] * method.takes_brdf
+    return all(getattr(one, name) == getattr(other, name) for name in names)
+
+
+def relit(made: Made, scene: Scene, asked: Any) -> Steps[Relit]:
+    """Relight the bake by the light of `scene`, with the `asked` settings of the light."""
+    yield Step(0.0, "preparing kernels")
+    from engine.transport.relit import light_of
+
+    return (yield from made.relighter(light_of(scene), asked, scene.brdf))
+
+
+class Baking(QObject):
+    """One method's bake. `changed` follows its state, `relit_changed` each light that can be drawn."""
+
+    changed = Signal()
+    relit_changed = Signal()
+
+    def __init__(self, bench: Workbench, method: Method) -> None:
+        super().__init__()
+        self.bench, self.method = bench, method
+        self.choices = choices_for(method.name)
+        self.estimate: Estimate | None = None
+        self.made: Made | None = None
+        self.job: Job | None = None
+        self.plan: EffectsPlan | None = None
+        self.is_planning = False
+        self._wanted: Wanted | None = None
+        self._scene: Scene | None = None
+        self._asked: Wanted | None = None
+        self._relit: tuple[Wanted, Relit] | None = None
+        self._light: tuple[Scene, object] | None = None
+        self._estimating = Latest(bench.jobs, "Estimating a bake")
+        self._lighting = Latest(bench.jobs, "Relighting")
+
+    def want(self, scene: Scene, plan: EffectsPlan | None = None, *, is_planning: bool = False) -> None:
+        """Show `scene`: relight its bake, or estimate the bake that is missing.
+
+        The bake follows `plan`; while one is on the way, the one before holds for what is there, and nothing is begun.
+        """
+        self._scene, self.is_planning = scene, is_planning
+        if not is_planning:
+            self.plan = plan
+        self._want()
+
+    def choose(self, choices: BakeChoices) -> None:
+        """Bake the next time with these choices."""
+        self.choices = choices
+        self._want()
+
+    def _want(self) -> None:
+        scene = self._scene
+        if scene is not None:
+            self._wanted = self._of(scene)
+            if self._usable(self._wanted):
+                self._relight(scene)
+            if not self.is_made and self.job is None and not self.is_planning:
+                self._ask(self._wanted)
+        self.changed.emit()
+
+    def _of(self, scene: Scene) -> Wanted:
+        return wanted_of(scene.mesh, scene.ground, scene.brdf, self.choices, self.plan)
+
+    @property
+    def chosen(self) -> BakeChoices:
+        """The choices, and what the plan decides of them."""
+        return decided_by(self.choices, self.plan)
+
+    @property
+    def is_made(self) -> bool:
+        """True if the picture shows the requested bake."""
+        made, wanted = self.made, self._wanted
+        return (
+            made is not None and self._usable(wanted) and wanted is not None and made.wanted.asks_for_the_same(wanted)
+        )
+
+    @property
+    def is_drawn(self) -> bool:
+        """True if the picture shows a bake, even one of other choices."""
+        return self._usable(self._wanted)
+
+    def is_drawable(self, scene: Scene) -> bool:
+        """True if the present bake can be drawn of `scene`."""
+        return self._usable(self._of(scene))
+
+    def _usable(self, wanted: Wanted | None) -> bool:
+        return self.made is not None and wanted is not None and not self._why_stale(self.made, wanted)
+
+    @property
+    def why_stale(self) -> str:
+        """The reason why the bake that there is cannot be drawn; empty where it can, or where there is none."""
+        return self._why_stale(self.made, self._wanted) if self.made is not None and self._wanted is not None else ""
+
+    def _why_stale(self, made: Made, wanted: Wanted) -> str:
+        if made.wanted.mesh is not wanted.mesh:
+            return "The bake is of another model."
+        if not made.wanted.fits(wanted):
+            return "The bake is of another ground."
+        if made.wanted.brdf == wanted.brdf:
+            return ""
+        return made.why_baked_for_one
+
+    def relit(self, scene: Scene) -> Relit | None:
+        """The relit bake to draw of `scene`: under its light, or under the light before while its own is computed."""
+        if self._relit is None or self.made is None or self._relit[0] is not self.made.wanted:
+            return None
+        return self._relit[1] if self.is_drawable(scene) else None
+
+    def _ask(self, wanted: Wanted) -> None:
+        if not wanted.is_as(self._asked):
+            self._asked, self.estimate = wanted, None
+            self._estimating.ask(lambda: estimated(wanted), self._keep_estimate)
+
+    def _keep_estimate(self, estimate: Estimate) -> None:
+        if estimate.wanted.is_as(self._asked):
+            self.estimate = estimate
+            self.changed.emit()
+
+    @property
+    def ready(self) -> Estimate | None:
+        """The estimate of the requested bake, which may begin; None until it is known."""
+        estimate = self.estimate
+        return (
+            estimate if estimate is not None and estimate.wanted.is_as(self._wanted) and not self.is_planning else None
+        )
+
+    def bake(self) -> None:
+        """Start the estimated bake; a cancelled bake with equal settings resumes."""
+        estimate = self.ready
+        if estimate is None or estimate.why_not or self.job is not None:
+            return
+        path = self.bench.folder / f"baked-{self.method.name}.transport"
+        job = self.bench.jobs.submit(f"Baking {self.method.noun}", lambda: baked(path, estimate))
+        self.job = job
+        job.succeeded.connect(self._keep)
+        job.failed.connect(lambda _error: self._ended())
+        job.cancelled.connect(self._ended)
+        job.progressed.connect(lambda _step: self.changed.emit())
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        """Stop the bake; its finished chunks are kept for the next."""
+        if self.job is not None:
+            self.bench.jobs.cancel(self.job)
+
+    def _keep(self, made: Made) -> None:
+        self.made, self._relit, self._light = made, None, None
+        self._ended()
+        self.relit_changed.emit()
+
+    def _ended(self) -> None:
+        self.job = self._asked = None
+        self.changed.emit()
+
+    def _relight(self, scene: Scene) -> None:
+        """Relight the bake by the light of `scene`, unless that is done or under way."""
+        made = self.made
+        assert made is not None
+        asked, before = self.choices.light, self._light
+        if before is not None and before[1] == asked and same_light(before[0], scene, self.method):
+            return
+        self._light = (scene, asked)
+        self._lighting.ask(lambda: relit(made, scene, asked), lambda found: self._take(made, found))
+
+    def _take(self, made: Made, relit: Relit) -> None:
+        if made is self.made:
+            self._relit = (made.wanted, relit)
+            self.relit_changed.emit()

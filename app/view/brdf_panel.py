@@ -1,0 +1,157 @@
+"""The right side of the View workspace: the BRDF of the model, and the lookup in the shading map."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QComboBox, QVBoxLayout, QWidget
+
+from app.commands import brdf as commands_brdf
+from app.commands.drawable import Drawable
+from app.commands.workbench import Workbench
+from app.document.comparison import Entry
+from app.document.document import Look, Project
+from app.widgets.labels import BRDF_LABELS, BRDF_NAMES
+from app.widgets.number_field import plain
+from app.widgets.panels import Rows, Segments
+from app.widgets.param_form import ParamForm
+from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, brdf_to_text, model_name
+from engine.core.params import parameters
+from engine.scene.scene import Scene
+
+LOOKUPS = (
+    ("radiance", "Inside the integral", "The slice is looked up with r = BRDF × cosine, as the method defines it"),
+    ("texture", "Texture", "The brightest slice, used as a texture"),
+    ("outgoing", "By outgoing radiance", "The slice is looked up with the outgoing radiance"),
+    ("angle", "By angle", "The slice is looked up with the angle of the light alone"),
+)
+
+
+class BrdfPanel(Rows):
+    """`brdf` can be drawn at once; `ready` follows when a measurement has become a table."""
+
+    ready = Signal()
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__("BRDF")
+        self.bench = bench
+        self.brdf: Brdf | None = None
+        self.form: ParamForm | None = None
+        self.drawable = Drawable(bench.jobs)
+        self.drawable.ready.connect(self.ready)
+        self.choice = QComboBox()
+        self.choice.activated.connect(self._chosen)
+        self.row("Model", self.choice, "A model, or a BRDF from the BRDF workspace")
+        self.forms = QVBoxLayout()
+        self.forms.setContentsMargins(0, 0, 0, 0)
+        holder = QWidget()
+        holder.setLayout(self.forms)
+        self.wide(holder)
+
+    @property
+    def is_measured(self) -> bool:
+        return self.bench.document.project.material.measured is not None
+
+    def show_project(self, project: Project) -> None:
+        """The choices of BRDF, and the parameters of the chosen model; a measurement has none."""
+        measured = project.material.measured
+        brdf = brdf_from_text(project.material.brdf)
+        self.choice.clear()
+        for name in MODELS:
+            self.choice.addItem(BRDF_NAMES.get(name, name), name)
+        for entry in project.comparison.entries:
+            self.choice.addItem(entry.name, entry)
+        if measured is not None:
+            is_table = not commands_brdf.has_shader(measured)
+            self.choice.addItem(f"{measured.name} ({'measured' if is_table else 'factors'})", measured)
+        current = measured if measured is not None else model_name(brdf)
+        places = range(self.choice.count())
+        self.choice.setCurrentIndex(next(at for at in places if self.choice.itemData(at) == current))
+        self.brdf = brdf if measured is None else self.drawable.of(measured) or brdf
+        if self.form is None or type(self.form.instance) is not type(brdf):
+            if self.form is not None:
+                self.form.hide()
+                self.form.deleteLater()
+            self.form = ParamForm(brdf, {p.name: BRDF_LABELS.get(p.name, p.label) for p in parameters(brdf)})
+            self.form.edited.connect(self._edited)
+            self.forms.addWidget(self.form)
+        self.form.show_instance(brdf)
+        self.form.setVisible(measured is None)
+
+    def _chosen(self, _index: int) -> None:
+        name = self.choice.currentData()
+        if isinstance(name, Entry):
+            self.show_project(self.bench.document.project)
+            commands_brdf.use(self.bench, name)
+        elif isinstance(name, str) and (self.is_measured or type(self.brdf) is not MODELS[name]):
+            self.set_brdf(MODELS[name](), f"BRDF {BRDF_NAMES.get(name, name)}", "")
+
+    def _edited(self, brdf: Brdf, final: bool) -> None:
+        self.set_brdf(brdf, "Change BRDF", "brdf")
+        if final:
+            self.bench.document.end_gesture()
+
+    def set_brdf(self, brdf: Brdf, words: str, gesture: str) -> None:
+        """Give the material the model `brdf`, as a step called `words`."""
+        words_of_brdf = brdf_to_text(brdf)
+        document = self.bench.document
+        material = document.project.material
+        if words_of_brdf != material.brdf or material.measured is not None:
+            material = dataclasses.replace(material, brdf=words_of_brdf, measured=None)
+            document.change(words, gesture=gesture, material=material)
+
+
+class LookupPanel(Rows):
+    """Settings of the lookup in the shading map. `set_look(words, look)` asks for a change."""
+
+    set_look = Signal(str, object)
+
+    def __init__(self) -> None:
+        super().__init__("Look-up")
+        self.look = Look()
+        self.source = Segments(
+            (
+                ("slices", "Slices", "Look up the slices of the shading map"),
+                ("power-law", "Power law", "Look up the compressed pair, six numbers per texel"),
+            )
+        )
+        self.source.chosen.connect(lambda value: self._set("Show from", source=value))
+        self.row("From", self.source)
+        self.method = QComboBox()
+        for value, words, hint in LOOKUPS:
+            self.method.addItem(words, value)
+            self.method.setItemData(self.method.count() - 1, hint, Qt.ItemDataRole.ToolTipRole)
+        self.method.activated.connect(lambda _index: self._set("Look-up", lookup=self.method.currentData()))
+        self.row("Method", self.method, "The four look-ups of Kautz et al. 2004, figure 6")
+        self.above = Segments(
+            (
+                ("clamp", "Clamp", "Brighter than the brightest photograph: that photograph"),
+                ("scale", "Scale", "Brighter than the brightest photograph: scaled up"),
+            )
+        )
+        self.above.chosen.connect(lambda value: self._set("Above the largest r", above=value))
+        self.row("Above", self.above, "Lookup above the largest r of the capture")
+        self.sigma = self.figure("Scale σ", "Automatic: model and photographs agree on the capture's own lights")
+        self.r_max = self.figure("Largest r")
+
+    def _set(self, words: str, **parts: Any) -> None:
+        self.set_look.emit(words, dataclasses.replace(self.look, **parts))
+
+    def show_project(self, project: Project) -> None:
+        """The choices of the project, and which of them there are."""
+        look, material = project.look, project.material
+        self.look = look
+        self.method.setCurrentIndex(max(0, self.method.findData(look.lookup)))
+        self.above.choose(look.above)
+        self.source.choose(look.source)
+        nothing = "Build or open a material first"
+        self.source.disable("slices", "" if material.shading_map is not None else nothing)
+        self.source.disable("power-law", "" if material.power_law is not None else nothing)
+
+    def show_scene(self, project: Project, scene: Scene) -> None:
+        """Show the figures of the lookup."""
+        auto = f"{plain(scene.sigma)} auto" if project.material.sigma is None else plain(scene.sigma)
+        self.sigma.setText(auto)
+        self.r_max.setText(plain(scene.shading.r_max) if scene.shading is not None else "–")

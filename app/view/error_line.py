@@ -1,0 +1,63 @@
+"""The error of the picture in the View workspace, as the status bar shows it, and what was compared."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+
+from app.document.measured import share_text
+from app.view.picture_error import PictureError
+
+if TYPE_CHECKING:
+    from app.view.tab import ViewTab
+    from app.widgets.status_bar import StatusBar
+
+CERTAINTY = "The true error lies within ± of this value in 95 % of all cases."
+
+
+class ErrorLine(QObject):
+    """Follows the pictures of `view`; until their error is known it shows the prediction of the plan."""
+
+    def __init__(self, status: StatusBar, view: ViewTab) -> None:
+        super().__init__()
+        self.status, self.view = status, view
+        for changed in (view.error_found, view.planning.changed, view.setting_changed, view.pictures.progressed):
+            changed.connect(lambda *_what: self.refresh())
+
+    def refresh(self) -> None:
+        """Show the error as far as it is known."""
+        pictures, error = self.view.pictures, self.view.pictures.error
+        if not self.view.isVisible() or not pictures.modes:
+            self.status.show_picture_error(None)
+        elif error is not None:
+            self.status.show_picture_error(error.text, self._hint(error))
+        elif len(pictures.modes) > 1 or self.view.pictures.progressive is not None:
+            self.status.show_picture_error("…", "The pictures are not complete yet")
+        else:
+            self.status.show_picture_error(*self._expected())
+
+    def _hint(self, error: PictureError) -> str:
+        """The tooltip: the two compared pictures, the pixels and the samples."""
+        pictures, where = self.view.pictures, f"{error.pixels:,} pixels".replace(",", "\u202f")
+        samples = f"{error.samples} sample{'s' * (error.samples != 1)}"
+        if pictures.progressive is not None and len(pictures.modes) == 1:
+            return f"The noise of the reference after {samples} of each of {where}.\n{CERTAINTY}"
+        names = [mode.label for mode in pictures.modes]
+        other = names[1] if len(names) > 1 else "the reference"
+        words = f"{names[0]} against {other}: relative RMSE of linear radiance on {where}"
+        if not error.samples:
+            return f"{words}."
+        return f"{words}; the reference has {samples} of each.\n{CERTAINTY}"
+
+    def _expected(self) -> tuple[str, str]:
+        """The text and tooltip before the error is known."""
+        why_not, predicted = self.view.pictures.why_no_error, self.view.planning.predicted(self.view.setting)
+        if predicted is not None:
+            coming = "" if why_not or not self.view.pictures.measuring else " It is measured once the picture rests."
+            return f"≈ {share_text(predicted)} predicted", f"The error that the plan predicts for this setting.{coming}"
+        if why_not:
+            return "–", f"There is no reference to compare with. {why_not}."
+        if not self.view.pictures.measuring:
+            return "", ""
+        return "…", "Measured against a reference that refines in the background, once the picture rests"

@@ -1,0 +1,206 @@
+"""The error of picture A on screen against picture B, computed off the window's thread once both are complete.
+
+What OpenGL has drawn is read back strip by strip between events; the figures come from a job. The mask is what both
+pictures cover completely, so that silhouettes, which each method places a little differently, do not count.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.jobs.jobs import Jobs
+from app.jobs.newest import Latest
+from app.view.reference import share_text
+from engine.core.steps import Step, Steps
+
+Pixels = NDArray[np.float32]
+
+#: Coverage from which a pixel is taken to be covered completely.
+COVERED = 0.999
+
+#: Share of an error, and error, that may be uncertain without anybody wanting to know more.
+CERTAIN, NOTHING = 0.04, 2e-4
+
+
+@dataclass(frozen=True)
+class PictureError:
+    """Relative RMSE of A against B with its uncertainty (95 %), FLIP (None before it is known), the largest difference.
+
+    `scale` is a round luminance for the picture of the difference, `pixels` how many both cover, and `samples` those of
+    each pixel of a reference that is uncertain, 0 where there is none.
+    """
+
+    rmse_rel: float
+    uncertainty: float
+    flip: float | None
+    max_abs: float
+    pixels: int
+    scale: float
+    samples: int = 0
+
+    @property
+    def is_certain(self) -> bool:
+        """True if the uncertainty is small beside the error, or absolutely: more samples would change no reading."""
+        return self.uncertainty <= max(CERTAIN * self.rmse_rel, NOTHING)
+
+    @property
+    def text(self) -> str:
+        """'1.2 % ± 0.1': as many digits as are certain, at most two behind the point."""
+        if self.uncertainty <= 0.0:
+            return share_text(self.rmse_rel)
+        off = max(100.0 * self.uncertainty, 0.01)
+        digits = max(0, -math.floor(math.log10(off)))
+        return f"{100.0 * self.rmse_rel:.{digits}f} % ± {off:.{digits}f}"
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One picture (H, W, 4), the variance of its values (H, W, 3), or 0, and of how many samples it is, where it is."""
+
+    picture: Pixels
+    variance: Any = 0.0
+    samples: int = 0
+
+
+class Comparing(QObject):
+    """Computes the error of the newest pair. `found(error)` follows, and again with FLIP if that is requested."""
+
+    found = Signal(object)
+
+    def __init__(self, jobs: Jobs) -> None:
+        super().__init__()
+        self._figures = Latest(jobs, "Comparing pictures")
+        self._eye = Latest(jobs, "Comparing pictures as an eye does")
+        self._timer = QTimer(self)
+        self._timer.setInterval(0)
+        self._timer.timeout.connect(self._read)
+        self._strips: Iterator[Pixels] = iter(())
+        self._rows: list[Pixels] = []
+        self._done: Callable[[Pixels], None] | None = None
+        self._pictures = 0
+
+    def read(self, strips: Iterator[Pixels], done: Callable[[Pixels], None]) -> None:
+        """Collect a picture from its `strips` and hand it to `done`; an unfinished one is dropped."""
+        self._strips, self._rows, self._done = strips, [], done
+        self._timer.start()
+
+    @property
+    def reading(self) -> bool:
+        return self._timer.isActive()
+
+    def _read(self) -> None:
+        rows = next(self._strips, None)
+        if rows is not None:
+            self._rows.append(rows)
+            return
+        self._timer.stop()
+        if self._rows and self._done is not None:
+            self._done(np.concatenate(self._rows))
+
+    def weigh(self, a: Side) -> None:
+        """Estimate the error of `a` from its own noise."""
+        asked = self._pictures
+
+        def show(error: PictureError | None) -> None:
+            if error is not None and asked == self._pictures:
+                self.found.emit(error)
+
+        self._figures.ask(lambda: _noise(a), show)
+
+    def compare(self, a: Side, b: Side, *, with_flip: bool) -> None:
+        """Find the error of `a` against `b`, unless something newer comes first."""
+        asked = self._pictures
+
+        def show(error: PictureError | None) -> None:
+            if error is None or asked != self._pictures:
+                return  # what was found is of pictures that are gone
+            self.found.emit(error)
+            if with_flip and error.flip is None:
+                self._eye.ask(lambda: _with_flip(a, b, error), show)
+
+        self._figures.ask(lambda: _figures(a, b), show)
+
+    def drop(self) -> None:
+        """The pictures are others: forget these."""
+        self._pictures += 1
+        self._timer.stop()
+        self._done = None
+        self._figures.drop()
+        self._eye.drop()
+
+
+def _alike(a: Side, b: Side) -> tuple[Side, Side]:
+    """Both with the pixels of the smaller one, of which each is the mean of what it covers."""
+    sizes = [(side.picture.shape[1], side.picture.shape[0]) for side in (a, b)]
+    if sizes[0] == sizes[1]:
+        return a, b
+    import cv2
+
+    small = min(sizes)
+    made = [
+        side if size == small else replace(side, picture=cv2.resize(side.picture, small, interpolation=cv2.INTER_AREA))
+        for side, size in zip((a, b), sizes, strict=True)
+    ]
+    return made[0], made[1]
+
+
+def _covered(a: Side, b: Side) -> NDArray[np.bool_]:
+    return np.asarray((a.picture[..., 3] >= COVERED) & (b.picture[..., 3] >= COVERED), np.bool_)
+
+
+def _figures(a: Side, b: Side) -> Steps[PictureError | None]:
+    """None where the pictures have nothing in common."""
+    yield Step(0.0, "comparing pictures")
+    from engine.accuracy.compare import error_against
+    from engine.accuracy.difference import signed_difference
+
+    a, b = _alike(a, b)
+    mask = _covered(a, b)
+    if not mask.any():
+        return None
+    first, second = a.picture[mask][None, :, :3], b.picture[mask][None, :, :3]
+    yield Step(0.3, "comparing pictures")
+    variance = a.variance + b.variance
+    noise = variance[mask][None] if np.ndim(variance) else variance
+    found = error_against(first, second, noise)
+    yield Step(0.6, "comparing pictures")
+    _, scale = signed_difference(first, second)
+    largest = float(np.abs(first - second).max())
+    samples = max(a.samples, b.samples)
+    return PictureError(found.rmse_rel, found.uncertainty, None, largest, int(mask.sum()), scale, samples)
+
+
+def _noise(a: Side) -> Steps[PictureError | None]:
+    """The error of a Monte Carlo picture, from its own variance; None where it shows nothing.
+
+    The squared error is a sum over pixels, each of which has twice the square of its variance as variance where its
+    channels rise and fall together.
+    """
+    yield Step(0.0, "weighing noise")
+    from engine.accuracy.compare import DEVIATIONS
+
+    mask = a.picture[..., 3] >= COVERED
+    power = float(np.sum(np.square(a.picture[mask][:, :3], dtype=np.float64)))
+    if power <= 0.0:
+        return None
+    of_pixel = np.broadcast_to(a.variance, (*mask.shape, 3))[mask].sum(axis=-1)
+    squared = float(of_pixel.sum())
+    spread = DEVIATIONS * math.sqrt(2.0 * float(np.sum(of_pixel**2)))
+    low, middle, high = (math.sqrt(max(value, 0.0) / power) for value in (squared - spread, squared, squared + spread))
+    pixels = int(mask.sum())
+    return PictureError(middle, max(high - middle, middle - low), None, 0.0, pixels, 0.0, a.samples)
+
+
+def _with_flip(a: Side, b: Side, error: PictureError) -> Steps[PictureError]:
+    from engine.accuracy.flip import flip_estimate
+
+    a, b = _alike(a, b)
+    found = yield from flip_estimate(a.picture[..., :3], b.picture[..., :3], _covered(a, b))
+    return replace(error, flip=found)

@@ -1,0 +1,189 @@
+"""The plan of the scene in the View workspace: made anew, in a job, when the scene or the wishes have come to rest.
+
+The Effects dock shows it, bakes follow it, and it predicts the error of a setting before that is measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.commands.workbench import Workbench
+from app.document.document import Project
+from app.jobs.newest import Latest
+from engine.core.errors import UsageError
+from engine.core.steps import Step, Steps
+from engine.planning.costs.setting import Setting
+from engine.scene.scene import Scene
+from engine.tradeoff.front import Budget, budget_from_text
+
+if TYPE_CHECKING:
+    from engine.planning.plan import EffectsPlan
+
+#: Pause after the last change before the scene is planned anew.
+AT_REST_MS = 500
+
+LOOKING = "Looking at the scene…"
+
+FAILED = "this scene could not be planned"
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """The inputs of a plan."""
+
+    scene: Scene
+    budget: Budget
+    forced: tuple[str, ...]
+    skipped: tuple[str, ...]
+
+    def is_as(self, other: Asked | None) -> bool:
+        if other is None or (self.budget, self.forced, self.skipped) != (other.budget, other.forced, other.skipped):
+            return False
+        one, two = self.scene, other.scene
+        same = (one.mesh is two.mesh, one.environment is two.environment, one.material is two.material)
+        return all(same) and (one.brdf, one.ground) == (two.brdf, two.ground)
+
+
+class Planning(QObject):
+    """Plans while somebody watches. `changed` follows each new `plan`, and each new reason why there is none.
+
+    Attributes
+    ----------
+    plan : of the scene as it is; None while there is none.
+    before : the last plan, of whatever scene.
+    words : why there is no plan, or what is being done for one; empty where there is one.
+    """
+
+    changed = Signal()
+
+    def __init__(
+        self,
+        bench: Workbench,
+        scene_of: Callable[[Project], Scene | None],
+        size: Callable[[], tuple[int, int]],
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self.bench = bench
+        self.plan: EffectsPlan | None = None
+        self.before: EffectsPlan | None = None
+        self.words = ""
+        self._scene_of, self._size = scene_of, size
+        self._watchers: set[str] = set()
+        self._asked: Asked | None = None
+        self._latest = Latest(bench.jobs, "Planning effects", self._progressed)
+        self.at_rest = QTimer(self)
+        self.at_rest.setSingleShot(True)
+        self.at_rest.setInterval(AT_REST_MS)
+        self.at_rest.timeout.connect(self._ask)
+
+    @property
+    def is_coming(self) -> bool:
+        """True if a plan of the present scene will be ready soon."""
+        return self.at_rest.isActive() or (self._latest.busy and self._asked is not None and self.plan is None)
+
+    def predicted(self, setting: Setting) -> float | None:
+        """The relative error that the plan expects of `setting`; None where it is of another one."""
+        return self.plan.predicted_error_rel if self.plan is not None and self.plan.setting == setting else None
+
+    def watch(self, who: str, watches: bool) -> None:
+        """Plan for as long as anybody watches."""
+        before = bool(self._watchers)
+        (self._watchers.add if watches else self._watchers.discard)(who)
+        if bool(self._watchers) != before:
+            self.refresh()
+
+    def refresh(self) -> None:
+        """Plan, where the scene or the wishes are others."""
+        wanted, why_not = self._wanted(self.bench.document.project)
+        if wanted is not None and not self._watchers:
+            wanted = wanted if wanted.is_as(self._asked) else None
+        if wanted is None:
+            self.at_rest.stop()
+            is_other = self._asked is not None or self.words != why_not
+            self._asked = self.plan = self.before = None
+            self.words = why_not
+            if is_other:
+                self.changed.emit()
+        elif not wanted.is_as(self._asked):
+            self._asked, self.plan, self.words = wanted, None, LOOKING
+            self.at_rest.start()
+            self.changed.emit()
+
+    def _wanted(self, project: Project) -> tuple[Asked | None, str]:
+        """The inputs of the next plan, or the reason why there can be none."""
+        scene, look = self._scene_of(project), project.look
+        if scene is None:
+            return None, ""
+        if scene.environment is None:
+            return None, "A plan needs an environment: choose one under Light."
+        try:
+            budget = budget_from_text(look.plan_budget)
+        except UsageError:
+            return None, "Enter the budget as '1 %' or '8 ms'."
+        if budget.error is not None and budget.time_s is not None:
+            return None, "A plan keeps within an error or a time: give only one of the two."
+        return Asked(scene, budget, look.forced, look.skipped), ""
+
+    def _ask(self) -> None:
+        """Plan the last requested scene, once nothing has changed for a while."""
+        wanted = self._asked
+        if not self._watchers:
+            self._asked = None
+        elif wanted is not None and self.plan is None:
+            width, height = self._size()
+            self._latest.ask(
+                lambda: planned(wanted, width * height),
+                lambda plan: self._take(wanted, plan),
+                lambda _error: self._take(wanted, FAILED),
+            )
+
+    def _progressed(self, step: Step) -> None:
+        """Show the progress of a new plan: the first on a machine measures its profile."""
+        if self.is_coming and step.note:
+            self.words = f"{step.note[:1].upper()}{step.note[1:]}…"
+            self.changed.emit()
+
+    def _take(self, wanted: Asked, plan: EffectsPlan | str) -> None:
+        if wanted is not self._asked:
+            return
+        if isinstance(plan, str):
+            self.before, self.words = None, f"{plan[:1].upper()}{plan[1:]}."
+        else:
+            self.plan = self.before = plan
+            self.words = ""
+        self.changed.emit()
+
+
+def planned(asked: Asked, pixels: int) -> Steps[EffectsPlan | str]:
+    """The plan of a scene, or why there can be none; the first of a machine measures its costs."""
+    yield Step(0.0, "preparing kernels")
+    from app.session.machine_profile import cost_model
+    from engine.planning.plan import plan
+
+    scene, budget = asked.scene, asked.budget
+    model = yield from cost_model()
+    yield Step(0.9, "looking at the scene")
+    assert scene.environment is not None
+    try:
+        return plan(
+            scene.mesh,
+            scene.brdf,
+            scene.environment,
+            cost=model,
+            error=budget.error,
+            time_ms=1e3 * budget.time_s if budget.time_s is not None else None,
+            force=asked.forced,
+            skip=asked.skipped,
+            ground=scene.ground,
+            rotation=scene.environment_rotation,
+            material=scene.material,
+            pixels=max(1, pixels),
+            memory_bytes=int(budget.bytes) if budget.bytes is not None else None,
+        )
+    except UsageError as reason:  # wishes that no mode can have, or a memory that none fits in
+        return str(reason)

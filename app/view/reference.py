@@ -1,0 +1,175 @@
+"""The reference of the picture on screen: it starts when the picture rests, and stops at once on any change.
+
+It is a light job, so that photographs can be imported meanwhile, and it pauses while a heavy one runs, or where who
+asked for it knows enough (`hold`). It ends where its noise is below `FINE_ENOUGH` or it has `MOST_SAMPLES`.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import QObject, Signal
+
+from app.jobs.jobs import Job, Jobs
+from app.viewport.refining import same
+from engine.core.steps import Step, Steps
+from engine.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from engine.render.reference import ReferencePicture
+
+#: Standard error of the whole picture, relative, below which nobody sees a difference any more.
+FINE_ENOUGH = 0.002
+
+MOST_SAMPLES = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class _Wanted:
+    scene: Scene
+    size: tuple[int, int]
+    bounces: int
+
+    def is_as(self, other: _Wanted | None) -> bool:
+        alike = other is not None and (self.size, self.bounces) == (other.size, other.bounces)
+        return alike and other is not None and same(self.scene, other.scene)
+
+
+class Progressive(QObject):
+    """Runs one reference at a time. `improved` follows each picture that is there to be shown, as `found`."""
+
+    improved = Signal()
+
+    def __init__(self, jobs: Jobs) -> None:
+        super().__init__()
+        self.jobs = jobs
+        self.found: ReferencePicture | None = None
+        self.stopped = self.held = False
+        self._wanted: _Wanted | None = None
+        self._job: Job | None = None
+        jobs.changed.connect(self._make_way)
+
+    @property
+    def running(self) -> bool:
+        return self._job is not None
+
+    def is_run_by(self, job: Job) -> bool:
+        """True if `job` is the one that refines."""
+        return job is self._job
+
+    def want(self, scene: Scene, size: tuple[int, int], bounces: int) -> None:
+        """Work on the reference of `scene` with `size` (width, height); an equal one that was begun continues."""
+        wanted = _Wanted(scene, size, bounces)
+        if wanted.is_as(self._wanted):
+            return
+        self.drop()
+        self._wanted = wanted
+        self._start()
+
+    def serves(self, scene: Scene, bounces: int) -> bool:
+        """True if the present or coming picture is of `scene`, in any size."""
+        wanted = self._wanted
+        return wanted is not None and wanted.bounces == bounces and same(wanted.scene, scene)
+
+    def drop(self) -> None:
+        """Stop, and forget the result: the picture is another one."""
+        if self._job is not None:
+            job, self._job = self._job, None
+            self.jobs.cancel(job)
+        self.found = self._wanted = None
+        self.stopped = self.held = False
+
+    def hold(self, held: bool) -> None:
+        """Pause while the result is good enough; it can continue from there."""
+        if held != self.held:
+            self.held = held
+            self._make_way()
+
+    def stop(self) -> None:
+        """Stop, and keep the result."""
+        if self._job is not None:
+            job, self._job = self._job, None
+            self.stopped = True
+            self.jobs.cancel(job)
+            self.improved.emit()
+
+    def again(self) -> None:
+        """Begin anew after `stop`."""
+        wanted = self._wanted
+        if wanted is not None and self._job is None:
+            self.stopped = False
+            self._start()
+
+    def _start(self) -> None:
+        wanted = self._wanted
+        assert wanted is not None
+        job = self.jobs.submit("Rendering the reference", lambda: _reference(wanted), heavy=False)
+        self._job = job
+        job.progressed.connect(lambda step: self._take(job, step.partial))
+        job.succeeded.connect(lambda found: self._end(job, found))
+        job.failed.connect(lambda _error: self._end(job, None))
+        job.cancelled.connect(lambda: self._end(job, None))
+        self._make_way()
+
+    def _take(self, job: Job, found: Any) -> None:
+        if job is self._job and found is not None:
+            self.found = found
+            self.improved.emit()
+
+    def _end(self, job: Job, found: Any) -> None:
+        if job is self._job:
+            self._job = None
+            self.found = found or self.found
+            self.improved.emit()
+
+    def _make_way(self, _job: Job | None = None) -> None:
+        """Pause while a heavy job runs or waits, or nobody needs more, and go on afterwards."""
+        if self._job is None:
+            return
+        busy = self.held or any(job.heavy and job.state != "paused" for job in self.jobs.active)
+        if busy and self._job.state == "running":
+            self.jobs.pause(self._job)
+        elif not busy and self._job.state == "paused":
+            self.jobs.resume(self._job)
+
+
+def _reference(wanted: _Wanted) -> Steps[Any]:
+    """Pictures that become better until they are good enough; the last one is the result."""
+    yield Step(0.0, "preparing kernels")
+    from engine.render.reference import reference
+
+    threads = max(1, (os.cpu_count() or 1) - 1)  # one processor is left to the window
+    depth = wanted.bounces + 1
+    steps = reference(wanted.scene, wanted.size, samples=None, max_depth=depth, threads=threads)
+    last = None
+    try:
+        for step in steps:
+            last = step.partial or last
+            yield step
+            if step.partial is not None and _is_fine(step.partial):
+                break
+    finally:
+        steps.close()
+    return last
+
+
+def _is_fine(found: ReferencePicture) -> bool:
+    noise = found.uncertainty_rmse_rel
+    return found.samples >= MOST_SAMPLES or (noise is not None and found.samples >= 16 and noise <= FINE_ENOUGH)
+
+
+def progress_text(found: ReferencePicture | None) -> str:
+    """'64 samples, ± 0.8 %'."""
+    if found is None or found.samples < 1:
+        return "preparing…"
+    noise = found.uncertainty_rmse_rel
+    words = f"{found.samples} sample{'s' * (found.samples != 1)}"
+    return words if noise is None else f"{words}, ± {share_text(noise)}"
+
+
+def share_text(share: float) -> str:
+    """A relative error in per cent with two digits that mean something."""
+    percent = 100.0 * share
+    return f"{percent:.2f} %" if percent < 0.1 else f"{percent:.1f} %" if percent < 10.0 else f"{percent:.0f} %"

@@ -1,0 +1,124 @@
+"""The scene of the View workspace: the model with its doubtful parts, and the ground below."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QFileDialog
+
+from app.commands.workbench import Workbench
+from app.document.document import Look, Project
+from app.widgets.panels import Rows, button
+from app.widgets.param_form import ParamForm
+from app.widgets.report import Report
+from engine.core.steps import Step, Steps
+from engine.geometry.mesh import SUFFIXES, Mesh
+from engine.geometry.mesh_repair import INSIDE_OUT
+from engine.geometry.shapes import SHAPES
+
+DEFAULT_MODEL = "cloth"
+
+MODEL_NAMES = {
+    "sphere": "Sphere",
+    "plane": "Plane",
+    "torus-knot": "Torus knot",
+    "cloth": "Draped cloth",
+    "blob": "Blob like a bust",
+}
+
+
+class ScenePanel(Rows):
+    """`edited(look, final)` and `set_look(words, look)` ask for changes."""
+
+    edited = Signal(object, bool)
+    set_look = Signal(str, object)
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__("Scene")
+        self.bench = bench
+        self.mesh: Mesh | None = None
+        look = Look()
+        self.model = QComboBox()
+        self.model.activated.connect(self._model_chosen)
+        self.row("Model", self.model, "A built-in model, or a mesh of your own")
+        self.report = Report()
+        self.wide(self.report)
+        self.flip = button("Flip it", "link", hint="Flip the faces, so that the surface faces outwards")
+        self.flip.clicked.connect(self._flip)
+        self.wide(self.flip)
+        self.repeats = ParamForm(look, {"repeats": "Repeats"})
+        self.wide(self.repeats)
+        self.ground = QCheckBox("Ground")
+        self.ground.setToolTip("A level diffuse surface under the model")
+        self.ground.clicked.connect(self._ground_clicked)
+        self.wide(self.ground)
+        self.albedo = ParamForm(look, {"ground_albedo": "Albedo"})
+        self.wide(self.albedo)
+        for form in (self.repeats, self.albedo):
+            form.edited.connect(self.edited)
+
+    def show_project(self, project: Project) -> None:
+        """Show the model, the findings about its file, and the ground."""
+        for form in (self.repeats, self.albedo):
+            form.show_instance(project.look)
+        self.ground.setChecked(project.look.has_ground)
+        self.albedo.setVisible(project.look.has_ground)
+        self._show_models(project.mesh)
+        if project.mesh is not self.mesh or project.mesh is None:
+            self.mesh = project.mesh
+            self._show_health(project.mesh)
+
+    def _show_health(self, mesh: Mesh | None) -> None:
+        findings = mesh.health.findings if mesh is not None else ()
+        self.report.setVisible(bool(findings))
+        if mesh is not None and findings:
+            self.report.show_health(mesh.health)
+        self.flip.setVisible(any(finding.text == INSIDE_OUT for finding in findings))
+
+    def _show_models(self, mesh: Mesh | None) -> None:
+        self.model.clear()
+        for name in SHAPES:
+            self.model.addItem(MODEL_NAMES.get(name, name), name)
+        current = mesh.name if mesh is not None else DEFAULT_MODEL
+        if mesh is not None and mesh.name not in SHAPES:
+            self.model.addItem(mesh.name, "")
+            self.model.setCurrentIndex(self.model.count() - 1)
+        else:
+            self.model.setCurrentIndex(max(0, self.model.findData(current)))
+        self.model.setToolTip(self.model.currentText())
+        self.model.addItem("Open a mesh…", "open")
+
+    def _model_chosen(self, _index: int) -> None:
+        chosen = self.model.currentData()
+        if chosen == "open":
+            self._show_models(self.bench.document.project.mesh)
+            endings = " ".join(f"*{suffix}" for suffix in SUFFIXES)
+            path, _ = QFileDialog.getOpenFileName(self, "Open a mesh", "", f"Meshes ({endings})")
+            if path:
+                self.bench.open([Path(path)])
+        elif chosen:
+            self.bench.load_model(chosen)
+
+    def _flip(self) -> None:
+        mesh = self.mesh
+        if mesh is not None:
+            job = self.bench.jobs.submit("Flipping the model", lambda: _flipped(mesh), heavy=False)
+            job.succeeded.connect(lambda flipped: self._flipped(mesh, flipped))
+
+    def _flipped(self, mesh: Mesh, flipped: Mesh) -> None:
+        if self.bench.document.project.mesh is mesh:
+            self.bench.document.change("Flip the model", mesh=flipped)
+
+    def _ground_clicked(self, on: bool) -> None:
+        look = self.bench.document.project.look
+        self.set_look.emit("Ground", dataclasses.replace(look, has_ground=on))
+
+
+def _flipped(mesh: Mesh) -> Steps[Mesh]:
+    """The other side of `mesh`, with the tangents that drawing would otherwise wait for."""
+    yield Step(0.0, "flipping the model")
+    flipped = mesh.flipped()
+    flipped.tangents.flags.writeable = False
+    return flipped

@@ -1,0 +1,419 @@
+"""The View workspace: the material on a model under lights, in one mode or two, with every choice of the renderer."""
+
+from __future__ import annotations
+
+import dataclasses
+from math import radians
+
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
+
+from app.commands.workbench import Workbench, load_shape
+from app.document.document import Look, Project
+from app.document.measured import choices_with, look_with, setting_of
+from app.document.modes import flipped, mode_of, modes, why_not
+from app.jobs.newest import Latest
+from app.view.bake_panel import BakePanel
+from app.view.baking import Baking
+from app.view.brdf_panel import BrdfPanel, LookupPanel
+from app.view.compare_panel import ComparePanel
+from app.view.light_panel import LIGHT_FIELDS, LightPanel
+from app.view.picture_error import PictureError
+from app.view.pictures import ViewPictures
+from app.view.planning import Planning
+from app.view.scene_panel import DEFAULT_MODEL, ScenePanel
+from app.viewport.viewport import Viewport
+from app.widgets import theme
+from app.widgets.panels import Fitting, Panel, Segments, enable, side_by_side, text, tool
+from app.widgets.param_form import ParamForm
+from app.widgets.theme import PADDING, STEP, role
+from engine.brdf.brdf import Brdf
+from engine.core.steps import Step, Steps
+from engine.geometry.camera import frame
+from engine.geometry.mesh import Mesh
+from engine.planning.costs.setting import Setting
+from engine.scene.scene import Scene
+from engine.transport import method as transport
+
+TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"))
+
+#: Pause after the last change before the error of the directions is measured, and the size of the picture it is for.
+AT_REST_MS = 800
+MEASURED_PX = (640, 480)
+
+#: A bake that takes no longer begins by itself where a setting is applied that needs it.
+AT_ONCE_S = 60.0
+
+
+class ViewTab(QWidget):
+    """Shows the project's material and changes how it looks. `error_found`: the error of A against B, or None.
+
+    `setting_changed` follows when the mode on screen or a knob of it is another one.
+    """
+
+    drawn = Signal(float)
+    model_ready = Signal()
+    error_found = Signal(object)
+    setting_changed = Signal()
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self.bench = bench
+        self.default_mesh: Mesh | None = None
+        self.latest = Latest(bench.jobs, "Measuring the light's error")
+        self.at_rest = QTimer(self)
+        self.at_rest.setSingleShot(True)
+        self.at_rest.setInterval(AT_REST_MS)
+        self.at_rest.timeout.connect(self._measure)
+        self._setting: Setting | None = None
+        self._to_bake = ""
+        self.viewport = Viewport(bench.jobs)
+        self.pictures = ViewPictures(self.viewport, bench.jobs)
+        self.bakings: dict[str, Baking] = {method.name: Baking(bench, method) for method in transport.METHODS}
+        self.planning = Planning(bench, self.scene, self.viewport.screen_px, self)
+        self.pictures.relit_of = lambda mode, scene: self.bakings[mode].relit(scene) if mode in self.bakings else None
+        self._make_actions()
+        work = side_by_side(self._make_left(), self._make_centre(), self._make_right(), stretch=1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(work)
+        self._connect()
+        self._show(bench.document.project)
+
+    def _make_actions(self) -> None:
+        self.frame_action = self._action("Frame the model", "F", self.viewport.frame, "fit")
+        for mode in modes():
+            self._action(mode.label, mode.key, lambda value=mode.value: self.choose_mode(value))
+        self._action("Wipe", "B", lambda: self.compare.toggle("wipe"))
+        self._action("Difference", "E", lambda: self.compare.toggle("difference"))
+        flip = self._action("Swap the two modes", "Tab", self.flip)
+        self.removeAction(flip)
+        self.viewport.addAction(flip)
+        flip.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+
+    def _action(self, words: str, keys: str, run: object, icon: str = "") -> QAction:
+        """Something that a key does while this workspace is in front."""
+        action = QAction(theme.icon(icon), words, self) if icon else QAction(words, self)
+        action.setShortcut(QKeySequence(keys))
+        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        action.triggered.connect(lambda _checked=False: run())  # type: ignore[operator]
+        self.addAction(action)
+        return action
+
+    def _make_left(self) -> QWidget:
+        panel = Panel()
+        self.model = ScenePanel(self.bench)
+        panel.add(self.model)
+        self.lights = LightPanel(self.bench)
+        panel.add(self.lights)
+        picture = panel.section("Picture")
+        self.exposure = ParamForm(Look(), {"exposure_ev": "Exposure"})
+        picture.wide(self.exposure)
+        self.tone_map = QComboBox()
+        for value, words in TONE_MAPS:
+            self.tone_map.addItem(words, value)
+        self.tone_map.activated.connect(lambda _index: self._set_look("Tone map", tone_map=self.tone_map.currentData()))
+        picture.row("Tone map", self.tone_map, "Tone mapping of radiance above white")
+        panel.finish()
+        return panel
+
+    def _make_centre(self) -> QWidget:
+        labels = [(mode.value, mode.label, f"{mode.hint} ({mode.key})") for mode in modes()]
+        self.mode = Segments(labels, {"shading-map": "Map"})
+        self.mode.chosen.connect(self.choose_mode)
+        bar = role(QWidget(), "bar")
+        bar.setFixedHeight(36)
+        row = QHBoxLayout(bar)
+        row.setContentsMargins(PADDING, 0, PADDING, 0)
+        row.setSpacing(STEP)
+        row.addWidget(self.mode)
+        row.addWidget(tool(self.frame_action))
+        self.caption = Fitting()
+        row.addWidget(self.caption, 1)
+        self.stop = QAction(theme.icon("cancel"), "Stop refining the reference", self)
+        self.stop.triggered.connect(lambda _checked=False: self._stop_or_go())
+        self.stop_button = tool(self.stop)
+        row.addWidget(self.stop_button)
+        centre = QWidget()
+        column = QVBoxLayout(centre)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(bar)
+        column.addWidget(self.viewport, 1)
+        return centre
+
+    def _make_right(self) -> QWidget:
+        panel = Panel()
+        self.brdf_panel = BrdfPanel(self.bench)
+        self.lookup = LookupPanel()
+        self.compare = ComparePanel()
+        for rows in (self.brdf_panel, self.lookup, self.compare):
+            panel.add(rows)
+        self.bake_panels = {method: BakePanel(baking) for method, baking in self.bakings.items()}
+        for bake_panel in self.bake_panels.values():
+            panel.column.insertWidget(0, bake_panel)
+        self.hint = text("", "secondary", wrap=True)
+        panel.column.addSpacing(2 * STEP)
+        panel.column.addWidget(self.hint)
+        panel.finish()
+        return panel
+
+    def _connect(self) -> None:
+        document, viewport = self.bench.document, self.viewport
+        viewport.light_moved.connect(self._light_moved)
+        viewport.lamp_moved.connect(self.lights.move_lamp)
+        viewport.environment_rotated.connect(self._environment_rotated)
+        viewport.drawn.connect(self.drawn)
+        viewport.camera_moved.connect(self._error_is_stale)
+        for baking in self.bakings.values():
+            baking.relit_changed.connect(self._relit)
+            baking.changed.connect(self._setting_may_have_changed)
+        self.pictures.progressed.connect(self._show_caption)
+        self.planning.changed.connect(self._planned)
+        self.pictures.error_found.connect(self._show_compared)
+        self.pictures.error_found.connect(self.error_found)
+        self.brdf_panel.ready.connect(lambda: self._show(document.project))
+        for form in (self.model, self.lights, self.exposure):
+            form.edited.connect(self._look_edited)
+        for panel in (self.model, self.lights, self.lookup, self.compare):
+            panel.set_look.connect(self._change_look)
+        document.changed.connect(lambda _old, new: self._show(new))
+
+    @property
+    def brdf(self) -> Brdf | None:
+        """The BRDF of the model, in the form that is drawn."""
+        return self.brdf_panel.brdf
+
+    def showEvent(self, event: object) -> None:
+        super().showEvent(event)  # type: ignore[arg-type]
+        self.want_model()
+        self.viewport.setFocus()
+        self._show(self.bench.document.project)
+
+    def hideEvent(self, event: object) -> None:
+        super().hideEvent(event)  # type: ignore[arg-type]
+        self.pictures.give_up()
+        self.planning.watch("bake", False)
+
+    def want_model(self) -> None:
+        """Load the model that a new project is shown on, the first time that somebody asks; `model_ready` follows."""
+        if self.default_mesh is None:
+            job = self.bench.jobs.submit("Loading the model", lambda: load_shape(DEFAULT_MODEL), heavy=False)
+            job.succeeded.connect(self._default_ready)
+
+    def _default_ready(self, mesh: Mesh) -> None:
+        self.default_mesh = mesh
+        self._show(self.bench.document.project)
+        self.model_ready.emit()
+
+    def fit(self) -> None:
+        """Frame the model."""
+        self.viewport.frame()
+
+    def _show(self, project: Project) -> None:
+        look, material = project.look, project.material
+        self.exposure.show_instance(look)
+        self.tone_map.setCurrentIndex(max(0, self.tone_map.findData(look.tone_map)))
+        self._error_is_stale()
+        self._show_modes(project)
+        self._setting_may_have_changed()
+        for panel in (self.model, self.lights, self.brdf_panel, self.lookup, self.compare):
+            panel.show_project(project)
+        scene = self.scene(project)
+        if scene is None:
+            return
+        self.lookup.show_scene(project, scene)
+        alone = "" if project.has_map else "No material yet: the model shows the BRDF alone."
+        note = self.brdf_panel.drawable.note if material.measured is not None else ""
+        self.hint.setText("\n".join(filter(None, (alone, note and f"Measured BRDF: {note}"))))
+        self.planning.refresh()
+        self._want_baked(project, scene)
+        self.pictures.show(project, scene, self.lights.handles(project))
+
+    def _want_baked(self, project: Project, scene: Scene) -> None:
+        """Have the light of those modes on screen that are baked."""
+        look, planning = project.look, self.planning
+        shown = {mode_of(value, project).value for value in (look.mode, *([look.against] if look.comparing else []))}
+        planning.watch("bake", self.isVisible() and not shown.isdisjoint(self.bakings))
+        for method, baking in self.bakings.items():
+            self.bake_panels[method].setVisible(method in shown)
+            if method in shown:
+                baking.want(scene, planning.plan, is_planning=planning.is_coming)
+
+    def _planned(self) -> None:
+        """Bakes follow the new plan."""
+        project = self.bench.document.project
+        scene = self.scene(project)
+        if scene is not None:
+            self._want_baked(project, scene)
+
+    def _show_compared(self, error: PictureError | None) -> None:
+        self.compare.show_error(error if len(self.pictures.modes) > 1 else None)
+
+    def _relit(self) -> None:
+        self.pictures.relit()
+        self._show(self.bench.document.project)
+
+    def _show_modes(self, project: Project) -> None:
+        self.mode.choose(mode_of(project.look.mode, project).value)
+        for mode in modes():
+            self.mode.disable(mode.value, why_not(mode, project))
+
+    def _show_caption(self) -> None:
+        """Show the progress of the reference, or the size of the model."""
+        mesh = self.bench.document.project.mesh or self.default_mesh
+        triangles = f"{len(mesh.faces):,} triangles".replace(",", " ") if mesh is not None else ""
+        words = self.pictures.progress or triangles
+        short = words.removeprefix("reference ")
+        self.caption.say(words, short, short.split(",")[0], short.rpartition(", ")[2])
+        reference = self.pictures.reference
+        self.stop_button.setVisible(self.pictures.progressive is not None)
+        self.stop.setIcon(theme.icon("reset" if reference.stopped else "cancel"))
+        self.stop.setToolTip("Refine the reference again" if reference.stopped else "Stop refining the reference")
+        enable(self.stop_button, "" if reference.running or reference.stopped else "The reference is not being refined")
+
+    def _stop_or_go(self) -> None:
+        reference = self.pictures.reference
+        if reference.stopped:
+            reference.again()
+        else:
+            reference.stop()
+        self._show_caption()
+
+    def scene(self, project: Project) -> Scene | None:
+        """The scene of the project; None until a model is loaded. The viewport puts in its own camera."""
+        mesh = project.mesh or self.default_mesh
+        if mesh is None or self.brdf is None:
+            return None
+        look = project.look
+        one = 0.0 if look.only_lamps else look.irradiance
+        return Scene(
+            mesh=mesh,
+            camera=self.viewport.camera or frame(mesh.positions),
+            brdf=self.brdf,
+            material=project.material if project.has_map else None,
+            light=tuple(look.light),
+            irradiance=one if project.environment is None else look.gain,
+            environment=project.environment,
+            environment_rotation=radians(look.rotation_deg),
+            directions=look.directions,
+            source=look.source,
+            lookup=look.lookup,
+            above=look.above,
+            repeats=look.repeats,
+            lamps=tuple(settings.lamp for settings in look.lamps),
+            ground=look.ground,
+        )
+
+    def _error_is_stale(self) -> None:
+        """The picture is another one: its error is measured once it has come to rest."""
+        self.lights.error.setText("–")
+        if self.bench.document.project.environment is not None:
+            self.at_rest.start()
+
+    def _measure(self) -> None:
+        """Measure the error of the directions against the whole environment, once the picture rests."""
+        project = self.bench.document.project
+        scene = self.scene(project)
+        if scene is not None and scene.environment is not None and self.isVisible():
+            self.latest.ask(lambda: _directions_error(scene), lambda error: self._show_error(project, scene, error))
+
+    def _show_error(self, project: Project, scene: Scene, error: float) -> None:
+        if self.bench.document.project is project and self.viewport.camera == scene.camera:
+            self.lights.error.setText(f"{100 * error:.1f} %" if error > 0.00095 else "< 0.1 %")
+
+    def choose_mode(self, value: str) -> None:
+        """Show another mode; where it is the one compared with, the two change places."""
+        look, project = self.bench.document.project.look, self.bench.document.project
+        if next((why_not(mode, project) for mode in modes() if mode.value == value), ""):
+            return
+        before = mode_of(look.mode, project).value
+        against = before if value == look.against else look.against
+        self._set_look("Mode", gesture="mode", mode=value, against=against)
+
+    @property
+    def setting(self) -> Setting:
+        """The mode on screen with its knobs."""
+        project = self.bench.document.project
+        return self.setting_of(mode_of(project.look.mode, project).value)
+
+    def setting_of(self, mode: str) -> Setting:
+        """The setting of a mode."""
+        choices = {method: baking.chosen for method, baking in self.bakings.items()}
+        return setting_of(mode, self.bench.document.project.look, choices)
+
+    def apply_setting(self, setting: Setting) -> None:
+        """Show a mode with these knobs; a bake that it calls for begins as soon as what it takes is known."""
+        project = self.bench.document.project
+        if next((why_not(mode, project) for mode in modes() if mode.value == setting.mode), "unknown"):
+            return
+        baking = self.bakings.get(setting.mode)
+        if baking is not None:
+            baking.choose(choices_with(setting, baking.choices))
+            self._to_bake = setting.mode
+        self._set_look(f"Use {setting}", **look_with(setting, project.look))
+        self._setting_may_have_changed()
+
+    def _setting_may_have_changed(self) -> None:
+        baking = self.bakings.get(self._to_bake)
+        if baking is not None and (baking.is_made or baking.job is not None):
+            self._to_bake = ""
+        elif baking is not None and baking.ready is not None:
+            self._to_bake = ""
+            if baking.ready.bake_s <= AT_ONCE_S:
+                baking.bake()
+        if self.setting != self._setting:
+            self._setting = self.setting
+            for panel in self.bake_panels.values():
+                panel.refresh()
+            self.setting_changed.emit()
+
+    def flip(self) -> None:
+        """Exchange the mode that is shown and the one it is compared with."""
+        self._change_look("Mode", flipped(self.bench.document.project.look), gesture="mode")
+
+    def _environment_rotated(self, angle_deg: float, final: bool) -> None:
+        self._set_look("Rotate the environment", gesture="rotation_deg", rotation_deg=angle_deg)
+        if final:
+            self.bench.document.end_gesture()
+
+    def _look_edited(self, look: Look, final: bool) -> None:
+        document = self.bench.document
+        if look != document.project.look:
+            changed = next(
+                field.name
+                for field in dataclasses.fields(Look)
+                if getattr(look, field.name) != getattr(document.project.look, field.name)
+            )
+            words = "Change the light" if changed in LIGHT_FIELDS else "Change the picture"
+            document.change("Change a lamp" if changed == "lamps" else words, gesture=changed, look=look)
+        if final:
+            document.end_gesture()
+
+    def _set_look(self, words: str, *, gesture: str = "", **parts: object) -> None:
+        look = dataclasses.replace(self.bench.document.project.look, **parts)  # type: ignore[arg-type]
+        self._change_look(words, look, gesture=gesture)
+
+    def _change_look(self, words: str, look: Look, gesture: str = "") -> None:
+        if look != self.bench.document.project.look:
+            self.bench.document.change(words, gesture=gesture, look=look)
+
+    def _light_moved(self, theta_deg: float, phi_deg: float, final: bool) -> None:
+        self._set_look("Move the light", gesture="light", light_theta_deg=theta_deg, light_phi_deg=phi_deg)
+        if final:
+            self.bench.document.end_gesture()
+
+    def apply_theme(self) -> None:
+        """Redraw what does not follow the palette by itself."""
+        self.frame_action.setIcon(theme.icon("fit"))
+        self.lights.apply_theme()
+        self._show_caption()
+        self.viewport.redraw()
+
+
+def _directions_error(scene: Scene) -> Steps[float]:
+    yield Step(0.0, "preparing kernels")
+    from engine.render.environment_error import environment_error
+
+    return (yield from environment_error(scene, MEASURED_PX)).rmse_rel

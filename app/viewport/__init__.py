@@ -1,0 +1,1 @@
+"""The drawing surface: OpenGL or the processor, refined while nothing moves."""

@@ -1,0 +1,341 @@
+"""One picture of a scene on the graphics device: coarse at once, then finer and finer, in pieces.
+
+The pieces leave the window's thread free between them. What is finest so far is `picture`; whoever shows it asks for
+the next piece. Baked light goes to the device in pieces, too, and the picture before stays meanwhile. Everything here
+belongs to one OpenGL context, which is current while it is called.
+
+The quality of the next frame, learnt from the cost of the frames so far.
+
+A frame has evaluations: sub-pixels times lights. Coarser frames have fewer pixels and, under an environment, fewer
+lights, each of which then stands for a larger region (`engine.light.light_tree`). No graphics card is asked what it is:
+a fast one reaches the finest level within the first frames.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from engine.scene.scene import Scene
+
+#: Longest time that a frame may hold up the window's thread, and that one piece of a finer picture may.
+MOVING_S, PIECE_S = 0.03, 0.03
+
+#: Longest time of a whole finer picture, in pieces: while a heavy job runs, and when none does.
+STILL_S, IDLE_S = 0.3, 60.0
+
+#: A frame has at most so many times the evaluations of one whose cost is known.
+STEP = 5
+
+#: Greatest cost of a piece of the picture over that of the average one, which shows background as well.
+DENSE = 2.5
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Sub-pixels along a side of a pixel; pixels along a side that share one; lights of which one is drawn."""
+
+    samples: int
+    reduction: int = 1
+    fewer: int = 1
+
+    @property
+    def is_coarse(self) -> bool:
+        """True if it has fewer pixels than the screen, or fewer lights than the scene."""
+        return self.reduction > 1 or self.fewer > 1
+
+    def evaluations(self, pixels: int, lights: int) -> int:
+        """Of a picture with so many pixels on screen."""
+        return round(max(1, pixels * self.samples**2 // self.reduction**2) * max(1.0, lights / self.fewer))
+
+    def of(self, scene: Scene) -> Scene:
+        """`scene` with the lights of this quality; round lamps are single directions where there are to be fewer."""
+        if self.fewer == 1:
+            return scene
+        fewer = max(1, scene.directions // self.fewer) if scene.environment is not None else scene.directions
+        return replace(scene, directions=fewer, lamps=tuple(replace(lamp, radius=0.0) for lamp in scene.lamps))
+
+
+#: From best to quickest: under one light, and under many.
+ONE_LIGHT = tuple(Quality(*at) for at in ((2, 1), (1, 1), (1, 2), (1, 3), (1, 4), (1, 6), (1, 9)))
+MANY_LIGHTS = (*ONE_LIGHT[:5], *(Quality(1, *at) for at in ((4, 4), (6, 4), (6, 16), (9, 16), (9, 64))))
+
+
+class Cost:
+    """The measured seconds of frames of one kind of scene, by their evaluations."""
+
+    def __init__(self) -> None:
+        self._seconds: dict[int, float] = {}
+        self._kind: tuple[object, ...] = ()
+
+    def about(self, *kind: object) -> None:
+        """Set the kind of frames drawn from now on; another kind forgets all that was learnt."""
+        if len(kind) != len(self._kind) or any(new is not old for new, old in zip(kind, self._kind, strict=True)):
+            self._kind = kind
+            self._seconds.clear()
+
+    @property
+    def is_new(self) -> bool:
+        """True if nothing is known: the next frame compiles its shader first, so its time predicts nothing."""
+        return not self._seconds
+
+    def learn(self, evaluations: int, seconds: float, pieces: int = 1) -> None:
+        """A frame of so many `evaluations` took `seconds`, in `pieces` of which each draws all triangles anew."""
+        again = (pieces - 1) * min(self._seconds.values(), default=0.0)
+        self._seconds[evaluations] = max(seconds - again, seconds / pieces)
+
+    def predicted(self, evaluations: int) -> float:
+        """Seconds that a frame will take: between those that are known, or in proportion to the largest of them."""
+        if not self._seconds:
+            return float("inf")
+        known = sorted(self._seconds)
+        beyond = max(1.0, evaluations / known[-1])
+        return float(np.interp(evaluations, known, [self._seconds[at] for at in known])) * beyond
+
+    def best(self, levels: tuple[Quality, ...], pixels: int, lights: int, budget_s: float) -> int:
+        """The finest of `levels` that fits `budget_s` and is not a leap; the last where none does."""
+        most = STEP * max(self._seconds, default=0)
+        for at, level in enumerate(levels):
+            evaluations = level.evaluations(pixels, lights)
+            if evaluations <= most and self.predicted(evaluations) <= budget_s:
+                return at
+        return len(levels) - 1
+
+    def rows(self, evaluations: int, height: int) -> int:
+        """The number of rows, of `height`, of a first piece of a picture of so many `evaluations`."""
+        fixed_s = min(self._seconds.values(), default=0.0)
+        whole_s = max(self.predicted(evaluations) - fixed_s, 1e-6)
+        if not np.isfinite(whole_s):
+            return 1
+        return int(np.clip(height * max(PIECE_S - fixed_s, PIECE_S / 3) / (DENSE * whole_s), 1, height))
+
+
+def next_rows(rows: int, seconds: float, first: int) -> int:
+    """Rows of the piece after one of `rows` that took `seconds`: fewer where it was late, more where it was early."""
+    if seconds > PIECE_S:
+        return max(1, int(rows * PIECE_S / seconds))
+    return min(round(1.5 * rows + 0.5), 3 * first) if seconds < PIECE_S / 2 else rows
+
+
+#: Seconds that baked light is brought to the device at a time.
+LOAD_S = 0.01
+
+
+@dataclass
+class _Coming:
+    """A finer picture under way: its bands, the rows of the next and of the first, seconds and pieces so far."""
+
+    level: Quality
+    picture: Any
+    bands: Generator[None, int, None]
+    rows: int
+    first_rows: int
+    seconds: float = 0.0
+    pieces: int = 0
+
+
+class Refining:
+    """Draws one scene at a time. `renderer` and pictures are made in `context`.
+
+    Attributes
+    ----------
+    baked : the renderer of baked light, once it is needed.
+    picture : `engine.gl.screen.Picture`, the last that was completed; None before the first.
+    quality : its level, None where it is of another scene or size than is wanted now.
+    screen : size (width, height) in pixels that it is for.
+    """
+
+    def __init__(self, context: Any) -> None:
+        from engine.gl.direct import DirectRenderer
+
+        self.context = context
+        self.renderer = DirectRenderer(context)
+        self.baked: Any = None
+        self.scene: Scene | None = None
+        self.picture: Any = None
+        self.screen = (0, 0)
+        self.quality: Quality | None = None
+        self.cost = Cost()
+        self._coming: _Coming | None = None
+        self._loading: tuple[Any, Iterator[None]] | None = None
+
+    def wants(self, scene: Scene, screen: tuple[int, int]) -> None:
+        """Draw `scene` for `screen` from now on; pictures of anything else are out of date."""
+        if self.scene is None or screen != self.screen or not same(scene, self.scene):
+            self._start_anew()
+        if self._loading is not None and (scene.relit is None or not _is_alike(scene.relit, self._loading[0])):
+            self._loading = None
+        self.scene, self.screen = scene, screen
+
+    def _start_anew(self) -> None:
+        if self._coming is not None:
+            self._coming.bands.close()
+            self._coming.picture.release()
+        self.quality = self._coming = None
+
+    @property
+    def under_way(self) -> bool:
+        return self._coming is not None
+
+    @property
+    def is_loading(self) -> bool:
+        """True if baked light is on its way to the device, and nothing of it is drawn yet."""
+        return self._loading is not None
+
+    def is_finished(self, budget_s: float) -> bool:
+        """True if the picture is the finest that will be drawn in `budget_s`."""
+        return self.quality is not None and self._coming is None and self._finer(budget_s) is None
+
+    def draw_first(self) -> float | None:
+        """Draw a first picture of a new scene, as good as time allows while something moves; returns its seconds."""
+        if self.scene is None or self.quality is not None:
+            return None
+        relit = self.scene.relit
+        loaded = self._load(relit) if relit is not None else None
+        if relit is not None and loaded is None:
+            return None
+        if loaded is relit:
+            return self._draw_first()
+        wanted, self.scene = self.scene, replace(self.scene, relit=loaded)
+        try:
+            return self._draw_first()
+        finally:
+            self.scene, self.quality = wanted, None  # of the light before: its own is brought to the device now
+
+    def _load(self, relit: Any) -> Any:
+        """Bring `relit` to the device for a moment: the light that is there completely now, or None.
+
+        What has begun is ended first, so that a light in continuous rotation is drawn in rotation.
+        """
+        from engine.gl.transported import TransportRenderer
+
+        self.baked = self.baked or TransportRenderer(self.context)
+        if self._loading is None:
+            self._loading = (relit, self.baked.load(relit))
+        begun, pieces = self._loading
+        self._loading = None
+        started = time.perf_counter()
+        for _ in pieces:
+            if time.perf_counter() - started > LOAD_S:
+                self._loading = (begun, pieces)
+                return None
+        return begun
+
+    def _draw_first(self) -> float:
+        assert self.scene is not None
+        scene, levels = self.scene, self._levels()
+        self.cost.about(scene.mesh, scene.shading, type(scene.brdf), scene.lookup, type(scene.relit))
+        pixels, lights = self.screen[0] * self.screen[1], self._lights()
+        coming = self._begin(levels[self.cost.best(levels, pixels, lights, MOVING_S)])
+        if self.cost.is_new:
+            self._advance(coming, 1)
+            coming.seconds, coming.pieces = 0.0, 0
+        while not self._advance(coming, coming.picture.size[1] * coming.level.samples):
+            pass
+        return self._complete(coming)
+
+    def go_on(self, budget_s: float) -> float | None:
+        """One more piece of a finer picture; the seconds that it took altogether where it is complete now."""
+        if self.scene is None:
+            return None
+        if self.quality is None:
+            return self.draw_first()
+        if self._coming is None:
+            level = self._finer(budget_s)
+            if level is None:
+                return None
+            self._coming = self._begin(level)
+        coming, before = self._coming, self._coming.seconds
+        done = self._advance(coming, coming.rows)
+        coming.rows = next_rows(coming.rows, coming.seconds - before, coming.first_rows)
+        if not done:
+            return None
+        self._coming = None
+        return self._complete(coming)
+
+    def _levels(self) -> tuple[Quality, ...]:
+        assert self.scene is not None
+        return ONE_LIGHT if self._lights() == 1 else MANY_LIGHTS
+
+    def _lights(self) -> int:
+        """The number of lights that are summed; baked light was summed before."""
+        assert self.scene is not None
+        return len(self.scene.lights.direction) if self.scene.relit is None else 1
+
+    def _evaluations(self, level: Quality) -> int:
+        assert self.scene is not None
+        return level.evaluations(self.screen[0] * self.screen[1], self._lights())
+
+    def _finer(self, budget_s: float) -> Quality | None:
+        """The next level to draw of a scene that is at rest."""
+        if self.scene is None or self.quality is None or budget_s <= MOVING_S:
+            return None
+        levels, pixels = self._levels(), self.screen[0] * self.screen[1]
+        best = self.cost.best(levels, pixels, self._lights(), budget_s)
+        return levels[best] if best < levels.index(self.quality) else None
+
+    def _begin(self, level: Quality) -> _Coming:
+        from engine.gl.screen import Picture
+
+        assert self.scene is not None
+        width, height = (max(1, side // level.reduction) for side in self.screen)
+        picture = Picture(self.context, (width, height))
+        bands = self._bands(level, picture.framebuffer, (width, height))
+        next(bands)
+        rows = self.cost.rows(self._evaluations(level), height * level.samples)
+        if self.scene.relit is not None:  # every piece evaluates all vertices anew, which is most of its cost
+            rows = max(rows, height * level.samples // 4)
+        return _Coming(level, picture, bands, rows, rows)
+
+    def _bands(self, level: Quality, framebuffer: Any, size: tuple[int, int]) -> Generator[None, int, None]:
+        assert self.scene is not None
+        if self.scene.relit is None:
+            return self.renderer.bands(level.of(self.scene), framebuffer, size, samples=level.samples)
+        relit, camera = self.scene.relit, self.scene.camera
+        bands: Generator[None, int, None] = self.baked.bands(relit, camera, framebuffer, size, samples=level.samples)
+        return bands
+
+    def _advance(self, coming: _Coming, rows: int) -> bool:
+        """Draw so many rows; whether the picture is complete."""
+        started = time.perf_counter()
+        done = False
+        try:
+            coming.bands.send(rows)
+        except StopIteration:
+            done = True
+        self.context.finish()
+        coming.seconds += time.perf_counter() - started
+        coming.pieces += 1
+        return done
+
+    def _complete(self, coming: _Coming) -> float:
+        if self.picture is not None:
+            self.picture.release()
+        self.picture, self.quality = coming.picture, coming.level
+        self.cost.learn(self._evaluations(coming.level), coming.seconds, max(1, coming.pieces))
+        return coming.seconds
+
+    def release(self) -> None:
+        """Free everything."""
+        self._start_anew()
+        self._loading = None
+        if self.picture is not None:
+            self.picture.release()
+        self.renderer.release()
+        if self.baked is not None:
+            self.baked.release()
+        self.picture = self.baked = None
+
+
+def _is_alike(relit: Any, other: Any) -> bool:
+    """True if two relit bakes are of one transport method on one model, so that either may stand in for the other."""
+    return type(relit) is type(other) and relit.mesh is other.mesh
+
+
+def same(scene: Scene, other: Scene) -> bool:
+    """True if two scenes give the same picture."""
+    return all(getattr(scene, part.name) == getattr(other, part.name) for part in fields(scene))

@@ -1,0 +1,1 @@
+"""Widgets that know nothing of a material: fields, panels, plots, tables, tiles, the theme."""

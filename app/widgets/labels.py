@@ -1,0 +1,123 @@
+"""Names of projections: a linear one is named by its weights of the two directions.
+
+Labels of BRDF models and of their parameters in the window.
+
+Effects as people read them, and from which error on one is worth a figure.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+FIXED = {
+    "wi": "light",
+    "wo": "view",
+    "half": "half vector",
+    "wi-dot-h": "angles θh, θd",
+    "elevations": "angles θi, θo",
+    "elevations-exchanged": "angles θo, θi",
+    "half-mean": "angles θh, θm",
+    "wi-dot-h-mean": "angles θd, θm",
+}
+MEASURES = {
+    "radii": "angles",
+    "cosines": "cosines of",
+    "sines": "sines of",
+    "squares": "squares of",
+    "turned": "rotated angles",
+}
+DISKS = {"in-out": ("light", "view"), "half-diff": ("half vector", "difference")}
+
+#: Largest distance from a named projection that still gets its name, as a share of its length.
+NEAR = 0.12
+
+
+def projection_name(projection: Any, parametrisation: str) -> str:
+    """A few words: 'light', 'sum', 'difference', 'rotated sum', 'mixture'; McCool's are as he has them.
+
+    Turning or mirroring a texture changes nothing, so a name stands for all projections that differ by that only.
+    """
+    if projection.name != "linear":
+        words = FIXED[projection.angles or projection.name]
+        return words.replace("angles", MEASURES[projection.measure], 1)
+    first, second = projection.rows[:, :2], projection.rows[:, 2:]
+    one, other = DISKS[parametrisation]
+    if np.linalg.norm(second) < NEAR * np.sqrt(2.0):
+        return one
+    if np.linalg.norm(first) < NEAR * np.sqrt(2.0):
+        return other
+    if parametrisation == "in-out" and _even(first) and _even(second):
+        turn = np.linalg.solve(first, second)
+        if np.linalg.norm(turn - np.eye(2)) < 2.0 * NEAR:
+            return "sum"
+        if np.linalg.norm(turn + np.eye(2)) < 2.0 * NEAR:
+            return "difference"
+        if np.linalg.norm(turn.T @ turn - np.eye(2)) < 2.0 * NEAR:
+            return "rotated sum" if np.linalg.det(turn) > 0.0 else "mirrored sum"
+    return "mixture"
+
+
+def shares(projection: Any) -> tuple[float, float]:
+    """The shares of the two disks in a linear projection; they add up to 1."""
+    squares = (np.asarray(projection.rows) ** 2).reshape(2, 2, 2).sum(axis=(0, 2)) / 2.0
+    return float(squares[0]), float(squares[1])
+
+
+def _even(part: Any) -> bool:
+    """True if a disk keeps its shape under this half of a projection."""
+    long, short = np.linalg.svd(part, compute_uv=False)
+    return bool(short > (1.0 - 2.0 * NEAR) * long)
+
+
+BRDF_NAMES = {
+    "lambert": "Lambert",
+    "oren-nayar": "Oren–Nayar",
+    "phong": "Phong",
+    "blinn-phong": "Blinn–Phong",
+    "lafortune": "Lafortune",
+    "lafortune-three-lobes": "Lafortune, three lobes",
+    "ward": "Ward",
+    "ashikhmin-shirley": "Ashikhmin–Shirley",
+    "cook-torrance": "Cook–Torrance",
+    "ggx": "GGX",
+    "ggx-anisotropic": "GGX, anisotropic",
+    "poulin-fournier": "Poulin–Fournier",
+    "metallic-roughness": "Metallic–roughness (glTF)",
+}
+BRDF_LABELS = {
+    "kd": "Diffuse",
+    "ks": "Highlight",
+    "f0": "Head-on",
+    "alpha": "Width α",
+    "alpha_x": "Width α along",
+    "alpha_y": "Width α across",
+    "sigma_deg": "Slope angle σ",
+    "m": "Slope m",
+    "nu": "Exponent along",
+    "nv": "Exponent across",
+    "cxy": "Along surface",
+    "cz": "Along normal",
+    **{f"cxy{lobe}": f"Along surface {lobe}" for lobe in (1, 2, 3)},
+    **{f"cz{lobe}": f"Along normal {lobe}" for lobe in (1, 2, 3)},
+    **{f"exponent{lobe}": f"Exponent {lobe}" for lobe in (1, 2, 3)},
+}
+
+
+#: Names by those of `engine.planning.effects.estimates`; an effect that is not among them is shown by its own.
+NAMES = {
+    "self-shadowing": "Shadows",
+    "interreflection": "Interreflection",
+    "glossy": "Gloss",
+    "anisotropy": "Anisotropy",
+    "all-frequency-light": "Sharp light",
+    "sun-split": "Sun",
+    "mesostructure": "Mesostructure",
+    "spatially-varying-gloss": "Varying gloss",
+    "fresnel": "Fresnel",
+    "retro-reflection": "Retro-reflection",
+}
+
+#: Relative errors below this are no loss.
+LEAST_ERROR = 1e-5

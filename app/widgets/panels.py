@@ -1,0 +1,385 @@
+"""Side panels: a title in sentence case, rows of label and value on one grid, and thin lines between sections."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from PySide6.QtCore import QSize, Qt, Signal, SignalInstance
+from PySide6.QtGui import QAction, QResizeEvent
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QComboBox,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QSizePolicy,
+    QStackedWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.widgets import theme
+from app.widgets import theme as icons
+from app.widgets.theme import PADDING, ROW, STEP, role
+
+WIDTH = 296
+LABEL_WIDTH = 76
+
+
+class Panel(QWidget):
+    """A column of sections beside the picture, which scrolls where the window is low, and a foot that stays."""
+
+    def __init__(self, width: int = WIDTH) -> None:
+        super().__init__()
+        role(self, "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setFixedWidth(width)
+        inside = role(QWidget(), "panel")
+        # scrolls rather than squeezes its rows
+        inside.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        self.column = QVBoxLayout(inside)
+        self.column.setContentsMargins(PADDING, PADDING, PADDING, PADDING)
+        self.column.setSpacing(STEP)
+        scroll = QScrollArea()
+        scroll.setWidgetResizable(True)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setFrameShape(QFrame.Shape.NoFrame)
+        scroll.setWidget(inside)
+        self.whole = QVBoxLayout(self)
+        self.whole.setContentsMargins(0, 0, 0, 0)
+        self.whole.setSpacing(0)
+        self.whole.addWidget(scroll, 1)
+
+    def section(self, title: str) -> Rows:
+        """A titled group of rows below what is there; a line parts it from the section above."""
+        rows = Rows(title)
+        self.add(rows)
+        return rows
+
+    def add(self, rows: Rows) -> None:
+        """Put a group of rows below what is there."""
+        if self.column.count():
+            self.column.addSpacing(2 * STEP)
+            self.column.addWidget(line())
+            self.column.addSpacing(2 * STEP)
+        self.column.addWidget(rows)
+
+    def finish(self, foot: QWidget | None = None) -> None:
+        """Push everything to the top; `foot`, the panel's main button, stays at the bottom whatever scrolls."""
+        self.column.addStretch(1)
+        if foot is not None:
+            holder = QVBoxLayout()
+            holder.setContentsMargins(PADDING, 2 * STEP, PADDING, PADDING)
+            holder.addWidget(foot)
+            self.whole.addLayout(holder)
+
+
+def sheet() -> tuple[QWidget, QVBoxLayout]:
+    """The content widget of a dock, and its column, still empty."""
+    holder = role(QWidget(), "panel")
+    holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    column = QVBoxLayout(holder)
+    column.setContentsMargins(PADDING, STEP, PADDING, STEP)
+    column.setSpacing(STEP)
+    return holder, column
+
+
+def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
+    """Panels and picture beside each other with a thin line between them; part number `stretch` takes the room."""
+    holder = role(QWidget(), "gap")
+    holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    row = QHBoxLayout(holder)
+    row.setContentsMargins(0, 0, 0, 0)
+    row.setSpacing(1)
+    for place, part in enumerate(parts):
+        row.addWidget(part, 1 if place == stretch else 0)
+    return holder
+
+
+class Rows(QWidget):
+    """Rows of a section: label on the left, widget or figure on the right."""
+
+    def __init__(self, title: str = "") -> None:
+        super().__init__()
+        self.grid = QGridLayout(self)
+        self.grid.setContentsMargins(0, 0, 0, 0)
+        self.grid.setHorizontalSpacing(2 * STEP)
+        self.grid.setVerticalSpacing(STEP)
+        self.grid.setColumnMinimumWidth(0, LABEL_WIDTH)
+        self.grid.setColumnStretch(1, 1)
+        if title:
+            self.wide(text(title, "title"))
+
+    def row(self, label: str, widget: QWidget, hint: str = "") -> QWidget:
+        """`label` beside `widget`; `hint` explains both where the mouse rests."""
+        place = self.grid.rowCount()
+        caption = text(label, "secondary")
+        caption.setBuddy(widget)
+        caption.setToolTip(hint)
+        if hint:
+            keep_hint(widget, hint)
+        widget.setAccessibleName(label)
+        if isinstance(widget, QComboBox):
+            widget.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+            widget.setMinimumContentsLength(8)
+        self.grid.setRowMinimumHeight(place, ROW)
+        self.grid.addWidget(caption, place, 0)
+        self.grid.addWidget(widget, place, 1)
+        return widget
+
+    def figure(self, label: str, hint: str = "") -> QLabel:
+        """A read-out, right-aligned; set its text with the unit."""
+        value = text("–", "")
+        value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        value.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.row(label, value, hint)
+        return value
+
+    def wide(self, widget: QWidget) -> QWidget:
+        """A widget over the whole width."""
+        self.grid.addWidget(widget, self.grid.rowCount(), 0, 1, 2)
+        return widget
+
+
+class Fold(QWidget):
+    """Rows that are seldom needed, behind a line that opens and closes them."""
+
+    def __init__(self, title: str) -> None:
+        super().__init__()
+        self.rows = Rows()
+        self.rows.hide()
+        self.head = QToolButton()
+        self.head.setText(title)
+        self.head.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.head.setIconSize(QSize(icons.SMALL, icons.SMALL))
+        self.head.setCheckable(True)
+        self.head.toggled.connect(self._toggled)
+        role(self.head, "fold")
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(STEP)
+        column.addWidget(self.head)
+        column.addWidget(self.rows)
+        self.apply_theme()
+
+    def _toggled(self, opened: bool) -> None:
+        self.rows.setVisible(opened)
+        self.apply_theme()
+
+    def apply_theme(self) -> None:
+        """Draw the arrow in the colour of the current theme."""
+        self.head.setIcon(icons.icon("chevron-down" if self.head.isChecked() else "chevron-right"))
+
+
+class Segments(QWidget):
+    """A few choices side by side, exactly one of them active. `chosen` is emitted for clicks and keys only."""
+
+    chosen = Signal(str)
+
+    def __init__(self, choices: Sequence[tuple[str, str, str]], shorter: Mapping[str, str] | None = None) -> None:
+        """`choices` are (value, label, hint); `shorter` labels by value stand where the whole ones have no room."""
+        super().__init__()
+        self.shorter = dict(shorter or {})
+        self.whole = {value: label for value, label, _ in choices}
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        self.group = QButtonGroup(self)
+        self.buttons: dict[str, QToolButton] = {}
+        for value, label, hint in choices:
+            button = QToolButton()
+            button.setText(label)
+            keep_hint(button, hint)
+            button.setCheckable(True)
+            button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            button.clicked.connect(lambda _checked, value=value: self.chosen.emit(value))
+            role(button, "segment")
+            self.group.addButton(button)
+            self.buttons[value] = button
+            layout.addWidget(button)
+        if self.shorter:
+            self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        """Room for the whole labels."""
+        return super().sizeHint() + QSize(self._lost(), 0)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        is_narrow = self.width() < self.sizeHint().width()
+        for value, label in self.shorter.items():
+            self.buttons[value].setText(label if is_narrow else self.whole[value])
+
+    def _lost(self) -> int:
+        """The width that the labels have lost by their short forms."""
+        metrics = self.fontMetrics()
+        pairs = ((self.whole[value], self.buttons[value].text()) for value in self.shorter)
+        return sum(metrics.horizontalAdvance(whole) - metrics.horizontalAdvance(now) for whole, now in pairs)
+
+    @property
+    def value(self) -> str:
+        return next((value for value, button in self.buttons.items() if button.isChecked()), "")
+
+    def choose(self, value: str) -> None:
+        """Show `value` as active without emitting."""
+        self.buttons[value].setChecked(True)
+
+    def disable(self, value: str, why: str) -> None:
+        """Make one choice unavailable and let it say why; an empty `why` makes it available."""
+        enable(self.buttons[value], why)
+
+
+def text(words: str, look: str = "", *, wrap: bool = False) -> QLabel:
+    """A label; `look` is a role of the theme."""
+    label = QLabel(words)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setWordWrap(wrap)
+    if look:
+        role(label, look)
+    return label
+
+
+class Fitting(QLabel):
+    """A quiet line that says as much as there is room for: the first of its forms that fits, or nothing."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        role(self, "secondary")
+        self.forms: tuple[str, ...] = ()
+        self.setTextFormat(Qt.TextFormat.PlainText)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+
+    def say(self, *forms: str) -> None:
+        """Show one of `forms`, the longest first; all of it is said where the mouse rests."""
+        self.forms = forms
+        self.setToolTip(forms[0] if forms else "")
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        metrics, room = self.fontMetrics(), self.width() - 2
+        chosen = next((form for form in self.forms if metrics.horizontalAdvance(form) <= room), "")
+        if chosen != self.text():
+            self.setText(chosen)
+
+
+def line() -> QFrame:
+    """A thin horizontal line."""
+    rule = QFrame()
+    role(rule, "line")
+    return rule
+
+
+def button(label: str, look: str = "", icon: str = "", hint: str = "") -> QPushButton:
+    """A push button; `look` is 'primary', 'link' or empty."""
+    made = QPushButton(label)
+    if icon:
+        made.setIcon(icons.icon(icon))
+        made.setIconSize(QSize(icons.SMALL, icons.SMALL))
+    made.setToolTip(hint)
+    if look:
+        role(made, look)
+    return made
+
+
+def tool(action: QAction) -> QToolButton:
+    """A small button that shows only the icon of `action`."""
+    made = QToolButton()
+    made.setDefaultAction(action)
+    made.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+    made.setIconSize(QSize(icons.SMALL, icons.SMALL))
+    made.setAccessibleName(action.text())
+    keys = action.shortcut().toString()
+    made.setToolTip(f"{action.text()} ({keys})" if keys else action.text())
+    return made
+
+
+def small_button(icon: str, hint: str) -> QToolButton:
+    """A small button that shows an icon alone."""
+    made = QToolButton()
+    made.setIcon(icons.icon(icon))
+    made.setIconSize(QSize(icons.SMALL, icons.SMALL))
+    made.setAccessibleName(hint)
+    keep_hint(made, hint)
+    return made
+
+
+def keep_hint(widget: QWidget, hint: str) -> None:
+    """Explain `widget` where the mouse rests, whenever nothing is said against using it."""
+    widget.setProperty("hint", hint)
+    widget.setToolTip(hint)
+
+
+def enable(widget: QWidget, why_not: str, hint: str = "") -> None:
+    """Disable `widget` and let it say why, or enable it when there is no reason against it.
+
+    `hint` explains it from now on; without one it keeps the one that it has. Choices side by side say why each.
+    """
+    if hint:
+        keep_hint(widget, hint)
+    widget.setEnabled(not why_not)
+    widget.setToolTip(why_not or str(widget.property("hint") or ""))
+    if isinstance(widget, Segments):
+        for choice in widget.buttons.values():
+            choice.setToolTip(why_not or str(choice.property("hint") or ""))
+
+
+class EmptyState(QWidget):
+    """The hint of an empty view, and the buttons that follow it: (label, icon, signal), the best one first."""
+
+    def __init__(
+        self, icon_name: str, heading: str, words: str, offers: Sequence[tuple[str, str, SignalInstance]]
+    ) -> None:
+        super().__init__()
+        role(self, "canvas")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.icon_name = icon_name
+        self.picture = QLabel()
+        self.picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.words = text(words, "secondary", wrap=True)
+        self.words.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        self.words.setFixedWidth(400)
+        self.words.setFixedHeight(self.words.heightForWidth(400) + STEP)
+        title = text(heading, "heading")
+        title.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        actions = QHBoxLayout()
+        actions.setSpacing(2 * STEP)
+        actions.addStretch(1)
+        for place, (label, icon, wanted) in enumerate(offers):
+            made = button(label, "" if place else "primary", icon)
+            made.clicked.connect(wanted)
+            actions.addWidget(made)
+        actions.addStretch(1)
+        column = QVBoxLayout(self)
+        column.setSpacing(3 * STEP)
+        column.addStretch(2)
+        column.addWidget(self.picture)
+        column.addWidget(title)
+        column.addWidget(self.words, 0, Qt.AlignmentFlag.AlignHCenter)
+        column.addSpacing(STEP)
+        column.addLayout(actions)
+        column.addStretch(3)
+        self.apply_theme()
+
+    def apply_theme(self) -> None:
+        """Draw the icon in the colour of the current theme."""
+        self.picture.setPixmap(icons.pixmap(self.icon_name, 48, theme.current().disabled, self.devicePixelRatioF()))
+
+
+def with_empty_state(tab: QWidget, empty: EmptyState, work: QWidget) -> QStackedWidget:
+    """Fill `tab` with two pages: 0 is `empty`, for as long as there is nothing to do `work` (1) on."""
+    pages = QStackedWidget()
+    pages.addWidget(empty)
+    pages.addWidget(work)
+    column = QVBoxLayout(tab)
+    column.setContentsMargins(0, 0, 0, 0)
+    column.addWidget(pages)
+    return pages

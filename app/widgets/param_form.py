@@ -1,0 +1,238 @@
+"""Sliders and number fields made from declared parameters (`engine.core.params`), one row each.
+
+A slider runs over the parameter's everyday range, logarithmically where it is declared so; the field beside it takes
+every allowed value. Ctrl+click on either goes back to the default.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from PySide6.QtCore import QPointF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QIcon, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
+from PySide6.QtWidgets import QColorDialog, QHBoxLayout, QPushButton, QSlider, QWidget
+
+from app.widgets import theme
+from app.widgets.number_field import NumberField
+from app.widgets.panels import Rows
+from app.widgets.theme import ROW, STEP
+from engine.core.colour import srgb_decode, srgb_encode
+from engine.core.params import Colour, Parameter, parameters
+
+TICKS = 1000
+FIELD_WIDTH = 72
+KNOB = 6
+
+
+class ParamForm(Rows):
+    """Edits one frozen dataclass of parameters. `edited(instance, final)`: `final` is False while dragging."""
+
+    edited = Signal(object, bool)
+
+    def __init__(self, instance: Any, labels: Mapping[str, str] | None = None) -> None:
+        """`labels` names the parameters to show and their words; without it all are shown under their own names."""
+        super().__init__()
+        self.instance = instance
+        self.editors: dict[str, NumberEditor | ColourEditor] = {}
+        for parameter in parameters(instance):
+            if labels is not None and parameter.name not in labels:
+                continue
+            editor = ColourEditor(parameter) if parameter.is_colour else NumberEditor(parameter)
+            editor.edited.connect(lambda value, final, name=parameter.name: self._edited(name, value, final))
+            self.editors[parameter.name] = editor
+            self.row(labels[parameter.name] if labels else parameter.label, editor, parameter.doc)
+        self.show_instance(instance)
+
+    def show_instance(self, instance: Any) -> None:
+        """Show the values of `instance` without emitting."""
+        self.instance = instance
+        for name, editor in self.editors.items():
+            editor.show_value(getattr(instance, name))
+
+    def _edited(self, name: str, value: float | Colour, final: bool) -> None:
+        self.instance = dataclasses.replace(self.instance, **{name: value})
+        self.edited.emit(self.instance, final)
+
+
+class Slider(QSlider):
+    """A horizontal slider that jumps to the click and asks for a reset on Ctrl+click."""
+
+    reset = Signal()
+
+    def __init__(self) -> None:
+        super().__init__(Qt.Orientation.Horizontal)
+        self.setRange(0, TICKS)
+        self.setSingleStep(TICKS // 100)
+        self.setPageStep(TICKS // 10)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            self.reset.emit()
+            return
+        self.setSliderDown(True)
+        self._go_to(event.position().x())
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self.isSliderDown():
+            self._go_to(event.position().x())
+
+    def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
+        self.setSliderDown(False)
+
+    def _go_to(self, x: float) -> None:
+        self.setSliderPosition(round(TICKS * (x - KNOB) / max(1, self.width() - 2 * KNOB)))
+
+    def sizeHint(self) -> QSize:
+        return QSize(80, ROW - 4)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(36, ROW - 4)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        colours, middle = theme.current(), self.height() / 2
+        active = colours.accent if self.isEnabled() else colours.line
+        left, right = float(KNOB), float(self.width() - KNOB)
+        knob = left + (right - left) * self.sliderPosition() / TICKS
+        for start, end, colour in ((left, right, colours.line), (left, knob, active)):
+            painter.setPen(QPen(QColor(colour), 2))
+            painter.drawLine(QPointF(start, middle), QPointF(end, middle))
+        lit = self.hasFocus() or self.underMouse() or self.isSliderDown()
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(colours.disabled if not self.isEnabled() else colours.accent if lit else colours.text))
+        painter.drawEllipse(QPointF(knob, middle), KNOB, KNOB)
+
+
+class NumberEditor(QWidget):
+    """Slider and field of one number."""
+
+    edited = Signal(float, bool)
+
+    def __init__(self, parameter: Parameter) -> None:
+        super().__init__()
+        self.parameter = parameter
+        assert isinstance(parameter.default, float)
+        self.slider = Slider()
+        self.slider.setAccessibleName(parameter.label)
+        self.field = NumberField(
+            parameter.default, parameter.low, parameter.high, unit=parameter.unit, log=parameter.log
+        )
+        self.field.setAccessibleName(parameter.label)
+        self.field.setFixedWidth(FIELD_WIDTH)
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(2 * STEP)
+        layout.addWidget(self.slider, 1)
+        layout.addWidget(self.field)
+        self.slider.valueChanged.connect(self._slid)
+        self.slider.sliderReleased.connect(lambda: self.edited.emit(self.field.value, True))
+        self.slider.reset.connect(lambda: self._set(self.field.default, True))
+        self.field.edited.connect(self._set)
+
+    def show_value(self, value: float) -> None:
+        """Show `value` without emitting."""
+        self.field.show_value(value)
+        self.slider.blockSignals(True)
+        self.slider.setValue(round(TICKS * self._place(value)))
+        self.slider.blockSignals(False)
+
+    def _slid(self, ticks: int) -> None:
+        value = self._value(ticks / TICKS)
+        self.field.show_value(value)
+        self.edited.emit(value, not self.slider.isSliderDown())
+
+    def _set(self, value: float, final: bool) -> None:
+        self.show_value(value)
+        self.edited.emit(value, final)
+
+    def _place(self, value: float) -> float:
+        low, high = self.parameter.slider
+        value = min(max(value, low), high)
+        if self.parameter.log and low > 0:
+            return math.log(value / low) / math.log(high / low)
+        return (value - low) / (high - low)
+
+    def _value(self, place: float) -> float:
+        low, high = self.parameter.slider
+        value = low * (high / low) ** place if self.parameter.log and low > 0 else low + (high - low) * place
+        return float(f"{value:.3g}")
+
+
+class ColourEditor(QWidget):
+    """Strength of a colour as slider and field (its largest channel), and a swatch that opens the colour dialog.
+
+    Weights that are declared as colours may be negative; the largest is then the one furthest from 0.
+    """
+
+    edited = Signal(object, bool)
+
+    def __init__(self, parameter: Parameter) -> None:
+        super().__init__()
+        assert isinstance(parameter.default, tuple)
+        self.colour: Colour = parameter.default
+        strength = Parameter(
+            parameter.name,
+            max(parameter.default, key=abs),
+            parameter.low,
+            parameter.high,
+            parameter.slider,
+            parameter.unit,
+            parameter.doc,
+            parameter.log,
+        )
+        self.strength = NumberEditor(strength)
+        self.swatch = QPushButton()
+        self.swatch.setFixedSize(ROW, ROW)
+        theme.role(self.swatch, "swatch")
+        self.swatch.setAccessibleName(f"{parameter.label}: colour")
+        layout = QHBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(2 * STEP)
+        layout.addWidget(self.swatch)
+        layout.addWidget(self.strength, 1)
+        self.strength.edited.connect(self._scaled)
+        self.swatch.clicked.connect(self._ask)
+
+    def show_value(self, value: Colour) -> None:
+        """Show `value` without emitting."""
+        self.colour = value
+        self.strength.show_value(max(value, key=abs))
+        self._paint()
+
+    def _scaled(self, strength: float, final: bool) -> None:
+        largest = max(self.colour, key=abs)
+        red, green, blue = (channel / largest if largest else 1.0 for channel in self.colour)
+        self.colour = (red * strength, green * strength, blue * strength)
+        self._paint()
+        self.edited.emit(self.colour, final)
+
+    def _ask(self) -> None:
+        dialog = QColorDialog(display_colour(self.colour), self)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.colorSelected.connect(self._picked)
+        dialog.open()
+
+    def _picked(self, colour: QColor) -> None:
+        red, green, blue = (float(channel) for channel in srgb_decode([colour.redF(), colour.greenF(), colour.blueF()]))
+        self.show_value((red, green, blue))
+        self.edited.emit(self.colour, True)
+
+    def _paint(self) -> None:
+        self.swatch.setIcon(swatch(display_colour(self.colour)))
+
+
+def display_colour(linear: Colour) -> QColor:
+    """The screen's colour of linear sRGB, clipped."""
+    red, green, blue = (min(1.0, max(0.0, float(channel))) for channel in srgb_encode(list(linear)))
+    return QColor.fromRgbF(red, green, blue)
+
+
+def swatch(colour: QColor) -> QIcon:
+    """A filled square as an icon."""
+    square = QPixmap(16, 16)
+    square.fill(colour)
+    return QIcon(square)

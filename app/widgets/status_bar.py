@@ -1,0 +1,199 @@
+"""The line at the bottom: the running job with progress and cancel, health, error, frame time and memory."""
+
+from __future__ import annotations
+
+import psutil
+from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QColor, QPainter, QPaintEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QToolButton, QWidget
+
+from app.jobs.jobs import Job, Jobs
+from app.widgets import theme
+from app.widgets import theme as icons
+from app.widgets.panels import text
+from app.widgets.theme import PADDING, STEP, role
+from engine.core.health import Health, Verdict
+
+HEIGHT = 30
+
+OF_MATERIAL = "Error of the compressed material against its slices"
+
+#: Icon, colour of the theme and word of each verdict.
+VERDICTS = {
+    Verdict.GOOD: ("check", "good", "Health"),
+    Verdict.NOTE: ("note", "secondary", "Health: note"),
+    Verdict.WARNING: ("warning", "warning", "Health: check"),
+    Verdict.BAD: ("bad", "bad", "Health: problem"),
+}
+
+
+class StatusBar(QWidget):
+    """Shows figures that others hand over; asks `jobs` to cancel. `health_clicked` asks for the report."""
+
+    health_clicked = Signal()
+
+    def __init__(self, jobs: Jobs) -> None:
+        super().__init__()
+        self.jobs = jobs
+        self._said = ""
+        self._health: Health | None = None
+        role(self, "bar")
+        self.setFixedHeight(HEIGHT)
+        self.words = text("")
+        self.bar = ProgressLine()
+        self.cancel = QToolButton()
+        self.cancel.setIconSize(QSize(icons.SMALL, icons.SMALL))
+        self.cancel.setToolTip("Cancel the running job")
+        self.cancel.setAccessibleName("Cancel the running job")
+        self.cancel.clicked.connect(self._cancel)
+        self.health = QToolButton()
+        self.health.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.health.setIconSize(QSize(icons.SMALL, icons.SMALL))
+        self.health.clicked.connect(self.health_clicked)
+        self.error = figure(OF_MATERIAL, "error 10.00 % ± 0.01")
+        self._of_material = ""
+        self._of_picture: tuple[str, str] | None = None
+        self.frame = figure("Time of the last frame in the viewport", "1000.0 ms")
+        self.memory = figure("Memory that this program holds", "99.9 GB")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(PADDING, 0, PADDING, 0)
+        row.setSpacing(2 * STEP)
+        for widget in (self.words, self.bar, self.cancel):
+            row.addWidget(widget)
+        row.addStretch(1)
+        for widget in (self.health, self.error, self.frame, self.memory):
+            row.addSpacing(STEP)
+            row.addWidget(widget)
+        jobs.changed.connect(lambda _job: self._show_job())
+        jobs.progressed.connect(self._progressed)
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self._show_memory)
+        self._timer.start(1000)
+        self.show_health(None)
+        self._show_job()
+        self._show_memory()
+        self.apply_theme()
+
+    def apply_theme(self) -> None:
+        """Take the colours of the current theme."""
+        self.cancel.setIcon(icons.icon("cancel"))
+        self._health = None
+
+    def say(self, words: str) -> None:
+        """A sentence about what just happened, until the next job begins."""
+        self._said = words
+        self._show_job()
+
+    def show_health(self, health: Health | None) -> None:
+        """The worst finding of the project."""
+        self.health.setVisible(health is not None)
+        if health is None or health is self._health:
+            return
+        self._health = health
+        name, look, word = VERDICTS[health.verdict]
+        self.health.setIcon(icons.icon(name, getattr(theme.current(), look)))
+        self.health.setText(word)
+        worst = [finding.text for finding in health.findings if finding.verdict == health.verdict]
+        self.health.setToolTip("\n".join(worst[:3]) if worst else "Nothing to report")
+
+    def show_error(self, rms: float | None, r_max: float = 1.0) -> None:
+        """Error of the compression as a share of the brightest slice's mean."""
+        self._of_material = "" if rms is None else f"error {100 * rms / r_max:.1f} %"
+        self._show_error()
+
+    def show_picture_error(self, words: str | None, hint: str = "") -> None:
+        """Error of the picture on screen, '1.2 % ± 0.1', or nothing; None for that of the material in its place."""
+        self._of_picture = None if words is None else (f"error {words}" if words else "", hint)
+        self._show_error()
+
+    def _show_error(self) -> None:
+        words, hint = (self._of_material, OF_MATERIAL) if self._of_picture is None else self._of_picture
+        if words != self.error.text() or hint != self.error.toolTip():
+            self.error.setText(words)
+            self.error.setToolTip(hint)
+            self.error.setVisible(bool(words))
+
+    def show_frame_time(self, seconds: float | None) -> None:
+        """Time of the last frame; None where no viewport is on screen."""
+        self.frame.setVisible(seconds is not None)
+        if seconds is not None:
+            self.frame.setText(f"{1000 * seconds:.1f} ms")
+
+    def _current(self) -> Job | None:
+        return next((job for job in self.jobs.active if job.heavy), None)
+
+    def _cancel(self) -> None:
+        job = self._current()
+        if job is not None:
+            self.jobs.cancel(job)
+
+    def _show_job(self) -> None:
+        job = self._current()
+        self.bar.setVisible(job is not None)
+        self.cancel.setVisible(job is not None)
+        if job is None:
+            self.words.setText(self._said)
+            return
+        self._said = ""
+        self.bar.show_done(job.step.done)
+        self.cancel.setEnabled(not job.stopping)
+        self.words.setText(describe(job))
+
+    def _progressed(self, job: Job) -> None:
+        if job is self._current():
+            self._show_job()
+
+    def _show_memory(self) -> None:
+        self.memory.setText(size_text(psutil.Process().memory_info().rss))
+
+
+class ProgressLine(QWidget):
+    """A thin bar. Qt's own repaints the whole window at once with every value; this one waits its turn."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.done = 0.0
+        self.setFixedSize(140, 4)
+        self.setAccessibleName("Progress of the running job")
+
+    def show_done(self, done: float) -> None:
+        """`done` in [0, 1]."""
+        self.done = min(1.0, max(0.0, done))
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        for share, colour in ((1.0, theme.current().line), (self.done, theme.current().accent)):
+            painter.setBrush(QColor(colour))
+            painter.drawRoundedRect(QRectF(0, 0, share * self.width(), self.height()), 2, 2)
+
+
+def describe(job: Job) -> str:
+    """A job in one line: its current step and its remaining time."""
+    if job.stopping:
+        return f"{job.title}: stopping…"
+    if job.state in ("queued", "paused"):
+        return f"{job.title}: {'waiting' if job.state == 'queued' else 'paused'}"
+    note = job.step.note or job.title
+    words = f"{note[:1].upper()}{note[1:]}"
+    left = job.left_s
+    return f"{words} · {left:.0f} s left" if left is not None and left >= 1 else words
+
+
+def size_text(size_bytes: float) -> str:
+    """Bytes for people, in decimal units."""
+    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if size_bytes >= scale:
+            return f"{size_bytes / scale:.{0 if size_bytes >= 100 * scale else 1}f} {unit}"
+    return f"{size_bytes:.0f} B"
+
+
+def figure(hint: str, widest: str) -> QLabel:
+    """A read-out of the status bar, right-aligned in room for its `widest` text."""
+    label = text("", "secondary")
+    label.setMinimumWidth(label.fontMetrics().horizontalAdvance(widest))
+    label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+    label.setToolTip(hint)
+    return label

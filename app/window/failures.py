@@ -1,0 +1,98 @@
+"""Reports of failures to the person: one dialog, one line in the log, and the program goes on.
+
+Errors that a person can mend are shown in their own words. Anything else is a fault of the program: its traceback
+goes to the log, and the dialog opens once per place in the code, however often a paint event runs into it.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+import threading
+import traceback
+from types import TracebackType
+from typing import Any
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from app.process import crash
+from engine.core.errors import FileError, LightarcError, MissingCapability, UsageError, shortage
+
+log = logging.getLogger(__name__)
+
+
+class Failures(QObject):
+    """Shows failures over `window`; `report` may be called from any thread."""
+
+    arrived = Signal(str, object)
+
+    def __init__(self, window: QWidget) -> None:
+        super().__init__(window)
+        self.window = window
+        self.open_dialogs: dict[str, QMessageBox] = {}
+        self._faults_shown: set[str] = set()
+        self.arrived.connect(self._show, Qt.ConnectionType.QueuedConnection)
+
+    def report(self, title: str, error: BaseException) -> None:
+        """Log `error` now and show it as soon as the window's thread is free."""
+        if isinstance(error, LightarcError):
+            log.warning("%s: %s", title, error)
+        else:
+            trace = "".join(traceback.format_exception(error))
+            log.error("%s\n%s", title, trace)
+            crash.note(trace)
+        self.arrived.emit(title, error)
+
+    def install(self) -> None:
+        """Send exceptions that nobody caught, on any thread, to `report` instead of ending the program."""
+        sys.excepthook = self._uncaught
+        threading.excepthook = lambda hook: self._uncaught(hook.exc_type, hook.exc_value, hook.exc_traceback)
+        sys.unraisablehook = self._unraisable
+
+    def _uncaught(self, kind: type[BaseException], error: BaseException | None, _trace: TracebackType | None) -> None:
+        if issubclass(kind, (KeyboardInterrupt, SystemExit)):
+            sys.__excepthook__(kind, error or kind(), _trace)
+            return
+        self.report("Something went wrong", error or kind())
+
+    def _unraisable(self, hook: Any) -> None:
+        self._uncaught(hook.exc_type, hook.exc_value, hook.exc_traceback)
+
+    def _show(self, title: str, error: BaseException) -> None:
+        message, detail = explain(error)
+        key = message if isinstance(error, LightarcError) else _place(error)
+        if key in self.open_dialogs or key in self._faults_shown:
+            return
+        if not isinstance(error, LightarcError):
+            self._faults_shown.add(key)
+        box = QMessageBox(QMessageBox.Icon.Warning, "Lightarc", title, QMessageBox.StandardButton.Close, self.window)
+        box.setInformativeText(message)
+        if detail:
+            box.setDetailedText(detail)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.finished.connect(lambda: self.open_dialogs.pop(key, None))
+        self.open_dialogs[key] = box
+        box.open()
+
+
+def explain(error: BaseException) -> tuple[str, str]:
+    """The message for the person, and the details that only a developer reads."""
+    if isinstance(error, FileError):
+        return f"{error.problem[:1].upper()}{error.problem[1:]}.\n{error.remedy}.\n\n{error.path}", ""
+    if isinstance(error, MissingCapability):
+        return f"{error.capability}.\n{error.remedy}.", ""
+    if isinstance(error, UsageError):
+        words = str(error).rstrip(".")
+        return f"{words[:1].upper()}{words[1:]}.", ""
+    lack = shortage(error)
+    if lack is not None:
+        return f"{lack.problem}.\nYour work is still here. {lack.remedy}.", ""
+    trace = "".join(traceback.format_exception(error))
+    return "This is a fault in Lightarc, not in your files. Your work is still here; the log has the details.", trace
+
+
+def _place(error: BaseException) -> str:
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f"{frames[-1].filename}:{frames[-1].lineno}" if frames else ""
+    return f"{type(error).__name__} {where}"

@@ -1,0 +1,521 @@
+"""The window: workspaces as tabs, menus, docks, the status bar, and dropped files."""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import sys
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+
+from PySide6.QtCore import QByteArray, QObject, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QAction,
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QKeySequence,
+    QResizeEvent,
+)
+from PySide6.QtWidgets import (
+    QApplication,
+    QButtonGroup,
+    QFileDialog,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QMainWindow,
+    QMenu,
+    QMenuBar,
+    QMessageBox,
+    QStackedWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+import engine
+from app.brdf.tab import BrdfTab
+from app.capture.tab import CaptureTab
+from app.commands.workbench import Workbench
+from app.docks.accuracy import AccuracyDock
+from app.docks.effects import EffectsDock
+from app.docks.health import HealthDock
+from app.docks.jobs_and_log import DocksOf, JobsDock, LogDock
+from app.document.document import Project
+from app.export.tab import ExportTab
+from app.factor.tab import FactorTab
+from app.jobs.jobs import Job
+from app.material.tab import MaterialTab
+from app.process import crash, ending
+from app.process.heap import give_back_freed_arrays
+from app.session import settings
+from app.session import settings as session_settings
+from app.view.error_line import ErrorLine
+from app.view.lobe_inspector import LobeInspector
+from app.view.tab import ViewTab
+from app.viewport.gl_surface import request_format
+from app.widgets import theme
+from app.widgets import theme as icons
+from app.widgets.image_view import ImageView
+from app.widgets.panels import text
+from app.widgets.status_bar import StatusBar
+from app.widgets.theme import PADDING, STEP, role
+from app.window.failures import Failures
+from app.window.help_table import help_table
+
+log = logging.getLogger(__name__)
+
+#: The workspaces in the order of the work, and what their tabs say.
+WORKSPACES = {
+    "capture": "Capture",
+    "material": "Material",
+    "brdf": "BRDF",
+    "factor": "Factor",
+    "view": "View",
+    "export": "Export",
+}
+SMALLEST = QSize(1120, 700)
+
+#: Areas of the docks. From the width `WIDE` of the window on, those of the View workspace stand right of the picture,
+#: unless a person has put one of them elsewhere.
+BOTTOM, RIGHT = Qt.DockWidgetArea.BottomDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
+WIDE = 1700
+
+#: Across, in pixels, and the share of each of the two along the window.
+DOCK_HEIGHT, DOCK_WIDTH, SHARES = 226, 400, (0.42, 0.58)
+
+#: A job's thread gives the interpreter to the window's after this long; Python's own 5 ms add up to stutter.
+SWITCH_S = 0.0005
+
+
+class MainWindow(QMainWindow):
+    """Owns the workbench and everything on screen. `closes`: it has kept its settings and ends its jobs now."""
+
+    closes = Signal()
+
+    def __init__(self, config: Path | None) -> None:
+        super().__init__()
+        self.config = config
+        self.settings = settings.load(config)
+        self.setWindowTitle("Lightarc")
+        self.setWindowIcon(icons.icon("lightarc", theme.current().accent))
+        self.setMinimumSize(SMALLEST)
+        self.resize(1280, 800)
+        self.setAcceptDrops(True)
+        self.setAnimated(False)
+        self._has_drawn = False
+        self.failures = Failures(self)
+        self.bench = Workbench(session_settings.open_session(), self)
+        with theme.dressing_at_once():
+            self._make_workspaces()
+            self._make_docks()
+            self._make_actions()
+            self._make_top_bar()
+            self._make_centre()
+        self._connect()
+        self._restore_layout()
+        self.show_workspace("capture")
+
+    def _make_workspaces(self) -> None:
+        self.capture = CaptureTab(self.bench)
+        self.material = MaterialTab(self.bench)
+        self.brdf = BrdfTab(self.bench)
+        self.factor = FactorTab(self.bench)
+        self.view = ViewTab(self.bench)
+        self.export = ExportTab(self.bench, self.view)
+        self.tabs: dict[str, QWidget] = dict(
+            zip(
+                WORKSPACES,
+                (self.capture, self.material, self.brdf, self.factor, self.view, self.export),
+                strict=True,
+            )
+        )
+        self.stack = QStackedWidget()
+        for tab in self.tabs.values():
+            self.stack.addWidget(tab)
+
+    def _make_docks(self) -> None:
+        self.jobs_dock = JobsDock(self.bench.jobs, self)
+        self.log_dock = LogDock(self)
+        self.accuracy_dock = AccuracyDock(self.bench, self.view, self)
+        self.effects_dock = EffectsDock(self.bench, self.view, self)
+        self.health_dock = HealthDock(self.bench, self.view, self)
+        self.lobe_dock = LobeInspector(self.bench, self.view, self)
+        self.of_view = DocksOf(self, (self.effects_dock, self.accuracy_dock))
+        self.other_docks = (self.health_dock, self.lobe_dock, self.jobs_dock, self.log_dock)
+        for dock in (self.effects_dock, self.accuracy_dock, *self.other_docks):
+            self.addDockWidget(BOTTOM, dock)
+            dock.hide()
+        self._place_docks(BOTTOM)
+        for dock in self.other_docks:
+            dock.toggleViewAction().triggered.connect(lambda shown, dock=dock: dock.raise_() if shown else None)
+
+    def _place_docks(self, area: Qt.DockWidgetArea) -> None:
+        """Effects and accuracy beside each other below the picture, or above each other right of it.
+
+        What else lies below shares the place of accuracy: three beside each other are too narrow for their words.
+        """
+        lying = area == BOTTOM
+        first, second = self.effects_dock, self.accuracy_dock
+        for dock in (first, second):
+            self.addDockWidget(area, dock)
+        direction = Qt.Orientation.Horizontal if lying else Qt.Orientation.Vertical
+        self.splitDockWidget(first, second, direction)
+        others = [dock for dock in self.other_docks if self.dockWidgetArea(dock) == BOTTOM and not dock.isFloating()]
+        for before, behind in pairwise([second, *others] if lying else others):
+            self.tabifyDockWidget(before, behind)
+        self._sized = False
+        self._show_docks_of_view()
+
+    def _show_docks_of_view(self) -> None:
+        """Show them beside their workspace, at the earliest when its picture is on screen."""
+        in_front = self.stack.currentWidget() is self.view
+        self.of_view.show(in_front and self._has_drawn)
+        if in_front and self._has_drawn:
+            QTimer.singleShot(0, self, self._size_docks)
+
+    def _picture_drawn(self) -> None:
+        if not self._has_drawn:
+            self._has_drawn = True
+            QTimer.singleShot(0, self, self._show_docks_of_view)
+
+    def _size_docks(self) -> None:
+        """Give the docks of the View workspace their part of the window, once they are on screen for the first time."""
+        docks = list(self.of_view.docks)
+        if self._sized or not all(dock.isVisible() for dock in docks):
+            return
+        self._sized = True
+        lying = self.dockWidgetArea(docks[0]) == BOTTOM
+        along, across = (self.width(), DOCK_HEIGHT) if lying else (self.height(), DOCK_WIDTH)
+        sides = (Qt.Orientation.Horizontal, Qt.Orientation.Vertical)
+        self.resizeDocks(docks, [round(share * along) for share in SHARES], sides[0 if lying else 1])
+        self.resizeDocks(docks, [across] * len(docks), sides[1 if lying else 0])
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        wanted = RIGHT if self.width() >= WIDE else BOTTOM
+        now = BOTTOM if wanted == RIGHT else RIGHT
+        docks = self.of_view.docks
+        if all(self.dockWidgetArea(dock) == now and not dock.isFloating() for dock in docks):
+            self._place_docks(wanted)
+
+    def _make_actions(self) -> None:
+        undo_stack = self.bench.document.undo_stack
+        self.undo = undo_stack.createUndoAction(self, "Undo")
+        self.undo.setShortcuts([QKeySequence("Ctrl+Z")])
+        self.redo = undo_stack.createRedoAction(self, "Redo")
+        self.redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
+
+    def _make_top_bar(self) -> None:
+        bar = role(QWidget(), "bar")
+        bar.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        grid = QGridLayout(bar)
+        grid.setContentsMargins(PADDING, 0, PADDING, 0)
+        grid.setHorizontalSpacing(0)
+        self.mark = QLabel()
+        self.menu = QMenuBar()
+        self._fill_menus()
+        left = QHBoxLayout()
+        left.setSpacing(2 * STEP)
+        left.addWidget(self.mark)
+        left.addWidget(text("Lightarc", "title"))
+        left.addWidget(self.menu, 0, Qt.AlignmentFlag.AlignVCenter)
+        left.addStretch(1)
+        self.buttons = QButtonGroup(self)
+        middle = QHBoxLayout()
+        middle.setSpacing(0)
+        for place, (name, words) in enumerate(WORKSPACES.items()):
+            button = QToolButton()
+            button.setText(words)
+            button.setCheckable(True)
+            button.setIconSize(QSize(icons.SMALL, icons.SMALL))
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+            button.setToolTip(f"{words} (Ctrl+{place + 1})")
+            button.clicked.connect(lambda _checked, name=name: self.show_workspace(name))
+            role(button, "workspace")
+            self.buttons.addButton(button, place)
+            middle.addWidget(button)
+        self.title = text("", "secondary")
+        self.title.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        grid.addLayout(left, 0, 0)
+        grid.addLayout(middle, 0, 1)
+        grid.addWidget(self.title, 0, 2)
+        grid.setColumnStretch(0, 1)
+        grid.setColumnStretch(2, 1)
+        bar.setFixedHeight(40)
+        self.setMenuWidget(bar)
+
+    def _fill_menus(self) -> None:
+        file = self.menu.addMenu("&File")
+        self._add(file, "New", "Ctrl+N", self.new)
+        self._add(file, "Open files…", "Ctrl+O", self.choose_files)
+        self._add(file, "Open folder…", "Ctrl+Shift+O", self.choose_folder)
+        self.recent = file.addMenu("Open recent")
+        self.recent.aboutToShow.connect(self._fill_recent)
+        self._add(file, "Sample capture", "", self.bench.open_sample)
+        file.addSeparator()
+        self._add(file, "Export bundle…", "Ctrl+E", lambda: self.show_workspace("export"))
+        file.addSeparator()
+        self._add(file, "Quit", "Ctrl+Q", self.close)
+        edit = self.menu.addMenu("&Edit")
+        edit.addAction(self.undo)
+        edit.addAction(self.redo)
+        view = self.menu.addMenu("&View")
+        view.setToolTipsVisible(True)
+        for place, (name, words) in enumerate(WORKSPACES.items()):
+            self._add(view, words, f"Ctrl+{place + 1}", partial(self.show_workspace, name))
+        view.addSeparator()
+        self._add(view, "Dark theme", "", lambda: self.set_theme("dark"))
+        self._add(view, "Light theme", "", lambda: self.set_theme("light"))
+        view.addSeparator()
+        self.measure = self._add(view, "Error of the picture", "", self._measure_or_not)
+        self.measure.setCheckable(True)
+        self.measure.setChecked(self.settings.measure_error)
+        self.measure.setToolTip("Compare the picture of the View workspace with a reference, while no other job runs")
+        self.view.pictures.measure(self.settings.measure_error)
+        view.addSeparator()
+        for action in self.of_view.actions:
+            view.addAction(action)
+        view.addAction(self.lobe_dock.toggleViewAction())
+        view.addAction(self.health_dock.toggleViewAction())
+        view.addAction(self.jobs_dock.toggleViewAction())
+        view.addAction(self.log_dock.toggleViewAction())
+        aid = self.menu.addMenu("&Help")
+        self._add(aid, "Mouse and keyboard", "F1", self.show_help)
+        self._add(aid, "Self-test", "", self.self_test)
+        self._add(aid, "About Lightarc", "", self.show_about)
+
+    def _add(self, menu: QMenu, words: str, keys: str, run: Callable[[], object]) -> QAction:
+        action = menu.addAction(words)
+        action.setShortcut(QKeySequence(keys))
+        action.triggered.connect(lambda _checked=False: run())
+        return action
+
+    def _make_centre(self) -> None:
+        self.status = StatusBar(self.bench.jobs)
+        centre = QWidget()
+        column = QVBoxLayout(centre)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(1)
+        column.addWidget(self.stack, 1)
+        self.setCentralWidget(centre)
+        bottom = self.statusBar()
+        bottom.setSizeGripEnabled(False)
+        bottom.setContentsMargins(0, 0, 0, 0)
+        bottom.addWidget(self.status, 1)
+        self._tint()
+
+    def _connect(self) -> None:
+        bench = self.bench
+        bench.document.changed.connect(self._changed)
+        bench.jobs.failed.connect(self._job_failed)
+        bench.said.connect(self.status.say)
+        bench.wanted.connect(self.show_workspace)
+        self.status.health_clicked.connect(self._show_health)
+        self.health_dock.reported.connect(self.status.show_health)
+        self.view.viewport.broken.connect(lambda error: self.failures.report("The model cannot be drawn", error))
+        self.brdf.broken.connect(lambda error: self.failures.report("The sphere cannot be drawn", error))
+        self.factor.broken.connect(lambda error: self.failures.report("The preview cannot be drawn", error))
+        for drawing in (self.view, self.brdf, self.factor):
+            drawing.drawn.connect(self.status.show_frame_time)
+        self.view.drawn.connect(lambda _seconds: self._picture_drawn())
+        self.error_line = ErrorLine(self.status, self.view)
+        for tab in (self.capture, self.material, self.export):
+            tab.sample_wanted.connect(bench.open_sample)
+        self.capture.files_wanted.connect(self.choose_folder)
+        for tab in (self.material, self.export):
+            tab.capture_wanted.connect(lambda: self.show_workspace("capture"))
+        self._changed(Project(), bench.document.project)
+
+    def show_workspace(self, name: str) -> None:
+        """Bring the workspace `name` to the front."""
+        self.stack.setCurrentWidget(self.tabs[name])
+        self._show_docks_of_view()
+        self.buttons.button(list(WORKSPACES).index(name)).setChecked(True)
+        self.status.show_frame_time(None)
+        self.error_line.refresh()
+
+    def open(self, paths: Sequence[Path]) -> None:
+        """Open `paths` by their content, and remember them."""
+        if not paths:
+            return
+        self.bench.open(paths, lighting=self.stack.currentWidget() is self.view)
+        first = str(paths[0] if len(paths) == 1 else paths[0].parent)
+        self.settings = dataclasses.replace(
+            self.settings, recent=settings.with_recent(self.settings.recent, first), last_folder=str(paths[0].parent)
+        )
+
+    def new(self) -> None:
+        """Begin with nothing."""
+        for job in self.bench.jobs.active:
+            self.bench.jobs.cancel(job)
+        self.bench.document.clear()
+        self.show_workspace("capture")
+
+    def choose_files(self) -> None:
+        """Ask for photographs, a mesh, measured BRDFs or a bundle."""
+        chosen, _ = QFileDialog.getOpenFileNames(self, "Open", self.settings.last_folder)
+        self.open([Path(path) for path in chosen])
+
+    def choose_folder(self) -> None:
+        """Ask for a folder of photographs."""
+        chosen = QFileDialog.getExistingDirectory(self, "Folder of photographs", self.settings.last_folder)
+        self.open([Path(chosen)] if chosen else [])
+
+    def set_theme(self, name: str) -> None:
+        """Dress everything in 'dark' or 'light'."""
+        application = QApplication.instance()
+        assert isinstance(application, QApplication)
+        theme.apply(application, name)
+        self.settings = dataclasses.replace(self.settings, theme=name)
+        self._tint()
+
+    def _measure_or_not(self) -> None:
+        """Work out the error of the picture on screen in the background, or leave it."""
+        self.settings = dataclasses.replace(self.settings, measure_error=self.measure.isChecked())
+        self.view.pictures.measure(self.measure.isChecked())
+        self.error_line.refresh()
+
+    def show_help(self) -> None:
+        """Keys and gestures."""
+        box = QMessageBox(QMessageBox.Icon.NoIcon, "Mouse and keyboard", "Mouse and keyboard", parent=self)
+        box.setInformativeText(help_table())
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.open()
+
+    def self_test(self) -> None:
+        """Try the hard cases of the numerics on this machine, and show how they end."""
+        self._show_health()
+        if self.health_dock.job is None:
+            self.health_dock.test_or_stop()
+
+    def show_about(self) -> None:
+        """Name and version."""
+        box = QMessageBox(QMessageBox.Icon.NoIcon, "About Lightarc", f"Lightarc {engine.__version__}", parent=self)
+        box.setInformativeText("Ten photographs of a material under a moving lamp become a material.\nMIT licence.")
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.open()
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        if event.mimeData().hasUrls():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
+        event.acceptProposedAction()
+        self.open(paths)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        self._keep_settings()
+        self.closes.emit()
+        self.hide()
+        self.bench.jobs.close()
+        self.log_dock.disconnect_log()
+        session_settings.close_session(self.bench.folder)
+        event.accept()
+
+    def _changed(self, _old: Project, new: Project) -> None:
+        shown = new.has_map or new.stack is not None
+        self.status.show_health(self.health_dock.health)
+        power_law = new.material.power_law
+        self.status.show_error(*((power_law.rms, power_law.r_max) if power_law is not None else (None,)))
+        self.title.setText(new.name if shown or new.sources is not None else "")
+        self.setWindowTitle(f"{new.name} – Lightarc" if shown else "Lightarc")
+
+    def _show_health(self) -> None:
+        self.health_dock.show()
+        self.health_dock.raise_()
+
+    def _job_failed(self, job: Job, error: BaseException) -> None:
+        self.failures.report(f"{job.title} did not work", error)
+
+    def _fill_recent(self) -> None:
+        self.recent.clear()
+        for path in self.settings.recent:
+            self._add(self.recent, path, "", partial(self.open, [Path(path)]))
+        if not self.settings.recent:
+            self.recent.addAction("Nothing yet").setEnabled(False)
+
+    def _tint(self) -> None:
+        colours = theme.current()
+        self.mark.setPixmap(icons.pixmap("lightarc", 20, colours.accent, self.devicePixelRatioF()))
+        for place, name in enumerate(WORKSPACES):
+            self.buttons.button(place).setIcon(icons.icon(name))
+        for tab in (self.capture, self.material, self.brdf, self.factor, self.view, self.export):
+            tab.apply_theme()
+        self.status.apply_theme()
+        for dock in (self.effects_dock, self.accuracy_dock, self.health_dock, self.lobe_dock):
+            dock.apply_theme()
+        self._changed(Project(), self.bench.document.project)
+        for picture in self.findChildren(ImageView):
+            picture.update()
+
+    def _restore_layout(self) -> None:
+        if self.settings.geometry:
+            self.restoreGeometry(QByteArray(bytes.fromhex(self.settings.geometry)))
+        if self.settings.layout:
+            self._sized = self.restoreState(QByteArray(bytes.fromhex(self.settings.layout)))
+        self.of_view.close(self.settings.closed_docks)
+
+    def _keep_settings(self) -> None:
+        kept = dataclasses.replace(
+            self.settings,
+            geometry=bytes(self.saveGeometry().data()).hex(),
+            layout=bytes(self.saveState().data()).hex(),
+            closed_docks=self.of_view.closed,
+        )
+        settings.save(kept, self.config)
+
+
+def start() -> QApplication:
+    """The application, ready for windows: OpenGL asked for, threads handing over quickly, colours and type set.
+
+    Freed memory goes back to the system from now on.
+    """
+    give_back_freed_arrays()
+    request_format()
+    sys.setswitchinterval(SWITCH_S)
+    application = QApplication.instance() or QApplication(["lightarc"])
+    assert isinstance(application, QApplication)
+    application.setApplicationName("Lightarc")
+    theme.apply(application, settings.load(settings.config_folder()).theme)
+    return application
+
+
+def run(paths: Sequence[Path], *, sample: bool = False) -> int:
+    """Open the window and return the exit code when it is closed: 0, also where the system asked for that."""
+    application = start()
+    closing = _Closing()
+    with ending.during(closing.asked.emit, ending.WINDOW_S):
+        crashed = crash.begin()
+        window = MainWindow(settings.config_folder())
+        if crashed:
+            log.warning(crashed)
+            window.status.say(crashed)
+        window.closes.connect(lambda: ending.end_within(ending.WINDOW_S))
+        window.failures.install()
+        window.show()
+        if sample:
+            QTimer.singleShot(0, window.bench.open_sample)
+        elif paths:
+            QTimer.singleShot(0, lambda: window.open(paths))
+        code = application.exec()
+        crash.end()
+        return code
+
+
+class _Closing(QObject):
+    """Closes all windows from within the event loop; `asked` may be emitted on any thread, also before the loop."""
+
+    asked = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked.connect(self._close, Qt.ConnectionType.QueuedConnection)
+
+    def _close(self) -> None:
+        QApplication.closeAllWindows()
+        QApplication.exit(0)

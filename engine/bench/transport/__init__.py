@@ -1,0 +1,1 @@
+"""Measurements of transport and of drawing: bakes, relighting, frames, rays and plans."""

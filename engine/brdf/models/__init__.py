@@ -1,0 +1,1 @@
+"""The analytic BRDF models, one noun each."""

@@ -1,0 +1,1 @@
+"""Measured BRDFs from files: MERL, UTIA, RGL, CUReT, Cornell, ALTA and CSV."""

@@ -1,0 +1,141 @@
+"""Measured reflectance from files of any known format, recognised by content and never by the name alone.
+
+A format is a file of this package with `looks_like_…(head, size_bytes, name)` and `read_…(path)`, and a line in
+`FORMATS`. Readers give a BRDF, or `BrdfSamples` where the file is a scattered list, which `read_brdf` makes smooth.
+Text is read in the decoder child (`engine.brdf.readers.samples_child`).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from engine.brdf.brdf import MODELS, Brdf, brdf_from_text
+from engine.brdf.readers.alta import looks_like_alta
+from engine.brdf.readers.cornell import looks_like_cornell
+from engine.brdf.readers.csv_samples import looks_like_csv
+from engine.brdf.readers.curet import looks_like_curet, split_material
+from engine.brdf.readers.merl import looks_like_merl, read_merl
+from engine.brdf.readers.rgl import looks_like_rgl, read_rgl
+from engine.brdf.readers.samples_child import read_samples
+from engine.brdf.readers.table_file import looks_like_table, read_table
+from engine.brdf.readers.utia import looks_like_utia, read_utia
+from engine.brdf.samples import BrdfSamples
+from engine.core.errors import InputError, UsageError
+from engine.core.health import Health
+from engine.core.steps import Step, Steps, drain, part
+from engine.storage.untrusted import read_head
+
+
+class MeasuredBrdf(Brdf, Protocol):
+    """A BRDF that was measured.
+
+    Attributes
+    ----------
+    name : what was measured, usually the stem of the file's name.
+    kind : how, in a short phrase for a person: "MERL table".
+    samples : measured directions that the file holds.
+    invalid_samples : how many of them could not be used; `health` says what became of them.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def kind(self) -> str: ...
+
+    @property
+    def samples(self) -> int: ...
+
+    @property
+    def invalid_samples(self) -> int: ...
+
+    @property
+    def health(self) -> Health: ...
+
+
+class Format(NamedTuple):
+    """A file format: its name for a person, whether a file looks like it, and its reader.
+
+    `looks_like` gets the first `HEAD_BYTES` of the file, its size in bytes and its name.
+    """
+
+    title: str
+    looks_like: Callable[[bytes, int, str], bool]
+    read: Callable[[Path], Any]
+
+
+#: Bytes of a file that are read to recognise its format: some begin with pages of comments.
+HEAD_BYTES = 1 << 16
+
+#: Every format that is read; the first that recognises a file reads it, so the strictest come first.
+FORMATS: tuple[Format, ...] = (
+    Format("RGL (.bsdf)", looks_like_rgl, read_rgl),
+    Format("tables of this program (.exr)", looks_like_table, read_table),
+    Format("MERL (.binary)", looks_like_merl, read_merl),
+    Format("UTIA (.bin)", looks_like_utia, read_utia),
+    Format("Cornell and ASTM E1392 (.brdf, .astm)", looks_like_cornell, partial(read_samples, "cornell")),
+    Format("ALTA text (.dat)", looks_like_alta, partial(read_samples, "alta")),
+    Format("CUReT (rbrdf.dat …)", looks_like_curet, partial(read_samples, "curet")),
+    Format("tables of angles and colours (.csv)", looks_like_csv, partial(read_samples, "csv")),
+)
+
+
+def read_measurement(path: str | os.PathLike[str]) -> Any:
+    """Contents of the file `path` as its reader gives them: a `MeasuredBrdf`, or `BrdfSamples` for a scattered list.
+
+    Raises InputError, in a sentence that lists the formats, for a file of none of them.
+    """
+    path = Path(path)
+    source, _ = split_material(path)
+    head, size_bytes = read_head(source, HEAD_BYTES)
+    for known in FORMATS:
+        if known.looks_like(head, size_bytes, source.name):
+            return known.read(path)
+    titles = ", ".join(known.title for known in FORMATS)
+    raise InputError(path, "is not a measured BRDF of a known format", f"These are read: {titles}")
+
+
+def read_brdf(path: str | os.PathLike[str]) -> MeasuredBrdf:
+    """The measured BRDF in the file `path`; InputError where there is none."""
+    return drain(read_brdf_steps(path))
+
+
+def read_brdf_steps(path: str | os.PathLike[str]) -> Steps[MeasuredBrdf]:
+    """As `read_brdf`, in steps: a scattered list takes seconds to become smooth."""
+    yield Step(0.0, "reading")
+    measured = read_measurement(path)
+    if isinstance(measured, BrdfSamples):
+        from engine.brdf.scattered import fit_scattered  # loads scipy, which tables do without
+
+        return (yield from part(fit_scattered(measured), 0.1, 1.0))
+    table: MeasuredBrdf = measured
+    return table
+
+
+def open_brdf(text: str) -> Brdf:
+    """The BRDF that `text` names: an existing file, or a model such as `ggx:alpha=0.3`.
+
+    Raises
+    ------
+    InputError : the file is not a BRDF, or `text` is a path to nothing.
+    UsageError : `text` is neither a file nor a model, or its parameters are not possible.
+    """
+    stripped = text.strip()
+    if _exists(stripped):
+        return read_brdf(stripped)
+    if stripped.partition(":")[0] in MODELS:
+        return brdf_from_text(stripped)
+    if os.sep in stripped or "/" in stripped or Path(stripped).suffix[1:].isalpha():
+        raise InputError(stripped, "does not exist", f"Name a file, or a model: {', '.join(MODELS)}")
+    raise UsageError(f"{stripped!r} is neither a file nor a BRDF model; models are {', '.join(MODELS)}")
+
+
+def _exists(text: str) -> bool:
+    try:
+        return bool(text) and split_material(Path(text))[0].exists()
+    except (OSError, ValueError):
+        return False

@@ -1,0 +1,1 @@
+"""A material as one file that other programs can show."""

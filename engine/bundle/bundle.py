@@ -1,0 +1,344 @@
+"""The bundle: a material as it leaves the program, in one folder or one `.lightarc` zip (the suffix decides).
+
+It holds the maps so that opening restores every bit (`engine.bundle.maps`); the shader and a page that show the
+material without this program; and a manifest with the provenance, the error figures and a fingerprint of each other
+member. The same material gives the same bytes: members carry no time of day. Reading trusts nothing: see
+`engine.storage.archive` for names and sizes, `engine.storage.records` for JSON; pixels are decoded in a child
+interpreter, after the manifest has said how many there must be.
+Cost: compressing the maps (about 25 MB/s) bounds saving, decompressing and hashing bound opening.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import zipfile
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+import engine
+from engine.brdf.readers.table_file import Table, decode_table, encode_table, kept_table
+from engine.bundle.maps import (
+    MAPS,
+    check_fingerprint,
+    map_members,
+    power_law_record,
+    read_power_law,
+    read_shading_map,
+    shading_map_record,
+)
+from engine.core.errors import InputError, OutputError, UsageError
+from engine.core.steps import Step, Steps, part
+from engine.scene.material import Material
+from engine.storage.archive import TOTAL_LIMIT_BYTES, Archive, open_archive
+from engine.storage.atomic import atomic_file, atomic_folder, make_folder, write_bytes
+from engine.storage.records import (
+    TABLE,
+    UNITS,
+    HealthRecord,
+    Manifest,
+    Member,
+    read_json,
+    read_manifest,
+    write_manifest,
+)
+
+SUFFIX = ".lightarc"
+MANIFEST = "manifest.json"
+BRDF, PREVIEW, SHADER, VIEWER = "brdf.json", "preview.png", "shader/lightarc.glsl", "viewer/index.html"
+MEMBERS = MAPS | {MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
+
+_JSON_LIMIT_BYTES = 16 << 20
+_SMALL_LIMIT_BYTES = 256 << 20
+_MAY_BE_NEGATIVE = ("the shading map", "the kept tiles")
+_PACKED_WELL = (".json", ".glsl", ".html")
+
+Value = TypeVar("Value")
+Maps = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Result of `verify_bundle`: `problems` in sentences, none if the bundle is sound."""
+
+    members: tuple[str, ...]
+    problems: tuple[str, ...]
+    size_bytes: int
+    schema_version: int | None
+
+    @property
+    def ok(self) -> bool:
+        return not self.problems
+
+
+def save_bundle(
+    path: str | os.PathLike[str],
+    material: Material,
+    *,
+    provenance: Mapping[str, Any] | None = None,
+    figures: Mapping[str, Any] | None = None,
+    preview: bytes | None = None,
+) -> Steps[Path]:
+    """Write `material` as a bundle; an existing bundle is replaced in one step, anything else is refused.
+
+    Factors are sampled into a table first, the one form of measured reflectance that a bundle has.
+
+    Parameters
+    ----------
+    path : folder, or a file that ends in .lightarc.
+    provenance : JSON values: cameras, levels, white balance, angles, what was assumed.
+    figures : JSON values: error figures, with the unit in each key.
+    preview : a PNG.
+
+    Returns `path`. Raises OutputError where it cannot be written, and UsageError for a material without maps or with
+    values that are not finite, or negative outside the slices.
+    """
+    target = Path(path)
+    check_replaceable(target)
+    _check_values(material)
+    if material.measured is not None:
+        material = replace(material, measured=(yield from part(kept_table(material.measured), 0.0, 0.2)))
+    contents = _contents(material, preview)
+    members: dict[str, Member] = {}
+    with _sink(target, _size_estimate(material)) as put:
+        for index, (name, produce) in enumerate(contents.items()):
+            done = 0.2 + 0.8 * index / (len(contents) + 1)
+            content = yield from _in_thread(produce, done, f"writing {name}")
+            members[name] = Member(sha256=hashlib.sha256(content).hexdigest(), size_bytes=len(content))
+            put(name, content)
+        yield Step(0.99, f"writing {MANIFEST}")
+        put(MANIFEST, write_manifest(_manifest(material, provenance or {}, figures or {}, members)))
+        if sum(member.size_bytes for member in members.values()) > TOTAL_LIMIT_BYTES - _JSON_LIMIT_BYTES:
+            raise OutputError(target, "the material is larger than the 4 GiB of a bundle", "Reduce the resolution")
+    return target
+
+
+def open_bundle(path: str | os.PathLike[str]) -> Material:
+    """The material in a bundle, bit for bit as it was saved; InputError where anything is not as it was written."""
+    archive = open_archive(path, MEMBERS)
+    manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
+    return _material(archive, manifest)
+
+
+def verify_bundle(path: str | os.PathLike[str]) -> Verification:
+    """Check names, sizes, fingerprints, schema, bounds, pixels, page and shader of a bundle, and collect what is wrong.
+
+    Raises InputError only where there is nothing to look at: `path` is missing or not readable.
+    """
+    archive = open_archive(path, MEMBERS)
+    names = tuple(sorted(archive.sizes))
+    try:
+        manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
+    except InputError as error:
+        return Verification(names, (f"{error.problem}.",), archive.size_bytes, None)
+    problems = _fingerprint_problems(archive, manifest)
+    if not problems:
+        try:
+            _check_brdf(archive, manifest)
+            material = _material(archive, manifest)
+            _check_values(material)
+            problems += _foreign_problems(archive, manifest, material)
+        except InputError as error:
+            problems.append(f"{error.problem}.")
+        except UsageError as error:
+            problems.append(f"{error}.")
+    return Verification(names, tuple(problems), archive.size_bytes, manifest.schema_version)
+
+
+def describe_bundle(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """The manifest of a bundle as JSON values, without looking at its pixels."""
+    archive = open_archive(path, MEMBERS)
+    return read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path).model_dump()
+
+
+def check_replaceable(target: Path) -> None:
+    """Raise OutputError where `target` exists and is not a bundle that this version wrote or could have written."""
+    if not os.path.exists(target):  # noqa: PTH110 - Path.exists raises for names that are too long
+        return
+    try:
+        archive = open_archive(target, MEMBERS)
+        if archive.content is not None or archive.sizes:
+            read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), target)
+    except InputError as error:
+        problem = f"it exists and cannot be replaced, because {error.problem}"
+        raise OutputError(target, problem, "Choose another name") from None
+
+
+def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[], bytes]]:
+    """Producer of each member but the manifest, in the order of writing."""
+    from engine.bundle.portable import brdf_json, shader, viewer
+
+    contents = map_members(material)
+    if material.power_law is not None:
+        contents[VIEWER] = lambda: viewer(material).encode()
+    contents[BRDF] = lambda: brdf_json(material).encode()
+    if isinstance(measured := material.measured, Table):
+        contents[TABLE] = lambda: encode_table(measured)[0]
+    contents[SHADER] = lambda: shader(material).encode()
+    if preview is not None:
+        contents[PREVIEW] = lambda: preview
+    return contents
+
+
+def _in_thread(produce: Callable[[], Value], done: float, note: str) -> Steps[Value]:
+    """Run `produce`, which releases the interpreter lock, while yielding steps; who cancels does not wait for it."""
+    pool = ThreadPoolExecutor(1)
+    try:
+        future = pool.submit(produce)
+        yield Step(done, note)
+        while wait([future], timeout=0.05).not_done:
+            yield Step(done, note)
+        return future.result()
+    finally:
+        pool.shutdown(wait=False)
+
+
+@contextmanager
+def _sink(target: Path, size_bytes: int) -> Iterator[Callable[[str, bytes], None]]:
+    """A function that takes (member name, content); the bundle appears at `target` when the block ends."""
+    if target.suffix.lower() == SUFFIX:
+        with atomic_file(target, size_bytes) as output, zipfile.ZipFile(output, "w") as packed:
+            yield lambda name, content: packed.writestr(_zip_entry(name), content)
+    else:
+        with atomic_folder(target, MANIFEST, size_bytes) as folder:
+            yield lambda name, content: _put_file(folder / name, content)
+
+
+def _zip_entry(name: str) -> zipfile.ZipInfo:
+    entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+    entry.compress_type = zipfile.ZIP_DEFLATED if name.endswith(_PACKED_WELL) else zipfile.ZIP_STORED
+    entry.create_system, entry.external_attr = 3, 0o100644 << 16
+    return entry
+
+
+def _put_file(path: Path, content: bytes) -> None:
+    make_folder(path.parent)
+    write_bytes(path, content)
+
+
+def _manifest(
+    material: Material, provenance: Mapping[str, Any], figures: Mapping[str, Any], members: dict[str, Member]
+) -> Manifest:
+    return Manifest(
+        name=material.name,
+        brdf=material.brdf,
+        sigma=None if material.sigma is None else float(material.sigma),
+        elevation_deg=[float(elevation) for elevation in material.elevation_deg],
+        units=UNITS,
+        software={"lightarc": engine.__version__, "numpy": np.__version__, "python": platform.python_version()},
+        provenance=dict(provenance),
+        figures=dict(figures),
+        shading_map=shading_map_record(material.shading_map),
+        power_law=power_law_record(material.power_law),
+        health=HealthRecord.of(material.health),
+        members=members,
+    )
+
+
+def _material(archive: Archive, manifest: Manifest) -> Material:
+    try:
+        return Material(
+            shading_map=read_shading_map(archive, manifest),
+            power_law=read_power_law(archive, manifest),
+            brdf=manifest.brdf,
+            sigma=manifest.sigma,
+            elevation_deg=tuple(manifest.elevation_deg),
+            name=manifest.name,
+            health=manifest.health.restored(),
+            measured=_measured(archive, manifest),
+        )
+    except ValueError as error:
+        raise InputError(archive.path, f"holds a material that cannot be: {error}", "Export the bundle again") from None
+
+
+def _measured(archive: Archive, manifest: Manifest) -> Table | None:
+    """The measured reflectance of a bundle; None where it holds none."""
+    if TABLE not in manifest.members:
+        return None
+    content = archive.read(TABLE, _SMALL_LIMIT_BYTES)
+    check_fingerprint(archive, manifest, TABLE, content)
+    return decode_table(content, archive.path)
+
+
+def _fingerprint_problems(archive: Archive, manifest: Manifest) -> list[str]:
+    problems = [f"{name} is not in the manifest." for name in sorted(archive.sizes) if name not in manifest.members]
+    problems.remove(f"{MANIFEST} is not in the manifest.")
+    for name in sorted(manifest.members):
+        limit_bytes = TOTAL_LIMIT_BYTES if name.endswith(".exr") else _SMALL_LIMIT_BYTES
+        try:
+            check_fingerprint(archive, manifest, name, archive.read(name, limit_bytes))
+        except InputError as error:
+            problems.append(f"{error.problem}.")
+    return problems
+
+
+def _check_brdf(archive: Archive, manifest: Manifest) -> None:
+    brdf = read_json(archive.read(BRDF, _JSON_LIMIT_BYTES), archive.path, BRDF)
+    if not isinstance(brdf, dict) or brdf.get("text") != manifest.brdf:
+        raise InputError(archive.path, f"{BRDF} contradicts the manifest", "Export the bundle again")
+
+
+def _foreign_problems(archive: Archive, manifest: Manifest, material: Material) -> list[str]:
+    """Differences between the members for other programs and what this program makes: a page runs in a browser.
+
+    The version in the manifest is named and not believed: whoever replaced a page can have written it.
+    """
+    from engine.bundle.portable import brdf_json, is_same_text, shader, viewer
+
+    problems = []
+    makers = {BRDF: brdf_json, SHADER: shader, VIEWER: viewer}
+    for name, make in makers.items():
+        if name not in manifest.members:
+            continue
+        try:
+            same = is_same_text(archive.read(name, _SMALL_LIMIT_BYTES), make(material))
+        except UsageError:  # a page for a material that has none
+            same = False
+        if not same:
+            problems.append(f"{name} {_foreign(manifest.software.get('lightarc', ''))}.")
+    return problems
+
+
+def _foreign(version: str) -> str:
+    if version == engine.__version__:
+        return "is not what this program makes of the material; do not open it, and export the bundle again"
+    stated = f"by version {version[:20]!r}" if version else "by no version that is named"
+    return (
+        f"was made {stated} and cannot be checked by this one ({engine.__version__}); "
+        "do not open it unless you trust where it comes from, or export the bundle again"
+    )
+
+
+def _check_values(material: Material) -> None:
+    """Raise UsageError unless there are maps with finite values; only slices may be negative (noise around black)."""
+    maps: dict[str, Maps] = {}
+    if material.shading_map is not None:
+        maps["the shading map"] = material.shading_map.slices
+    if material.power_law is not None:
+        maps["the scale"] = material.power_law.scale
+        maps["the exponent"] = material.power_law.exponent
+        maps["the error map"] = material.power_law.error_map
+        if material.power_law.kept is not None:
+            maps["the kept tiles"] = material.power_law.kept.slices
+    if not maps:
+        raise UsageError("the material has neither a shading map nor a power law")
+    for name, values in maps.items():
+        low, high = values.min(), values.max()
+        if not (np.isfinite(low) and np.isfinite(high) and (low >= 0 or name in _MAY_BE_NEGATIVE)):
+            raise UsageError(f"{name} has values that are negative or not finite")
+
+
+def _size_estimate(material: Material) -> int:
+    """Bytes of all maps before compression."""
+    shading_map, power_law = material.shading_map, material.power_law
+    size_bytes = shading_map.slices.nbytes if shading_map is not None else 0
+    size_bytes += material.measured.values.nbytes if isinstance(material.measured, Table) else 0
+    return size_bytes + (power_law.size_bytes + power_law.error_map.nbytes if power_law is not None else 0)

@@ -1,0 +1,240 @@
+"""A material for other programs: brdf.json, a shader of its own, and a page for any browser.
+
+The page (resources/viewer/index.html) carries everything within itself, loads nothing and runs in WebGL 2. Its maps
+are the power-law pair in 16 bits, each as two 8-bit PNG pictures (high and low byte), because browsers read no floats;
+the error is half of 1/65535 of a map's largest value. Maps above 1024 texels are averaged down, and the page says so.
+Both texts share the GLSL of the window (resources/shaders), includes written out.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, model_name
+from engine.core.errors import InputError, UsageError
+from engine.core.params import Parameter, parameters
+from engine.scene.material import Material, auto_sigma
+from engine.shading.power_law import Storage
+from engine.storage.records import TABLE
+from engine.storage.untrusted import decode_content
+
+RESOURCES = Path(__file__).resolve().parents[2] / "resources"
+
+#: Longest side of the maps in the page, in texels.
+VIEWER_SIDE = 1024
+
+#: Share by which a number may differ where another processor worked it out.
+_LAST_DIGITS = 1e-6
+
+_PICTURE = re.compile(r'"(iVBOR[A-Za-z0-9+/=]*)"')
+_NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
+_INCLUDE = re.compile(r'^\s*#include "([^"]+)"\s*$', re.MULTILINE)
+_UNIFORM = re.compile(r"^uniform (float|vec3) brdf_(\w+);$", re.MULTILINE)
+
+
+def brdf_json(material: Material) -> str:
+    """The reflectance as JSON: its text, model, parameters, and the sigma that goes with it.
+
+    Where a measured table lies beside it, `measured` names that file, and the model is the one nearest to it.
+    """
+    brdf = brdf_from_text(material.brdf)
+    value: dict[str, Any] = {
+        "text": material.brdf,
+        "model": model_name(brdf),
+        "parameters": {parameter.name: getattr(brdf, parameter.name) for parameter in parameters(brdf)},
+        "unit": "1/sr, the cosine is not included",
+        "sigma": resolved_sigma(material),
+        "sigma_is_automatic": material.sigma is None,
+    }
+    if material.measured is not None:
+        value["measured"] = {"file": TABLE, "name": material.measured.name, "kind": material.measured.kind}
+    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def shader(material: Material) -> str:
+    """GLSL functions that evaluate `material`, with a usage comment; BRDF parameters are constants."""
+    brdf = brdf_from_text(material.brdf)
+
+    def constant(uniform: re.Match[str]) -> str:
+        return f"const {uniform[1]} brdf_{uniform[2]} = {_glsl(getattr(brdf, uniform[2]))};"
+
+    return _filled(
+        (RESOURCES / "bundle" / "lightarc.glsl").read_text(encoding="utf-8"),
+        NAME=_comment(material.name),
+        BRDF_TEXT=_comment(material.brdf),
+        BRDF=_UNIFORM.sub(constant, _brdf_source(model_name(brdf))),
+        SIGMA=_glsl(resolved_sigma(material)),
+        R_MAX=_glsl(_r_max(material)),
+        EXPONENT_RANGE=_glsl(_exponent_range(material)),
+    )
+
+
+def viewer(material: Material) -> str:
+    """The page that shows the power law of `material` on a plane and a sphere under a light that can be dragged.
+
+    Tiles that keep their slices are shown by the power law too, with the error that it has, and the page says so.
+    """
+    power_law = material.power_law
+    if power_law is None:
+        raise UsageError("the page shows the compressed pair, which this material does not have")
+    brdf = brdf_from_text(material.brdf)
+    height, width = power_law.scale.shape[:2]
+    data = {
+        "name": material.name,
+        "brdf": model_name(brdf),
+        "models": [_model(name, brdf) for name in MODELS],
+        "sigma": material.sigma,
+        "elevation_deg": _thinned(material.elevation_deg, 64),
+        "r_max": power_law.r_max,
+        "rms": power_law.health.figures.get("rms_without_kept_tiles", power_law.rms),
+        "kept_percent": 0.0 if power_law.kept is None else 100.0 * float((power_law.kept.place >= 0).mean()),
+        "size": [width, height],
+        "maps": {"scale": _coded(power_law.scale), "exponent": _coded(power_law.exponent)},
+        "sources": {"frame": _source("frame.glsl"), "shading_map": _source("shading_map.glsl")},
+    }
+    text = json.dumps(data, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
+    return _filled((RESOURCES / "viewer" / "index.html").read_text(encoding="utf-8"), DATA=text)
+
+
+def is_same_text(found: bytes, made: str) -> bool:
+    """True where a text of a bundle is the one that was `made` here, but for the last digits of numbers.
+
+    Pictures within it may be packed otherwise, as another version of zlib does, and must hold the same pixels.
+    """
+    try:
+        text = found.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    if text == made:
+        return True
+    parts, own = _PICTURE.split(text), _PICTURE.split(made)
+    if len(parts) != len(own) or not all(map(_is_same_but_for_digits, parts[::2], own[::2])):
+        return False
+    return all(map(_is_same_picture, parts[1::2], own[1::2]))
+
+
+def _is_same_but_for_digits(found: str, made: str) -> bool:
+    parts, own = _NUMBER.split(found), _NUMBER.split(made)
+    if len(parts) != len(own) or parts[::2] != own[::2]:
+        return False
+    return all(
+        one == other or math.isclose(float(one), float(other), rel_tol=_LAST_DIGITS)
+        for one, other in zip(parts[1::2], own[1::2], strict=True)
+    )
+
+
+def _is_same_picture(found: str, made: str) -> bool:
+    if found == made:
+        return True
+    try:
+        pixels = [
+            decode_content("engine.images.decode:decode", "picture of the page", base64.b64decode(each))["pixels"]
+            for each in (found, made)
+        ]
+    except (InputError, ValueError):
+        return False
+    return np.array_equal(*pixels)
+
+
+def resolved_sigma(material: Material) -> float:
+    """The sigma of `material`, worked out where it is automatic."""
+    if material.sigma is not None:
+        return float(material.sigma)
+    return auto_sigma(brdf_from_text(material.brdf), np.radians(material.elevation_deg), _r_max(material))
+
+
+def _r_max(material: Material) -> float:
+    shading = material.power_law or material.shading_map
+    return float(shading.r_max) if shading is not None else 1.0
+
+
+def _exponent_range(material: Material) -> float:
+    """Factor of a texture of stored exponents: the largest K of codes that are read as 0 to 1."""
+    storage = material.power_law.storage if material.power_law is not None else Storage()
+    return storage.exponent_step * (2**storage.exponent_bits - 1) if storage.exponent_bits < 32 else 1.0
+
+
+def _thinned(values: tuple[float, ...], most: int) -> list[float]:
+    """At most `most` of `values`, evenly chosen, with the first and the last: uniforms are few."""
+    chosen = np.linspace(0, len(values) - 1, min(len(values), most)).round().astype(int)
+    return [float(values[index]) for index in chosen]
+
+
+def _model(name: str, current: Brdf) -> dict[str, Any]:
+    """A model for the page: its declared parameters (with the current values where it is the current one), its GLSL."""
+    instance = current if name == model_name(current) else MODELS[name]()
+    declared = [_parameter(parameter, getattr(instance, parameter.name)) for parameter in parameters(instance)]
+    return {"name": name, "parameters": declared, "glsl": _brdf_source(name)}
+
+
+def _parameter(parameter: Parameter, value: Any) -> dict[str, Any]:
+    low, high = parameter.slider
+    return {
+        "name": parameter.name,
+        "label": parameter.label,
+        "doc": parameter.doc,
+        "unit": parameter.unit,
+        "low": low,
+        "high": high,
+        "log": parameter.log,
+        "value": value,
+    }
+
+
+def _brdf_source(name: str) -> str:
+    return _source(f"brdf/{name}.glsl")
+
+
+def _source(name: str) -> str:
+    """A shader file with its includes written out."""
+    text = (RESOURCES / "shaders" / name).read_text(encoding="utf-8")
+    return _INCLUDE.sub(lambda include: _source(include[1]), text)
+
+
+def _coded(values: NDArray[np.float32]) -> dict[str, Any]:
+    """A map in 16 bits for the page: value = largest (256 high + low) / 65535."""
+    from engine.images.encode import encode_png
+
+    small = _reduced(values)
+    largest = float(small.max())
+    codes = np.rint(small / (largest or 1.0) * 65535.0).astype(np.uint16)
+    planes = {"high": (codes >> 8).astype(np.uint8), "low": (codes & 255).astype(np.uint8)}
+    pictures = {name: base64.b64encode(encode_png(plane)).decode() for name, plane in planes.items()}
+    return {"largest": largest, "size": [small.shape[1], small.shape[0]], **pictures}
+
+
+def _reduced(values: NDArray[np.float32]) -> NDArray[np.float64]:
+    """The map averaged down to at most VIEWER_SIDE texels on its longer side."""
+    height, width = values.shape[:2]
+    share = VIEWER_SIDE / max(height, width)
+    if share >= 1.0:
+        return values.astype(np.float64)
+    import cv2
+
+    size = (max(1, round(width * share)), max(1, round(height * share)))
+    return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float64).reshape(size[1], size[0], 3)
+
+
+def _glsl(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"vec3({', '.join(_glsl(number) for number in value)})"
+    digits = f"{min(float(value), float(np.finfo(np.float32).max)):.9g}"
+    return digits if "." in digits or "e" in digits else f"{digits}.0"
+
+
+def _comment(text: str) -> str:
+    """`text` as part of one comment line: printable ASCII without the backslash that would continue the line."""
+    return re.sub(r"[^ -\[\]-~]", "?", text)[:100]
+
+
+def _filled(template: str, **values: str) -> str:
+    """`template` with each @NAME@ replaced once and nothing replaced within what was put in."""
+    return re.sub("@(" + "|".join(values) + ")@", lambda found: values[found[1]], template)

@@ -1,0 +1,1 @@
+"""The photographs of a capture and where the lamp stood in each: names, lists, mirror spheres."""

@@ -1,0 +1,358 @@
+"""Photographs of a capture, the light's position in each (`stated_lights`), and the files beside them.
+
+Nothing is ever written beside photographs.
+
+A capture that comes as an archive: its photographs are unpacked into a folder that lives as long as its sources.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+import string
+import tempfile
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.lights.azimuth_spread import about_azimuth
+from engine.capture.lights.capture_file import NAME as CAPTURE_FILE
+from engine.capture.lights.capture_file import CaptureFile, capture_files, read_capture_file
+from engine.capture.lights.light_angles import by_light, comparable, listed, natural, stated_lights
+from engine.capture.lights.mirror_sphere import Circle
+from engine.capture.photograph.exposures import Exposure
+from engine.core.errors import InputError, OutputError
+from engine.core.health import Finding, Verdict
+from engine.core.steps import Step, Steps
+from engine.storage.archive import one_line
+from engine.storage.atomic import make_folder
+from engine.storage.unpack import is_archive, unpack
+
+
+def _suffixes(names: str) -> frozenset[str]:
+    return frozenset(f".{name}" for name in names.split())
+
+
+PHOTOGRAPH_SUFFIXES = _suffixes(
+    "jpg jpeg jpe png tif tiff exr hdr rgbe pic 3fr arw cr2 cr3 crw dcr dng erf fff gpr iiq kdc mef mos mrw nef nrw "
+    "orf pef raf raw rw2 rwl sr2 srf srw x3f"
+)
+_UNREAD_PICTURES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm tga webp")
+#: Points marked in two photographs: x and y in the one, x and y in the other.
+Pairs = Sequence[Sequence[float]]
+
+_SET_ASIDE = re.compile(
+    r"(?P<white>(white|flat)[ _-]?(field|frame|ref(erence)?)?)|(?P<dark>(dark|bias)[ _-]?(field|frame)?)|mask", re.I
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Unpacked:
+    """The `archive` that photographs come from, the `members` by the name of the unpacked file, and their folder, which
+    vanishes with the last reference to it."""
+
+    archive: Path
+    members: Mapping[str, str]
+    folder: TemporaryDirectory[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Sources:
+    """The photographs of one capture, by rising elevation.
+
+    Attributes
+    ----------
+    photographs : (N,) paths, N ≥ 2, one per light: the shortest of its exposures.
+    elevation : (N,) float64, radians above the sample plane, in [0, π/2]; 0 while a mirror sphere is to be asked.
+    azimuth : (N,) float64 radians, 0 = right, π/2 = up in the picture; None where unknown.
+    angle_source : 'user', 'capture.toml', 'lp', 'file names', 'assumed' or 'mirror sphere'.
+    exposure_s : (N,) what `capture.toml` says of `photographs`, None where it is silent.
+    exposures : (N,) all photographs of each light, by rising exposure.
+    dark, flat : photographs without light and of an even white surface.
+    lamp_distance : of a near lamp, in widths of the picture; None for a distant one.
+    sphere : outline of a mirror sphere from which the lights are to be measured, 'auto' to find it, or None.
+    highlights_px : (N,) column and row of the lamp's reflection where `capture.toml` corrects it.
+    reference : the photograph that the others are to be aligned to, where `capture.toml` says so.
+    control_points : by photograph, points (x and y in the reference, x and y in it) that `capture.toml` gives.
+    transfer : 'srgb' or 'linear' where `capture.toml` says so.
+    notes : the capture's notes.
+    unpacked : what is known of the archive that the photographs come from, if they do.
+    findings : what was set aside, assumed, or needs a look.
+    """
+
+    photographs: tuple[Path, ...]
+    elevation: NDArray[np.float64]
+    azimuth: NDArray[np.float64] | None
+    angle_source: str
+    exposure_s: tuple[float | None, ...]
+    exposures: tuple[tuple[Exposure, ...], ...]
+    dark: Path | None = None
+    flat: Path | None = None
+    lamp_distance: float | None = None
+    sphere: Circle | Literal["auto"] | None = None
+    highlights_px: tuple[tuple[float, float] | None, ...] = ()
+    reference: Path | None = None
+    control_points: Mapping[Path, Pairs] = field(default_factory=dict)
+    transfer: str | None = None
+    notes: str = ""
+    unpacked: Unpacked | None = None
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the folder or archive of the photographs."""
+        place = self.photographs[0].parent
+        return place.name if self.unpacked is None else place.name.split(".", 1)[0]
+
+
+class _Files(NamedTuple):
+    """Files of a folder, sorted by purpose."""
+
+    kept: list[Path]
+    dark: Path | None
+    flat: Path | None
+    findings: list[Finding]
+
+
+def find(
+    paths: Sequence[Path],
+    angles_deg: Sequence[float] | None = None,
+    *,
+    sphere: Circle | Literal["auto"] | None = None,
+    aside: Sequence[Path] = (),
+) -> Sources:
+    """The capture that `paths` (one folder, or files) hold.
+
+    `angles_deg` are the user's elevations in degrees, in the natural order of the file names; `sphere` is the mirror
+    sphere from which they are to be measured instead; files `aside` are no photographs of the sample. Raises
+    InputError where there are fewer than two lights, where angles do not fit the photographs, or where two share one
+    direction of light and are not known to be exposures of different length.
+    """
+    place = paths[0] if len(paths) == 1 else Path(os.path.commonpath([path.absolute() for path in paths]))
+    expanded = _expanded(paths)
+    capture = _capture_file(place, expanded)
+    files = _sorted_out(place, _without(expanded, aside), capture)
+    photographs = [path for path in files.kept if path.name.lower() != CAPTURE_FILE and path.suffix.lower() != ".lp"]
+    for path in photographs:
+        _refuse_irregular(path)
+    if len(photographs) < 2:
+        raise InputError(place, f"holds {_count(photographs)}", _needed(files.findings))
+    _refuse_equal_names(place, photographs)
+    if angles_deg is None and sphere is None and capture is not None:
+        sphere = _outline(capture)
+    lit, angle_source, told = stated_lights(place, files.kept, photographs, capture, angles_deg, sphere)
+    lights = by_light(lit, sphere is not None)
+    azimuths = [light[0].azimuth_deg for light in lights if light[0].azimuth_deg is not None]
+    azimuth = np.radians(azimuths) if len(azimuths) == len(lights) else None
+    return Sources(
+        photographs=tuple(light[0].path for light in lights),
+        elevation=np.radians([light[0].elevation_deg for light in lights]),
+        azimuth=azimuth,
+        angle_source=angle_source,
+        exposure_s=tuple(light[0].exposure_s for light in lights),
+        exposures=tuple(tuple(Exposure(one.path, one.exposure_s) for one in light) for light in lights),
+        dark=files.dark,
+        flat=files.flat,
+        lamp_distance=capture.lamp_distance if capture else None,
+        sphere=sphere,
+        highlights_px=tuple(light[0].highlight_px for light in lights),
+        reference=_stated(place, files.kept, capture.reference) if capture and capture.reference else None,
+        control_points=_control_points(photographs, capture),
+        transfer=capture.transfer if capture else None,
+        notes=capture.notes if capture else "",
+        findings=(*files.findings, *told, *about_azimuth(azimuth)),
+    )
+
+
+def _without(files: list[Path], aside: Sequence[Path]) -> list[Path]:
+    taken = {os.path.realpath(path) for path in aside}
+    return [file for file in files if os.path.realpath(file) not in taken]
+
+
+def _control_points(photographs: Sequence[Path], capture: CaptureFile | None) -> dict[Path, Pairs]:
+    entries = capture.photographs if capture is not None else ()
+    told = {comparable(entry.file): entry.control_points for entry in entries if entry.control_points}
+    return {path: told[comparable(path.name)] for path in photographs if comparable(path.name) in told}
+
+
+def _outline(capture: CaptureFile) -> Circle | None:
+    entry = capture.sphere
+    return Circle(entry.column_px, entry.row_px, entry.radius_px) if entry is not None else None
+
+
+def _expanded(paths: Sequence[Path]) -> list[Path]:
+    """The files meant by `paths` in natural order; of folders the photographs and what describes them."""
+    found: dict[str, Path] = {}
+    for path in paths:
+        given = [path] if not path.is_dir() else [entry for entry in _entries(path) if belongs(entry)]
+        found.update((os.path.realpath(file), file) for file in given)
+    return sorted(found.values(), key=lambda path: (natural(path.name), str(path)))
+
+
+def _entries(folder: Path) -> list[Path]:
+    try:
+        return list(folder.iterdir())
+    except OSError as error:
+        problem = f"cannot be read ({os.strerror(error.errno or 0)})"
+        raise InputError(folder, problem, "Check the permissions of the folder") from None
+
+
+def belongs(entry: Path) -> bool:
+    """True if a file of this name is taken for a photograph or describes some."""
+    suffix = entry.suffix.lower()
+    known = PHOTOGRAPH_SUFFIXES | _UNREAD_PICTURES | {".lp"}
+    return not entry.name.startswith(".") and (suffix in known or entry.name.lower() == CAPTURE_FILE)
+
+
+def _sorted_out(place: Path, files: list[Path], capture: CaptureFile | None) -> _Files:
+    """The files that count, the calibration frames, and a finding for each that is no photograph of the sample."""
+    kept: list[Path] = []
+    findings: list[Finding] = []
+    frames = {kind: _stated(place, files, name) for kind, name in _frame_names(capture).items()}
+    for file in files:
+        stem = file.stem.rstrip(string.digits)
+        aside = _SET_ASIDE.fullmatch(stem[:-1] if stem.endswith(tuple(" _.-")) else stem)
+        if file in frames.values():
+            continue
+        if file.suffix.lower() in _UNREAD_PICTURES:
+            text = f"a {file.suffix.lower()} file is not read; convert it to TIFF or PNG"
+            findings.append(Finding(Verdict.WARNING, text, file.name))
+        elif aside and file.suffix.lower() in PHOTOGRAPH_SUFFIXES:
+            kind = "white reference" if aside["white"] else "dark frame" if aside["dark"] else "mask"
+            used = kind != "mask" and frames.setdefault(kind, file) is file
+            text = f"taken for a {kind} by its name and {'used as such' if used else 'set aside'}"
+            findings.append(Finding(Verdict.NOTE, text, file.name))
+        else:
+            kept.append(file)
+    return _Files(kept, frames.get("dark frame"), frames.get("white reference"), findings)
+
+
+def _frame_names(capture: CaptureFile | None) -> dict[str, str]:
+    stated = {"dark frame": capture.dark, "white reference": capture.flat} if capture is not None else {}
+    return {kind: name for kind, name in stated.items() if name is not None}
+
+
+def _stated(place: Path, files: list[Path], name: str) -> Path:
+    """The file that `capture.toml` names, which lies beside it."""
+    for file in files:
+        if comparable(file.name) == comparable(name):
+            return file
+    where = capture_files(files)
+    raise InputError(where[0] if where else place, f"names {name}, which is not there", "Add the file, or correct it")
+
+
+def _count(photographs: list[Path]) -> str:
+    return f"one photograph only ({photographs[0].name})" if photographs else "no photographs"
+
+
+def _needed(findings: list[Finding]) -> str:
+    aside = "; ".join(f"{finding.source}: {finding.text}" for finding in findings[:3])
+    return "At least two pictures under different lights are needed" + (f". Set aside: {aside}" if aside else "")
+
+
+def _refuse_irregular(path: Path) -> None:
+    try:
+        regular = stat.S_ISREG(path.stat().st_mode)
+    except (OSError, ValueError) as error:
+        reason = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
+        raise InputError(path, f"cannot be read ({reason})", "Check that it exists, or leave it out") from None
+    if not regular:
+        raise InputError(path, "is not a regular file", "Leave it out")
+
+
+def _refuse_equal_names(place: Path, photographs: list[Path]) -> None:
+    twice = [name for name, count in Counter(path.name for path in photographs).items() if count > 1]
+    if twice:
+        raise InputError(place, f"several photographs are called {listed(twice)}", "Give each a name of its own")
+
+
+def _capture_file(place: Path, files: list[Path]) -> CaptureFile | None:
+    found = capture_files(files)
+    if len(found) > 1:
+        raise InputError(place, f"holds {len(found)} files called {CAPTURE_FILE}", "Keep the one that belongs")
+    return read_capture_file(found[0]) if found else None
+
+
+def printable(path: Path) -> str:
+    """The file name as text that can be stored: bytes that are no UTF-8 become replacement characters."""
+    return as_text(path.name)
+
+
+def as_text(name: str) -> str:
+    """A name with replacement characters for bytes that are no UTF-8."""
+    return os.fsencode(name).decode("utf-8", "replace")
+
+
+_NESTED = (".zip", ".7z", ".rar", ".tar", ".tgz", ".tbz2", ".txz", ".tar.gz", ".tar.bz2", ".tar.xz", ".gz", ".xz")
+_BUNDLE = PurePosixPath("manifest.json")
+
+
+def find_packed(
+    paths: Sequence[Path],
+    angles_deg: Sequence[float] | None = None,
+    *,
+    sphere: Circle | Literal["auto"] | None = None,
+    aside: Sequence[Path] = (),
+    scratch: Path | None = None,
+) -> Steps[Sources]:
+    """As `sources.find`, where `paths` may also be one archive (zip, or tar with or without compression).
+
+    It is unpacked into a folder in `scratch` (else in the system's folder for temporary files), which vanishes when
+    nothing refers to the sources any more. Of its folders the uppermost with photographs counts.
+    """
+    yield Step(0.0, "Looking for photographs")
+    archives = [path for path in paths if is_archive(path)]
+    if not archives:
+        return find(paths, angles_deg, sphere=sphere, aside=aside)
+    (archive, *others) = archives
+    if others or len(paths) > 1:
+        raise InputError(archive, "is an archive among other files", "Give one archive alone, or files and folders")
+    folder = _scratch_folder(scratch)
+    place = make_folder(Path(folder.name) / archive.name)
+    left_out: list[str] = []
+    members = yield from unpack(archive, place, lambda names: _chosen(archive, names, left_out))
+    sources = find([place], angles_deg, sphere=sphere, aside=aside)
+    text = f"Photographs in other folders of {archive.name} were left out: {listed(left_out)}"
+    findings = (Finding(Verdict.NOTE, text),) if left_out else ()
+    unpacked = Unpacked(archive, members, folder)
+    return replace(sources, unpacked=unpacked, findings=(*sources.findings, *findings))
+
+
+def _scratch_folder(scratch: Path | None) -> tempfile.TemporaryDirectory[str]:
+    try:
+        return tempfile.TemporaryDirectory(prefix="lightarc-", dir=scratch, ignore_cleanup_errors=True)
+    except OSError as error:
+        place = scratch or Path(tempfile.gettempdir())
+        raise OutputError(place, f"cannot be written ({one_line(error)})", "Check its permissions") from None
+
+
+def _chosen(archive: Path, names: Sequence[str], left_out: list[str]) -> list[str]:
+    """The photographs in the uppermost folder that has any, and what describes them; other folders are `left_out`."""
+    visible = [PurePosixPath(name) for name in names if not _hidden(PurePosixPath(name))]
+    if _BUNDLE in visible:
+        raise InputError(archive, "is a bundle, or holds one: no photographs", "Open it in the window")
+    nested = [path.name for path in visible if path.name.lower().endswith(_NESTED)]
+    if nested:
+        raise InputError(archive, f"holds another archive ({nested[0]})", "Unpack it and give the folder")
+    folders = {path.parent for path in visible if path.suffix.lower() in PHOTOGRAPH_SUFFIXES}
+    if not folders:
+        raise InputError(archive, "holds no photographs", "Pack the photographs of one capture")
+    top = min(len(folder.parts) for folder in folders)
+    uppermost = [folder for folder in folders if len(folder.parts) == top]
+    if len(uppermost) > 1:
+        several = listed(sorted(map(str, uppermost)))
+        raise InputError(archive, f"holds photographs in several folders: {several}", "Pack one capture by itself")
+    left_out += sorted(str(folder) for folder in folders - set(uppermost))
+    return [str(path) for path in visible if path.parent == uppermost[0] and belongs(Path(path.name))]
+
+
+def _hidden(path: PurePosixPath) -> bool:
+    """True for files that file managers and packers add."""
+    return path.name.startswith(".") or "__MACOSX" in path.parts

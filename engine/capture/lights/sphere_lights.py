@@ -1,0 +1,148 @@
+"""The lights of a capture from the mirror sphere in its photographs: sources whose directions are measured.
+
+Each light is measured on the shortest of its exposures, where its reflection is smallest. The direction is that seen
+from the sphere; for a near lamp it differs from that seen from the sample by where the sphere lies.
+Cost: each photograph is decoded once more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from contextlib import closing
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.lights.azimuth_spread import about_azimuth
+from engine.capture.lights.light_angles import ASSUMED, FROM_NAMES, SPHERE
+from engine.capture.lights.mirror_sphere import Circle, find_highlight, find_sphere, light_direction
+from engine.capture.lights.sources import Sources, printable
+from engine.capture.photograph.decode import ReadAhead
+from engine.core.colour import luminance
+from engine.core.errors import InputError, UsageError
+from engine.core.health import Finding, Verdict
+from engine.core.steps import Steps
+from engine.storage.scratch import release, scratch_array
+
+#: Stated and measured elevations that differ by more are worth a warning.
+DISAGREEMENT = math.radians(3.0)
+
+_REMEDY = "Mark it by hand in the Capture workspace or as highlight_px in capture.toml, or leave the photograph out"
+
+
+def with_sphere(
+    sources: Sources, outline: Circle | Literal["auto"], highlights: Mapping[str, tuple[float, float]] | None = None
+) -> Sources:
+    """`sources` whose lights are to be measured on a sphere with this `outline`.
+
+    `highlights` are (column, row) by file name where a person corrected them; the others stay as they were.
+    Elevations that were only assumed are forgotten, so that what is measured is not held against them.
+    """
+    marked = highlights or {}
+    names = map(printable, sources.photographs)
+    assumed = sources.angle_source == "assumed"
+    return replace(
+        sources,
+        sphere=outline,
+        highlights_px=tuple(marked.get(name, old) for name, old in zip(names, sources.highlights_px, strict=True)),
+        elevation=np.zeros_like(sources.elevation) if assumed else sources.elevation,
+        angle_source=SPHERE,
+        findings=tuple(one for one in sources.findings if not one.text.startswith((ASSUMED, FROM_NAMES))),
+    )
+
+
+def measured_lights(sources: Sources, transfer: Any) -> Steps[Sources]:
+    """`sources` with the directions that their mirror sphere shows, by rising elevation, and its outline.
+
+    Raises InputError that names the photograph in which no highlight is found, or where there is no sphere.
+    """
+    pictures = yield from luminances(sources, transfer)
+    outline = sources.sphere
+    if not isinstance(outline, Circle):
+        outline = found_outline(sources, pictures)
+    _check_inside(sources, outline, pictures[0])
+    directions = np.array([_direction(sources, index, picture, outline) for index, picture in enumerate(pictures)])
+    elevation = np.arcsin(np.clip(directions[:, 2], -1, 1))
+    azimuth = np.arctan2(directions[:, 1], directions[:, 0])
+    findings = [finding for finding in sources.findings if finding not in about_azimuth(sources.azimuth)]
+    findings += _disagreements(sources, elevation)
+    order = np.argsort(elevation, kind="stable")
+    return replace(
+        sources,
+        photographs=tuple(sources.photographs[index] for index in order),
+        exposure_s=tuple(sources.exposure_s[index] for index in order),
+        exposures=tuple(sources.exposures[index] for index in order),
+        highlights_px=tuple(sources.highlights_px[index] for index in order),
+        elevation=elevation[order],
+        azimuth=azimuth[order],
+        sphere=outline,
+        findings=(*findings, *about_azimuth(azimuth)),
+    )
+
+
+def luminances(sources: Sources, transfer: Any) -> Steps[NDArray[np.float32]]:
+    """(N, H, W) luminance of the photographs, in a file where it is large."""
+    count = len(sources.photographs)
+    pictures: NDArray[np.float32] | None = None
+    with closing(ReadAhead(sources.photographs, transfer=transfer)) as ahead:
+        for index, path in enumerate(sources.photographs):
+            note = f"Looking at the sphere in {index + 1} of {count}"
+            photograph = yield from ahead.next_photograph(index / count, note)
+            if pictures is None:
+                pictures = scratch_array((count, *photograph.saturated.shape), np.float32)
+            if photograph.saturated.shape != pictures.shape[1:]:
+                problem = f"is not of the size of {sources.photographs[0].name}, so the sphere lies elsewhere in it"
+                raise InputError(path, problem, "Leave it out")
+            pictures[index] = luminance(photograph.radiance)
+            release(pictures)
+    assert pictures is not None
+    return pictures
+
+
+def found_outline(sources: Sources, pictures: NDArray[np.float32]) -> Circle:
+    """The outline of the sphere in the mean of `pictures`; InputError where none is found."""
+    mean = np.zeros(pictures.shape[1:], np.float32)
+    for picture in pictures:
+        mean += picture / np.float32(len(pictures))
+    try:
+        return find_sphere(mean)
+    except UsageError as error:
+        remedy = (
+            "Mark it by hand in the Capture workspace, or give --sphere COLUMN,ROW,RADIUS or [sphere] in capture.toml"
+        )
+        raise InputError(sources.photographs[0].parent, str(error), remedy) from None
+
+
+def _check_inside(sources: Sources, outline: Circle, picture: NDArray[np.float32]) -> None:
+    height, width = picture.shape
+    if not (0 <= outline.column <= width and 0 <= outline.row <= height and outline.radius < max(height, width)):
+        problem = f"the outline of the sphere lies outside the {width} × {height} px of the photographs"
+        raise InputError(sources.photographs[0].parent, problem, "Correct the outline of the sphere")
+
+
+def _direction(sources: Sources, index: int, picture: NDArray[np.float32], outline: Circle) -> NDArray[np.float64]:
+    try:
+        return light_direction(outline, *(sources.highlights_px[index] or highlight_in(picture, outline)))
+    except UsageError as error:
+        raise InputError(sources.photographs[index], str(error), _REMEDY) from None
+
+
+def highlight_in(picture: NDArray[np.float32], outline: Circle) -> tuple[float, float]:
+    """(column, row) of the lamp's reflection in luminance (H, W); UsageError where none stands out."""
+    left, top = (max(0, math.floor(at - outline.radius)) for at in (outline.column, outline.row))
+    right, bottom = (max(1, math.ceil(at + outline.radius)) for at in (outline.column, outline.row))
+    square = np.ascontiguousarray(picture[top:bottom, left:right])
+    column, row = find_highlight(square, Circle(outline.column - left, outline.row - top, outline.radius))
+    return column + left, row + top
+
+
+def _disagreements(sources: Sources, measured: NDArray[np.float64]) -> list[Finding]:
+    text = "its light is measured at {:.1f}° on the sphere, but said to be at {:.1f}°; the measured one is used"
+    return [
+        Finding(Verdict.WARNING, text.format(math.degrees(found), math.degrees(stated)), path.name)
+        for path, found, stated in zip(sources.photographs, measured, sources.elevation, strict=True)
+        if stated > 0 and abs(found - stated) > DISAGREEMENT
+    ]

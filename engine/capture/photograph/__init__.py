@@ -1,0 +1,1 @@
+"""One photograph as linear radiance: decoding, demosaicing, exposure and calibration."""

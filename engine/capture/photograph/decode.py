@@ -1,0 +1,225 @@
+"""A photograph of the capture as linear radiance, whatever wrote it: RAW by `engine.capture.photograph.raw`, else a
+picture.
+
+What had to be assumed (transfer function, levels, white balance, exposure) stands in the result.
+
+Photographs one after the other: while one is worked on the next is decoded, and two while one is waited for.
+
+Cost: as decoding on two cores; at most two photographs are in memory.
+"""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.steps import Step, Steps
+from engine.images import decode as images
+from engine.images import exr, hdr, tiff
+from engine.images.exif import read_exif
+from engine.images.raster import Transfer
+from engine.images.tiff_directories import check_directories
+from engine.storage.untrusted import CHILDREN, Decoding
+
+WhiteBalance = Literal["camera", "none"] | Sequence[float]
+
+#: Suffixes under which LibRaw is tried for what no other reader knows, or for a TIFF.
+RAW_SUFFIXES = frozenset(
+    f".{suffix}"
+    for suffix in (
+        *("3fr", "arw", "cr2", "cr3", "crw", "dcr", "dng", "erf", "fff", "gpr", "iiq", "kdc", "mef", "mos", "mrw"),
+        *("nef", "nrw", "orf", "pef", "raf", "raw", "rw2", "rwl", "sr2", "srf", "srw", "x3f"),
+    )
+)
+
+
+_EXR_AND_HDR = (exr.SIGNATURE, *hdr.SIGNATURES)
+
+
+@dataclass(frozen=True, eq=False)
+class Photograph:
+    """One photograph.
+
+    Attributes
+    ----------
+    radiance : (H, W, 3) float32, linear sRGB, upright, read-only; 1 = white level. Negative values are noise around
+        black (RAW) or out-of-gamut colours, and are kept.
+    saturated : (H, W) bool, True where a sample at white level, or one that is not finite, enters the pixel.
+    exposure_s, iso, aperture, camera : None where the file does not say.
+    bit_depth : bits per sample. container : 'RAW', 'JPEG', 'PNG', 'TIFF', 'EXR' or 'HDR'.
+    transfer : what the samples were taken to be, 'srgb' or 'linear'.
+    black_level, white_level : in sample codes per site of the colour filter array (RAW), else empty.
+    white_balance : multipliers of red, green, blue that were applied.
+    camera_matrix : (9,) row by row, from balanced camera colours to linear sRGB (RAW), else empty.
+    """
+
+    radiance: NDArray[np.float32]
+    saturated: NDArray[np.bool_]
+    path: Path
+    camera: str | None
+    exposure_s: float | None
+    iso: float | None
+    aperture: float | None
+    bit_depth: int
+    container: str
+    transfer: Transfer
+    black_level: tuple[float, ...]
+    white_level: tuple[float, ...]
+    white_balance: tuple[float, float, float]
+    camera_matrix: tuple[float, ...]
+    warnings: tuple[str, ...]
+
+
+def read_photograph(
+    path: str | os.PathLike[str],
+    *,
+    white_balance: WhiteBalance = "camera",
+    transfer: images.TransferChoice = "auto",
+    half_size: bool = False,
+) -> Photograph:
+    """Decode one photograph; InputError for what cannot be decoded whole.
+
+    Parameters
+    ----------
+    white_balance : of RAW files: the camera's, none, or three multipliers. Green is scaled to 1.
+    transfer : of integer JPEG, PNG and TIFF: 'auto' is sRGB unless the file says linear.
+    half_size : average 2×2 pixels, for previews.
+    """
+    with closing(Reading(path, white_balance=white_balance, transfer=transfer, half_size=half_size)) as reading:
+        return reading.photograph()
+
+
+class Reading:
+    """`read_photograph` while its caller does other things."""
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        white_balance: WhiteBalance = "camera",
+        transfer: images.TransferChoice = "auto",
+        half_size: bool = False,
+    ) -> None:
+        if isinstance(white_balance, str) and white_balance not in ("camera", "none"):
+            raise ValueError(f"unknown white balance {white_balance!r}")
+        self._path = Path(path)
+        self._decoding = Decoding(
+            "engine.capture.photograph.decode:decode_photograph",
+            path,
+            white_balance=white_balance if isinstance(white_balance, str) else [float(v) for v in white_balance],
+            transfer=transfer,
+            half_size=half_size,
+        )
+
+    def wait(self, timeout_s: float) -> bool:
+        """Wait for at most `timeout_s`; True if the photograph has been read, or cannot be."""
+        return self._decoding.wait(timeout_s)
+
+    def photograph(self) -> Photograph:
+        """The photograph, waited for."""
+        reply = self._decoding.result()
+        for name, value in reply.items():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+            elif isinstance(value, list):
+                reply[name] = tuple(value)
+        return Photograph(path=self._path, **reply)
+
+    def close(self) -> None:
+        """Stop reading."""
+        self._decoding.cancel()
+
+
+def decode_photograph(
+    content: bytes, name: str, white_balance: str | Sequence[float], transfer: images.TransferChoice, half_size: bool
+) -> dict[str, Any]:
+    """The decoder that runs in the child."""
+    if _is_raw(content, name):
+        from engine.capture.photograph.raw import decode_raw
+
+        return decode_raw(content, name, white_balance, half_size)
+    picture = images.decode(content, name, transfer, half_size)
+    images.refuse_larger(name, picture["pixels"])
+    if Path(name).suffix.lower() in RAW_SUFFIXES:
+        picture["warnings"].append(f"is a {picture['container']} inside, not camera RAW")
+    del picture["environment"]  # what a photograph is not
+    photographed = picture.pop("exif")
+    photographed = {name: photographed[name] for name in ("camera", "exposure_s", "iso", "aperture")}
+    levels = {"black_level": [], "white_level": [], "white_balance": [1.0, 1.0, 1.0], "camera_matrix": []}
+    return {"radiance": picture.pop("pixels"), **picture, **photographed, **levels}
+
+
+def prepare() -> None:
+    """Compile what the decoders run, before the child is confined."""
+    from engine.capture.photograph import bayer
+
+    images.prepare()
+    bayer.prepare()
+
+
+def _is_raw(content: bytes, name: str) -> bool:
+    """By content where a signature tells; a camera's suffix decides for the rest."""
+    named_raw = Path(name).suffix.lower() in RAW_SUFFIXES
+    if content.startswith(tiff.SIGNATURES):
+        return named_raw or tiff.is_raw_tiff(content, name)
+    return named_raw and images.reader(content) is None and not content.startswith(b"version https://git-lfs")
+
+
+def decode_exposure(content: bytes, name: str) -> dict[str, Any]:
+    """The decoder of what the camera noted alone: exposure_s, iso, aperture, each None where it did not."""
+    if content.startswith(_EXR_AND_HDR):
+        return {"exposure_s": None, "iso": None, "aperture": None}
+    if content.startswith(tiff.SIGNATURES):
+        check_directories(content, name, tiff.DIRECTORIES_LIMIT)
+    noted = read_exif(content)
+    if noted.exposure_s is None and not noted.exposure_garbled and _is_raw(content, name):
+        from engine.capture.photograph.raw import noted_exposure
+
+        return noted_exposure(content, name)
+    return {"exposure_s": noted.exposure_s, "iso": noted.iso, "aperture": noted.aperture}
+
+
+#: Interval of the steps while a photograph is waited for, in seconds.
+PATIENCE_S = 0.05
+
+
+class ReadAhead:
+    """Reads `paths` in order, with the options of `read_photograph`; to be closed, which stops the decoders."""
+
+    def __init__(self, paths: Sequence[Path], **options: Any) -> None:
+        self._paths: Iterator[Path] = iter(paths)
+        self._options = options
+        self._readings: deque[Reading] = deque()
+        for _ in range(CHILDREN):
+            self._start_one()
+
+    def _start_one(self) -> None:
+        path = next(self._paths, None)
+        if path is not None:
+            self._readings.append(Reading(path, **self._options))
+
+    def next_photograph(self, done: float, note: str) -> Steps[Photograph]:
+        """The next photograph; while it is waited for there are steps that say `done` and `note`."""
+        if len(self._readings) < CHILDREN:
+            self._start_one()
+        reading = self._readings[0]
+        yield Step(done, note)
+        while not reading.wait(PATIENCE_S):
+            yield Step(done, note)
+        photograph = reading.photograph()
+        self._readings.popleft()
+        return photograph
+
+    def close(self) -> None:
+        """Stop what is still being read."""
+        for reading in self._readings:
+            reading.close()
+        self._readings.clear()

@@ -1,0 +1,248 @@
+"""Camera RAW through LibRaw (rawpy): sensor samples to linear sRGB. Runs in the decoder child.
+
+LibRaw unpacks; black, white, saturation, balance, interpolation and colour matrix are done here in floating point,
+without any automatic brightening. LibRaw half-decodes truncated files without an exception: what it prints is an
+error, and so is a picture with rows that were never filled.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import rawpy
+import tifffile
+from numpy.typing import NDArray
+
+from engine.capture.photograph import demosaic, radiometry
+from engine.capture.photograph.bayer import develop, is_bayer
+from engine.core.colour import invertible, srgb_from_camera
+from engine.core.errors import InputError, UsageError
+from engine.images.decode import halved
+from engine.images.exif import EXPOSURE_GARBLED, Exif, oriented, rational, read_exif
+from engine.images.raster import check_size
+from engine.images.tiff import RAW_PHOTOMETRICS, check_segments, check_tags
+from engine.images.tiff_directories import check_directories
+from engine.storage.decoder_child import complaints
+from engine.storage.shared_memory import result_array
+from engine.storage.untrusted import AGAIN
+
+WhiteBalance = str | Sequence[float]
+
+#: EXIF orientation of LibRaw's `flip` bits (4 transpose, 2 rows, 1 columns).
+_ORIENTATION = (1, 2, 4, 3, 5, 8, 6, 7)
+
+#: The orientation that undoes another, where that is not itself.
+_INVERSE = {6: 8, 8: 6}
+
+_LEAST_SIDE = 4
+
+#: Bands of rows in which missing data is looked for.
+_BANDS = 64
+
+#: Most directories of a RAW file; cameras write some 10.
+_DIRECTORIES_LIMIT = 100
+
+_CONVERT = "Convert it to DNG, for example with Adobe DNG Converter"
+
+logging.getLogger("tifffile").setLevel(logging.CRITICAL)
+
+
+def decode_raw(content: bytes, name: str, white_balance: WhiteBalance, half_size: bool) -> dict[str, Any]:
+    """Fields of `engine.capture.photograph.decode.Photograph` as arrays and JSON values."""
+    with _unpacked(content, name) as raw:
+        warnings: list[str] = []
+        samples, sites = _samples(raw, name)
+        black, white = _levels(raw, sites)
+        _check_filled(samples, black, white, name)
+        multipliers = _multipliers(raw, white_balance, warnings)
+        camera = _matrix(raw, warnings)
+        matrix = (camera * multipliers).astype(np.float32)
+        colours = None if samples.ndim == 3 else _colours(raw, sites, name)
+        try:
+            pixels = _developed(samples, black, white, colours, matrix, _ORIENTATION[raw.sizes.flip % 8])
+        except UsageError as error:
+            raise InputError(name, f"has impossible levels ({error})", "Convert it again to DNG") from None
+        radiance, saturated = halved(*pixels) if half_size else pixels
+        exposure = _exposure(raw, read_exif(content), warnings)
+    return {
+        "radiance": radiance,
+        "saturated": saturated,
+        **exposure,
+        "black_level": black.ravel().tolist(),
+        "white_level": white.ravel().tolist(),
+        "bit_depth": int(white.max()).bit_length(),
+        "container": "RAW",
+        "transfer": "linear",
+        "white_balance": multipliers.tolist(),
+        "camera_matrix": camera.ravel().tolist(),
+        "warnings": warnings,
+    }
+
+
+def noted_exposure(content: bytes, name: str) -> dict[str, Any]:
+    """exposure_s, iso and aperture as LibRaw finds them, without decoding the picture."""
+    with rawpy.RawPy() as raw, complaints():
+        try:
+            raw.open_buffer(io.BytesIO(content))
+        except rawpy.LibRawError as error:
+            raise InputError(name, f"cannot be opened (LibRaw: {error})", _CONVERT) from None
+        exposure = _exposure(raw, Exif(), [])
+    return {key: exposure[key] for key in ("exposure_s", "iso", "aperture")}
+
+
+def _unpacked(content: bytes, name: str) -> rawpy.RawPy:
+    _check_strips(content, name)
+    raw = rawpy.RawPy()
+    with complaints() as said:
+        try:
+            raw.open_buffer(io.BytesIO(content))
+            sizes = raw.sizes
+            check_size(name, sizes.raw_width, sizes.raw_height, 2, len(content))
+            raw.unpack()
+        except (rawpy.LibRawFileUnsupportedError, rawpy.NotSupportedError):
+            raise InputError(name, "is a RAW file of a kind that LibRaw does not read", _CONVERT) from None
+        except rawpy.LibRawError as error:
+            reason = error.args[0].decode() if error.args and isinstance(error.args[0], bytes) else str(error)
+            raise InputError(name, f"is a damaged RAW file (LibRaw: {reason})", AGAIN) from None
+    if said:
+        raise InputError(name, f"is an incomplete RAW file (LibRaw: {' '.join(said)[:120]})", AGAIN)
+    return raw
+
+
+def _check_strips(content: bytes, name: str) -> None:
+    """All tags, strips and tiles of a TIFF-like file must lie inside it, and in a DNG fit the size it states."""
+    if not content.startswith((b"II*\0", b"MM\0*")):
+        return
+    check_directories(content, name, _DIRECTORIES_LIMIT)
+    with tifffile.TiffFile(io.BytesIO(content)) as file:
+        pages = [page for top in file.pages for page in (top, *(top.pages or ()))]
+        for page in pages:
+            check_tags(content, page.offset, name)
+            if page.photometric in RAW_PHOTOMETRICS and "DNGVersion" in file.pages[0].tags:
+                check_segments(page, content, name)
+            for offset, count in zip(page.dataoffsets, page.databytecounts, strict=False):
+                if offset + count > len(content):
+                    raise InputError(name, "is an incomplete RAW file: it ends before its picture does", AGAIN)
+
+
+def _samples(raw: rawpy.RawPy, name: str) -> tuple[NDArray[np.uint16], NDArray[np.integer]]:
+    """Sensor samples (H, W), or (H, W, 3) where every pixel has all colours, and the channel of each site."""
+    samples = raw.raw_image_visible
+    if min(samples.shape[:2]) < _LEAST_SIDE:
+        raise InputError(name, f"has {samples.shape[1]} × {samples.shape[0]} samples only", AGAIN)
+    if samples.ndim == 3:
+        return samples[..., :3], np.arange(3)[None]
+    sites = raw.raw_pattern
+    if sites is None:
+        raise InputError(name, "has a colour filter array that LibRaw does not describe", _CONVERT)
+    return samples, sites
+
+
+def _developed(
+    samples: NDArray[np.uint16],
+    black: NDArray[np.float64],
+    white: NDArray[np.float64],
+    colours: NDArray[np.integer] | None,
+    matrix: NDArray[np.float32],
+    orientation: int,
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Upright linear sRGB (H, W, 3) with 1 = white level and the saturation mask, where the parent reads them.
+
+    `colours` per site is None for `samples` of all colours. Raises UsageError for levels that are none.
+    """
+    shape = samples.shape[1::-1] if orientation >= 5 else samples.shape[:2]
+    upright = result_array((*shape, 3), np.float32), result_array(shape, np.bool_)
+    radiance, saturated = (oriented(array, _INVERSE.get(orientation, orientation)) for array in upright)
+    scale = radiometry.level_scale(black, white)
+    if colours is not None and is_bayer(colours):
+        develop(samples, black, scale, white, colours, matrix, radiance, saturated)
+    elif colours is not None:
+        camera = demosaic.demosaic(radiometry.linearise(samples, black, white), colours)
+        np.matmul(camera, matrix.T, out=radiance)
+        saturated[...] = demosaic.spread(radiometry.at_white(samples, white))
+    else:
+        channels = [radiometry.linearise(samples[..., c], black[0, c], white[0, c]) for c in range(3)]
+        radiance[...] = np.stack(channels, axis=-1) @ matrix.T
+        saturated[...] = (samples >= white).any(axis=2)
+    return upright
+
+
+def _levels(raw: rawpy.RawPy, sites: NDArray[np.integer]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Black and white level per site of the pattern."""
+    black = np.asarray(raw.black_level_per_channel, float)
+    white = np.full(4, float(raw.white_level))
+    per_channel = raw.camera_white_level_per_channel
+    if per_channel is not None:
+        stated = np.asarray(per_channel, float)
+        white = np.where((stated > black) & (stated <= white), stated, white)
+    return black[sites], white[sites]
+
+
+def _colours(raw: rawpy.RawPy, sites: NDArray[np.integer], name: str) -> NDArray[np.integer]:
+    """0, 1, 2 for red, green, blue per site."""
+    letters = raw.color_desc.decode("ascii", "replace")
+    if {letters[site] for site in sites.ravel()} != set("RGB"):
+        raise InputError(name, f"has a sensor with the colours {letters}, not red, green and blue", _CONVERT)
+    return np.vectorize(lambda site: "RGB".index(letters[site]))(sites)
+
+
+def _check_filled(
+    samples: NDArray[np.uint16], black: NDArray[np.float64], white: NDArray[np.float64], name: str
+) -> None:
+    """Refuse a picture with rows that were never filled: bands of one value, or of zeros where black is above 0.
+
+    Bands at the black level or at white are left alone, as a picture without noise may have them, unless they are
+    zeros at its end.
+    """
+    bands = np.array_split(samples, min(_BANDS, samples.shape[0]))
+    lowest, highest = ([int(extreme(band)) for band in bands] for extreme in (np.min, np.max))
+    if min(lowest) == max(highest):
+        return
+    for number, (low, high) in enumerate(zip(lowest, highest, strict=True)):
+        last = number == len(bands) - 1
+        if low == high < white.min() and (low not in black or (last and low == 0)) and bands[number].size > 1:
+            where = "its last rows" if last else "some of its rows"
+            raise InputError(name, f"is an incomplete RAW file: {where} all hold the value {low}", AGAIN)
+    if black.min() > 0 and any(np.count_nonzero(band) < band.size / 2 for band in bands):
+        raise InputError(name, "is an incomplete RAW file: it has rows without data", AGAIN)
+
+
+def _multipliers(raw: rawpy.RawPy, choice: WhiteBalance, warnings: list[str]) -> NDArray[np.float64]:
+    if choice == "none":
+        return np.ones(3)
+    values = raw.camera_whitebalance[:3] if isinstance(choice, str) else choice
+    multipliers = radiometry.white_balance(values)
+    if multipliers is None:
+        given = ", ".join(f"{value:g}" for value in values)
+        warnings.append(f"has unusable white balance multipliers ({given}); none is applied")
+        return np.ones(3)
+    return multipliers
+
+
+def _matrix(raw: rawpy.RawPy, warnings: list[str]) -> NDArray[np.float64]:
+    """Camera RGB to linear sRGB: from LibRaw's table of cameras, else as the file states it."""
+    tabulated = srgb_from_camera(raw.rgb_xyz_matrix[:3])
+    if tabulated is not None:
+        return tabulated
+    stated = np.asarray(raw.color_matrix[:, :3], float)
+    if invertible(stated):
+        return stated
+    warnings.append("has no usable colour matrix; camera colours are taken as sRGB")
+    return np.eye(3)
+
+
+def _exposure(raw: rawpy.RawPy, exif: Exif, warnings: list[str]) -> dict[str, Any]:
+    """Exposure by EXIF, else by LibRaw from elsewhere in the file (it takes n/0 for n, so EXIF has the last word)."""
+    other = raw.other
+    if exif.exposure_garbled:
+        warnings.append(EXPOSURE_GARBLED)
+    return {
+        "camera": exif.camera,
+        "exposure_s": exif.exposure_s if exif.exposure_garbled else exif.exposure_s or rational(other.shutter_speed, 1),
+        "iso": exif.iso or rational(other.iso_speed, 1),
+        "aperture": exif.aperture or rational(other.aperture, 1),
+    }

@@ -1,0 +1,51 @@
+"""Doubtful numbers are not exceptions: they are counted here and shown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from types import MappingProxyType
+
+
+class Verdict(IntEnum):
+    """Severity of a finding, in rising order."""
+
+    GOOD = 0
+    NOTE = 1
+    WARNING = 2
+    BAD = 3
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One observation in plain words, and the photograph (or other source) it concerns, if a single one."""
+
+    verdict: Verdict
+    text: str
+    source: str | None = None
+
+
+@dataclass(frozen=True)
+class Health:
+    """Counts (clamped, masked, filled, non-finite …) and condition figures of a result, with its findings."""
+
+    figures: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def verdict(self) -> Verdict:
+        return max((finding.verdict for finding in self.findings), default=Verdict.GOOD)
+
+    @property
+    def warnings(self) -> list[str]:
+        """The findings that need attention, as sentences."""
+        return [
+            f"{finding.source}: {finding.text}" if finding.source else finding.text
+            for finding in self.findings
+            if finding.verdict >= Verdict.WARNING
+        ]
+
+    def merged(self, other: Health) -> Health:
+        """Both together; a figure of `other` replaces one of the same name."""
+        return Health(MappingProxyType({**self.figures, **other.figures}), self.findings + other.findings)

@@ -1,1 +1,0 @@
-"""Which effects a scene calls for, what each way to draw it costs, and the plan that follows."""

@@ -1,0 +1,1 @@
+"""Least squares, singular values, direct search and rotations, which know nothing of a BRDF."""

@@ -1,0 +1,228 @@
+"""The whole path on the built-in sample: photographs, shading map, compression, a rendered model, a bundle, a sheet.
+
+`demo` goes the way that a person goes, with the same functions. A stage that fails in a way that is reported to
+people (no OpenGL, a full disk) is noted with its sentence; what depends on it is left out and everything else is
+made. `built_in_sample` keeps the simulated capture, which the window opens where there is no data, from one start to
+the next.
+Cost: 18 s of processor time, of which the simulation takes 7 s, and 25 s more where kernels must be compiled first.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+import engine
+from engine.brdf.brdf import brdf_from_text
+from engine.bundle.bundle import save_bundle
+from engine.capture.import_stack import ImportSettings, import_stack
+from engine.capture.lights.sources import find
+from engine.capture.stack import ImageStack
+from engine.core.colour import to_display8, tone_map
+from engine.core.errors import InputError, LightarcError, MissingCapability
+from engine.core.steps import Step, Steps, part
+from engine.figures.contact_sheet import Picture
+from engine.figures.demo_sheet import Shown, sheet
+from engine.geometry.camera import frame
+from engine.geometry.shapes import shape
+from engine.images.encode import encode_png
+from engine.render import direct
+from engine.scene.material import Material, error_figures
+from engine.scene.scene import SOURCES, Scene, Source
+from engine.shading.power_law import PowerLawMap, fit
+from engine.shading.shading_map import ShadingMap, build
+from engine.simulate.arc import LightArc
+from engine.simulate.simulate import MARKER as CAPTURE_MARKER
+from engine.simulate.simulate import Capture, capture_toml, simulate
+from engine.storage.atomic import atomic_folder, make_folder, write_bytes, write_json
+from engine.storage.untrusted import read_bytes
+
+Result = TypeVar("Result")
+
+#: By this file a folder is known to be a demo, which a later one may replace.
+MARKER = "demo.json"
+
+BRDF, MODEL, SLICES, REPEATS = "ggx:alpha=0.5", "cloth", 8, 3.0
+PICTURE_SIZE = (1280, 800)
+LIGHT, IRRADIANCE, GROUND = (-0.45, 0.6, 0.75), 2.2, 0.0123
+LIMIT_BYTES = 64 << 20
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One part of the demo: how long it took, and the sentence of what went wrong."""
+
+    name: str
+    time_s: float
+    error: str | None = None
+
+
+@dataclass(frozen=True)
+class Demo:
+    """Files that the demo left in its folder; paths of what could not be made are absent."""
+
+    bundle: Path | None
+    images: tuple[Path, ...]
+    stages: tuple[Stage, ...]
+
+
+def built_in_sample(folder: Path) -> Steps[Path]:
+    """The folder of the built-in capture inside `folder`: made at the first call, and again where it is damaged."""
+    arc = LightArc()
+    capture = folder / f"{arc.sample}-{engine.__version__}"
+    yield Step(0.0, "Looking for the built-in sample")
+    if not _is_whole(capture, arc):
+        make_folder((capture / CAPTURE_MARKER).parent)
+        write_json(capture / CAPTURE_MARKER, {"state": "to be made"})
+        yield from simulate(arc, capture)
+    return capture
+
+
+def demo(folder: Path, arc: LightArc | None = None) -> Steps[Demo]:
+    """Make everything in `folder`, which is complete at the end or as it was before.
+
+    Raises OutputError where the folder cannot be written or holds something else. All other failures that are
+    reported to people become the `error` of their stage.
+    """
+    with atomic_folder(folder, MARKER) as making:
+        stages, bundle = yield from _stages(making, arc or LightArc())
+        stages = [replace(stage, error=_final(stage.error, making, folder)) for stage in stages]
+        images = sorted(image.name for image in making.glob("*.png"))
+        write_json(making / MARKER, {"images": images, "stages": [asdict(stage) for stage in stages]})
+        yield Step(1.0, "Done")
+    return Demo(folder / bundle.name if bundle else None, tuple(folder / image for image in images), tuple(stages))
+
+
+def _stages(folder: Path, arc: LightArc) -> Steps[tuple[list[Stage], Path | None]]:
+    """Run all stages in order; what a failed one should have made is None, and stages that need it are left out."""
+    stages: list[Stage] = []
+
+    def stage(name: str, until: float, work: Callable[..., Steps[Result]], *needed: object) -> Steps[Result | None]:
+        return part(_attempt(stages, name, work, needed), until - 0.1, until)
+
+    capture = yield from stage("simulate", 0.2, lambda: simulate(arc, folder / "capture"))
+    stack = yield from stage("import", 0.5, partial(_imported, folder / "stack"), capture)
+    shading_map = yield from stage("shade", 0.6, partial(build, slices=SLICES), stack)
+    power_law = yield from stage("compress", 0.7, fit, shading_map)
+    material = None
+    if stack is not None and shading_map is not None:
+        material = _material(arc.sample, stack, shading_map, power_law)
+    pictures = yield from stage("render", 0.8, partial(_rendered, folder), material)
+    bundle = yield from stage("bundle", 0.9, partial(_bundle, folder), material, stack, pictures or ())
+    shown = Shown(arc.sample, capture, stack, shading_map, power_law, pictures)
+    yield from stage("contact sheet", 1.0, partial(_drawn, folder, shown, tuple(stages)))
+    return stages, bundle
+
+
+def _attempt(
+    stages: list[Stage], name: str, work: Callable[..., Steps[Result]], needed: tuple[object, ...]
+) -> Steps[Result | None]:
+    """Do `work` with what it needs, and note in `stages` how long that took or why it could not be done."""
+    if any(value is None for value in needed):
+        stages.append(Stage(name, 0.0, "Left out, because an earlier stage failed."))
+        return None
+    start = time.perf_counter()
+    try:
+        result = yield from work(*needed)
+    except LightarcError as error:
+        stages.append(Stage(name, time.perf_counter() - start, str(error)))
+        return None
+    stages.append(Stage(name, time.perf_counter() - start))
+    return result
+
+
+def _imported(folder: Path, capture: Capture) -> Steps[ImageStack]:
+    """Import as from a tripod: the virtual camera wanders by half a pixel, and relief under a grazing lamp seems to
+    move by more, so that aligning would blur what is sharp."""
+    return import_stack(find([capture.folder]), ImportSettings(motion="none"), folder)
+
+
+def _material(name: str, stack: ImageStack, shading_map: ShadingMap, power_law: PowerLawMap | None) -> Material:
+    health = shading_map.health if power_law is None else shading_map.health.merged(power_law.health)
+    elevation_deg = tuple(float(angle) for angle in stack.elevation_deg)
+    return Material(shading_map, power_law, brdf=BRDF, elevation_deg=elevation_deg, name=name, health=health)
+
+
+def _rendered(folder: Path, material: Material) -> Steps[dict[Source, Picture]]:
+    """The material on a model, from each form that it has, also as PNG files in `folder`."""
+    yield Step(0.0, f"Preparing the {MODEL}")
+    mesh = shape(MODEL)
+    camera = frame(mesh.positions, PICTURE_SIZE[0] / PICTURE_SIZE[1])
+    sources: list[Source] = ["slices"] if material.power_law is None else list(SOURCES)
+    brdf = brdf_from_text(material.brdf)
+    scenes = [Scene(mesh, camera, brdf, material, LIGHT, IRRADIANCE, source, repeats=REPEATS) for source in sources]
+    radiances = yield from _radiances(scenes)
+    pictures = {scene.source: _developed(radiance) for scene, radiance in zip(scenes, radiances, strict=True)}
+    for source, picture in pictures.items():
+        write_bytes(folder / f"{MODEL}_{source}.png", encode_png(picture))
+    return pictures
+
+
+def _radiances(scenes: list[Scene]) -> Steps[list[NDArray[np.float32]]]:
+    """(H, W, 4) radiance and coverage of each scene: with OpenGL, or on the processor where there is none."""
+    from engine.gl.context import create_context
+    from engine.gl.direct import DirectRenderer
+
+    radiances: list[NDArray[np.float32]] = []
+    try:
+        context = create_context()
+    except MissingCapability:
+        for index, scene in enumerate(scenes):
+            steps = direct.radiance(scene, PICTURE_SIZE)
+            radiances.append((yield from part(steps, index / len(scenes), (index + 1) / len(scenes))))
+        return radiances
+    try:
+        renderer = DirectRenderer(context)
+        for scene in scenes:
+            yield Step(len(radiances) / len(scenes), f"Rendering from {scene.source}")
+            radiances.append(renderer.radiance(scene, PICTURE_SIZE))
+        renderer.release()
+    finally:
+        context.release()
+    return radiances
+
+
+def _developed(radiance: NDArray[np.float32]) -> Picture:
+    """Tone-mapped picture of (H, W, 4) radiance and coverage, on a dark ground."""
+    return to_display8(tone_map(radiance[..., :3]) + (1 - radiance[..., 3:]) * GROUND)
+
+
+def _bundle(folder: Path, material: Material, stack: ImageStack, pictures: Mapping[Source, Picture]) -> Steps[Path]:
+    preview = encode_png(pictures["slices"]) if pictures else None
+    path = folder / f"{material.name}.lightarc"
+    return save_bundle(path, material, provenance=stack.provenance, figures=error_figures(material), preview=preview)
+
+
+def _drawn(folder: Path, shown: Shown, stages: tuple[Stage, ...]) -> Steps[Path]:
+    """Draw the contact sheet; where a picture is missing stands the sentence of the stage that failed first."""
+    yield Step(0.0, "Drawing the contact sheet")
+    reason = next((stage.error for stage in stages if stage.error), "")
+    write_bytes(folder / "contact_sheet.png", encode_png(sheet(shown, reason, sum(stage.time_s for stage in stages))))
+    return folder / "contact_sheet.png"
+
+
+def _final(error: str | None, making: Path, folder: Path) -> str | None:
+    """The sentence with the folder's final name in place of the hidden one that it had while it was made."""
+    return error and error.replace(str(making), str(folder))
+
+
+def _is_whole(capture: Path, arc: LightArc) -> bool:
+    """True if every photograph has the content that was written, under the angles of `arc`."""
+    try:
+        truth = json.loads(read_bytes(capture / CAPTURE_MARKER, LIMIT_BYTES))
+        table = read_bytes(capture / "capture.toml", LIMIT_BYTES).decode()
+        return table == capture_toml(arc) and all(
+            hashlib.sha256(read_bytes(capture / record["file"], LIMIT_BYTES)).hexdigest() == record["sha256"]
+            for record in truth["photographs"]
+        )
+    except (InputError, ValueError, KeyError, TypeError):
+        return False

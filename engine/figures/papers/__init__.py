@@ -1,0 +1,1 @@
+"""The figures of the papers, computed anew with their errors."""

@@ -1,0 +1,163 @@
+"""Kautz2002 Figure 6: the order of the harmonics against the glossiness of the reflectance.
+
+Columns are orders, the last but one windowed against ringing; the top row is the light itself, the others are a sphere
+(or a model, with its shadows) of ever sharper highlights. The rightmost column is the reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import psutil
+from numpy.typing import NDArray
+
+from engine.accuracy.compare import ErrorEstimate
+from engine.brdf.brdf import brdf_from_text
+from engine.core.errors import UsageError
+from engine.core.steps import Step, Steps, part
+from engine.figures.figure import (
+    Figure,
+    Picture,
+    Settings,
+    Shown,
+    ShownRow,
+    camera_of,
+    compared,
+    error_curve,
+    exposure_of,
+    truth_of,
+)
+from engine.figures.papers.sh_rows import light_at_vertices
+from engine.figures.papers.vertex_pictures import View, view_of
+from engine.figures.plot import curves
+from engine.geometry.camera import Camera
+from engine.geometry.mesh import Mesh
+from engine.geometry.shapes import shape
+from engine.light.environment import EnvironmentMap, reduced, solid_angles, texel_directions
+from engine.light.environment_file import open_environment
+from engine.scene.scene import Scene
+from engine.transport.sh.basis import evaluate, windowed
+from engine.transport.sh.brdf_table import BrdfTable, tabulate
+from engine.transport.sh.lighting import project
+from engine.transport.sh.transfer import tangent_frames
+
+#: The paper's, from 9 to 225 coefficients; it uses 25 elsewhere.
+ORDERS = (3, 5, 7, 10, 15)
+
+#: The paper's anisotropic exponents.
+EXPONENTS = ((12, 4), (24, 8), (48, 16))
+
+#: Rows of the picture of the light.
+LIGHT_ROWS = 180
+
+#: Vertices whose radiance is found at once.
+AT_ONCE = 4096
+
+#: Share of the free memory that light at vertices may take.
+SHARE = 0.5
+
+Coefficients = NDArray[np.float64]
+
+#: Words over a column, its knobs, and the light (order², 3) in it.
+Column = tuple[str, Mapping[str, Any], Coefficients]
+
+
+def kautz_6(settings: Settings) -> Steps[Figure]:
+    """The grid of orders and exponents."""
+    environment = settings.environment or open_environment("studio")
+    mesh = settings.mesh or (settings.model if settings.quick else shape("sphere"))
+    orders = ORDERS[:2] if settings.quick else ORDERS
+    columns = _columns(environment, orders)
+    _check_memory(mesh, columns)
+    arriving = yield from part(light_at_vertices(mesh, [light for *_, light in columns]), 0.0, 0.25)
+    camera = camera_of(mesh, settings.size)
+    view, frames = view_of(mesh, camera, settings.size), tangent_frames(mesh)
+    rows = [_lights(environment, columns)]
+    for number, exponents in enumerate(EXPONENTS[:1] if settings.quick else EXPONENTS):
+        steps = _row(settings, mesh, camera, environment, exponents, view, view.local(frames), columns, arriving)
+        rows.append((yield from part(steps, 0.25 + 0.25 * number, 0.5 + 0.25 * number)))
+    return Figure(
+        "kautz-6",
+        "Order of the harmonics against glossiness",
+        f"{mesh.name} under {environment.name}, after Kautz, Sloan and Snyder 2002, Figure 6; errors are relative RMSE "
+        "against the reference",
+        tuple(rows),
+        {"errors": _plot(rows, orders)},
+    )
+
+
+def _check_memory(mesh: Mesh, columns: list[Column]) -> None:
+    """UsageError where the light at all vertices takes more memory than there is."""
+    needed = len(mesh.positions) * sum(light.size for *_, light in columns) * 4
+    if needed > SHARE * psutil.virtual_memory().available:
+        raise UsageError(
+            f"the light at {len(mesh.positions):,} vertices needs {needed / 1e9:.1f} GB of memory, more than is free"
+        )
+
+
+def _columns(environment: EnvironmentMap, orders: tuple[int, ...]) -> list[Column]:
+    """The orders, and the highest once more with a window."""
+    whole = project(environment, orders[-1])
+    columns: list[Column] = [
+        (f"order {order}{' *' if order == 5 else ''}", {"order": order, "window": "none"}, whole[: order**2])
+        for order in orders
+    ]
+    last = {"order": orders[-1], "window": "hanning"}
+    return [*columns, (f"order {orders[-1]}, Hanning", last, windowed(whole, "hanning"))]
+
+
+def _lights(environment: EnvironmentMap, columns: list[Column]) -> ShownRow:
+    """The light as each column has it; errors are over the sphere, by solid angle, and exact."""
+    small = reduced(environment, LIGHT_ROWS)
+    height, width = small.radiance.shape[:2]
+    area, directions = solid_angles(height, width), texel_directions(height, width)
+    true = np.asarray(small.radiance, np.float64)
+    whole = _opaque(true)
+    shown, stops = [], exposure_of(whole)
+    for words, knobs, light in columns:
+        approximation = evaluate(knobs["order"], directions.reshape(-1, 3)) @ light
+        apart = approximation.reshape(true.shape) - true
+        whole_power = float(np.sum(true**2 * area[..., None]))
+        error = np.sqrt(np.sum(apart**2 * area[..., None]) / whole_power) if whole_power > 0.0 else 0.0
+        picture = _opaque(np.maximum(approximation.reshape(true.shape), 0.0))
+        shown.append(Shown(words, picture, knobs, ErrorEstimate(float(error), 0.0), stops))
+    return ShownRow("Light", (*shown, Shown("map", whole, exposure_ev=stops)))
+
+
+def _opaque(radiance: NDArray[np.float64]) -> Picture:
+    return np.concatenate([radiance, np.ones((*radiance.shape[:2], 1))], axis=2).astype(np.float32)
+
+
+def _row(
+    settings: Settings,
+    mesh: Mesh,
+    camera: Camera,
+    environment: EnvironmentMap,
+    exponents: tuple[int, int],
+    view: View,
+    local: NDArray[np.float64],
+    columns: list[Column],
+    arriving: list[NDArray[np.float32]],
+) -> Steps[ShownRow]:
+    brdf = brdf_from_text(f"ashikhmin-shirley:kd=0,ks=0.5,nu={exponents[0]},nv={exponents[1]}")
+    truth = yield from part(truth_of(Scene(mesh, camera, brdf, environment=environment), settings), 0.0, 0.5)
+    table: BrdfTable = yield from part(tabulate(brdf, max(knobs["order"] for _, knobs, _ in columns)), 0.5, 0.8)
+    panels = []
+    for number, ((words, knobs, _), light) in enumerate(zip(columns, arriving, strict=True)):
+        value = _radiance(table.of_order(knobs["order"]), light, local)
+        panels.append((words, {**knobs, "nu": exponents[0], "nv": exponents[1]}, view.picture(value)))
+        yield Step(0.8 + 0.2 * (number + 1) / len(columns), f"drawing {words}")
+    return ShownRow(f"Exponents {exponents[0]} and {exponents[1]}", compared(panels, truth, "reference"))
+
+
+def _radiance(table: BrdfTable, light: NDArray[np.float32], local: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(V, 3) towards `local` (V, 3), a few vertices at a time: a row of a table of order 15 takes 5 kB."""
+    some = [slice(start, start + AT_ONCE) for start in range(0, len(local), AT_ONCE)]
+    return np.concatenate([table.radiance(light[each], local[each]) for each in some])
+
+
+def _plot(rows: list[ShownRow], orders: tuple[int, ...]) -> Any:
+    lines = [error_curve(row.heading, orders, row.pictures[: len(orders)]) for row in rows]
+    return curves(lines, "Order", "Relative RMSE in %", title="Order against glossiness", y_from_zero=True)

@@ -1,1 +1,0 @@
-"""What touches the disk: atomic writing, guarded reading, bundles."""

@@ -1,0 +1,394 @@
+"""Triangle meshes: the value, reading files, and what a file may lack (normals, texture coordinates).
+
+Files are read by trimesh in another process (`engine.storage.untrusted`). Faces that cannot be used are dropped and
+counted. Missing normals are area-weighted over the faces that meet at a point, except where the surface bends
+sharply. Missing texture coordinates come from a box projection along the axis nearest to the smoothed normal, one
+unit over the longest side of the bounding box, so that the texel density is even. v points up, image row 0 is v = 1.
+Cost: about 1 s for 100,000 faces, most of it in trimesh.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.directions import normalize, uv_tangents, world_from_tangent
+from engine.core.errors import InputError
+from engine.core.health import Finding, Health, Verdict
+from engine.geometry.mesh_repair import (
+    INSIDE_OUT,
+    LARGEST,
+    SMALLEST,
+    Topology,
+    merged_points,
+    topology,
+    usable_faces,
+    weld,
+    with_count,
+)
+from engine.geometry.mesh_text import checked_text
+from engine.geometry.mesh_weld import GAP, without_gaps
+from engine.geometry.read_scene import check_memory, decoder_memory_bytes, files_beside, named_files, scene_parts
+from engine.geometry.unwrap import with_atlas
+from engine.storage.untrusted import decode_in_child
+
+#: Kinds of file, by the ending of the name.
+SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl", ".stl_ascii")
+
+#: Files of polygons, which are cut here; the others are read by trimesh.
+POLYGONS = ("obj", "off", "ply")
+
+_POINTS = "It holds points or curves; give a mesh with faces, as .ply or .obj"
+_UNPACK = "Unpack it and give the mesh that is in it"
+
+#: Remedies for kinds of file that trimesh reads with further libraries only, or that hold no surface.
+INSTEAD = {
+    **dict.fromkeys((".3mf", ".3dxml", ".xaml", ".amf"), "Export it as .stl, .obj or .glb"),
+    **dict.fromkeys((".dae", ".zae", ".fbx", ".blend", ".usd", ".usda", ".usdc", ".usdz", ".3ds"), "Export it as .glb"),
+    **dict.fromkeys((".ctm", ".drc", ".binvox", ".wrl", ".x3d"), "Convert it to .ply"),
+    **dict.fromkeys((".step", ".stp", ".iges", ".igs"), "Export the tessellated shape as .stl or .obj"),
+    **dict.fromkeys((".xyz", ".pcd", ".las", ".dxf", ".svg"), _POINTS),
+    **dict.fromkeys((".zip", ".gz", ".bz2", ".xz", ".7z", ".tar"), _UNPACK),
+}
+
+#: Seconds that reading may take.
+LIMIT_S = 600.0
+
+#: If a face turns further than this away from the smooth normal of its corner, its neighbours are looked at …
+BENT = np.cos(np.radians(10.0))
+
+#: … and those that meet it at more than this angle do not share their normal with it.
+SHARP = np.cos(np.radians(50.0))
+
+#: If more faces than this meet at a bent point (the tip of a cone), each keeps its own normal.
+MOST_AROUND = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A surface of triangles in the coordinates of its file.
+
+    Attributes
+    ----------
+    positions : (V, 3) float64.
+    normals : (V, 3) float32 unit vectors.
+    uv : (V, 2) float32 texture coordinates, v up.
+    faces : (F, 3) int32, counter-clockwise seen from the side that the normals point to.
+    name : shown to people.
+    health : what was dropped or filled while reading.
+    """
+
+    positions: NDArray[np.float64]
+    normals: NDArray[np.float32]
+    uv: NDArray[np.float32]
+    faces: NDArray[np.int32]
+    name: str
+    health: Health = field(default_factory=Health)
+
+    def __post_init__(self) -> None:
+        count = len(self.positions)
+        if not (self.normals.shape == (count, 3) and self.uv.shape == (count, 2) and self.faces.shape[1:] == (3,)):
+            raise ValueError("positions, normals, uv and faces do not fit together")
+        if len(self.faces) == 0 or self.faces.min() < 0 or self.faces.max() >= count:
+            raise ValueError("faces are missing or name vertices that do not exist")
+        for array in (self.positions, self.normals, self.uv, self.faces):
+            array.flags.writeable = False
+
+    @cached_property
+    def centre(self) -> NDArray[np.float64]:
+        """Centre (3,) of the bounding box."""
+        return (self.positions.min(axis=0) + self.positions.max(axis=0)) / 2.0
+
+    @cached_property
+    def radius(self) -> float:
+        """Radius of the smallest sphere about `centre` that holds the mesh."""
+        return float(np.sqrt(np.max(np.sum((self.positions - self.centre) ** 2, axis=1))))
+
+    @cached_property
+    def tangents(self) -> NDArray[np.float32]:
+        """(V, 3) float32 unit vectors along which brushed materials run: dP/du where the mesh came with coordinates.
+
+        Where texture coordinates were made, they are those of `world_from_tangent`.
+        """
+        if self.health.figures.get("texture_coordinates_made"):
+            return world_from_tangent(normalize(self.normals))[..., 0].astype(np.float32)
+        return uv_tangents(self.positions, self.normals, self.uv, self.faces)[0].astype(np.float32)
+
+    @cached_property
+    def topology(self) -> Topology:
+        """Connection of the faces: closed or convex, and counts of what is doubtful."""
+        points, place = merged_points(self.positions)
+        return topology(points, place[self.faces])
+
+    def flipped(self) -> Mesh:
+        """The same surface seen from its other side."""
+        figures = {**self.health.figures, "flipped": 1.0 - self.health.figures.get("flipped", 0.0)}
+        findings = tuple(finding for finding in self.health.findings if finding.text != INSIDE_OUT)
+        health = Health(MappingProxyType(figures), findings)
+        faces = np.ascontiguousarray(self.faces[:, ::-1])
+        return Mesh(self.positions, -self.normals, self.uv, faces, self.name, health)
+
+
+def read_mesh(path: str | os.PathLike[str]) -> Mesh:
+    """Read a mesh of one of the `SUFFIXES`; InputError for a file that holds no usable triangle.
+
+    One that would not fit in memory is refused before it is read.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        kind = suffix or "no ending"
+        remedy = INSTEAD.get(suffix, f"Give {', '.join(SUFFIXES)}")
+        raise InputError(path, f"is not a mesh that can be read ({kind})", remedy)
+    check_memory(path)
+    limits: dict[str, Any] = {"memory_bytes": decoder_memory_bytes(), "timeout_s": LIMIT_S}
+    named = decode_in_child("engine.geometry.mesh:decode_names", path, **limits)["uris"] if suffix == ".gltf" else []
+    reply = decode_in_child("engine.geometry.mesh:decode_mesh", path, beside=files_beside(path, named), **limits)
+    figures = {name: float(count) for name, count in reply["figures"].items()}
+    findings = tuple(Finding(Verdict(verdict), text) for verdict, text in reply["findings"])
+    if figures["texture_coordinates_made"]:
+        findings += with_atlas(reply, path)
+    health = Health(MappingProxyType(figures), findings)
+    return Mesh(reply["positions"], reply["normals"], reply["uv"], reply["faces"], Path(path).stem, health)
+
+
+def decode_mesh(content: bytes, name: str, beside: Mapping[str, bytes] = MappingProxyType({})) -> dict[str, Any]:
+    """Decode the content of a mesh file into the arrays of a `Mesh` and counts; runs in the decoder process.
+
+    `beside` holds the other files that a glTF file names.
+    """
+    kind = Path(name).suffix.lower().lstrip(".")
+    content = checked_text(content, kind, name)
+    if kind in POLYGONS:
+        part, too_few = _polygons(content, kind, name)
+        parts = [part]
+    else:
+        too_few, parts = 0, scene_parts(content, kind, name, beside)
+    moved = 0
+    for part in parts if kind.startswith("stl") else ():
+        part["positions"], count = without_gaps(part["positions"], part["faces"])
+        moved += count
+    if not any(len(part["faces"]) for part in parts):
+        raise InputError(name, "holds no triangles", "Give a mesh with faces, not points or curves alone")
+    first_vertex = np.cumsum([0] + [len(part["positions"]) for part in parts])
+    faces = [
+        np.where(part["faces"] >= 0, part["faces"] + first, -1)
+        for part, first in zip(parts, first_vertex, strict=False)
+    ]
+    return complete(
+        np.concatenate([part["positions"] for part in parts]),
+        np.concatenate(faces),
+        _joined(parts, "normals", 3),
+        _joined(parts, "uv", 2),
+        name,
+        {"faces_of_fewer_than_3_corners_dropped": too_few, "points_moved_to_close_gaps": moved},
+    )
+
+
+def decode_names(content: bytes, name: str) -> dict[str, Any]:
+    """The other files that a glTF file names, as `uris`; runs in the decoder process."""
+    return {"uris": named_files(content)}
+
+
+def prepare() -> None:
+    """Compile what `decode_mesh` runs, before the child is confined."""
+    from engine.geometry import polygons
+
+    polygons.prepare()
+
+
+def _polygons(content: bytes, kind: str, name: str) -> tuple[dict[str, Any], int]:
+    """The triangles of a file of polygons, and how many polygons were none."""
+    from engine.geometry.obj import (  # these compile kernels, which a window that opens does not wait for
+        read_obj,
+        read_off,
+    )
+    from engine.geometry.ply import read_ply
+    from engine.geometry.polygons import of_polygons
+
+    polygons = {"obj": read_obj, "off": read_off, "ply": read_ply}[kind](content, name)
+    return {"positions": polygons.points, **of_polygons(polygons)}, int(np.sum(polygons.sizes < 3))
+
+
+def _joined(parts: list[dict[str, Any]], key: str, columns: int) -> NDArray[np.float64] | None:
+    """(F, 3, columns) of all parts, NaN for those that state nothing; None where none does, or nothing of use."""
+    if all(part[key] is None for part in parts):
+        return None
+    rows = [np.full((len(part["faces"]), 3, columns), np.nan) if part[key] is None else part[key] for part in parts]
+    return np.concatenate(rows)
+
+
+def complete(
+    positions: NDArray[np.float64],
+    faces: NDArray[np.integer[Any]],
+    normals: NDArray[np.float64] | None,
+    uv: NDArray[np.float64] | None,
+    name: str,
+    counted: Mapping[str, int] = MappingProxyType({}),
+) -> dict[str, Any]:
+    """Drop what cannot be used, fill in what is missing, and lay the result out as the arrays of a `Mesh`.
+
+    Normals and texture coordinates are those of vertices, (V, …), or of corners, (F, 3, …), NaN where there are none.
+    Returns positions, normals, uv, faces, `figures`, the counts of what was dropped and filled (with those `counted`
+    before), and `findings`, pairs of a verdict and what it says. InputError where no face is left.
+    """
+    usable, figures = usable_faces(positions, faces)
+    figures |= counted
+    if not usable.any():
+        counts = ", ".join(with_count(count, _plain(reason)) for reason, count in figures.items() if count)
+        raise InputError(name, f"holds no usable triangle ({counts})", "Export it again")
+    stated = [None if table is None else table[faces] if table.ndim == 2 else table for table in (normals, uv)]
+    faces = np.asarray(faces, np.int64)[usable]
+    corner_normals, corner_uv = (None if table is None else table[usable] for table in stated)
+    figures["vertices_without_faces_dropped"] = len(positions) - len(np.unique(faces))
+    points, place = merged_points(np.where(np.isfinite(positions), positions, 0.0)[np.unique(faces)])
+    figures["vertices_at_the_same_place"] = len(place) - len(points)
+    faces = place[np.searchsorted(np.unique(faces), faces)]
+    _check_size(points, name)
+
+    directed = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
+    incidence = _incidence(faces, len(points))
+    smooth = normalize(incidence @ directed, fallback=(0.0, 0.0, 0.0))
+    made_normals = _corner_normals(smooth, directed, faces, incidence)
+    if corner_normals is None:
+        corner_normals = made_normals
+    else:
+        corner_normals, wrong = _mended_normals(corner_normals, made_normals, directed)
+        figures["normals_replaced"] = len(np.unique(faces[wrong]))
+        if np.sum(corner_normals * directed[:, None]) < 0.0:
+            faces, corner_normals, directed, smooth = faces[:, ::-1], corner_normals[:, ::-1], -directed, -smooth
+            corner_uv = None if corner_uv is None else corner_uv[:, ::-1]
+
+    corner_uv, made = _completed_uv(corner_uv, _box_projection(points, faces, directed, smooth, incidence))
+    figures["texture_coordinates_made"] = int(made.all())
+    figures["faces_without_texture_coordinates"] = int(made.sum())
+    shape = topology(points, faces)
+    findings = [(int(one.verdict), one.text) for one in (*findings_of(figures), *shape.findings)]
+    return {
+        **weld(points, faces, corner_normals, corner_uv),
+        "figures": {**figures, **shape.figures},
+        "findings": findings,
+    }
+
+
+def _check_size(points: NDArray[np.float64], name: str) -> None:
+    size = float(np.max(np.ptp(points, axis=0)))
+    if size < SMALLEST:
+        raise InputError(name, f"is {size:.3g} across, too small to be drawn", f"Scale it to more than {SMALLEST:g}")
+
+
+def _mended_normals(
+    stated: NDArray[np.float64], made: NDArray[np.float64], directed: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Unit normals (F, 3, 3), and at which corners (F, 3) those stated are none.
+
+    Where none is stated it is that `made` for a file without normals; what is zero or not finite becomes the normal
+    of the face.
+    """
+    unit = normalize(stated, fallback=(0.0, 0.0, 0.0))
+    missing = np.all(np.isnan(stated), axis=-1)
+    wrong = ~np.any(unit, axis=-1) & ~missing
+    unit = np.where(wrong[..., None], normalize(directed)[:, None], unit)
+    return np.where(missing[..., None], made, unit), wrong
+
+
+def _completed_uv(
+    stated: NDArray[np.float64] | None, projected: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Texture coordinates (F, 3, 2), and for which faces (F,) those `projected` had to be taken.
+
+    Stated coordinates that are one point or one line for the whole mesh count as none.
+    """
+    if stated is None:
+        return projected, np.ones(len(projected), bool)
+    usable = np.all(np.abs(stated) < LARGEST, axis=(1, 2))
+    if not usable.any() or not np.ptp(stated[usable], axis=(0, 1)).all():
+        return projected, np.ones(len(projected), bool)
+    return np.where(usable[:, None, None], stated, projected), ~usable
+
+
+def _plain(figure: str) -> str:
+    return figure.removesuffix("_dropped").replace("_", " ").replace("non finite", "non-finite")
+
+
+def findings_of(figures: Mapping[str, float]) -> list[Finding]:
+    """Findings in words for the counts of a mesh."""
+    findings = []
+    for name, count in figures.items():
+        if name.endswith("_dropped") and count:
+            verdict = Verdict.NOTE if name.startswith("vertices") else Verdict.WARNING
+            findings.append(Finding(verdict, with_count(int(count), f"{_plain(name)} left out")))
+    if count := int(figures.get("points_moved_to_close_gaps", 0)):
+        text = f"points were moved by less than {2 * GAP:g} of the size, to close gaps that rounding had left"
+        findings.append(Finding(Verdict.NOTE, with_count(count, text)))
+    if count := int(figures.get("normals_replaced", 0)):
+        findings.append(Finding(Verdict.WARNING, with_count(count, "normals were none and taken from the faces")))
+    count = int(figures["faces_without_texture_coordinates"])
+    if count and not figures["texture_coordinates_made"]:
+        text = with_count(count, "faces without texture coordinates got those of a box")
+        findings.append(Finding(Verdict.WARNING, text))
+    return findings
+
+
+def _incidence(faces: NDArray[np.int64], points: int) -> Any:
+    """Sparse (points, faces) matrix: 1 where the point is a corner of the face."""
+    from scipy.sparse import csr_matrix
+
+    columns = np.repeat(np.arange(len(faces)), 3)
+    return csr_matrix((np.ones(columns.size), (faces.reshape(-1), columns)), shape=(points, len(faces)))
+
+
+def _corner_normals(
+    smooth: NDArray[np.float64], directed: NDArray[np.float64], faces: NDArray[np.int64], incidence: Any
+) -> NDArray[np.float64]:
+    """(F, 3, 3) the smooth normal of the point; where it bends sharply, from the faces on this side of the bend."""
+    flat = normalize(directed)
+    normals = smooth[faces]
+    face, corner = np.nonzero(np.einsum("fci,fi->fc", normals, flat) < BENT)
+    point = faces[face, corner]
+    around = np.diff(incidence.indptr)[point]
+    few = around <= MOST_AROUND
+    normals[face[~few], corner[~few]] = flat[face[~few]]
+    face, corner, point, around = face[few], corner[few], point[few], around[few]
+    first = np.cumsum(around) - around
+    which = np.repeat(np.arange(len(face)), around)
+    other = incidence.indices[incidence.indptr[point][which] + np.arange(len(which)) - first[which]]
+    near = np.einsum("pi,pi->p", flat[face[which]], flat[other]) > SHARP
+    for axis in range(3):
+        normals[face, corner, axis] = np.bincount(which, near * directed[other, axis], minlength=len(face))
+    normals[face, corner] = normalize(normals[face, corner])
+    return normals
+
+
+def _box_projection(
+    points: NDArray[np.float64],
+    faces: NDArray[np.int64],
+    directed: NDArray[np.float64],
+    smooth: NDArray[np.float64],
+    incidence: Any,
+) -> NDArray[np.float64]:
+    """(F, 3, 2) coordinates along the axis nearest to the smoothed normal, so that the patches are large.
+
+    A face that this would foreshorten to less than half is projected along the axis nearest to its own normal.
+    """
+    area = np.linalg.norm(directed, axis=1, keepdims=True)
+    for _ in range(8):
+        facing = normalize(incidence.T @ smooth)
+        smooth = normalize(incidence @ (facing * area))
+    low, high = points.min(axis=0), points.max(axis=0)
+    corners = (points[faces] - (low + high) / 2.0) / np.max(high - low)
+    own = normalize(directed)
+    axis = np.argmax(np.abs(facing), axis=1)
+    steep = np.abs(own[np.arange(len(axis)), axis]) < 0.5
+    axis, facing = np.where(steep, np.argmax(np.abs(own), axis=1), axis), np.where(steep[:, None], own, facing)
+    sign = np.sign(np.take_along_axis(facing, axis[:, None], axis=1))
+    x, y, z = np.moveaxis(corners, -1, 0)
+    by_axis = np.stack([np.stack([-sign * z, y], -1), np.stack([x, -sign * z], -1), np.stack([sign * x, y], -1)])
+    return by_axis[axis, np.arange(len(axis))]

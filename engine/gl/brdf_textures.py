@@ -1,0 +1,195 @@
+"""A reflectance without a shader of its own, as a texture: its table in half and difference angles, in float32.
+
+Another BRDF than such a table is resampled to one first, which takes a second or, where it is scattered data, many;
+a window that must not wait makes the table beforehand (`engine.brdf.resample`). Of what is not reciprocal both ways of
+the light are kept, as two halves of a whole turn of phi_d. What that costs in accuracy, and what it cannot show, are
+messages.
+
+Factors on the graphics device: textures of 32-bit floats, a layer per term, that a shader looks up by hand.
+
+The twins of `engine.factor.separable_factors` and `engine.factor.homomorphic`: what the shader gives is what `f` gives,
+to the rounding of 32-bit directions. Factors are told by their `kind`, so that a window that shows none does not wait
+for the compiled kernels of those modules.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine.brdf.brdf import Brdf
+from engine.brdf.resample import SHAPE, table_from, whole_turn
+from engine.brdf.table import HalfDifferenceTable
+from engine.core.steps import drain
+from engine.gl.context import Limits
+
+if TYPE_CHECKING:
+    from engine.factor.homomorphic import HomomorphicFactors
+    from engine.factor.separable_factors import SeparableFactors
+
+#: Texture unit, above those of a material and the lights.
+UNIT = 5
+
+#: Bins for scattered data, and for anisotropic ones, of which only the mean is shown.
+COARSE = (45, 45, 90)
+
+#: The shader that looks the table up.
+SOURCE = "table"
+
+
+class TableTexture:
+    """Owns the texture of one BRDF; `messages` tells where it is not the BRDF itself that is shown."""
+
+    def __init__(self, context: Any, brdf: Brdf, limits: Limits) -> None:
+        self.messages: list[str] = []
+        self.turn = np.pi
+        if isinstance(brdf, HalfDifferenceTable) and _fits(brdf, limits):
+            lattice = brdf.lattice
+        else:
+            if brdf.reciprocal:
+                table = table_from(brdf, _shape(brdf), dtype=np.float32)
+                lattice, error = table.lattice, table.health.figures["resampling_rms_rel"]
+            else:
+                lattice, error = drain(whole_turn(brdf, _shape(brdf)))
+                self.turn = 2.0 * np.pi
+            self.messages.append(f"The measured BRDF is drawn from a table with an error of {100.0 * error:.2g} % RMS.")
+        if not brdf.isotropic:
+            self.messages.append(
+                "The BRDF is anisotropic and is drawn as its mean over all azimuths; "
+                "the renderer on the processor (--renderer cpu) shows it as it is."
+            )
+        layers, height, width = lattice.shape[:3]
+        texels = np.ascontiguousarray(lattice, np.float32)
+        self.texture = context.texture_array((width, height, layers), 3, texels, dtype="f4")
+        self.texture.filter = (context.NEAREST, context.NEAREST)
+
+    def bind(self, program: Any) -> None:
+        self.texture.use(UNIT)
+        program["brdf_table"].value = UNIT
+        program["brdf_turn"].value = self.turn
+
+    def release(self) -> None:
+        self.texture.release()
+
+
+def _shape(brdf: Brdf) -> tuple[int, int, int]:
+    """The resolution of MERL data; half of it where every value is slow, and smooth beyond it."""
+    from engine.brdf.scattered import ScatteredBrdf  # slow to load, and the window must open at once
+
+    return COARSE if isinstance(brdf, ScatteredBrdf) or not brdf.isotropic else SHAPE
+
+
+def _fits(table: HalfDifferenceTable, limits: Limits) -> bool:
+    layers, height, width = table.lattice.shape[:3]
+    return layers <= limits.layers and max(height, width) <= limits.texture_size
+
+
+#: Terms that the shader of homomorphic factors has room for; a search finds no more.
+MOST_TERMS = 16
+
+#: Logarithms above this leave 32-bit floats.
+LARGEST_LOG = 80.0
+
+#: Texture units, above those of a material and the lights.
+UNITS = (5, 6)
+
+
+class SeparableTextures:
+    """Owns the textures of separable factors; `SOURCE` is the shader that looks them up."""
+
+    SOURCE = "separable"
+
+    def __init__(self, context: Any, factors: SeparableFactors) -> None:
+        self.messages: list[str] = []
+        self._textures = [layers(context, side) for side in (factors.first, factors.second)]
+        self._values = {
+            "brdf_terms": factors.terms,
+            "brdf_map": factors.chart.number,
+            "brdf_size": factors.chart.size,
+            "brdf_of_half": int(factors.parametrisation == "half-diff"),
+        }
+
+    def bind(self, program: Any) -> None:
+        for unit, texture, name in zip(UNITS, self._textures, ("brdf_first", "brdf_second"), strict=True):
+            texture.use(unit)
+            program[name].value = unit
+        for name, value in self._values.items():
+            program[name].value = value
+
+    def release(self) -> None:
+        for texture in self._textures:
+            texture.release()
+
+
+class HomomorphicTextures:
+    """Owns the textures of homomorphic factors; `SOURCE` is the shader that looks them up."""
+
+    SOURCE = "homomorphic"
+
+    def __init__(self, context: Any, factors: HomomorphicFactors) -> None:
+        from engine.factor.projections import KINDS, LinearProjection
+
+        self.messages: list[str] = []
+        self._texture = layers(context, np.stack(factors.textures))
+        rows = np.zeros((MOST_TERMS, 2, 4), np.float32)
+        kinds, twice = np.zeros(MOST_TERMS, int), np.zeros(MOST_TERMS, int)
+        for term, projection in enumerate(factors.projections):
+            if isinstance(projection, LinearProjection):
+                rows[term] = projection.rows / projection.scale[:, None]
+            else:
+                kinds[term] = 1 + KINDS.index(projection.kind)
+            conjugate = projection.conjugate(factors.parametrisation)
+            twice[term] = factors.reciprocal and conjugate != projection
+        self._values: dict[str, Any] = {
+            "brdf_terms": factors.terms,
+            "brdf_kinds": kinds.tolist(),
+            "brdf_twice": twice.tolist(),
+            "brdf_rows": [tuple(row) for row in rows.reshape(-1, 4).tolist()],
+            "brdf_of_half": int(factors.parametrisation == "half-diff"),
+            "brdf_mean": tuple(factors.space.mean.tolist()),
+            "brdf_highest": tuple(np.minimum(factors.space.highest, LARGEST_LOG).tolist()),
+            "brdf_epsilon": factors.space.epsilon,
+        }
+
+    def bind(self, program: Any) -> None:
+        self._texture.use(UNITS[0])
+        program["brdf_textures"].value = UNITS[0]
+        for name, value in self._values.items():
+            program[name].value = value
+
+    def release(self) -> None:
+        self._texture.release()
+
+
+FactorTextures = SeparableTextures | HomomorphicTextures
+
+
+#: The owner of the textures of each `kind` of factors.
+OWNERS = {"separable factors": SeparableTextures, "homomorphic factors": HomomorphicTextures}
+
+
+def factor_source(brdf: Any) -> type[Any] | None:
+    """The owner of a BRDF's textures where it consists of factors."""
+    return OWNERS.get(getattr(brdf, "kind", ""))
+
+
+def packed(context: Any, numbers: NDArray[np.float32]) -> Any:
+    """Textures of one number (N, rows, columns), four in each of the layers of one."""
+    count, rows, columns = numbers.shape
+    texels = np.zeros((-(-count // 4) * 4, rows, columns), np.float32)
+    texels[:count] = numbers
+    texels = np.ascontiguousarray(np.moveaxis(texels.reshape(-1, 4, rows, columns), 1, 3))
+    texture = context.texture_array((columns, rows, len(texels)), 4, texels, dtype="f4")
+    texture.filter = (context.NEAREST, context.NEAREST)
+    return texture
+
+
+def layers(context: Any, textures: ArrayLike) -> Any:
+    """Textures (K, rows, columns, 3) as the layers of one."""
+    texels: NDArray[np.float32] = np.ascontiguousarray(textures, np.float32)
+    layers, rows, columns, _ = texels.shape
+    texture = context.texture_array((columns, rows, layers), 3, texels, dtype="f4")
+    texture.filter = (context.NEAREST, context.NEAREST)
+    return texture

@@ -1,0 +1,117 @@
+"""A mesh in GPU memory: interleaved float32 position (relative to the centre), normal and texture coordinates.
+
+Colours of vertices as the lines of a texture: as many as one likes for each, which shaders fetch by number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.geometry.mesh import Mesh
+from engine.gl.context import Limits
+
+
+class MeshBuffers:
+    """Owns a vertex and an index buffer, tangents once they are asked for, and a vertex array per program.
+
+    Positions are relative to `centre` (3,), the mesh's own without one.
+    """
+
+    def __init__(self, context: Any, mesh: Mesh, centre: NDArray[np.float64] | None = None) -> None:
+        self.context = context
+        position = (mesh.positions - (mesh.centre if centre is None else centre)).astype(np.float32)
+        self.vertices = context.buffer(np.concatenate([position, mesh.normals, mesh.uv], axis=1).tobytes())
+        self.indices = context.buffer(mesh.faces.tobytes())
+        self.mesh = mesh
+        self.tangents: Any = None
+        self.arrays: dict[Any, Any] = {}
+
+    def draw(self, program: Any) -> None:
+        if program not in self.arrays:
+            wanted = (("in_position", "3f"), ("in_normal", "3f"), ("in_uv", "2f"))
+            layout = " ".join(
+                size if name in program else size.replace("f", "f4").replace("f4", "x4") for name, size in wanted
+            )
+            names = [name for name, _ in wanted if name in program]
+            content = [(self.vertices, layout, *names)]
+            if "in_tangent" in program:
+                self.tangents = self.tangents or self.context.buffer(self.mesh.tangents.tobytes())
+                content.append((self.tangents, "3f", "in_tangent"))
+            self.arrays[program] = self.context.vertex_array(program, content, self.indices)
+        self.arrays[program].render()
+
+    def release(self) -> None:
+        for item in (*self.arrays.values(), self.vertices, self.indices, self.tangents):
+            if item is not None:
+                item.release()
+        self.arrays.clear()
+
+
+#: Texture unit, above those of maps.
+UNIT = 7
+
+#: Colours beside each other in a line.
+WIDTH = 4096
+
+#: Bytes that are brought to the device at a time: some milliseconds of work.
+PIECE_BYTES = 2**22
+
+#: Colours of vertices (R, 3), or with a mark (R, 4).
+Colours = NDArray[np.floating[Any]]
+
+
+class VertexRows:
+    """Owns the texture; `write` replaces its content where the number of colours stays."""
+
+    def __init__(self, context: Any, texture_limits: Limits) -> None:
+        self.context = context
+        self._width = min(WIDTH, texture_limits.texture_size)
+        self._most = self._width * texture_limits.texture_size
+        self._texture: Any = None
+
+    def write(self, parts: Sequence[Colours]) -> Iterator[None]:
+        """Take the colours of all `parts`, one after the other, piece by piece; nothing is to be drawn meanwhile.
+
+        ValueError where the device cannot hold so many.
+        """
+        count = sum(map(len, parts))
+        if count > self._most:
+            raise ValueError(f"{count:,} colours of vertices are more than the {self._most:,} that fit")
+        height = max(1, -(-count // self._width))
+        if self._texture is not None and self._texture.height != height:
+            self.release()
+        if self._texture is None:
+            self._texture = self.context.texture((self._width, height), 4, dtype="f4")
+            self._texture.filter = (self.context.NEAREST, self.context.NEAREST)
+        lines = max(1, PIECE_BYTES // (16 * self._width))
+        for first in range(0, height, lines):
+            here = min(lines, height - first)
+            texels = _texels(parts, first * self._width, here * self._width)
+            self._texture.write(texels, viewport=(0, first, self._width, here))
+            yield
+
+    def bind(self, program: Any) -> None:
+        self._texture.use(UNIT)
+        program["rows"].value = UNIT
+        program["row_width"].value = self._width
+
+    def release(self) -> None:
+        if self._texture is not None:
+            self._texture.release()
+            self._texture = None
+
+
+def _texels(parts: Sequence[Colours], first: int, count: int) -> NDArray[np.float32]:
+    """(count, 4) from colour number `first` of all parts on; zeros after the last."""
+    texels = np.zeros((count, 4), np.float32)
+    begin = 0
+    for part in parts:
+        low, high = max(first, begin), min(first + count, begin + len(part))
+        if low < high:
+            texels[low - first : high - first, : part.shape[1]] = part[low - begin : high - begin]
+        begin += len(part)
+    return texels

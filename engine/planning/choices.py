@@ -1,0 +1,359 @@
+"""Every way to draw a scene: a setting together with the effects that it leaves out, its error and its cost.
+
+The error is at most the sum of the errors of what is left out (`estimates`) and of the method's own (`mode_error`), by
+the triangle inequality; the cost is the model's (`cost_model`). Effects are left out from the least upwards.
+
+The noise of the reference, told from a picture of a few pixels: the samples that an error takes follow from it.
+
+The error of a mean over n samples is that of one over √n. A thousand pixels of some samples know it to about a tenth
+unless single paths carry most of the light, and a picture framed by another camera may be noisier than this one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache, partial
+from itertools import product
+from typing import Any
+
+from engine.core.errors import UsageError
+from engine.core.steps import drain
+from engine.geometry.camera import Camera, frame
+from engine.geometry.mesh import Mesh
+from engine.planning.costs.cost_model import Cost, CostModel, Load
+from engine.planning.costs.load import Rays, covered, rays_of, shaded
+from engine.planning.costs.planned import planning_of
+from engine.planning.costs.setting import Setting, knobs_of, shows
+from engine.planning.effects.estimates import LOW_ORDER, Estimate, Scenery, seen_as
+from engine.planning.effects.mode_error import ModeErrors, mode_errors
+from engine.planning.effects.simplified import albedos, lambertian
+from engine.render.reference import reference
+from engine.scene.scene import Scene
+from engine.transport import method as transport
+from engine.transport.sh.transfer import is_diffuse
+
+#: Side of the picture, samples of each pixel, and what the noise that is found is raised by.
+SIDE, SAMPLES, MARGIN = 32, 16, 1.1
+
+#: Points of the surface that light touches where light between parts of the model counts.
+REFERENCE_DEPTH = 4
+
+
+@lru_cache(maxsize=8)
+def probed(mesh: Mesh, brdf: Any, depth: int, **place: Any) -> float:
+    """The relative error of a reference of one sample for each pixel, light touching up to `depth` points.
+
+    `place` are fields of the `Scene`: its environment, ground, and so on. Remembered; some 0.1 s.
+    """
+    scene = Scene(mesh, frame(mesh.positions), brdf, **place)
+    found = drain(reference(scene, (SIDE, SIDE), samples=SAMPLES, max_depth=depth))
+    return MARGIN * (found.uncertainty_rmse_rel or 0.0) * math.sqrt(SAMPLES)
+
+
+#: Frames over which a bake is spread, and over which a changed light is.
+FRAMES, LIGHTS = 20_000, 50
+
+#: Seconds of a bake that is long, and pictures up to which a reference is a mode as any other.
+LONG_S, FEW_FRAMES = 1200.0, 1
+
+#: Seconds that a person waits for one of many pictures.
+PATIENCE_S = 10.0
+
+#: Share of an error budget that all effects together that are left out may take.
+SHARE = 0.5
+
+#: Setting drawn if light of high frequency is left out, and the finest setting of the same kind.
+LOW, HIGH = Setting("sh", {"order": LOW_ORDER}), Setting("sh", {"order": 15})
+
+#: Pixels of a picture where nobody says.
+PIXELS = 720 * 760
+
+#: Seconds of the tables of a reflectance that varies, beside the one that every bake makes.
+VARIED_S = 2.0
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """Requirements on the ways to draw a scene; UsageError for fewer frames than one.
+
+    Attributes
+    ----------
+    force, skip : effects that must be shown, and that must not. modes : all that may be chosen, None for any.
+    pixels : of a picture of `aspect`, width over height. frames : pictures that a bake is spread over.
+    """
+
+    force: frozenset[str] = frozenset()
+    skip: frozenset[str] = frozenset()
+    modes: Collection[str] | None = None
+    pixels: int = PIXELS
+    aspect: float = 1.0
+    frames: int = FRAMES
+
+    def __post_init__(self) -> None:
+        if self.frames < 1:
+            raise UsageError(f"{self.frames} frames are too few")
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A setting, what is left out, and what both come to; the error is found when it is first asked for."""
+
+    setting: Setting
+    skipped: frozenset[str]
+    told: Callable[[], float]
+    cost: Cost
+    frames: int
+
+    @cached_property
+    def error(self) -> float:
+        return self.told()
+
+    @property
+    def is_slow(self) -> bool:
+        """True for a reference too slow for the number of frames wanted."""
+        is_often = self.setting.mode == "reference" and self.frames > FEW_FRAMES
+        return is_often and self.cost.frame_s > PATIENCE_S
+
+    @property
+    def price(self) -> float:
+        return self.cost.frame_s + self.cost.relight_s / LIGHTS + self.cost.bake_s / self.frames
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """Sort key of options within the budget of error, first choice first."""
+        last = self.setting.mode == "reference" and self.frames > FEW_FRAMES
+        return 2 if last else int(self.cost.bake_s > LONG_S), self.price
+
+
+@dataclass(frozen=True, eq=False)
+class Choices:
+    """Every way to draw a scene.
+
+    Attributes
+    ----------
+    found : the estimate of each effect. noise : that of a reference of one sample, by the points of the surface that
+        light may touch; without it there is no reference to choose.
+    """
+
+    scene: Scenery
+    found: Mapping[str, Estimate]
+    cost_model: CostModel
+    wishes: Wishes
+    noise: Callable[[int], float] | None
+
+    @cached_property
+    def _rays(self) -> Rays:
+        return rays_of(self.scene.sample.of)
+
+    @cached_property
+    def _covered(self) -> float:
+        return covered(self.scene.sample.of.caster, self._camera, self.wishes.aspect)
+
+    @cached_property
+    def _shaded(self) -> float:
+        return shaded(self.scene.sample.of.caster, self._camera, self.wishes.aspect)
+
+    @cached_property
+    def _camera(self) -> Camera:
+        looked = self.scene.sample
+        return frame(looked.surface.positions[: looked.model_vertices], self.wishes.aspect)
+
+    @cached_property
+    def _coloured(self) -> bool:
+        colours = albedos(self.scene.brdf).mean
+        return bool((abs(colours - colours[0]) > 1e-9).any())
+
+    def all(self, error: float | None) -> Iterator[Choice]:
+        for skipped in self._skipped_sets(error):
+            for setting in self._settings(skipped):
+                yield self.choice(setting, skipped)
+            if self.noise is not None:
+                for setting in self._references(skipped, error):
+                    yield self.choice(setting, skipped)
+
+    def choice(self, setting: Setting, skipped: frozenset[str]) -> Choice:
+        told = partial(self._error, setting, skipped)
+        return Choice(setting, skipped, told, self.cost(setting, skipped), self.wishes.frames)
+
+    def cost(self, setting: Setting, skipped: frozenset[str], asked: frozenset[str] = frozenset()) -> Cost:
+        """Cost of `setting`; with `asked`, effects that the scene may not have, but that are worked out."""
+        load = self._load(skipped, asked | self.wishes.force)
+        found = self.cost_model.predict(setting, self._vertices, self.wishes.pixels, load=load)
+        if self.scene.varied is None or "spatially-varying-gloss" in skipped or setting.mode not in transport.names():
+            return found
+        return replace(found, bake_s=found.bake_s + VARIED_S)
+
+    def estimated(self, effect: str) -> float:
+        return self.found[effect].error_rel
+
+    @property
+    def _vertices(self) -> int:
+        return len(self.scene.sample.surface.positions)
+
+    def _skipped_sets(self, error: float | None) -> Iterator[frozenset[str]]:
+        """Sets of effects to leave out, each with those before and the next larger one."""
+        least = {name for name, each in self.found.items() if each.error_rel == 0.0}
+        always = frozenset(((least | self.wishes.skip) - self.wishes.force) - {"all-frequency-light"})
+        # what is left out for the user leaves no parameters that could vary
+        if not any(self._varies(mode, always) for mode in transport.names()):
+            always |= {"spatially-varying-gloss"} - self.wishes.force
+        yield always
+        rest = sorted(
+            (each.error_rel, name) for name, each in self.found.items() if name not in always | self.wishes.force
+        )
+        total, skipped = 0.0, always
+        for value, name in rest:
+            if name == "all-frequency-light":
+                continue
+            total += value
+            if error is not None and total > SHARE * error:
+                return
+            skipped = skipped | {name}
+            yield skipped
+
+    def _settings(self, skipped: frozenset[str]) -> Iterator[Setting]:
+        """Settings that may be chosen if `skipped` is left out."""
+        bounces = int("interreflection" not in skipped)
+        for name in transport.names():
+            ladders = {knob: each.ladder for knob, each in knobs_of(name).items()}
+            if "interreflection" in ladders:
+                ladders["interreflection"] = (bounces,)
+            turned = (dict(zip(ladders, values, strict=True)) for values in product(*ladders.values()))
+            diffuse, planning = self._diffuse(skipped), planning_of(name)
+            for setting in dict.fromkeys(planning.adapted(Setting(name, knobs), diffuse) for knobs in turned):
+                yield from self._allowed(skipped, setting)
+        mode = "direct" if "mesostructure" in skipped else "shading-map"
+        for directions in (4, 16, 64, 256):
+            yield from self._allowed(skipped, Setting(mode, {"directions": directions}))
+
+    def _allowed(self, skipped: frozenset[str], setting: Setting) -> Iterator[Setting]:
+        force, skip, modes = self.wishes.force, self.wishes.skip, self.wishes.modes
+        low = is_low(setting)
+        if not self._varies(setting.mode, skipped):
+            return
+        if modes is not None and setting.mode not in modes:
+            return
+        if ("all-frequency-light" in force and low) or ("all-frequency-light" in skip and not low):
+            return
+        unshaded = "self-shadowing" in skipped and self.estimated("self-shadowing") > 0.0
+        if setting.mode in transport.names():
+            if unshaded and "self-shadowing" in transport.method_of(setting.mode).always:
+                return
+            if not planning_of(setting.mode).suits(self, skipped):
+                return
+        if "self-shadowing" in force and not shows(setting.mode, "self-shadowing"):
+            return
+        if "interreflection" in force and not shows_bounces(setting, skipped):
+            return
+        yield setting
+
+    def _references(self, skipped: frozenset[str], error: float | None) -> Iterator[Setting]:
+        """The reference with samples that bring its noise below what the budget leaves for it, or in steps."""
+        knob = knobs_of("reference")["samples"]
+        unshaded = "self-shadowing" in skipped and self.estimated("self-shadowing") > 0.0
+        if unshaded or not self._varies("reference", skipped):
+            return
+        if self.noise is None or (self.wishes.modes is not None and "reference" not in self.wishes.modes):
+            return
+        steps: tuple[int | float, ...] = knob.ladder
+        if error is not None:
+            left = error - self._missing(Setting("reference"), skipped)
+            wanted = (self.noise(depth_of(skipped)) / left) ** 2 if left > 0.0 else math.inf
+            steps = (min(max(math.ceil(min(wanted * (1.0 + 1e-9), knob.high)), knob.low), knob.high),)
+        for samples in steps:
+            yield Setting("reference", {"samples": samples})
+
+    def _varies(self, mode: str, skipped: frozenset[str]) -> bool:
+        """True if a mode shows the variation of the BRDF, or if there is none, or if `skipped` holds that effect.
+
+        What vertices have of their own are parameters of a model: a mean, or a model that is cut, has none.
+        """
+        own = self.scene.varied
+        if own is None or "spatially-varying-gloss" in skipped:
+            return True
+        left_out = {"glossy", "anisotropy"} & skipped | {"fresnel", "retro-reflection"} & self.wishes.skip
+        if any(self.estimated(name) > 0.0 for name in left_out):
+            return False
+        return mode in transport.names() and len(own.variations) <= transport.method_of(mode).variations
+
+    def _diffuse(self, skipped: frozenset[str]) -> bool:
+        return is_diffuse(self.scene.brdf) or "glossy" in skipped
+
+    def _mode_errors(self, skipped: frozenset[str]) -> ModeErrors:
+        """Of the scene, or of the diffuse one that is left without gloss."""
+        flat = "glossy" in skipped and not is_diffuse(self.scene.brdf)
+        even = self.scene.varied is not None and "spatially-varying-gloss" in skipped
+        if flat:
+            return mode_errors(scenery_without_gloss(self.scene))
+        return mode_errors(scenery_of_the_mean(self.scene) if even else self.scene)
+
+    def _error(self, setting: Setting, skipped: frozenset[str]) -> float:
+        missing = self._missing(setting, skipped)
+        if setting.mode == "reference" and self.noise is not None:
+            return self.noise(depth_of(skipped)) / math.sqrt(setting["samples"]) + missing
+        return self._mode_errors(skipped).of(setting) + missing
+
+    def _missing(self, setting: Setting, skipped: frozenset[str]) -> float:
+        """Error of the effects that the setting does not show."""
+        missing = {name: self.found[name].error_rel for name in skipped if name != "all-frequency-light"}
+        if not shows_bounces(setting, skipped):
+            missing["interreflection"] = self.found["interreflection"].error_rel
+        for name in ("self-shadowing", "glossy", "mesostructure"):
+            if not shows(setting.mode, name):
+                missing[name] = self.found[name].error_rel
+        if not shows(setting.mode, "sun-split"):
+            missing.pop("sun-split", None)
+        return sum(missing.values())
+
+    def _load(self, skipped: frozenset[str], asked: frozenset[str]) -> Load:
+        looked = self.scene.sample
+        occluded = 1.0 if "self-shadowing" in asked else 1.0 - looked.free_share
+        return Load(
+            self._vertices,
+            self.wishes.pixels,
+            len(looked.surface.faces),
+            0.0 if "self-shadowing" in skipped else occluded,
+            self._diffuse(skipped) and "glossy" not in asked,
+            (bool(self.scene.brdf.isotropic) and "anisotropy" not in asked) or "anisotropy" in skipped,
+            self._coloured,
+            closed=self._rays.closed,
+            covered=self._covered,
+            shaded=self._shaded,
+            visibility=self._rays.visibility,
+            ray_scale=self.cost_model.ray_scale(self._rays),
+            lamps=len(looked.lamp_direction) if "sun-split" not in skipped else 0,
+            texels=math.prod(looked.light.whole.radiance.shape[:2]),
+            depth=depth_of(skipped),
+            ground=self._vertices - looked.model_vertices,
+        )
+
+
+def is_low(setting: Setting) -> bool:
+    """True for spherical harmonics of an order that is enough where light is of low frequency."""
+    return setting.mode == LOW.mode and setting["order"] <= LOW["order"]
+
+
+def shows_bounces(setting: Setting, skipped: frozenset[str]) -> bool:
+    """True if pictures show interreflection."""
+    if setting.mode == "reference":
+        return "interreflection" not in skipped
+    return bool(setting.knobs.get("interreflection"))
+
+
+def depth_of(skipped: frozenset[str]) -> int:
+    """Points of the surface that light of the reference may touch."""
+    return 1 if "interreflection" in skipped else REFERENCE_DEPTH
+
+
+@lru_cache(maxsize=8)
+def scenery_without_gloss(scene: Scenery) -> Scenery:
+    """The same with the diffuse reflectance of equal albedo."""
+    return seen_as(lambertian(scene.brdf), scene.sample, scene.fine, scene.bounced, scene.material)
+
+
+@lru_cache(maxsize=8)
+def scenery_of_the_mean(scene: Scenery) -> Scenery:
+    """The same with one reflectance for the whole surface."""
+    return seen_as(scene.brdf, scene.sample, scene.fine, scene.bounced, scene.material)

@@ -1,0 +1,235 @@
+"""Cost of a setting on this machine, predicted from some seconds of measuring before anything is baked.
+
+Every cost is a product of counts that are known (`engine.planning.costs.load`) and of rates that
+`engine.planning.costs.machine_profile` has measured at some values of a knob; between and beyond its points a rate is a
+power law. Bakes:
+
+    visibility per vertex that is not open + rows of transport per vertex + the file + what does not grow with the mesh
+
+Gaussians take a table and a fit for each vertex instead of rows, and again for light from the model itself. A turned
+light is its map, by its texels, and then the bytes of the rows. A frame is a base, a share for each vertex, for each
+pixel and for each pixel that shows the model, where shares grow with lights, terms, lobes or squared order. A path of
+the reference costs what its rays cost on the mesh and what is shaded at each point; it meets another point as often
+as hemispheres are closed.
+"""
+
+from __future__ import annotations
+
+import math
+import platform
+from bisect import bisect_left
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import engine
+from engine.core.errors import FileError
+from engine.planning.costs.load import Load as Load
+from engine.planning.costs.load import Rates as Rates
+from engine.planning.costs.load import Rays
+from engine.planning.costs.setting import Setting
+from engine.planning.costs.sizes import DIFFUSE_ORDER as DIFFUSE_ORDER
+from engine.render.reference import BYTES_PER_PIXEL
+from engine.storage.atomic import make_folder, write_json
+from engine.storage.untrusted import read_bytes
+from engine.transport import method as transport
+from engine.transport.sh.bake import default_edge
+from engine.transport.wavelet.haar import FACES
+
+#: Changes when the rates of a kept model no longer mean what they did.
+FORMAT = 4
+
+#: Bytes of a kept model at most.
+FILE_LIMIT_BYTES = 1 << 16
+
+#: Knobs and seconds of a rate are below this, knobs above its inverse, and nothing grows faster than the products of
+#: three harmonics do.
+LARGEST, STEEPEST = 1e9, 8.0
+
+#: Kinds of frames, and the parts of each: what it takes at least, for each vertex and each pixel that shows the model,
+#: and what both take more for each light, term, lobe, or coefficient of harmonics.
+FRAMES = ("direct", *(kind for method in transport.METHODS for kind in method.frames))
+PARTS = ("base", "vertex", "vertex-each", "pixel", "pixel-each")
+
+#: Name of each table of a model; a kept model that lacks one is measured anew.
+NAMES = (
+    "receivers",
+    "visibility",
+    "ray",
+    "sh-products",
+    "sh-basis",
+    "sh-seen",
+    "sh-matrix",
+    "sh-vector",
+    "bounce-rays",
+    "bounce-matrix",
+    "bounce-vector",
+    "file-byte",
+    "wavelet-fixed",
+    "wavelet-row",
+    "wavelet-coefficients",
+    "light-sh",
+    "light-sh-texel",
+    "light-wavelet",
+    "light-wavelet-texel",
+    "relight-sh",
+    "relight-wavelet",
+    "gaussian-table",
+    "gaussian-rays",
+    "gaussian-fit",
+    "gaussian-indirect",
+    "gaussian-indirect-fit",
+    "reference-picture",
+    "reference-miss",
+    "reference-shading",
+    "reference-rays",
+    "reference-point",
+    "frame-pixel",
+    *(f"{mode}-{part}" for mode in FRAMES for part in PARTS),
+)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Cost of a setting: seconds of bake, of a rotated environment and of a frame.
+
+    A bake begins when the reflectance is tabulated or factored. `memory_bytes` are held by the process while it is
+    drawn, mesh and light in its rows included; `size_bytes` are the transport file's.
+    """
+
+    bake_s: float
+    relight_s: float
+    frame_s: float
+    memory_bytes: int
+    size_bytes: int
+
+
+@dataclass(frozen=True)
+class CostModel:
+    """The rates of one machine; `tables` by the names of `NAMES`.
+
+    `renderer` is the name of the graphics device that frames are for, "processor" where there is none. `others` is the
+    share of the processors that other programs had while it was measured.
+    """
+
+    machine: str
+    renderer: str
+    tables: Mapping[str, Rates] = field(hash=False)
+    others: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.others <= 1.0:
+            raise ValueError(f"other programs cannot have had {self.others} of the processors")
+        missing = [name for name in NAMES if not self.tables.get(name)]
+        if missing:
+            raise ValueError(f"the rates of {missing[0]} are missing")
+        for name, rates in self.tables.items():
+            knobs = [knob for knob, _ in rates]
+            fine = all(1.0 / LARGEST < knob < LARGEST and 0.0 <= rate < LARGEST for knob, rate in rates)
+            if not fine or knobs != sorted(set(knobs)):
+                raise ValueError(f"the rates of {name} are not rising knobs with finite seconds")
+        object.__setattr__(self, "tables", MappingProxyType(dict(self.tables)))
+
+    def rate(self, name: str, knob: float = 1.0) -> float:
+        """Seconds at a knob: a power law between the two measured points, and beyond the ends as at the ends."""
+        return rate_at(self.tables[name], knob)
+
+    def ray_scale(self, rays: Rays) -> float:
+        """For `Load`, from what rays cost on a mesh; 1 where no vertex of it needs any."""
+        usual = self.rate("ray")
+        return rays.ray_s / usual if min(rays.ray_s, usual) > 0.0 else 1.0
+
+    def predict(self, setting: Setting, vertices: int, pixels: int, *, load: Load | None = None, **more: Any) -> Cost:
+        """Cost of `setting` for so many vertices and pixels; `load`, or `more` of its fields, give the rest."""
+        load = load or Load(vertices, pixels, **more)
+        if setting.mode in transport.names():
+            found: Cost = transport.method_of(setting.mode).planning.cost(self, setting, load)
+            return found
+        return self._reference(setting, load) if setting.mode == "reference" else self._direct(setting, load)
+
+    def frame_s(self, mode: str, each: float, load: Load) -> float:
+        """Seconds of a frame of one of `FRAMES`, with so many terms, lobes or coefficients."""
+        base, vertex, vertex_each, pixel, pixel_each = (self.rate(f"{mode}-{part}") for part in PARTS)
+        shown = load.fragments * (pixel + each * pixel_each)
+        return base + load.vertices * (vertex + each * vertex_each) + shown + self.rate("frame-pixel") * load.pixels
+
+    def rays_s(self, edge: int, load: Load) -> float:
+        """Seconds of visibility over a cube map of all vertices, and of preparing them."""
+        seen = rate_at(load.visibility or self.tables["visibility"], edge) * load.occluded
+        return load.vertices * (seen + self.rate("receivers"))
+
+    def _reference(self, setting: Setting, load: Load) -> Cost:
+        """Paths that miss, paths that meet the model, and the points that these meet afterwards."""
+        scale = load.ray_scale
+        first = self.rate("reference-shading") + self.rate("reference-rays") * scale
+        further = sum(load.closed**point for point in range(1, load.depth))
+        path_s = self.rate("reference-miss") + load.covered * (first + further * self.rate("reference-point"))
+        frame_s = self.rate("reference-picture") + setting["samples"] * load.pixels * path_s
+        return Cost(0.0, 0.0, frame_s, load.mesh_bytes + BYTES_PER_PIXEL * load.pixels, 0)
+
+    def _direct(self, setting: Setting, load: Load) -> Cost:
+        directions = setting["directions"]
+        return Cost(0.0, 0.0, self.frame_s("direct", directions, load), load.mesh_bytes + 48 * directions, 0)
+
+    def vector_s(self, order: int) -> float:
+        """Seconds of the vector of a vertex that is diffuse, its visibility being known."""
+        return FACES * default_edge(order) ** 2 * self.rate("sh-vector", order)
+
+    def bounce_s(self, kind: str, order: int, load: Load) -> float:
+        """Seconds of a bounce at a vertex: its rays, and what is gathered from those that meet something."""
+        return self.rate("bounce-rays") * load.ray_scale + self.rate(f"bounce-{kind}", order)
+
+    def turned_s(self, name: str, knob: float, load: Load) -> float:
+        """Seconds that a map takes until rows can be made of it."""
+        return self.rate(name, knob) + self.rate(f"{name}-texel", knob) * load.texels
+
+
+def rate_at(rates: Rates, knob: float) -> float:
+    """Rate of a table at `knob`, as `CostModel.rate` returns it."""
+    if len(rates) == 1:
+        return rates[0][1]
+    high = min(max(bisect_left([at for at, _ in rates], knob), 1), len(rates) - 1)
+    (x0, y0), (x1, y1) = rates[high - 1], rates[high]
+    if min(x0, y0, y1) <= 0.0:
+        return max(0.0, y0 + (y1 - y0) * (knob - x0) / (x1 - x0))
+    power = math.log(y1 / y0) / math.log(x1 / x0)
+    return y0 * (knob / x0) ** min(max(power, -STEEPEST), STEEPEST)
+
+
+def basis_values(edge: int, order: int) -> float:
+    """Values of the basis that integrals of harmonics of `order` over the texels of a cube map take."""
+    nodes = max(2, math.ceil(3 * order / edge) + 1)
+    return float(FACES * (edge * nodes * order) ** 2)
+
+
+def machine_name() -> str:
+    """Identity of the machine that the rates hold for, with the versions of Python and of Lightarc."""
+    import os
+
+    words = (platform.node(), platform.machine(), platform.system(), str(os.cpu_count()))
+    return " ".join((*words, platform.python_version(), engine.__version__, f"format {FORMAT}"))
+
+
+def save(model: CostModel, path: Path) -> None:
+    """Keep a model in the file `path`; OutputError where that cannot be."""
+    make_folder(path.parent)
+    record = {"machine": model.machine, "renderer": model.renderer, "others": model.others}
+    write_json(path, {**record, "tables": dict(model.tables)})
+
+
+def load_model(path: Path) -> CostModel | None:
+    """The model that was kept for this machine; None where there is none, or it is damaged or another machine's."""
+    import json
+
+    try:
+        record = json.loads(read_bytes(path, FILE_LIMIT_BYTES))
+        tables = {
+            str(name): tuple((float(knob), float(rate)) for knob, rate in rates)
+            for name, rates in record["tables"].items()
+        }
+        model = CostModel(str(record["machine"]), str(record["renderer"]), tables, float(record["others"]))
+    except (FileError, ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError):
+        return None
+    return model if model.machine == machine_name() else None

@@ -1,0 +1,402 @@
+"""Measuring what this machine takes for each part of a bake, of a rotated environment and of a frame, in some seconds.
+
+Every part runs on the built-in torus knot of 50,000 vertices, at some of them where it is done vertex by vertex,
+through the code that bakes and pictures run, and at few values of its knob: between and beyond them a rate is a power
+law. The shortest of some runs counts. Frames are measured by `engine.planning.costs.frame_rates`.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import brdf_from_text
+from engine.brdf.models.diffuse import Lambert
+from engine.core.one_thread import one_thread
+from engine.core.steps import Step, Steps, drain, part
+from engine.core.stopwatch import others, shortest, spent
+from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.separable_factors import SeparableFactors
+from engine.geometry.camera import frame
+from engine.geometry.mesh import Mesh
+from engine.geometry.ray_caster import caster_of
+from engine.geometry.shapes import shape
+from engine.light.environment import EnvironmentMap
+from engine.planning.costs.cost_model import CostModel, basis_values, machine_name
+from engine.planning.costs.frame_rates import frame_rates, round_mesh
+from engine.planning.costs.load import Rates, covered, hemisphere, rays_of, threads
+from engine.render.reference import ReferencePicture, reference
+from engine.scene.scene import Scene
+from engine.transport.baking import visibility_kernel
+from engine.transport.baking.file import plan_transport, writing
+from engine.transport.baking.visibility import Receivers, receivers, unshaded, visibility_shares
+from engine.transport.gaussian.fitting.fit import Fit, FitSettings, TransportSamples, fit_vertices
+from engine.transport.gaussian.indirect import indirect_samples
+from engine.transport.gaussian.samples import GlossySurface, direct_samples
+from engine.transport.sh import kernel as sh_kernel
+from engine.transport.sh.bake import BakeSettings, Work, default_edge, prepare
+from engine.transport.sh.brdf_table import lambert_table
+from engine.transport.sh.interreflection import gathered
+from engine.transport.sh.lighting import project, turned_about_y
+from engine.transport.sh.transfer import (
+    diffuse_vectors,
+    matrices,
+    products,
+    tangent_frames,
+    texel_basis,
+    visibility_harmonics,
+)
+from engine.transport.wavelet import bake as wavelet_bake
+from engine.transport.wavelet.haar import FACES
+from engine.transport.wavelet.lighting import lighting_of
+from engine.transport.wavelet.transfer import (
+    Vectors16,
+    WaveletTransport,
+    cube_texels,
+    light_maps,
+    relit,
+    transport_vectors,
+    vertex_frames,
+)
+
+#: Vertices at which rows are measured, as many as a chunk has, and a bounce.
+SAMPLED, BOUNCED = 64, 8
+
+#: Orders, edges and coefficients that are measured.
+ORDERS, EDGES, KEPT = (3, 8, 12), (16, 64), (24, 96, 384)
+
+#: The order whose tables would take seconds: products of three are as many as the eighth power of the order.
+HIGHEST = 15
+
+#: Edge of the cube maps that are turned into harmonics: for each texel of finer ones it is as much.
+SEEN_EDGE = 16
+
+#: Lobes that are measured, and directions that each view is tabulated at, as in a bake.
+LOBES, DIRECTIONS = (1, 2, 3), 128
+
+#: Rows of the large and the small map that is turned, by how much in rad, and the edges of its cube map.
+MAP_ROWS, SMALL_ROWS, TURN, LIGHT_EDGES = 512, 128, 0.1, (16, 64)
+
+#: Values of rows, and bytes of a file.
+VALUES, WRITTEN = 10_000_000, 1 << 24
+
+#: Most runs of a measurement that takes milliseconds, and the seconds after which no further run begins.
+RUNS, ENOUGH_S = 12, 0.1
+
+#: Side of the picture of the reference, whose pixels are a batch, how many times as many samples of a pixel the longer
+#: of two has, and the points that its longer paths touch.
+SIDE, PATHS, POINTS = 128, 4, 3
+
+#: A reflectance with a diffuse and a glossy part, and the one of bakes whose numbers mean nothing.
+GLOSSY, DIFFUSE = "ggx:kd=0.5,alpha=0.3,f0=0.04", Lambert((0.5, 0.5, 0.5))
+
+Tables = dict[str, Rates]
+
+
+def calibrate() -> Steps[CostModel]:
+    """Measure this machine: some ten seconds, longer where others work too or kernels have to be compiled.
+
+    Without OpenGL, frames are the processor's.
+    """
+    mesh, before = shape("torus-knot"), spent()
+    tables: Tables = {}
+    yield Step(0.0, "measuring rays")
+    place = _place(mesh, tables)
+    yield from part(_harmonics(place, tables), 0.1, 0.3)
+    yield Step(0.3, "measuring bakes of wavelets")
+    _wavelets(place, tables)
+    yield Step(0.35, "measuring bakes of Gaussians")
+    _gaussians(place, tables)
+    yield Step(0.5, "measuring rotated environments")
+    _lights(mesh, tables)
+    yield Step(0.6, "measuring the reference")
+    _reference(place, tables)
+    renderer = yield from part(frame_rates(tables), 0.65, 1.0)
+    yield Step(1.0, "measured")
+    return CostModel(machine_name(), renderer, tables, others(before, spent()))
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A mesh with some vertices that are not open, what these see by the edge of the cube map, and rays there."""
+
+    mesh: Mesh
+    of: Receivers
+    vertices: NDArray[np.int64]
+    counts: dict[int, NDArray[np.uint8]]
+    ray_s: float
+    closed: float
+
+    @property
+    def frames(self) -> NDArray[np.float64]:
+        return tangent_frames(self.mesh)[self.vertices]
+
+
+def _place(mesh: Mesh, tables: Tables) -> _Place:
+    caster_of(mesh)
+    of = receivers(mesh)
+    tables["receivers"] = _once(shortest(lambda: receivers(mesh), 1) / len(mesh.positions))
+    rays = rays_of.__wrapped__(of)
+    tables["visibility"], tables["ray"] = rays.visibility, _once(rays.ray_s)
+    shaded = np.flatnonzero(~of.free)
+    vertices = shaded[np.linspace(0, len(shaded) - 1, SAMPLED).astype(np.int64)]
+    counts = {}
+    for edge in EDGES:
+        counts[edge] = np.concatenate([some for _, some in visibility_shares(of, edge, 4, vertices)])
+    return _Place(mesh, of, vertices, counts, rays.ray_s, rays.closed)
+
+
+def _once(seconds: float) -> Rates:
+    """A rate that no knob changes."""
+    return ((1.0, seconds),)
+
+
+def _harmonics(place: _Place, tables: Tables) -> Steps[None]:
+    """Tables that are made once, rows with what is seen known, and bounces at some vertices."""
+    names = ("sh-products", "sh-seen", "sh-matrix", "sh-vector", "bounce-matrix", "bounce-vector")
+    found: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
+    work = drain(prepare(place.mesh, DIFFUSE, BakeSettings(bounces=1)))
+    products(ORDERS[0])  # waits for kernels to be made ready
+    rays_s = _bounce_rays_s(place)
+    tables["bounce-rays"] = _once(rays_s)
+    for order in ORDERS:
+        yield Step(ORDERS.index(order) / len(ORDERS), f"measuring bakes of spherical harmonics, order {order}")
+        products.cache_clear()
+        found["sh-products"].append((order, _first_s(partial(products, order))))
+        texel_basis.cache_clear()
+        basis_s = _first_s(partial(texel_basis, SEEN_EDGE, 2 * order - 1))
+        tables["sh-basis"] = _once(basis_s / basis_values(SEEN_EDGE, 2 * order - 1))
+        for name, knob, seconds in _rows_s(place, order):
+            found[name].append((knob, seconds))
+        for kind in ("vector", "matrix"):
+            seconds = _bounce_s(place, _with_order(work, order, kind == "vector"))
+            found[f"bounce-{kind}"].append((order, max(seconds - rays_s, 0.0)))
+    last, seconds = found["sh-products"][-1]
+    found["sh-products"].append((HIGHEST, seconds * (HIGHEST / last) ** 8))
+    tables.update({name: tuple(rates) for name, rates in found.items()})
+
+
+def _rows_s(place: _Place, order: int) -> list[tuple[str, int, float]]:
+    """Seconds of harmonics of what a vertex sees and of a vector, by texel, and of its matrix."""
+    edge, higher, count = SEEN_EDGE, 2 * order - 1, len(place.vertices)
+    counts, normals, free = place.counts[edge], place.of.normal[place.vertices], place.of.free[place.vertices]
+    seen = np.ones((count, higher**2), np.float32)
+    with one_thread():
+        seen_s = shortest(lambda: visibility_harmonics(counts, 16, edge, higher))
+        vector_s = shortest(lambda: diffuse_vectors(counts, 16, edge, order, normals, free))
+    frames = place.frames
+    matrix_s = shortest(lambda: matrices(seen, frames, free), 3)
+    texels = count * FACES * edge**2
+    return [
+        ("sh-seen", higher, seen_s / texels),
+        ("sh-vector", order, vector_s / texels),
+        ("sh-matrix", order, matrix_s / count),
+    ]
+
+
+def _first_s(work: Callable[[], object]) -> float:
+    """Seconds of a single run: of something that is remembered once it is made, or that takes long."""
+    started = time.perf_counter()
+    work()
+    return time.perf_counter() - started
+
+
+def _with_order(work: Work, order: int, diffuse: bool) -> Work:
+    table = replace(lambert_table(DIFFUSE, order), diffuse=diffuse)
+    return replace(work, settings=BakeSettings(order, default_edge(order), bounces=1), table=table)
+
+
+def _bounce_rays_s(place: _Place) -> float:
+    """Seconds of the rays of a bounce at a vertex."""
+    some, around = place.vertices[::2], hemisphere(BakeSettings().gather)
+    origin, direction = visibility_kernel.hemisphere_rays(some, place.of.origin, place.of.normal, around)
+    return shortest(lambda: place.of.caster.intersect(origin, direction)) / len(some)
+
+
+def _bounce_s(place: _Place, work: Work) -> float:
+    """Seconds for a bounce at a vertex."""
+    few = place.vertices[:: max(1, len(place.vertices) // BOUNCED)]
+    if work.table.diffuse:
+        few = place.vertices[::2]
+    sent = np.ones((len(place.mesh.positions), 1, work.settings.order**2), np.float32)
+    frames = None if work.table.diffuse else np.broadcast_to(np.eye(3), (len(few), 3, 3))
+    return shortest(lambda: gathered(work.surroundings(place.of), few, sent, frames), 1) / len(few)
+
+
+def factors_of(terms: int) -> SeparableFactors:
+    """Factors of the usual size with numbers of no meaning."""
+    chart = DirectionMap("orthographic", wavelet_bake.MAP_SIZE)
+    size = (terms, chart.size, chart.size, 1)
+    maps = np.repeat(np.random.default_rng(0).random(size, np.float32), 3, axis=3)
+    return SeparableFactors(chart, "in-out", maps, maps, True, True, "calibration")
+
+
+def _wavelets(place: _Place, tables: Tables) -> None:
+    frames, factors = vertex_frames(place.mesh, True)[place.vertices], factors_of(4)
+    maps = light_maps(factors)
+
+    def row_s(edge: int, kept: int) -> float:
+        counts, texels = place.counts[edge], cube_texels(edge)
+        run = partial(transport_vectors, frames, counts, 16, texels, factors.chart, maps, kept)
+        return shortest(run) / (4 * len(place.vertices))
+
+    tables["wavelet-fixed"], tables["file-byte"] = _once(_fixed_s()), _once(_written_s())
+    rates = [(float(kept), row_s(64, kept)) for kept in KEPT]
+    tables["wavelet-row"] = ((16.0, row_s(16, 96)), (64.0, rates[1][1]))
+    tables["wavelet-coefficients"] = tuple(rates)
+
+
+def _fixed_s() -> float:
+    """Seconds of a bake of wavelets that do not grow with the mesh: its file, tables of texels, and threads."""
+    work = wavelet_bake.prepare(round_mesh(8), factors_of(4), wavelet_bake.BakeSettings(max(EDGES), 96))
+    with tempfile.TemporaryDirectory() as folder:
+        return shortest(lambda: drain(wavelet_bake.bake(Path(folder) / "least.transport", work)))
+
+
+def _written_s() -> float:
+    """Seconds for a byte of a file: its checksum and writing it."""
+    rows = np.ones((WRITTEN // 256, 1, 64), np.float32)
+    plan = plan_transport("sh", round_mesh(8), {}, {}, {"rows": ("<f4", (1, 64))}, np.array([0, len(rows)]))
+
+    def write(path: Path) -> None:
+        with writing(path, plan) as writer:
+            writer.put(0, {"rows": rows})
+
+    with tempfile.TemporaryDirectory() as folder:
+        return min(_first_s(partial(write, Path(folder) / f"{number}.transport")) for number in range(2)) / WRITTEN
+
+
+def _gaussians(place: _Place, tables: Tables) -> None:
+    """Seconds for a vertex: transport tabulated towards all views, its rays, and lobes fitted to it."""
+    mesh, count = place.mesh, 4 * threads()
+    brdf, frames = brdf_from_text(GLOSSY), tangent_frames(mesh)
+    chosen = np.linspace(0, len(mesh.positions) - 1, count).astype(np.int64)
+    shaded, plain = (
+        GlossySurface(mesh, len(mesh.positions), 0.0, brdf, {}, of, frames)
+        for of in (place.of, unshaded(mesh, place.of.caster))
+    )
+    table_s, whole_s = (shortest(partial(direct_samples, of, chosen, DIRECTIONS), 1) / count for of in (plain, shaded))
+    indirect_samples(shaded, chosen[:1], DIRECTIONS)  # makes what is remembered
+    few = chosen[:: max(1, count // (2 * threads()))]
+    indirect_s = _first_s(lambda: indirect_samples(shaded, few, DIRECTIONS)) / len(few)
+    tables["gaussian-table"] = _once(table_s)
+    tables["gaussian-indirect"] = _once(max(indirect_s - table_s, 0.0) / _closed(place.of, few))
+    tables["gaussian-rays"] = _once(max(whole_s - table_s, 0.0) / max(float(np.mean(~place.of.free[chosen])), 1e-3))
+    samples, indirect = direct_samples(shaded, chosen, DIRECTIONS), indirect_samples(shaded, few, DIRECTIONS)
+    rates = tuple((float(lobes), _fit_s(samples, lobes)) for lobes in LOBES)
+    tables["gaussian-fit"] = rates
+    tables["gaussian-indirect-fit"] = _once(_fit_s(indirect, 1) / rates[0][1])
+
+
+def _fit_s(samples: TransportSamples, lobes: int) -> float:
+    """Seconds for a vertex with neighbours that are done, whose lobes it starts from too."""
+    count, settings = len(samples), FitSettings(lobes=lobes)
+    alone = [np.zeros(0, np.int64)] * count
+    known = fit_vertices(samples, alone, Fit.empty(1, lobes).lobes, settings, hurried=True).lobes
+    around = [np.delete(np.arange(count), vertex) for vertex in range(count)]
+    return _first_s(lambda: fit_vertices(samples, around, known, settings)) / count
+
+
+def _closed(of: Receivers, vertices: NDArray[np.int64]) -> float:
+    """The share of the hemispheres of some vertices that is closed, weighted by the cosine."""
+    origin, direction = visibility_kernel.hemisphere_rays(vertices, of.origin, of.normal, hemisphere(256))
+    return max(float(of.caster.occluded(origin, direction).mean()), 1e-3)
+
+
+def _lights(mesh: Mesh, tables: Tables) -> None:
+    """Cost of a rotated environment before, and for each row of, transport; the rows are too many for any cache."""
+    random = np.random.default_rng(0)
+    large, small = (EnvironmentMap(random.random((rows, 2 * rows, 3), np.float32)) for rows in (MAP_ROWS, SMALL_ROWS))
+    _of_map(tables, "light-sh", ORDERS, lambda order: [partial(_turned, each, order) for each in (small, large)])
+    _of_map(
+        tables,
+        "light-wavelet",
+        LIGHT_EDGES,
+        lambda edge: [partial(lighting_of, each, edge, rotation=TURN) for each in (small, large)],
+    )
+    tables["relight-sh"] = tuple((float(order), _transfer_s(order)) for order in ORDERS)
+    lit = lighting_of(large, 64).light
+    rates = []
+    for kept in KEPT:
+        count = 6_000_000 // (6 * kept)
+        rates.append(
+            (float(kept), shortest(partial(relit, _wavelet_transport(mesh, count, kept), lit), RUNS, ENOUGH_S) / count)
+        )
+    tables["relight-wavelet"] = tuple(rates)
+
+
+def _transfer_s(order: int) -> float:
+    """Seconds for a value of rows of so many bands, by rows that no cache holds; long rows wait for their own sums."""
+    rows = np.ones((VALUES // order**2, 1, order**2), np.float32)
+    light, out = np.ones((order**2, 3), np.float32), np.empty((len(rows), 3), np.float32)
+    return shortest(lambda: sh_kernel.transfer(rows, light, out), RUNS, ENOUGH_S) / rows.size
+
+
+def _turned(environment: EnvironmentMap, order: int) -> NDArray[np.float64]:
+    return turned_about_y(project(environment, order), TURN)
+
+
+def _of_map(
+    tables: Tables, name: str, knobs: tuple[int, ...], works: Callable[[int], list[Callable[[], object]]]
+) -> None:
+    """Base cost of a map, and cost of each of its texels, from a small and a large one."""
+    least, more = [], []
+    few, many = (2 * rows**2 for rows in (SMALL_ROWS, MAP_ROWS))
+    for knob in knobs:
+        small_s, large_s = (shortest(work, RUNS, ENOUGH_S) for work in works(knob))
+        texel_s = max(0.0, large_s - small_s) / (many - few)
+        least.append((float(knob), max(small_s - few * texel_s, 0.0)))
+        more.append((float(knob), texel_s))
+    tables[name], tables[f"{name}-texel"] = tuple(least), tuple(more)
+
+
+def _wavelet_transport(mesh: Mesh, rows: int, kept: int) -> WaveletTransport:
+    """Transport of `rows` vertices of one term, with random coefficients."""
+    random = np.random.default_rng(0)
+    indices = np.sort(random.integers(6, FACES * 64 * 64, (rows, kept), np.uint16), axis=1)
+    words = random.integers(0, 1 << 32, (rows, kept), np.uint32)
+    vectors = Vectors16(indices, words, np.ones((rows, 3), np.float32), np.full(rows, kept, np.uint16))
+    index = np.arange(rows) % len(mesh.positions)
+    some = Mesh(mesh.positions[index], mesh.normals[index], mesh.uv[index], np.zeros((1, 3), np.int32), mesh.name)
+    return WaveletTransport(some, rows, factors_of(1), 0.0, 64, vectors)
+
+
+def _reference(place: _Place, tables: Tables) -> None:
+    """Seconds of a picture, of a path that meets nothing, of one of direct light, its rays alone, and a further point.
+
+    Few paths and many tell what a picture takes however few they are.
+    """
+    mesh, brdf = place.mesh, brdf_from_text(GLOSSY)
+    near = frame(mesh.positions)
+    far = replace(near, eye=tuple(np.subtract(near.eye, near.target) * 1e3 + near.target))
+    light = EnvironmentMap(np.ones((64, 128, 3), np.float32))
+    scene = Scene(mesh, near, brdf, environment=light)
+    shown, few, many = covered(place.of.caster, near), SIDE * SIDE * threads(), SIDE * SIDE * threads() * PATHS
+
+    def split(scene: Scene, depth: int) -> tuple[float, float, float]:
+        """Seconds of a picture and of each path, and rays of a path beside its first."""
+        found: list[ReferencePicture] = []
+
+        def draw(paths: int) -> None:
+            found.append(drain(reference(scene, (SIDE, SIDE), samples=paths // SIDE**2, max_depth=depth)))
+
+        few_s, many_s = shortest(partial(draw, few)), shortest(partial(draw, many))
+        path_s = max(many_s - few_s, 0.0) / (many - few)
+        return max(few_s - few * path_s, 0.0), path_s, max(0.0, found[-1].rays / many - 1.0)
+
+    miss_s = split(replace(scene, camera=far), 1)[1]
+    picture_s, direct_s, rays = split(scene, 1)
+    longer_s = split(scene, POINTS)[1]
+    whole_s = max(direct_s - miss_s, 0.0) / shown
+    rays_s = min(rays / shown * place.ray_s / threads(), whole_s)
+    further = shown * sum(place.closed**point for point in range(1, POINTS))
+    tables["reference-picture"], tables["reference-miss"] = _once(picture_s), _once(miss_s)
+    tables["reference-rays"], tables["reference-shading"] = _once(rays_s), _once(whole_s - rays_s)
+    tables["reference-point"] = _once(max(longer_s - direct_s, 0.0) / further)

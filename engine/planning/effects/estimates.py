@@ -1,0 +1,339 @@
+"""Error of a picture that leaves an effect out, for each effect of a scene, in numbers and in words.
+
+The error is the root mean square over pairs of point and view of the difference that the effect makes, over that of the
+radiance (see `engine.planning.effects.radiance`): self-shadowing relative to direct light, interreflection relative to
+all of it. Some hundreds of pairs know it to a tenth or a fifth, and an effect left out by mistake is worse than one
+that is kept: so the larger of two weightings is told, with and without the pairs that the surface itself hides, and one
+standard error on top, between a fifth and three fifths. Where every vertex sees its whole hemisphere, and where a
+reflectance or a light does not have the effect at all, the estimate is exactly 0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.colour import luminance
+from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh
+from engine.light.environment import EnvironmentMap
+from engine.light.light_tree import chosen_lights
+from engine.planning.effects.radiance import FEWER, Radiances, bounced, radiances
+from engine.planning.effects.sample import FINE, Sample, sample
+from engine.planning.effects.simplified import albedos
+from engine.planning.effects.varied import Varied, varied
+from engine.scene.material import Material, auto_sigma
+from engine.transport.baking.spatially_varying import Variation, with_parameters
+from engine.transport.sh.transfer import is_diffuse
+
+Array = NDArray[np.float64]
+
+#: The effects in the order in which they are told.
+EFFECTS = (
+    "self-shadowing",
+    "interreflection",
+    "glossy",
+    "anisotropy",
+    "all-frequency-light",
+    "sun-split",
+    "mesostructure",
+    "spatially-varying-gloss",
+    "fresnel",
+    "retro-reflection",
+)
+
+#: The order of harmonics that is enough where light is of low frequency.
+LOW_ORDER = 5
+
+#: Standard errors that are added to an estimate, and the least and the most that they raise it by.
+MARGIN, LEAST, MOST = 1.0, 1.2, 1.6
+
+#: An error of less than this is rounding.
+ROUNDING = 1e-9
+
+#: A rise towards grazing views that changes less is the noise of the albedos that tell it.
+NOISE = 1e-3
+
+#: Texels of a material, and lights, by which its mesostructure is judged.
+TEXELS, LIGHTS = 64, 16
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """`error_rel` of leaving the effect out, and what was found, as a sentence with its number."""
+
+    effect: str
+    error_rel: float
+    text: str
+
+
+def relative_error(
+    values: Array,
+    wanted: Array,
+    shares: Sequence[Array],
+    *,
+    difference: Array | None = None,
+    margin: bool = True,
+    least: float = LEAST,
+) -> float:
+    """The root mean square of `values` − `wanted` (N, K, 3) over that of `wanted`, with its margin, `least` or more.
+
+    Pairs count for `shares` (N, K), of which the one with the largest error is told.
+
+    `difference` (N, K) may hold the squares of the differences instead, where their noise has been taken off.
+    """
+    apart = ((values - wanted) ** 2).sum(axis=-1) if difference is None else difference
+    whole = (wanted**2).sum(axis=-1)
+    return max(_with_margin((apart * w).sum(axis=1), (whole * w).sum(axis=1), margin, least) for w in shares)
+
+
+def _with_margin(apart: Array, whole: Array, margin: bool, least: float = LEAST) -> float:
+    """The root of Σ apart / Σ whole over points, raised by the standard error of that ratio."""
+    total, count = float(whole.sum()), len(whole)
+    if total <= 0.0:
+        return 0.0
+    ratio = max(float(apart.sum()), 0.0) / total
+    if ratio < ROUNDING**2:
+        return 0.0
+    if not margin:
+        return math.sqrt(ratio)
+    spread = math.sqrt(count / max(count - 1, 1) * float(((apart - ratio * whole) ** 2).sum())) / total
+    raised = math.sqrt(ratio + MARGIN * spread) / math.sqrt(ratio)
+    return math.sqrt(ratio) * min(max(raised, least), MOST)
+
+
+@dataclass(frozen=True, eq=False)
+class Scenery:
+    """A scene that has been looked at.
+
+    Attributes
+    ----------
+    sample, radiances : many pairs under a coarse map of the light, with each effect and without it.
+    fine, methods : fewer under a finer map, by each method.
+    bounced : what other parts of the surface add to `sample`, twice with different noise.
+    varied : the reflectance where it is not the same all over the model; `brdf` is then the mean of it.
+    """
+
+    sample: Sample
+    brdf: Any
+    radiances: Radiances
+    fine: Sample
+    methods: Radiances
+    bounced: tuple[Array, Array]
+    material: Material | None = None
+    varied: Varied | None = None
+
+    @property
+    def mean(self) -> Mapping[str, float]:
+        """Values of the varying parameters in `brdf`."""
+        return {} if self.varied is None else self.varied.mean(self.sample)
+
+    @property
+    def indirect(self) -> Array:
+        return 0.5 * (self.bounced[0] + self.bounced[1])
+
+
+def scenery(
+    mesh: Mesh,
+    brdf: Any,
+    environment: EnvironmentMap,
+    *,
+    rotation: float = 0.0,
+    ground: Ground | None = None,
+    material: Material | None = None,
+    variations: Sequence[Variation] = (),
+) -> Scenery:
+    """Look at a scene: `mesh`, on a ground where there is one, of the reflectance `brdf`, under a turned map.
+
+    `variations` move parameters of the reflectance over the mesh: ValueError for those that it does not have.
+    """
+    place: dict[str, Any] = {"rotation": rotation, "ground": ground}
+    points, views, edge = FINE
+    many = sample(mesh, environment, **place)
+    fine = sample(mesh, environment, points=points, views=views, edge=edge, seed=1, **place)
+    own = varied(mesh, brdf, variations) if variations else None
+    if own is not None:
+        brdf = with_parameters(brdf, dict(own.mean(many)))
+    return seen_as(brdf, many, fine, bounced(many, brdf, ground.albedo if ground else 0.0), material, own)
+
+
+def seen_as(
+    brdf: Any,
+    many: Sample,
+    fine: Sample,
+    light: tuple[Array, Array],
+    material: Material | None = None,
+    own: Varied | None = None,
+) -> Scenery:
+    """A scene whose samples have been taken, with the reflectance `brdf`; where it varies, points have their `own`."""
+    at = [None if own is None else own.at(each.vertices) for each in (many, fine)]
+    effects = radiances(many, brdf, own=at[0], methods=False)
+    methods = radiances(fine, brdf, own=at[1], effects=False)
+    return Scenery(many, brdf, effects, fine, methods, light, material, own)
+
+
+@lru_cache(maxsize=8)
+def estimates(scene: Scenery) -> Mapping[str, Estimate]:
+    """The estimates of all effects, by name; remembered."""
+    functions: tuple[Callable[[Scenery], Estimate], ...] = (
+        self_shadowing,
+        interreflection,
+        glossy,
+        anisotropy,
+        all_frequency_light,
+        sun_split,
+        mesostructure,
+        spatially_varying_gloss,
+        fresnel,
+        retro_reflection,
+    )
+    found = [function(scene) for function in functions]
+    return MappingProxyType({each.effect: each for each in found})
+
+
+def percent(value: float) -> str:
+    """A share as people read it."""
+    return f"{100.0 * value:.2g} %" if value < 0.1 else f"{100.0 * value:.0f} %"
+
+
+def self_shadowing(scene: Scenery) -> Estimate:
+    """Of direct light with V = 1 everywhere."""
+    looked = scene.sample
+    if looked.free_share == 1.0:
+        return Estimate("self-shadowing", 0.0, "Every vertex sees its whole hemisphere: nothing shades anything.")
+    error = relative_error(scene.radiances.unshadowed, scene.radiances.full, looked.shares)
+    text = (
+        f"{percent(1.0 - looked.free_share)} of the vertices see less than their hemisphere, on average "
+        f"{percent(looked.open_share)} of it; without shadows the error of direct light is {percent(error)}."
+    )
+    return Estimate("self-shadowing", error, text)
+
+
+def interreflection(scene: Scenery) -> Estimate:
+    """Of all light without what has met the surface before."""
+    name = "interreflection"
+    if scene.sample.free_share == 1.0:
+        return Estimate(name, 0.0, "Every vertex sees its whole hemisphere: no part lights another.")
+    one, other = scene.bounced
+    squares = (one * other).sum(axis=-1)
+    error = relative_error(
+        scene.radiances.full, scene.radiances.full + scene.indirect, scene.sample.shares, difference=squares
+    )
+    albedo, closed = float(albedos(scene.brdf).mean.mean()), 1.0 - scene.sample.open_share
+    text = (
+        f"An albedo of {albedo:.2g} and {percent(closed)} of the view closed by other parts: "
+        f"their light is {percent(error)} of the picture."
+    )
+    return Estimate(name, error, text)
+
+
+def glossy(scene: Scenery) -> Estimate:
+    """Of the Lambertian reflectance of equal albedo."""
+    if is_diffuse(scene.brdf):
+        return Estimate("glossy", 0.0, "The BRDF is Lambertian: it looks the same from every side.")
+    error = relative_error(scene.radiances.diffuse, scene.radiances.full, scene.sample.shares)
+    return Estimate("glossy", error, f"The error of a diffuse surface of equal albedo is {percent(error)}.")
+
+
+def anisotropy(scene: Scenery) -> Estimate:
+    """Of the mean over turns of both directions."""
+    found = scene.radiances.unbrushed
+    if found is None:
+        text = "The BRDF is isotropic."
+        return Estimate("anisotropy", 0.0, text)
+    rows = slice(None, None, FEWER)
+    error = relative_error(found[rows], scene.radiances.full[rows], [each[rows] for each in scene.sample.shares])
+    return Estimate("anisotropy", error, f"The error of the mean over all azimuths is {percent(error)}.")
+
+
+def all_frequency_light(scene: Scenery) -> Estimate:
+    """Of harmonics of `LOW_ORDER`."""
+    error = relative_error(scene.methods.harmonics[LOW_ORDER], scene.methods.full, scene.fine.shares)
+    text = f"{LOW_ORDER**2} spherical harmonics of this light have an error of {percent(error)} with this BRDF."
+    return Estimate("all-frequency-light", error, text)
+
+
+def sun_split(scene: Scenery) -> Estimate:
+    """Of quantised wavelets of the whole map."""
+    suns = scene.sample.light.suns
+    if scene.methods.unsplit is None:
+        return Estimate("sun-split", 0.0, "The light has no tiny source that is many times as bright as all around it.")
+    error = relative_error(scene.methods.unsplit, scene.methods.full, scene.fine.shares)
+    what = "One tiny bright source brings" if suns == 1 else f"{suns} tiny bright sources bring"
+    share = _share_of_suns(scene.sample)
+    text = f"{what} {percent(share)} of the light; left in the map, the error of the picture is {percent(error)}."
+    return Estimate("sun-split", error, text)
+
+
+def _share_of_suns(looked: Sample) -> float:
+    whole = float(luminance(looked.light.whole_cube.radiance.reshape(-1, 3)) @ looked.texels.area)
+    rest = float(luminance(looked.light.cube.radiance.reshape(-1, 3)) @ looked.texels.area)
+    return max(0.0, 1.0 - rest / whole) if whole > 0.0 else 0.0
+
+
+def mesostructure(scene: Scenery) -> Estimate:
+    """Of the material's mean over its texels."""
+    material = scene.material
+    shading = None if material is None else material.shading_map or material.power_law
+    if material is None or shading is None:
+        return Estimate("mesostructure", 0.0, "No photographs of a material: every point of the surface is alike.")
+    sigma = material.sigma
+    if sigma is None:
+        sigma = auto_sigma(scene.brdf, [math.radians(each) for each in material.elevation_deg], shading.r_max)
+    rng = np.random.default_rng(0)
+    height, width = _extent(shading)
+    row, column = rng.integers(height, size=TEXELS), rng.integers(width, size=TEXELS)
+    lights = chosen_lights(scene.sample.light.whole, LIGHTS)
+    apart, whole = np.zeros(scene.sample.seen.shape), np.zeros(scene.sample.seen.shape)
+    for number, (frame, views) in enumerate(zip(scene.sample.frames, scene.sample.views, strict=True)):
+        wi = lights.direction @ frame
+        r = sigma * luminance(scene.brdf.f(wi[None], views[:, None])) * np.maximum(wi[:, 2], 0.0)
+        looked = shading.lookup(row[:, None, None], column[:, None, None], np.broadcast_to(r, (TEXELS, *r.shape)))
+        value = np.einsum("tkjc,jc->tkc", looked.astype(np.float64), lights.irradiance)
+        apart[number] = ((value - value.mean(axis=0)) ** 2).sum(axis=-1).mean(axis=0)
+        whole[number] = (value**2).sum(axis=-1).mean(axis=0)
+    cosine = scene.sample.shares[0]
+    error = _with_margin((apart * cosine).sum(axis=1), (whole * cosine).sum(axis=1), True)
+    return Estimate("mesostructure", error, f"The texels of the material differ from their mean by {percent(error)}.")
+
+
+def _extent(shading: Any) -> tuple[int, int]:
+    image = shading.slices[0] if hasattr(shading, "slices") else shading.scale
+    return int(image.shape[0]), int(image.shape[1])
+
+
+def spatially_varying_gloss(scene: Scenery) -> Estimate:
+    """Of parameters that stand at their mean everywhere."""
+    found = scene.radiances.even
+    if found is None or scene.varied is None:
+        return Estimate("spatially-varying-gloss", 0.0, "The surface has one BRDF.")
+    error = relative_error(found, scene.radiances.full, scene.sample.shares)
+    means = " and ".join(f"{name} at its mean, {value:.3g}," for name, value in scene.mean.items())
+    text = f"The BRDF varies over the surface; with {means} everywhere the error is {percent(error)}."
+    return Estimate("spatially-varying-gloss", error, text)
+
+
+def fresnel(scene: Scenery) -> Estimate:
+    """Of an albedo that stays what it is at the normal."""
+    error = relative_error(scene.radiances.risen, scene.radiances.full, scene.sample.shares)
+    if error < NOISE:
+        return Estimate("fresnel", 0.0, "The BRDF does not rise towards grazing views.")
+    text = f"Its rise towards grazing views changes the picture by {percent(error)}; it costs nothing."
+    return Estimate("fresnel", error, text)
+
+
+def retro_reflection(scene: Scenery) -> Estimate:
+    """Of what is sent back to the light's side cut to what is sent across it."""
+    found = scene.radiances.unretro
+    if found is None:
+        return Estimate("retro-reflection", 0.0, "Nothing is sent back towards the light more than across it.")
+    error = relative_error(found, scene.radiances.full, scene.sample.shares)
+    text = f"What is sent back towards the light changes the picture by {percent(error)}; it costs nothing."
+    return Estimate("retro-reflection", error, text)

@@ -1,0 +1,197 @@
+"""Predicted error of each setting, from a sample of a scene, before anything is baked.
+
+Harmonics of an order are the truncated sums of `engine.planning.effects.radiance`; directional lights are summed as
+they are drawn; wavelets run through nearly the factors of a bake, and through its transform and codes, at some of the
+points, and Gaussians through its fit (`engine.planning.effects.lobe_error`). The error of the reference is its noise,
+which falls with the root of the samples. Between the settings that are tried an error is a power law of the knob, and
+along a ladder it never rises. What a method cannot show (shadows of directional lights, light between parts of the
+model in wavelets) is not in these figures: the plan adds the estimate of that effect.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.errors import UsageError
+from engine.core.one_thread import one_thread
+from engine.core.steps import drain
+from engine.factor.separable_factors import SeparableFactors
+from engine.geometry.mesh import Mesh
+from engine.planning.costs.planned import planning_of
+from engine.planning.costs.setting import Setting, knobs_of
+from engine.planning.effects.estimates import Scenery, relative_error
+from engine.planning.effects.radiance import LIGHTS, ORDERS
+from engine.planning.effects.sample import FINE, Sample
+from engine.transport import method as transport
+from engine.transport.wavelet.bake import factors_for
+from engine.transport.wavelet.quantise import encode_light
+from engine.transport.wavelet.transfer import (
+    WaveletTransport,
+    check_factors,
+    cube_texels,
+    light_maps,
+    relit,
+    signed_radiance,
+    transport_vectors,
+    vectors_of,
+)
+
+Array = NDArray[np.float64]
+
+#: Terms and coefficients that are tried, and points at which: one in so many.
+TERMS, KEPT, FEWER = (1, 2, 4, 8), (24, 96, 384), 2
+
+#: An error that nothing lies below: float32, packed codes, and tables.
+FLOOR = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class ModeErrors:
+    """Errors of settings on one scene; `wavelet` by terms and coefficients, `coarse` of half the edge of `FINE`."""
+
+    scene: Scenery
+    harmonics: dict[int, float]
+    lights: dict[int, float]
+    coarse: float
+
+    @cached_property
+    def wavelet(self) -> dict[tuple[int, int], float]:
+        """Worked out when it is first asked for: the reflectance has to be factored."""
+        return _wavelets(self.scene)
+
+    def of(self, setting: Setting) -> float:
+        """The error of `setting`; ValueError for a mode of which nothing is known."""
+        if setting.mode in transport.names():
+            return planning_of(setting.mode).error(self, setting)
+        if "directions" in setting.knobs:
+            return max(FLOOR, between(self.lights, setting["directions"]))
+        raise ValueError(f"nothing is known of the error of {setting.mode}")
+
+    def knows(self, mode: str) -> bool:
+        """True if settings of a mode can draw the scene at all."""
+        if mode in transport.names():
+            return planning_of(mode).can_draw(self.scene)
+        return "directions" in knobs_of(mode)
+
+
+def wavelet_error(errors: ModeErrors, setting: Setting) -> float:
+    """The error of terms and coefficients, and of the edge of the light's map."""
+    rows = {
+        terms: between({k: e for (t, k), e in errors.wavelet.items() if t == terms}, setting["coefficients"])
+        for terms in TERMS
+    }
+    texels = errors.coarse * (0.5 * FINE[2]) / setting["cube"]
+    return max(FLOOR, math.hypot(between(rows, setting["terms"]), texels))
+
+
+@lru_cache(maxsize=8)
+def mode_errors(scene: Scenery) -> ModeErrors:
+    """The errors of all modes on `scene`, remembered; some 0.1 s."""
+    found, shares = scene.methods, _shares(scene.fine)
+    harmonics = {order: relative_error(found.harmonics[order], found.full, shares) for order in ORDERS}
+    lights = {number: relative_error(found.lights[number], found.unshadowed, shares) for number in LIGHTS}
+    coarse = relative_error(found.coarse, found.full, shares)
+    return ModeErrors(scene, _falling(harmonics), _falling(lights), coarse)
+
+
+def _shares(sample: Sample) -> tuple[Array, ...]:
+    """Weights of pairs in pictures, and equal weights as in a bake's own error, where grazing views count for more."""
+    return (*sample.shares, np.ones(sample.views.shape[:2]))
+
+
+def _falling(errors: dict[int, float]) -> dict[int, float]:
+    """The same where none is below one after it: noise of the sample apart, a larger knob is never worse."""
+    most = np.maximum.accumulate(list(errors.values())[::-1])[::-1]
+    return {knob: float(error) for knob, error in zip(errors, most, strict=True)}
+
+
+def between(errors: dict[int, float], knob: float) -> float:
+    """A power law between two of `errors`; beyond the last as between the last two, before the first as there."""
+    knobs = sorted(errors)
+    if len(knobs) == 1:
+        return errors[knobs[0]]
+    high = min(max(int(np.searchsorted(knobs, knob)), 1), len(knobs) - 1)
+    low = knobs[high - 1]
+    one, other = max(errors[low], FLOOR), max(errors[knobs[high]], FLOOR)
+    return one * (knob / low) ** (math.log(other / one) / math.log(knobs[high] / low))
+
+
+def can_be_factored(brdf: Any) -> bool:
+    """True if wavelets take the BRDF: not factors over half and difference vectors, or too many."""
+    if isinstance(brdf, SeparableFactors):
+        try:
+            check_factors(brdf)
+        except UsageError:
+            return False
+    return True
+
+
+@lru_cache(maxsize=16)
+def _factors(brdf: Any) -> dict[int, SeparableFactors]:
+    """Factors by terms, the first of those with the most terms.
+
+    A bake chooses the norm anew for each number, and for a single term between two kinds, which here are as good: the
+    RMS of either over pairs of directions differs by 0.3 % for Phong, GGX and Ashikhmin and Shirley's model.
+    """
+    most = drain(factors_for(brdf, max(TERMS)))
+    return {terms: most.truncated(min(terms, most.terms)) for terms in TERMS}
+
+
+def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
+    sample = scene.fine
+    rows = np.arange(0, len(sample.vertices), FEWER)
+    light = encode_light(sample.light.cube.radiance)
+    visible = np.ascontiguousarray(sample.visible[rows], np.uint8)
+    wanted, found = scene.methods.full[rows], {}
+    vertices = np.repeat(np.arange(len(rows)), sample.views.shape[1])
+    for terms, factors in _factors(scene.brdf).items():
+        for kept in KEPT:
+            with one_thread():
+                transport = _transport(scene, rows, visible, factors, kept)
+                tuples = relit(transport, light) + _of_lamps(scene, rows, factors)
+                signed = signed_radiance(transport, tuples, sample.views[rows].reshape(-1, 3), vertices)
+            value = np.maximum(signed, 0.0).reshape(wanted.shape)
+            found[terms, kept] = relative_error(value, wanted, [each[rows] for each in _shares(sample)])
+    for terms in TERMS:
+        for kept, error in _falling({kept: found[terms, kept] for kept in KEPT}).items():
+            found[terms, kept] = error
+    for kept in KEPT:
+        for terms, error in _falling({terms: found[terms, kept] for terms in TERMS}).items():
+            found[terms, kept] = error
+    return found
+
+
+def _transport(
+    scene: Scenery, rows: NDArray[np.int64], visible: NDArray[np.uint8], factors: SeparableFactors, kept: int
+) -> WaveletTransport:
+    """The wavelets of the chosen points alone, as if they were the mesh."""
+    sample = scene.fine
+    arrays = transport_vectors(
+        sample.frames[rows], visible, 1, cube_texels(sample.edge), factors.chart, light_maps(factors), kept
+    )
+    surface, chosen = sample.surface, sample.vertices[rows]
+    some = Mesh(
+        surface.positions[chosen], surface.normals[chosen], surface.uv[chosen], np.zeros((1, 3), np.int32), "sample"
+    )
+    transport = WaveletTransport(some, len(rows), factors, 0.0, sample.edge, vectors_of(arrays))
+    object.__setattr__(transport, "frames", sample.frames[rows])  # cached: those of the whole mesh, with its tangents
+    return transport
+
+
+def _of_lamps(scene: Scenery, rows: NDArray[np.int64], factors: SeparableFactors) -> Array:
+    """(R, 3) what lamps add to the tuples."""
+    sample = scene.fine
+    total = np.zeros((len(rows), factors.terms, 3))
+    for number, direction in enumerate(sample.lamp_direction):
+        local = np.einsum("nij,i->nj", sample.frames[rows], direction)
+        lit = np.flatnonzero((local[:, 2] > 0.0) & sample.lamp_lit[rows, number])
+        incident = local[lit, 2:] * sample.lamp_irradiance[number]
+        for k in range(factors.terms):
+            total[lit, k] += factors.chart.look_up(factors.second[k], local[lit]) * incident
+    return total.reshape(-1, 3)

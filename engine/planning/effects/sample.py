@@ -1,0 +1,206 @@
+"""Some points of a scene and what they see: enough to tell within a second what each effect adds to its pictures.
+
+Vertices are drawn by the area around them, evenly along the list of vertices, which neighbours share; views of each
+evenly over its hemisphere, and a pair weighs as its cosine: pairs at grazing angles, where highlights are brightest,
+are few in pictures, but make much of their errors. A mean over such pairs is a mean over pixels of pictures from all
+around, save that parts of the model hide others: pairs whose view is blocked are told by `seen`. Light is a cube map of
+the environment without its suns, which are lamps; visibility is asked once for each texel. Effects are told from many
+pairs under a coarse map, because few pairs make most of a highlight; the errors of methods from fewer under a finer
+one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.directions import Vectors, dot, normalize
+from engine.geometry.ground import Ground, with_ground
+from engine.geometry.mesh import Mesh
+from engine.light.cube_map import CubeMap, cube_of
+from engine.light.environment import EnvironmentMap
+from engine.light.lamps import Lamp, lights_of_all
+from engine.light.sun_split import split_sun
+from engine.transport.baking.visibility import Receivers, receivers, visibility_shares
+from engine.transport.sh.transfer import tangent_frames
+from engine.transport.wavelet.lighting import turned
+from engine.transport.wavelet.transfer import Texels, cube_texels
+
+Array = NDArray[np.float64]
+
+#: Points, views of each, and texels along an edge of the light's cube map: for effects, and for methods.
+POINTS, VIEWS, EDGE = 192, 8, 16
+FINE = (64, 4, 32)
+
+
+@dataclass(frozen=True, eq=False)
+class Light:
+    """A distant light: `rest` without its suns, which are among `lamps`, and the `whole` map as it came."""
+
+    rest: EnvironmentMap
+    whole: EnvironmentMap
+    lamps: tuple[Lamp, ...]
+    suns: int
+    cube: CubeMap
+    whole_cube: CubeMap
+
+
+@lru_cache(maxsize=4)
+def light_of(
+    environment: EnvironmentMap, rotation: float = 0.0, lamps: tuple[Lamp, ...] = (), edge: int = EDGE
+) -> Light:
+    """The light of `environment`, turned about +Y by `rotation` rad, with `lamps` of the scene beside it."""
+    rest, suns = split_sun(environment)
+    rest, whole = turned(rest, rotation), turned(environment, rotation)
+    cube = cube_of(rest, edge)
+    moved = tuple(sun.turned(rotation) for sun in suns)
+    return Light(rest, whole, (*moved, *lamps), len(suns), cube, cube_of(whole, edge) if suns else cube)
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """N points with K views each.
+
+    Attributes
+    ----------
+    surface : the model, with its ground where it has one. of : all its vertices as receivers of light.
+    vertices : (N,) of the model.
+    frames : (N, 3, 3) with columns tangent, bitangent, normal.
+    views : (N, K, 3) in the frame of the point. seen : (N, K) whether no part of the surface blocks them.
+    visible : (N, 6 edge²) bool. mirrored : the same below the horizon, as a mirror at the tangent plane shows it.
+    lamp_direction : (S, 3) world. lamp_irradiance : (S, 3). lamp_lit : (N, S) bool.
+    free_share : of the model's vertices, those that see their whole hemisphere.
+    """
+
+    surface: Mesh
+    of: Receivers
+    vertices: NDArray[np.int64]
+    frames: Array
+    views: Array
+    seen: NDArray[np.bool_]
+    visible: NDArray[np.bool_]
+    mirrored: NDArray[np.bool_]
+    light: Light
+    lamp_direction: Array
+    lamp_irradiance: Array
+    lamp_lit: NDArray[np.bool_]
+    free_share: float
+    model_vertices: int
+
+    @property
+    def edge(self) -> int:
+        return self.light.cube.edge
+
+    @cached_property
+    def texels(self) -> Texels:
+        return cube_texels(self.edge)
+
+    @property
+    def shares(self) -> tuple[Array, Array]:
+        """(N, K) what each pair counts for, without and with those whose view is blocked."""
+        cosine = self.views[..., 2]
+        return cosine, cosine * self.seen
+
+    @property
+    def incident(self) -> Array:
+        """(6 edge², 3) radiance times solid angle."""
+        return np.asarray(self.light.cube.radiance.reshape(-1, 3) * self.texels.area[:, None])
+
+    @property
+    def open_share(self) -> float:
+        """Of the cosine-weighted hemisphere, on average over the points."""
+        cosine = np.maximum(self.frames[:, :, 2] @ self.texels.direction.T, 0.0) * self.texels.area
+        return float((cosine * self.visible).sum() / cosine.sum())
+
+
+def sample(
+    mesh: Mesh,
+    environment: EnvironmentMap,
+    *,
+    rotation: float = 0.0,
+    lamps: Sequence[Lamp] = (),
+    ground: Ground | None = None,
+    points: int = POINTS,
+    views: int = VIEWS,
+    edge: int = EDGE,
+    seed: int = 0,
+) -> Sample:
+    """Draw the points of `mesh` and look around from each; the same call draws the same."""
+    of, frames, areas = _prepared(mesh, ground)
+    light = light_of(environment, rotation, tuple(lamps), edge)
+    rng = np.random.default_rng(seed)
+    chosen = _drawn(areas, points, rng)
+    own = frames[chosen]
+    u, turn = rng.random((2, len(chosen), views))
+    cosine, phi = np.maximum((np.arange(views) + u) / views, 1e-3), 2.0 * math.pi * turn
+    radius = np.sqrt(1.0 - cosine**2)
+    local = normalize(np.stack([radius * np.cos(phi), radius * np.sin(phi), cosine], axis=-1))
+    world = np.einsum("nij,nkj->nki", own, local)
+    origin = of.origin[chosen]
+    blocked = of.caster.occluded(np.repeat(origin, views, axis=0), world.reshape(-1, 3)).reshape(-1, views)
+    counts = np.concatenate([each for _, each in visibility_shares(of, edge, 1, chosen)])
+    visible = counts > 0
+    directional = lights_of_all(light.lamps)
+    lit = np.ones((len(chosen), len(directional.direction)), np.bool_)
+    for number, direction in enumerate(directional.direction):
+        facing = own[:, :, 2] @ direction > 0.0
+        lit[:, number] = facing & ~of.caster.occluded(origin, np.broadcast_to(direction, origin.shape))
+    first = len(mesh.positions)
+    return Sample(
+        of_surface(mesh, ground),
+        of,
+        chosen,
+        own,
+        local,
+        ~blocked,
+        visible,
+        _mirrored(visible, own, edge),
+        light,
+        directional.direction,
+        directional.irradiance,
+        lit,
+        float(np.mean(of.free[:first])),
+        first,
+    )
+
+
+def of_surface(mesh: Mesh, ground: Ground | None) -> Mesh:
+    return mesh if ground is None else with_ground(mesh, ground)[0]
+
+
+@lru_cache(maxsize=2)
+def _prepared(mesh: Mesh, ground: Ground | None) -> tuple[Receivers, Vectors, Array]:
+    """Receivers, frames, and the area around each vertex of the model; remembered, because plans are made often."""
+    surface = of_surface(mesh, ground)
+    a, b, c = (mesh.positions[mesh.faces[:, corner]] for corner in range(3))
+    across = np.cross(b - a, c - a)
+    face = np.sqrt(dot(across, across))
+    areas = np.bincount(mesh.faces.ravel(), np.repeat(face, 3), len(mesh.positions)).astype(np.float64)
+    return receivers(surface), tangent_frames(surface), areas
+
+
+def _drawn(areas: Array, points: int, rng: np.random.Generator) -> NDArray[np.int64]:
+    """(points,) vertices, as often as their share of the area, evenly along the list."""
+    total = np.cumsum(areas / areas.max()) if areas.max(initial=0.0) > 0.0 else np.arange(1.0, len(areas) + 1)
+    at = (np.arange(points) + rng.random(points)) / points * total[-1]
+    return np.minimum(np.searchsorted(total, at, side="right"), len(areas) - 1).astype(np.int64)
+
+
+def _mirrored(visible: NDArray[np.bool_], frames: Array, edge: int) -> NDArray[np.bool_]:
+    """`visible` with the texels below each horizon as their mirror images above it are."""
+    from engine.light.cube_map import face_coordinates
+
+    direction = cube_texels(edge).direction
+    result = visible.copy()
+    for number, normal in enumerate(frames[:, :, 2]):
+        height = direction @ normal
+        below = np.flatnonzero(height <= 0.0)
+        face, s, t = face_coordinates(direction[below] - 2.0 * height[below, None] * normal)
+        row, column = (np.minimum((place * edge).astype(np.int64), edge - 1) for place in (t, s))
+        result[number, below] = visible[number, (face * edge + row) * edge + column]
+    return result

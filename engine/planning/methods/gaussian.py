@@ -1,0 +1,97 @@
+"""Gaussians as a plan sees them: what a setting costs, its error, and its bake (`planned.Planning`)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from engine.core.steps import Steps
+from engine.geometry.mesh import Mesh
+from engine.light.environment import EnvironmentMap
+from engine.planning.costs.cost_model import Cost, CostModel, Load
+from engine.planning.costs.planned import PlannedBake
+from engine.planning.costs.setting import Setting
+from engine.planning.costs.sizes import DIFFUSE_ORDER, gaussians
+from engine.planning.effects.lobe_error import lobe_error
+from engine.planning.effects.mode_error import FLOOR, ModeErrors
+from engine.transport import gaussian_method
+from engine.transport.baking.diffuse_specular import parts
+from engine.transport.baking.settings import BOUNCES, GaussianSettings
+from engine.transport.baking.visibility import every_ray
+from engine.transport.gaussian import bake as gaussian_bake
+from engine.transport.gaussian.fitting.lobes import Lobes
+from engine.transport.gaussian.fitting.views import VIEWS
+from engine.transport.gaussian.transfer import GaussianTransport
+from engine.transport.method import Subject
+from engine.transport.relit import RelitGaussians, relit_gaussians
+from engine.transport.sh.bake import default_edge
+from engine.transport.sh.transfer import is_diffuse
+
+#: Effects without which the BRDF is no longer that of a model, which alone is cut into lobes.
+_PARTS = {"glossy", "anisotropy", "fresnel", "retro-reflection"}
+
+
+def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
+    """Lobes of all views of a vertex, and vectors of the diffuse part."""
+    lobes, bounces = setting["lobes"], bool(setting["interreflection"])
+    shaded = load.model * load.occluded
+    bake_s = load.model * (model.rate("gaussian-table") + model.rate("gaussian-fit", lobes))
+    bake_s += shaded * model.rate("gaussian-rays") * load.ray_scale
+    bake_s += model.rays_s(default_edge(DIFFUSE_ORDER), load) + load.vertices * model.vector_s(DIFFUSE_ORDER)
+    if bounces:
+        fitted_s = model.rate("gaussian-fit", lobes) * model.rate("gaussian-indirect-fit")
+        bake_s += shaded * (model.rate("gaussian-table") + fitted_s)
+        bake_s += load.model * load.closed * model.rate("gaussian-indirect")
+        bake_s += (BOUNCES + 1) * load.vertices * model.bounce_s("vector", DIFFUSE_ORDER, load)
+    values = load.vertices * DIFFUSE_ORDER**2 * (3 if bounces else 1)
+    relight_s = model.turned_s("light-sh", DIFFUSE_ORDER, load) + model.rate("relight-sh", DIFFUSE_ORDER) * values
+    frame_s = model.frame_s("gaussian", lobes * (2 if bounces else 1), load)
+    sizes = gaussians(setting, load)
+    bake_s += model.rate("file-byte") * sizes.file
+    return Cost(bake_s, relight_s, frame_s, sizes.memory, sizes.file)
+
+
+def error(errors: ModeErrors, setting: Setting) -> float:
+    """The least with so many lobes."""
+    found = [lobe_error(errors.scene, lobes) for lobes in range(1, setting["lobes"] + 1)]
+    return max(FLOOR, min(each for each in found if each is not None))
+
+
+def can_draw(scene: Any) -> bool:
+    """Something has to be glossy."""
+    return parts(scene.brdf)[1] is not None
+
+
+def suits(offers: Any, skipped: frozenset[str]) -> bool:
+    """True where what is left has a model's own parts, without which nothing is cut into lobes."""
+    if any(offers.estimated(name) != 0.0 for name in skipped & _PARTS):
+        return False
+    brdf, force = offers.scene.brdf, offers.wishes.force
+    if {"glossy", "anisotropy"} & force and (is_diffuse(brdf) or ("anisotropy" in force and brdf.isotropic)):
+        return False
+    return can_draw(offers.scene)
+
+
+def adapted(setting: Setting, _diffuse: bool) -> Setting:
+    """Nothing diffuse is drawn with lobes."""
+    return setting
+
+
+def drawn(_kind: str, knob: int, mesh: Mesh) -> RelitGaussians:
+    """So many lobes that point up, all alike."""
+    count = len(mesh.positions)
+    up = np.broadcast_to(np.array([0.0, 1.0, 0.0], np.float32), (count, VIEWS, knob, 3))
+    alike = Lobes(np.ones_like(up), up, np.full(up.shape[:3], 0.2, np.float32))
+    environment = EnvironmentMap(np.ones((32, 64, 3), np.float32))
+    return relit_gaussians(GaussianTransport(mesh, count, 0.0, (alike,), None), environment)
+
+
+def prepare(plan: Any, subject: Subject, settings: GaussianSettings) -> Steps[PlannedBake]:
+    """Work of a bake; if shadows are forced on, rays are cast from every vertex, free ones too."""
+    work = yield from gaussian_method.prepare(subject, settings)
+    if plan.decision("self-shadowing") == "forced on":
+        of = every_ray(work.model.of, work.settings.edge, settings.fine)
+        work = replace(work, model=replace(work.model, of=of))
+    return PlannedBake(work, gaussian_bake.estimate_s(work), lambda path: gaussian_bake.bake(path, work))

@@ -1,0 +1,96 @@
+"""Wavelets as a plan sees them: what a setting costs, its error, and its bake (`planned.Planning`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from engine.core.steps import Steps
+from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.separable_factors import SeparableFactors
+from engine.geometry.mesh import Mesh
+from engine.planning.costs.cost_model import Cost, CostModel, Load
+from engine.planning.costs.planned import PlannedBake
+from engine.planning.costs.setting import Setting
+from engine.planning.costs.sizes import wavelets
+from engine.planning.effects.mode_error import ModeErrors, can_be_factored, wavelet_error
+from engine.transport import wavelet_method
+from engine.transport.baking.occluder import Occluder
+from engine.transport.baking.settings import WaveletSettings
+from engine.transport.baking.visibility import Receivers, every_ray
+from engine.transport.method import Subject
+from engine.transport.relit import RelitWavelets
+from engine.transport.wavelet import bake as wavelet_bake
+from engine.transport.wavelet.haar import FACES
+from engine.transport.wavelet.transfer import Vectors16, WaveletTransport
+
+
+@dataclass(frozen=True, eq=False)
+class _EveryRay(Occluder):
+    """The model itself, asked from every vertex."""
+
+    edge: int = 32
+    fine: int = 4
+
+    def receivers(self, mesh: Mesh) -> Receivers:
+        return every_ray(super().receivers(mesh), self.edge, self.fine)
+
+
+def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
+    terms, edge = setting["terms"], setting["cube"]
+    kept = min(setting["coefficients"], FACES * edge * edge)
+    rows = load.model * terms + load.ground
+    cutting = model.rate("wavelet-coefficients", kept) / model.rate("wavelet-coefficients", 96)
+    bake_s = model.rate("wavelet-fixed") + model.rays_s(edge, load)
+    bake_s += rows * model.rate("wavelet-row", edge) * cutting
+    relight_s = model.turned_s("light-wavelet", edge, load) + model.rate("relight-wavelet", kept) * rows
+    relight_s += load.lamps * load.vertices * model.rate("ray") * load.ray_scale
+    sizes = wavelets(setting, load)
+    bake_s += model.rate("file-byte") * sizes.file
+    return Cost(bake_s, relight_s, model.frame_s("wavelet", terms, load), sizes.memory, sizes.file)
+
+
+def error(errors: ModeErrors, setting: Setting) -> float:
+    """That of its terms and coefficients, and of the texels of the light."""
+    return wavelet_error(errors, setting)
+
+
+def can_draw(scene: Any) -> bool:
+    """Not every set of factors can be used."""
+    return can_be_factored(scene.brdf)
+
+
+def suits(offers: Any, _skipped: frozenset[str]) -> bool:
+    """True if a BRDF can be factored: its simplified forms then can be, too."""
+    return can_draw(offers.scene)
+
+
+def adapted(setting: Setting, diffuse: bool) -> Setting:
+    """One term is a diffuse BRDF."""
+    return setting.replaced(terms=1) if diffuse else setting
+
+
+def drawn(_kind: str, knob: int, mesh: Mesh) -> RelitWavelets:
+    """So many terms."""
+    count = len(mesh.positions)
+    rows, maps = count * knob, np.ones((knob, 48, 48, 3), np.float32)
+    factors = SeparableFactors(DirectionMap("orthographic", 48), "in-out", maps, maps, True, True, "frames")
+    nothing = Vectors16(
+        np.zeros((rows, 1), np.uint16),
+        np.zeros((rows, 1), np.uint32),
+        np.zeros((rows, 3), np.float32),
+        np.zeros(rows, np.uint16),
+    )
+    return RelitWavelets(WaveletTransport(mesh, count, factors, 0.0, 64, nothing), np.ones((rows, 3)))
+
+
+def prepare(plan: Any, subject: Subject, settings: WaveletSettings) -> Steps[PlannedBake]:
+    """Work of a bake; if shadows are forced on, rays of the model itself are cast from every vertex, free ones too."""
+    forced = plan.decision("self-shadowing") == "forced on"
+    asked = replace(settings, occluder_cells=0) if forced else settings
+    work = yield from wavelet_method.prepare(subject, asked)
+    if forced:
+        work = replace(work, occluder=_EveryRay(work.occluder.caster, 0.0, asked.cube, asked.fine))
+    return PlannedBake(work, plan.cost.bake_s, lambda path: wavelet_bake.bake(path, work))

@@ -1,0 +1,351 @@
+"""The plan of a scene: which effects it calls for, and the mode and knobs that show them within a budget.
+
+Every way to draw it (`choices`) has an error and a cost. Effects are left out from the least upwards, together at most
+half of an error budget, so that a larger budget offers every choice of a smaller one and never ends in a costlier plan:
+
+    budget of error   the cheapest within it, a bake being spread over `FRAMES` frames and a light over `LIGHTS`
+    budget of time    the least error whose frame is within it
+
+What does not fit into free memory is never offered. A bake of more than `LONG_S` is chosen only where nothing else
+meets the budget of error, and the reference, whose samples follow from the noise of a tiny picture, where no other mode
+does. Where more than `FEW_FRAMES` are wanted, nobody waits longer than `PATIENCE_S` for each of them: a reference that
+takes longer is not the plan then, but named beside it as what would keep to the budget.
+
+An effect whose estimate is 0 is always left out, one that the user forces never. Where nothing satisfies the budget,
+the plan is the nearest to it and says so: of all whose error is hardly above the least, the cheapest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import psutil
+
+from engine.core.errors import UsageError
+from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh
+from engine.light.environment import EnvironmentMap
+from engine.planning.choices import (
+    FRAMES,
+    HIGH,
+    LOW,
+    PIXELS,
+    REFERENCE_DEPTH,
+    Choice,
+    Choices,
+    Wishes,
+    depth_of,
+    is_low,
+    probed,
+    shows_bounces,
+)
+from engine.planning.costs.cost_model import Cost, CostModel
+from engine.planning.costs.setting import Setting, shows
+from engine.planning.effects.estimates import EFFECTS, Estimate, Scenery, estimates, percent, scenery
+from engine.planning.effects.simplified import (
+    Brushed,
+    GlossyLambert,
+    Unbrushed,
+    WithoutRetro,
+    WithoutRise,
+    lambertian,
+)
+from engine.scene.material import Material
+from engine.transport import method as transport
+from engine.transport.baking.spatially_varying import Variation, with_parameters
+from engine.transport.sh.transfer import is_diffuse
+
+#: Errors up to so many times the least are as near to a budget that nothing meets.
+AS_NEAR = 1.05
+
+#: Share of free memory that a setting may take.
+MEMORY_SHARE = 0.75
+
+#: Effects that change the cost of a setting.
+COSTING = ("self-shadowing", "interreflection", "glossy", "anisotropy", "sun-split", "spatially-varying-gloss")
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A row of the plan.
+
+    Attributes
+    ----------
+    decision : "needed", "skipped", "forced on" or "forced off".
+    reason : in words, with its number.
+    estimated_error_rel : relative error of a picture without the effect.
+    saves_s, saves_bytes : of the bake and its file, by leaving it out.
+    """
+
+    effect: str
+    decision: str
+    reason: str
+    estimated_error_rel: float
+    saves_s: float
+    saves_bytes: int
+
+    @property
+    def on(self) -> bool:
+        return self.decision in ("needed", "forced on")
+
+
+@dataclass(frozen=True)
+class SlowReference:
+    """A reference of so many `samples` that would meet a budget of error, in `frame_s` a picture."""
+
+    samples: int
+    max_depth: int
+    error_rel: float
+    frame_s: float
+
+
+@dataclass(frozen=True, eq=False)
+class EffectsPlan:
+    """Plan of a scene: the effects that it calls for, and the setting that shows them.
+
+    `predicted_error_rel` holds what is left out too. `satisfied` tells whether the budget is met, and `reference` is
+    then one that meets it, where there is one for which frames are too many. `free_share` of the vertices see their
+    whole hemisphere: they need no rays and no visibility, whatever the others need. `mean` is what parameters that vary
+    over the surface stand at where that is left out.
+    """
+
+    effects: tuple[Effect, ...]
+    setting: Setting
+    predicted_error_rel: float
+    cost: Cost
+    satisfied: bool
+    free_share: float
+    reference: SlowReference | None = None
+    mean: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def mode(self) -> str:
+        return self.setting.mode
+
+    @property
+    def knobs(self) -> dict[str, int | float]:
+        return dict(self.setting.knobs)
+
+    @property
+    def predicted_frame_s(self) -> float:
+        return self.cost.frame_s
+
+    @property
+    def max_depth(self) -> int:
+        """Points of the surface that light of the reference may touch."""
+        return REFERENCE_DEPTH if self.shows("interreflection") else 1
+
+    def shows(self, effect: str) -> bool:
+        """True if pictures of this plan have the effect."""
+        return next(each.on for each in self.effects if each.effect == effect)
+
+    def decision(self, effect: str) -> str:
+        return next(each.decision for each in self.effects if each.effect == effect)
+
+
+def plan(
+    mesh: Mesh,
+    brdf: Any,
+    environment: EnvironmentMap,
+    *,
+    cost: CostModel,
+    error: float | None = None,
+    time_ms: float | None = None,
+    force: Collection[str] = (),
+    skip: Collection[str] = (),
+    modes: Collection[str] | None = None,
+    ground: Ground | None = None,
+    rotation: float = 0.0,
+    material: Material | None = None,
+    variations: Sequence[Variation] = (),
+    pixels: int = PIXELS,
+    aspect: float = 1.0,
+    frames: int = FRAMES,
+    memory_bytes: int | None = None,
+) -> EffectsPlan:
+    """The plan for a budget: `error` relative (0.01 where neither is given) or `time_ms` of a frame.
+
+    `variations` move parameters of the reflectance over the mesh. `modes` narrows the choice. A bake is spread over
+    `frames`, and `memory_bytes` may be taken, most of what is free where that is None. UsageError for both budgets,
+    budgets that are not positive, and effects that are not known or both forced and skipped. Less than a second for
+    50,000 vertices once mesh and reflectance are known, half as much again where no cheap method meets the budget.
+    """
+    check_effects(force, skip)
+    if error is not None and time_ms is not None:
+        raise UsageError("a plan has one budget: of error or of time")
+    budget = 0.01 if error is None and time_ms is None else error
+    for value, name in ((budget, "error"), (time_ms, "time")):
+        if value is not None and not 0.0 < value < float("inf"):
+            raise UsageError(f"a budget of {name} of {value} is not above 0")
+    scene = scenery(mesh, brdf, environment, rotation=rotation, ground=ground, material=material, variations=variations)
+    place = {"environment": environment, "environment_rotation": rotation, "ground": ground}
+
+    def noise(depth: int) -> float:
+        return probed(mesh, brdf, depth, **place)
+
+    wishes = frozenset(force), frozenset(skip)
+    return plan_of(scene, cost, budget, time_ms, *wishes, modes, pixels, frames, memory_bytes, noise, aspect)
+
+
+def check_effects(force: Collection[str], skip: Collection[str]) -> None:
+    """UsageError for names that are no effects, and for one that is in both."""
+    for name in (*force, *skip):
+        if name not in EFFECTS:
+            raise UsageError(f"{name!r} is no effect; known are {', '.join(EFFECTS)}")
+    both = sorted(set(force) & set(skip))
+    if both:
+        raise UsageError(f"{both[0]} cannot be forced and skipped at once")
+
+
+def plan_of(
+    scene: Scenery,
+    cost: CostModel,
+    error: float | None,
+    time_ms: float | None,
+    force: frozenset[str] = frozenset(),
+    skip: frozenset[str] = frozenset(),
+    modes: Collection[str] | None = None,
+    pixels: int = PIXELS,
+    frames: int = FRAMES,
+    memory_bytes: int | None = None,
+    noise: Callable[[int], float] | None = None,
+    aspect: float = 1.0,
+) -> EffectsPlan:
+    """As `plan`, of a scene that has been looked at.
+
+    `noise` tells that of a reference of one sample, by the points of the surface that light may touch; without it there
+    is no reference to choose.
+    """
+    wishes = Wishes(force, skip, modes, pixels, aspect, frames)
+    _check_varied(scene, force, skip)
+    found = estimates(scene)
+    room = int(MEMORY_SHARE * psutil.virtual_memory().available) if memory_bytes is None else memory_bytes
+    offers = Choices(scene, found, cost, wishes, noise)
+    choices = [each for each in offers.all(error) if each.cost.memory_bytes <= room]
+    if not choices:
+        raise UsageError(f"no mode is left to choose from in {room / 1e9:.2g} GB of memory")
+    offered = [each for each in choices if not each.is_slow] or choices
+    chosen, satisfied = _best(offered, error, None if time_ms is None else 1e-3 * time_ms)
+    slow = None if satisfied or error is None else _slow_reference(choices, error)
+    effects = tuple(_effect(name, found[name], chosen, offers, force, skip) for name in EFFECTS)
+    told = (chosen.setting, chosen.error, chosen.cost, satisfied, scene.sample.free_share)
+    return EffectsPlan(effects, *told, slow, scene.mean)
+
+
+def _check_varied(scene: Scenery, force: frozenset[str], skip: frozenset[str]) -> None:
+    """UsageError where effects that the model itself does not have are forced on parameters of it that vary."""
+    if scene.varied is None or "spatially-varying-gloss" in skip:
+        return
+    absent = {"glossy": is_diffuse(scene.brdf), "anisotropy": scene.brdf.isotropic}
+    for name in force & absent.keys():
+        if absent[name]:
+            raise UsageError(f"{name} cannot be forced on a reflectance that varies and does not have it")
+
+
+def _best(choices: list[Choice], error: float | None, time_s: float | None) -> tuple[Choice, bool]:
+    if time_s is not None:
+        within = [each for each in choices if each.cost.frame_s <= time_s]
+        if within:
+            return min(within, key=lambda each: (each.error, each.price)), True
+        return min(choices, key=lambda each: (each.cost.frame_s, each.error)), False
+    for each in sorted(choices, key=lambda each: each.rank):
+        if error is not None and each.error <= error:
+            return each, True
+    least = min(each.error for each in choices)
+    return min((each for each in choices if each.error <= AS_NEAR * least), key=lambda each: each.rank), False
+
+
+def _slow_reference(choices: list[Choice], error: float) -> SlowReference | None:
+    """The quickest of the references that nobody waits for, but that meet a budget of error."""
+    meeting = [each for each in choices if each.is_slow and each.error <= error]
+    if not meeting:
+        return None
+    best = min(meeting, key=lambda each: each.cost.frame_s)
+    return SlowReference(best.setting["samples"], depth_of(best.skipped), best.error, best.cost.frame_s)
+
+
+def _effect(
+    name: str,
+    estimate: Estimate,
+    chosen: Choice,
+    offers: Choices,
+    force: frozenset[str],
+    skip: frozenset[str],
+) -> Effect:
+    shown = name not in chosen.skipped
+    setting = chosen.setting
+    if name == "all-frequency-light":
+        shown = not is_low(setting)
+    elif name == "mesostructure":
+        shown = shows(setting.mode, name)
+    elif (name in ("self-shadowing", "glossy") and not shows(setting.mode, name)) or (
+        name == "interreflection" and not shows_bounces(setting, chosen.skipped)
+    ):
+        shown = False
+    if name in force:
+        decision = "forced on"
+    elif name in skip:
+        decision = "forced off"
+    else:
+        decision = "needed" if shown else "skipped"
+    saves_s, saves_bytes = _savings(name, chosen, offers)
+    return Effect(name, decision, _reason(estimate, decision, chosen), estimate.error_rel, saves_s, saves_bytes)
+
+
+def _reason(estimate: Estimate, decision: str, chosen: Choice) -> str:
+    if estimate.error_rel == 0.0 or decision.startswith("forced"):
+        return estimate.text
+    if estimate.effect == "all-frequency-light":
+        return f"{estimate.text} The error of the whole plan is {percent(chosen.error)}."
+    if decision == "skipped" and estimate.effect not in chosen.skipped:
+        return f"{estimate.text} The mode {chosen.setting.mode} does not show it."
+    return estimate.text
+
+
+def _savings(name: str, chosen: Choice, offers: Choices) -> tuple[float, int]:
+    """Seconds of the bake and bytes of the file that leaving the effect out saves, beside the chosen setting."""
+    setting = chosen.setting
+    if name == "all-frequency-light":
+        if setting.mode not in transport.names():
+            return 0.0, 0
+        high = HIGH if is_low(setting) else setting
+        without, with_it = offers.cost(LOW, chosen.skipped), offers.cost(high, chosen.skipped)
+    elif name not in COSTING or setting.mode not in transport.names():
+        return 0.0, 0
+    elif name == "interreflection":
+        if "interreflection" not in setting.knobs:
+            setting = LOW
+        without = offers.cost(setting.replaced(interreflection=0), chosen.skipped | {name})
+        with_it = offers.cost(setting.replaced(interreflection=1), chosen.skipped - {name})
+    else:
+        asked = frozenset({name}) if offers.estimated(name) == 0.0 else frozenset()
+        without = offers.cost(setting, chosen.skipped | {name})
+        with_it = offers.cost(setting, chosen.skipped - {name}, asked)
+    return max(0.0, with_it.bake_s - without.bake_s), max(0, with_it.size_bytes - without.size_bytes)
+
+
+def brdf_of(chosen: EffectsPlan, brdf: Any) -> Any:
+    """The reflectance that the plan draws: without what it leaves out, and as general as what is forced on needs."""
+    if chosen.mean:
+        if chosen.shows("spatially-varying-gloss"):
+            return brdf
+        brdf = with_parameters(brdf, dict(chosen.mean))
+    diffuse = is_diffuse(brdf)
+    if chosen.decision("glossy") == "forced on":
+        return GlossyLambert(brdf.albedo) if diffuse else brdf
+    if not diffuse and not chosen.shows("glossy"):
+        return lambertian(brdf)
+    if diffuse:
+        return brdf
+    if chosen.decision("anisotropy") == "forced on" and brdf.isotropic:
+        brdf = Brushed(brdf)
+    elif not brdf.isotropic and not chosen.shows("anisotropy"):
+        brdf = Unbrushed(brdf)
+    if chosen.decision("fresnel") == "forced off":
+        brdf = WithoutRise(brdf)
+    if chosen.decision("retro-reflection") == "forced off":
+        brdf = WithoutRetro(brdf)
+    return brdf

@@ -1,0 +1,267 @@
+"""Surface points that rays meet: the point, its frame, and the origin of its rays towards light.
+
+Shading follows `engine.render.direct`: the interpolated normal on the side that is seen, bent where it would point
+away from the viewer. Both sides of a surface are alike. Rays towards light leave from the interpolated point, lifted
+onto the smooth surface that the normals describe where that bulges over the triangle (after Hanika, *Hacking the
+Shadow Terminator*, Ray Tracing Gems II, 2021, but edge by edge): a convex model then casts no shadow on itself above
+the horizon of its normals, as it casts none on its vertices, and the coarseness of its triangles does not show at the
+terminator. Where normals are those of the triangles, nothing is lifted.
+
+Reflection at the points that paths meet: f cos, and directions drawn from it.
+
+The diffuse share of a BRDF is followed by the cosine lobe and the rest, its highlights, by the BRDF's own sampler; a
+material's look-up (`engine.scene.scene`) stands in place of f cos where there is one. Bound by the BRDF's arithmetic.
+"""
+
+from __future__ import annotations
+
+import threading
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import MODELS
+from engine.brdf.sampling import sampler_of
+from engine.brdf.sampling_lobes import BELOW_ONE, CosineLobe, Mixture
+from engine.core.kernels import scalar
+from engine.render.direct import looked_up, mip_levels, texture_coordinates
+from engine.scene.scene import Scene
+
+#: Least cosine between the normal that shades and the direction of view.
+LEAST_FACING = 0.01
+
+
+@scalar
+def surface_points(faces, barycentric, incoming, positions, normals, triangles):  # type: ignore[no-untyped-def]
+    """For hits (N,) with weights (N, 3) of rays along `incoming` (N, 3), in order:
+
+    the lifted points (N, 3), the normals of the triangles on the side that is seen (N, 3), frames (N, 3, 3) with
+    columns tangent, bitangent and normal, where the tangent is any, and the viewer in that frame (N, 3).
+    """
+    count = faces.size
+    point, flat = np.empty((count, 3)), np.empty((count, 3))
+    frame, viewer = np.empty((count, 3, 3)), np.empty((count, 3))
+    corner, edge, away, shading = np.empty((3, 3)), np.empty((2, 3)), np.empty(3), np.empty(3)
+    for n in range(count):
+        triangle = triangles[faces[n]]
+        weight = barycentric[n]
+        for k in range(3):
+            for i in range(3):
+                corner[k, i] = positions[triangle[k], i]
+        for i in range(3):
+            point[n, i] = weight[0] * corner[0, i] + weight[1] * corner[1, i] + weight[2] * corner[2, i]
+            edge[0, i], edge[1, i] = corner[1, i] - corner[0, i], corner[2, i] - corner[0, i]
+            away[i] = -incoming[n, i]
+            shading[i] = 0.0
+            for k in range(3):
+                shading[i] += weight[k] * normals[triangle[k], i]
+        side = _flat_normal(edge, away, flat[n])
+        _visible_normal(shading, flat[n], away, side)
+        _frame(shading, frame[n])
+        for j in range(3):
+            viewer[n, j] = frame[n, 0, j] * away[0] + frame[n, 1, j] * away[1] + frame[n, 2, j] * away[2]
+        _lift(point[n], corner, weight, normals, triangle, side)
+    return point, flat, frame, viewer
+
+
+@scalar
+def _flat_normal(edge, away, flat):  # type: ignore[no-untyped-def]
+    """Put the unit normal of a triangle on the side of `away` into `flat`; return which side that is, 1 or −1."""
+    scale = max(np.abs(edge).max(), 1e-300)
+    ax, ay, az = edge[0, 0] / scale, edge[0, 1] / scale, edge[0, 2] / scale
+    bx, by, bz = edge[1, 0] / scale, edge[1, 1] / scale, edge[1, 2] / scale
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    length = np.sqrt(x * x + y * y + z * z)
+    side = -1.0 if x * away[0] + y * away[1] + z * away[2] < 0.0 else 1.0
+    if length > 0.0:
+        flat[0], flat[1], flat[2] = side * x / length, side * y / length, side * z / length
+    else:
+        flat[:] = away
+    return side
+
+
+@scalar
+def _visible_normal(shading, flat, away, side):  # type: ignore[no-untyped-def]
+    """Make the interpolated normal in `shading` the unit one that `engine.render.direct` shades with."""
+    length = np.sqrt(shading[0] ** 2 + shading[1] ** 2 + shading[2] ** 2)
+    for i in range(3):
+        shading[i] = shading[i] * side / length if length > 0.0 else flat[i]
+    facing = shading[0] * away[0] + shading[1] * away[1] + shading[2] * away[2]
+    if facing < LEAST_FACING:
+        for i in range(3):
+            shading[i] += (LEAST_FACING - facing) * away[i]
+        length = np.sqrt(shading[0] ** 2 + shading[1] ** 2 + shading[2] ** 2)
+        for i in range(3):
+            shading[i] /= length
+
+
+@scalar
+def _frame(normal, frame):  # type: ignore[no-untyped-def]
+    """Columns tangent, bitangent, normal, of which the normal alone is given (Duff2017)."""
+    x, y, z = normal[0], normal[1], normal[2]
+    sign = -1.0 if z < 0.0 else 1.0
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    frame[0, 0], frame[1, 0], frame[2, 0] = 1.0 + sign * x * x * a, sign * b, -sign * x
+    frame[0, 1], frame[1, 1], frame[2, 1] = b, sign + y * y * a, -y
+    frame[0, 2], frame[1, 2], frame[2, 2] = x, y, z
+
+
+@scalar
+def _lift(point, corner, weight, normals, triangle, side):  # type: ignore[no-untyped-def]
+    """Move `point` towards the planes through the corners perpendicular to their normals.
+
+    How far the surface bulges over an edge is the lesser of what the normals at its two ends say, and nothing where
+    one of them does not see the other end below its plane: normals that all lean one way lift nothing.
+    """
+    for k in range(3):
+        height = 0.0
+        for j in range(3):
+            if j != k:
+                here, there = 0.0, 0.0
+                for i in range(3):
+                    edge = side * (corner[k, i] - corner[j, i])
+                    here += edge * normals[triangle[k], i]
+                    there -= edge * normals[triangle[j], i]
+                height += weight[j] * max(min(here, there), 0.0)
+        for i in range(3):
+            point[i] += side * weight[k] * height * normals[triangle[k], i]
+
+
+@scalar
+def to_world(frame, local):  # type: ignore[no-untyped-def]
+    """World directions (N, 3) of directions (N, 3) in `frame` (N, 3, 3)."""
+    world = np.empty_like(local)
+    for n in range(len(local)):
+        for i in range(3):
+            world[n, i] = frame[n, i, 0] * local[n, 0] + frame[n, i, 1] * local[n, 1] + frame[n, i, 2] * local[n, 2]
+    return world
+
+
+@scalar
+def to_local(frame, world):  # type: ignore[no-untyped-def]
+    """Directions (N, 3) in `frame` (N, 3, 3) of world directions (N, 3)."""
+    local = np.empty_like(world)
+    for n in range(len(world)):
+        for j in range(3):
+            local[n, j] = frame[n, 0, j] * world[n, 0] + frame[n, 1, j] * world[n, 1] + frame[n, 2, j] * world[n, 2]
+    return local
+
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Pairs of directions that a BRDF evaluates at once without threads of its own.
+BLOCK = 8192
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Points of the surface (M,): `origin` of rays, `frame` (M, 3, 3), `viewer` in that frame, what else is needed."""
+
+    face: NDArray[np.int32]
+    barycentric: Floats
+    origin: Floats
+    frame: Floats
+    viewer: Floats
+
+
+class Reflector:
+    """Reflection of a scene's surface: values f cos and densities, at the model and at its ground."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self._diffuse_share, self._highlights = _lobes(scene)
+        self._levels = mip_levels(scene.shading)
+        self._ground_from = len(scene.mesh.faces) if scene.ground is not None else None
+        measured = type(scene.brdf) not in MODELS.values()
+        # kernels of measurements use all threads by themselves, and not every pool of threads lets two callers in
+        self._values: AbstractContextManager[Any] = threading.Lock() if measured else nullcontext()
+        self._draws = self._values if hasattr(scene.brdf, "sample") else nullcontext()
+
+    def product(self, at: Points, index: Indices, wi: Floats) -> Floats:
+        """f cos, or what a material shows in its place, (K, 3) at the points `index` for light from `wi` (K, 3)."""
+        ground = self._on_ground(at, index)
+        if ground is None:
+            return self._object(at, index, wi)
+        value = np.empty((len(index), 3))
+        assert self.scene.ground is not None
+        value[ground] = (self.scene.ground.albedo / np.pi) * wi[ground, 2:]
+        value[~ground] = self._object(at, index[~ground], wi[~ground])
+        return value
+
+    @property
+    def has_highlight(self) -> bool:
+        return self._highlights is not None
+
+    def highlight(self, at: Points, index: Indices, wi: Floats) -> Floats:
+        """The density (K,) in 1/sr of directions `wi` (K, 3) at the points `index`, drawn for highlights alone."""
+        if self._highlights is None:
+            return np.zeros(len(index))
+        viewer, ground = at.viewer[index], self._on_ground(at, index)
+        with self._draws:
+            if ground is None:
+                return self._highlights.pdf(wi, viewer)
+            density = np.zeros(len(index))
+            density[~ground] = self._highlights.pdf(wi[~ground], viewer[~ground])
+            return density
+
+    def density(self, at: Points, index: Indices, wi: Floats, highlight: Floats) -> Floats:
+        """At which `draw` makes `wi` (K, 3) at the points `index`, (K,) in 1/sr, given that for highlights."""
+        ground, diffuse = self._on_ground(at, index), np.maximum(wi[:, 2], 0.0) / np.pi
+        share = self._diffuse_share if ground is None else np.where(ground, 1.0, self._diffuse_share)
+        return np.asarray(share * diffuse + (1.0 - share) * highlight)
+
+    def draw(self, at: Points, u: Floats, *, highlight: bool = False) -> Floats:
+        """Directions (M, 3) towards light in the frame of each point, from u (M, 3) in [0, 1).
+
+        Those for a `highlight` alone are made with its density, and point straight down where there is none.
+        """
+        ground = self._on_ground(at, np.arange(len(u)))
+        share = np.full(len(u), 0.0 if highlight else self._diffuse_share)
+        if ground is not None:
+            share[ground] = 1.0
+        diffuse = u[:, 0] < share
+        wi = np.empty((len(u), 3))
+        wi[diffuse] = (0.0, 0.0, -1.0) if highlight else CosineLobe().sample(at.viewer[diffuse], u[diffuse])
+        if self._highlights is not None:
+            rest = ~diffuse
+            again = np.minimum((u[rest, :1] - share[rest, None]) / (1.0 - share[rest, None]), BELOW_ONE)
+            with self._draws:
+                wi[rest] = self._highlights.sample(at.viewer[rest], np.column_stack([again, u[rest, 1:]]))
+        return wi
+
+    def _on_ground(self, at: Points, index: Indices) -> NDArray[np.bool_] | None:
+        return None if self._ground_from is None else at.face[index] >= self._ground_from
+
+    def _object(self, at: Points, index: Indices, wi: Floats) -> Floats:
+        f = self._f(wi, at.viewer[index])
+        if self.scene.shading is None or len(index) == 0:
+            return f * wi[:, 2:]
+        scene, everywhere = self.scene, np.arange(len(index))
+        corners = texture_coordinates(scene, scene.mesh.faces[at.face[index]])
+        uv = np.einsum("nc,nci->ni", at.barycentric[index], corners)
+        along = [np.zeros_like(uv)] * 2
+        return looked_up(scene, self._levels, uv, along, iter([(everywhere, f, wi[:, 2], np.ones(3))]))
+
+    def _f(self, wi: Floats, wo: Floats) -> Floats:
+        value = np.empty((len(wi), 3))
+        with self._values:
+            for start in range(0, len(wi), BLOCK):
+                block = slice(start, start + BLOCK)
+                value[block] = self.scene.brdf.f(wi[block], wo[block])
+        return value
+
+
+def _lobes(scene: Scene) -> tuple[float, Mixture | None]:
+    """The share of the cosine lobe (more for materials, which are brighter than f where f is small), and the others."""
+    mixture = sampler_of(scene.brdf)
+    assert isinstance(mixture, Mixture)
+    diffuse, rest = mixture.shares[0], mixture.lobes[1:]
+    if not rest:
+        return 1.0, None
+    shares = tuple(share / (1.0 - diffuse) for share in mixture.shares[1:])
+    return (diffuse if scene.shading is None else 0.5 + 0.5 * diffuse), Mixture(rest, shares)

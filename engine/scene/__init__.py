@@ -1,0 +1,1 @@
+"""A material and a scene: all that a picture is computed from."""

@@ -1,0 +1,98 @@
+"""A material: the mesostructure (shading map or its compression) and the reflectance that looks it up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from engine.brdf.brdf import Brdf, brdf_from_text
+from engine.brdf.table import DirectionTable, HalfDifferenceTable
+from engine.core.colour import luminance
+from engine.core.directions import surface_direction
+from engine.core.health import Health
+from engine.shading.power_law import PowerLawMap
+from engine.shading.shading_map import ShadingMap
+
+if TYPE_CHECKING:
+    from engine.factor.homomorphic import HomomorphicFactors
+    from engine.factor.separable_factors import SeparableFactors
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """Material of a model.
+
+    Attributes
+    ----------
+    shading_map, power_law : at least one of them where the material comes from photographs.
+    brdf : the text that names the BRDF, as on the command line (`phong:exponent=20`).
+    sigma : the factor in r = sigma f_r cos(theta_i); None means automatic (see `auto_sigma`).
+    elevation_deg : elevations of the lights of the capture, which the automatic sigma needs.
+    name : shown to people.
+    measured : the reflectance as it was measured, a table, or factors, which a bundle holds as a table; `brdf` is then
+        the model nearest to it, for what holds no table.
+    """
+
+    shading_map: ShadingMap | None
+    power_law: PowerLawMap | None
+    brdf: str = "phong:exponent=20"
+    sigma: float | None = None
+    elevation_deg: tuple[float, ...] = ()
+    name: str = "material"
+    health: Health = field(default_factory=Health)
+    measured: HalfDifferenceTable | DirectionTable | SeparableFactors | HomomorphicFactors | None = None
+
+    @property
+    def reflectance(self) -> Brdf:
+        """The measured BRDF, or else the model that `brdf` names."""
+        return self.measured or brdf_from_text(self.brdf)
+
+
+def error_figures(material: Material) -> dict[str, Any]:
+    """Amounts and errors of compression and tiling, for the manifest of a bundle and for scripts.
+
+    `rms`, `quantisation_*_radiance` and `max_error_radiance` are in units of radiance, `seam_error` is the ratio of
+    steps across the seams to steps inside the sample; None for what does not apply to `material`.
+    """
+    shading_map, power_law = material.shading_map, material.power_law
+    storage = power_law.storage if power_law is not None else None
+    rounded = storage if storage is not None and storage.exponent_bits < 32 else None
+    compressed: Mapping[str, float] = power_law.health.figures if power_law is not None else {}
+    seam_error = shading_map.health.figures.get("seam_error") if shading_map is not None else None
+    height, width = shading_map.slices.shape[1:3] if shading_map is not None and seam_error is not None else (None,) * 2
+    return {
+        "rms": power_law.rms if power_law is not None else None,
+        "exponent_bits": storage.exponent_bits if storage is not None else None,
+        "quantisation_bound_radiance": rounded.bound if rounded is not None else None,
+        "quantisation_error_radiance": rounded.measured if rounded is not None else None,
+        "max_error_radiance": compressed.get("error_bound"),
+        "kept_tile_fraction": compressed.get("kept_tile_fraction"),
+        "seam_error": seam_error,
+        "tile_width_px": width,
+        "tile_height_px": height,
+    }
+
+
+def auto_sigma(brdf: Brdf, elevation: ArrayLike, r_max: float) -> float:
+    """The sigma of r = sigma f_r cos(theta_i) (Kautz2004 Eq. 2) that makes model and photographs agree.
+
+    The largest r over the lights of the capture, seen from above, becomes `r_max`; f_r counts with its luminance.
+
+    Parameters
+    ----------
+    elevation : (N,) radians above the sample plane, the capture's lights; empty where unknown, and then the light
+        is taken to have stood overhead.
+    r_max : a_max, the mean luminance of the brightest photograph.
+
+    Returns
+    -------
+    sigma > 0; 1 where the BRDF reflects nothing on the arc, so that r is 0 rather than undefined.
+    """
+    elevation = np.asarray(elevation, np.float64).reshape(-1)
+    wi = surface_direction(np.pi / 2 - (elevation if elevation.size else np.array([np.pi / 2])))
+    largest = float(np.max(luminance(brdf.f(wi, (0.0, 0.0, 1.0))) * wi[:, 2], initial=0.0))
+    return r_max / largest if largest > 0.0 and r_max > 0.0 else 1.0

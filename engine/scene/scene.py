@@ -1,0 +1,152 @@
+"""Everything that one picture shows: model, ground, material, reflectance, light and camera, as one value.
+
+The GL renderer (`engine.gl.direct`) and the CPU renderer (`engine.render.direct`) draw the same scene to the same
+numbers. Following Kautz2004 section 4, the light is one direction or several, chosen by importance from an
+environment map and spread over lamps, of irradiance E_j perpendicular to them:
+
+    r_j = sigma Y(f_r(wi_j, wo)) cos(theta_j),    radiance = sum_j S(r_j) E_j    (Kautz2004 Eq. 2, Kautz2004 Eq. 3)
+
+where Y is the luminance; the material's colour is in S. The look-up is inside the sum, because S is not linear.
+Figure 6 compares this look-up, 'radiance', with three others; there rho_j = sigma Y(f_r) / r_max:
+
+    texture   S(r_max) sum rho_j cos(theta_j) E_j                a lit texture
+    outgoing  S(Y(L)) L / Y(L) with L = sum r_j E_j              the look-up outside the integral
+    angle     sum S(r_max cos(theta_j)) rho_j E_j                the slice from the light's angle alone
+
+For a Lambertian surface photographed from above, 'angle' and 'radiance' are one function. Without a material the
+picture shows sum f_r cos(theta_j) E_j. Lights below the surface's own horizon add nothing; what other parts of the
+model would shadow or reflect is not part of these pictures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite, radians
+from typing import Any, Literal
+
+import numpy as np
+
+from engine.brdf.brdf import Brdf
+from engine.core.directions import normalize
+from engine.core.errors import UsageError
+from engine.geometry.camera import Camera
+from engine.geometry.ground import Ground, with_ground
+from engine.geometry.mesh import Mesh
+from engine.light.environment import DistantLights, EnvironmentMap
+from engine.light.lamps import Lamp, lights_of_all
+from engine.light.light_tree import chosen_lights
+from engine.scene.material import Material, auto_sigma
+from engine.shading.lookup import Above
+from engine.shading.power_law import PowerLawMap
+from engine.shading.shading_map import ShadingMap
+
+Source = Literal["slices", "power-law"]
+Lookup = Literal["radiance", "texture", "outgoing", "angle"]
+
+SOURCES: tuple[Source, ...] = ("slices", "power-law")
+LOOKUPS: tuple[Lookup, ...] = ("radiance", "texture", "outgoing", "angle")
+ABOVES: tuple[Above, ...] = ("clamp", "scale")
+
+#: Most directions of an environment: four times what the smoothest picture needs.
+MOST_DIRECTIONS = 4096
+
+#: Most irradiance: times the brightest texel and squared it is still a number.
+MOST_IRRADIANCE = 1e100
+
+#: Most lamps beside it; a texture of all lights then still fits every graphics device.
+MOST_LAMPS = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One model with one material under one directional light or an environment, and any lamps beside it.
+
+    Attributes
+    ----------
+    light : (3,) world direction towards the light.
+    irradiance : of the light on a surface that faces it; with an environment, the factor on the map's radiance. With
+        0 and no environment, the lamps are the only lights.
+    environment : takes the place of the light.
+    environment_rotation : radians about +Y, as `DistantLights.turned`.
+    directions : how many lights stand for the environment; powers of two are spread best.
+    source : which form of the material is looked up, where it has both.
+    repeats : how often the material repeats over one unit of texture coordinates.
+    lamps : lights beside the one or the environment, in the world; the rotation and the factor are not theirs.
+    ground : what the model stands on; None for nothing.
+    relit : a bake of the model relit by this light (`engine.transport.relit`), which is drawn in place of sums over
+        lights by whoever can draw it.
+    """
+
+    mesh: Mesh
+    camera: Camera
+    brdf: Brdf
+    material: Material | None = None
+    light: tuple[float, float, float] = (0.35, 0.6, 0.72)
+    irradiance: float = 1.0
+    source: Source = "slices"
+    lookup: Lookup = "radiance"
+    above: Above = "clamp"
+    repeats: float = 4.0
+    environment: EnvironmentMap | None = None
+    environment_rotation: float = 0.0
+    directions: int = 64
+    lamps: tuple[Lamp, ...] = ()
+    ground: Ground | None = None
+    relit: Any = None
+
+    def __post_init__(self) -> None:
+        if self.source not in SOURCES or self.lookup not in LOOKUPS or self.above not in ABOVES:
+            raise UsageError(f"unknown source {self.source!r}, lookup {self.lookup!r} or above {self.above!r}")
+        if not 0.0 <= self.irradiance <= MOST_IRRADIANCE:
+            raise UsageError(f"an irradiance of {self.irradiance!r} is outside 0 … {MOST_IRRADIANCE:g}")
+        if not 0.0 < self.repeats < float("inf"):
+            raise UsageError(f"{self.repeats!r} repeats are not a positive number")
+        if not (isfinite(self.environment_rotation) and 1 <= self.directions <= MOST_DIRECTIONS):
+            raise UsageError(
+                f"a rotation of {self.environment_rotation} or {self.directions} directions (1 … {MOST_DIRECTIONS}) "
+                "is not possible"
+            )
+        if len(self.lamps) > MOST_LAMPS:
+            raise UsageError(f"a scene has at most {MOST_LAMPS} lamps, not {len(self.lamps)}")
+        object.__setattr__(self, "lamps", tuple(self.lamps))
+        object.__setattr__(self, "light", tuple(float(x) for x in normalize(self.light, (0.0, 1.0, 0.0))))
+
+    @cached_property
+    def lights(self) -> DistantLights:
+        """Lights of the sums, in the world: the one light or those of the environment, then those of the lamps."""
+        if not self.lamps:
+            return self._without_lamps
+        lamps = lights_of_all(self.lamps)
+        if self.environment is None and self.irradiance == 0.0:
+            return lamps
+        return self._without_lamps.beside(lamps)
+
+    @property
+    def _without_lamps(self) -> DistantLights:
+        if self.environment is None:
+            return DistantLights(np.array([self.light]), np.full((1, 3), self.irradiance))
+        chosen = chosen_lights(self.environment, self.directions)
+        return DistantLights(chosen.direction, chosen.irradiance * self.irradiance).turned(self.environment_rotation)
+
+    @cached_property
+    def surface(self) -> Mesh:
+        """Surface that rays meet: the model, and after it the vertices and triangles of the ground if there is one."""
+        return self.mesh if self.ground is None else with_ground(self.mesh, self.ground)[0]
+
+    @property
+    def shading(self) -> ShadingMap | PowerLawMap | None:
+        """The form of the material that is looked up: the wanted one, or the one it has; None without a material."""
+        if self.material is None:
+            return None
+        slices, power_law = self.material.shading_map, self.material.power_law
+        return (slices or power_law) if self.source == "slices" else (power_law or slices)
+
+    @property
+    def sigma(self) -> float:
+        """The factor in r: the material's own, or the one that fits the capture; 1 without a material."""
+        if self.material is None or self.shading is None:
+            return 1.0
+        if self.material.sigma is not None:
+            return self.material.sigma
+        return auto_sigma(self.brdf, [radians(e) for e in self.material.elevation_deg], self.shading.r_max)

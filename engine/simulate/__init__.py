@@ -1,0 +1,1 @@
+"""A virtual light arc that photographs a known material."""

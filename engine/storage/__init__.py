@@ -1,0 +1,1 @@
+"""Atomic writing, untrusted reading, archives, records and scratch space."""

@@ -1,0 +1,189 @@
+"""The other interpreter of `engine.storage.untrusted`: reads requests on stdin, decodes, answers on stdout.
+
+It serves the decoders of one module, whose `prepare`, where there is one, compiles what could not be kept on the disk
+later; then it gives up what decoders do not need (`engine.storage.sandbox`), and reaches the descriptors that it is
+handed and Python's modules, before it sees the first file.
+It ends when stdin is closed. An error that decoders are known to raise on damaged data is answered and the next
+request awaited; an unforeseen one is answered as well, and then this process ends so that the next file meets a fresh
+one. What native libraries print about a file (libjpeg: "Corrupt JPEG data", LibRaw: "unexpected end of file") is
+their only way to say that a result is incomplete; `complaints` collects it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import importlib
+import json
+import math
+import os
+import signal
+import socket
+import struct
+import sys
+import zlib
+from collections.abc import Iterator
+from dataclasses import asdict
+from types import TracebackType
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.errors import InputError
+from engine.storage.sandbox import Protection, confine
+from engine.storage.shared_memory import results_in
+from engine.storage.untrusted import AGAIN
+
+_DAMAGE: tuple[type[Exception], ...] = (
+    ArithmeticError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    struct.error,
+    zlib.error,
+)
+
+
+def main(handed: int | None, module: str) -> None:
+    """Serve decoders of `module` until stdin is closed; `handed` is the socket for descriptors, if there is one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    requests, replies = sys.stdin.buffer, _private_stdout()
+    sys.excepthook = lambda kind, error, trace: _unforeseen(replies, kind, error, trace)
+    descriptors = None if handed is None else socket.socket(fileno=handed)
+    decoders = importlib.import_module(module)
+    if hasattr(decoders, "prepare"):
+        decoders.prepare()
+    sys.dont_write_bytecode = True
+    protection = confine()
+    while line := requests.readline():
+        gc.freeze()  # what stays between files, above all modules, need not be searched for garbage after each
+        _serve(json.loads(line), requests, replies, descriptors, protection)
+
+
+def _serve(
+    request: dict[str, Any],
+    requests: IO[bytes],
+    replies: IO[bytes],
+    descriptors: socket.socket | None,
+    protection: Protection,
+) -> None:
+    """Answer one request; the empty line before the answer says that it has arrived whole."""
+    count = request["descriptors"]
+    handed = socket.recv_fds(descriptors, 1, count)[1] if descriptors is not None and count else []
+    results_file = handed.pop() if request["shared"] else None
+    contents = [_content(size_bytes, handed, requests) for size_bytes in request["contents"]]
+    replies.write(b"\n")
+    replies.flush()
+    _limit_memory(request["memory_bytes"])
+    _limit_time(request["timeout_s"])
+    with results_in(results_file) as results:
+        answer = _answer(request, contents, results)
+    gc.collect()  # decoders leave reference cycles that hold the whole file, and arrays that the parent waits for
+    _send(replies, {**answer, "protection": asdict(protection)})
+    _limit_time(0)
+
+
+def _content(size_bytes: int, handed: list[int], requests: IO[bytes]) -> bytes:
+    """The next file, from its descriptor or the pipe; one that shrinks meanwhile comes short, as the parent notices."""
+    if not handed:
+        return requests.read(size_bytes)
+    with os.fdopen(handed.pop(0), "rb") as file:
+        file.seek(0)
+        return file.read(size_bytes)
+
+
+def _private_stdout() -> IO[bytes]:
+    """The pipe to the parent under a descriptor of its own, so that nothing a library prints can get into it."""
+    replies = os.fdopen(os.dup(1), "wb")
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
+    return replies
+
+
+def _limit_memory(memory_bytes: int) -> None:
+    if sys.platform == "win32":
+        return
+    import resource
+
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    soft = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
+    with contextlib.suppress(ValueError, OSError):  # macOS refuses limits below what is mapped already
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+
+
+def _limit_time(seconds: float) -> None:
+    """A second past the parent's own limit, for a parent that is gone; 0 lifts it."""
+    if hasattr(signal, "alarm"):
+        signal.alarm(math.ceil(seconds) + 1 if seconds else 0)
+
+
+def _answer(request: dict[str, Any], contents: list[bytes], results: Any) -> dict[str, Any]:
+    """Results of the decoder, its arrays in the parent's file (`offsets`) if there is one, or the failure."""
+    beside = {"beside": dict(zip(request["beside"], contents[1:], strict=True))} if request["beside"] else {}
+    try:
+        module, function = request["decoder"].split(":")
+        decode = getattr(importlib.import_module(module), function)
+        answer = dict(decode(contents[0], request["name"], **beside, **request["options"]))
+        arrays = {name: np.ascontiguousarray(value) for name, value in answer.items() if isinstance(value, np.ndarray)}
+        if results is None:
+            return {**answer, **arrays}
+        values = {name: value for name, value in answer.items() if name not in arrays}
+        offsets = {name: results.offset(array) for name, array in arrays.items()}
+        return {**values, "arrays": _announced(arrays), "offsets": offsets}
+    except InputError as error:
+        return {"problem": error.problem, "remedy": error.remedy, "path": os.fspath(error.path)}
+    except MemoryError:
+        limit = request["memory_bytes"] / 2**30
+        return {"problem": f"needs more than {limit:.1f} GiB to decode", "remedy": "Make it smaller"}
+    except _DAMAGE as error:
+        return {"problem": f"is damaged or of an unknown kind ({_one_line(error)})", "remedy": AGAIN}
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())[:200]
+
+
+def _unforeseen(
+    replies: IO[bytes], kind: type[BaseException], error: BaseException, trace: TracebackType | None
+) -> None:
+    _send(replies, {"problem": f"cannot be decoded ({_one_line(error)})", "remedy": AGAIN, "ends": True})
+    sys.__excepthook__(kind, error, trace)
+
+
+def _announced(arrays: dict[str, NDArray[Any]]) -> list[tuple[str, str, tuple[int, ...]]]:
+    return [(name, array.dtype.str, array.shape) for name, array in arrays.items()]
+
+
+def _send(replies: IO[bytes], answer: dict[str, Any]) -> None:
+    arrays = {name: value for name, value in answer.items() if isinstance(value, np.ndarray)}
+    header = {name: value for name, value in answer.items() if name not in arrays}
+    replies.write(json.dumps({"arrays": _announced(arrays), **header}).encode() + b"\n")
+    for array in arrays.values():
+        replies.write(array.reshape(-1).view(np.uint8).data)
+    replies.flush()
+
+
+@contextlib.contextmanager
+def complaints() -> Iterator[list[str]]:
+    """Collect the lines that native code prints on stderr; the list is filled when the block ends."""
+    lines: list[str] = []
+    sys.stderr.flush()
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    kept = os.dup(2)
+    os.dup2(writer, 2)
+    os.close(writer)
+    try:
+        yield lines
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        with os.fdopen(reader, "rb") as pipe:
+            lines += pipe.read().decode("utf-8", "replace").splitlines()

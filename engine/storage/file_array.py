@@ -1,0 +1,104 @@
+"""Arrays in files, read a piece at a time.
+
+They are read and not mapped, because a mapped file that is cut short or whose disk is unplugged ends the process.
+Nothing stays open between two reads: arrays that are kept for undo cost no descriptors.
+Cost: one copy from the system's cache, about 0.1 s for a gigabyte, and some 20 µs for each read.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.errors import InputError
+
+_REMEDY = "Check the disk that it lies on, and open it again"
+
+
+@dataclass(frozen=True, eq=False)
+class FileArray:
+    """A read-only array (N, H, …) of at least two axes, in C order: planes of rows.
+
+    Attributes
+    ----------
+    path : the file.
+    shape, dtype : of the array.
+    offset_bytes : where its first entry lies.
+    status : `os.fstat` of the file when it was checked; another file of that name is refused.
+    """
+
+    path: Path
+    shape: tuple[int, ...]
+    dtype: np.dtype[Any]
+    offset_bytes: int
+    status: os.stat_result
+
+    @property
+    def ndim(self) -> int:
+        return len(self.shape)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __iter__(self) -> Iterator[NDArray[Any]]:
+        return (self[plane] for plane in range(len(self)))
+
+    def __getitem__(self, key: Any) -> NDArray[Any]:
+        """A copy of what numpy gives for `key`, of which no more than the planes and rows asked for are read.
+
+        Planes are chosen by a number, a slice or a list of numbers, rows by a number or a slice of step 1, further
+        axes as in numpy, without an ellipsis or new axes.
+        Raises InputError where the file cannot be read, is shorter than it was, or is another one.
+        """
+        key = key if isinstance(key, tuple) else (key,)
+        if any(part is None or part is Ellipsis for part in key):
+            raise IndexError("planes and rows are chosen without an ellipsis or new axes")
+        of_planes, of_rows, *rest = (*key, slice(None), slice(None))[: max(2, len(key))]
+        planes, rows = np.arange(self.shape[0])[of_planes], range(self.shape[1])[of_rows]
+        first, count = (rows.start, len(rows)) if isinstance(rows, range) else (rows, 1)
+        if isinstance(rows, range) and rows.step != 1:
+            raise IndexError("rows are read in steps of 1")
+        whole = np.empty((planes.size, count, *self.shape[2:]), self.dtype)
+        with self._opened() as file:
+            for plane, into in zip(planes.flat, whole, strict=True):
+                self._fill(file, into, int(plane) * self.shape[1] + first)
+        kept = (count,) if isinstance(rows, range) else ()
+        part: NDArray[Any] = whole.reshape(*planes.shape, *kept, *self.shape[2:])
+        return part[(*(slice(None),) * (planes.ndim + len(kept)), *rest)] if rest else part
+
+    @contextmanager
+    def _opened(self) -> Iterator[BinaryIO]:
+        try:
+            flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+            with open(os.open(self.path, flags), "rb", buffering=0) as file:  # noqa: PTH123 - opened by descriptor
+                if not _same(self.status, os.fstat(file.fileno())):
+                    raise InputError(self.path, "was replaced by another file while it was open", "Open the new one")
+                yield file
+        except OSError as error:
+            problem = f"cannot be read any more ({os.strerror(error.errno or 0)})"
+            raise InputError(self.path, problem, _REMEDY) from None
+
+    def _fill(self, file: BinaryIO, into: NDArray[Any], row: int) -> None:
+        """Read `into` from `row` on, counted over all planes."""
+        left = into.reshape(-1).view(np.uint8).data
+        file.seek(self.offset_bytes + row * self.dtype.itemsize * int(np.prod(self.shape[2:], dtype=np.int64)))
+        while len(left):
+            read = file.readinto(left)  # type: ignore[attr-defined]
+            if not read:
+                raise InputError(self.path, "was cut short while it was open", _REMEDY)
+            left = left[read:]
+
+
+def _same(before: os.stat_result, now: os.stat_result) -> bool:
+    """True if both are of one file: of one number, or changed at one time.
+
+    Either will do, as FAT numbers files anew when it is short of memory, and network disks keep the time late.
+    """
+    return os.path.samestat(before, now) or before.st_mtime_ns == now.st_mtime_ns

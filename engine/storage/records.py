@@ -1,0 +1,215 @@
+"""The manifest of a bundle: what it holds, where it came from, how well it fits; and how JSON of strangers is read.
+
+Floats are written so that they come back bit for bit (shortest decimal that does); a health figure that is not finite
+is written as the text "nan", "inf" or "-inf".
+A bundle of a newer schema is refused, never half understood; there is no older one than 1.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from types import MappingProxyType
+from typing import Annotated, Any, Literal, NoReturn
+
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError, model_validator
+
+from engine.core.errors import InputError
+from engine.core.health import Finding, Health, Verdict
+
+FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
+SCHEMA_VERSION: Literal[1] = 1
+
+#: The member that holds a measured reflectance (`engine.brdf.readers.table_file`), where there is one.
+TABLE = "brdf_table.exr"
+
+#: Units of the numbers in a bundle, for those who read it without this program.
+UNITS = {
+    "radiance": "linear sRGB, 1 = white level of the photographs",
+    "r": "mean luminance of a photograph, radiance; r = sigma * f_r * cos(theta_i)",
+    "brdf": "1/sr, the cosine is not included",
+    "elevation_deg": "degrees above the sample plane",
+    "image_origin": "row 0 on top, texel centres at half-integers",
+}
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Side = Annotated[int, Field(ge=1, le=1 << 20)]
+Text = Annotated[str, Field(max_length=10_000)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+
+class Member(_Strict):
+    """Fingerprint of a member."""
+
+    sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+    size_bytes: Annotated[int, Field(ge=0, le=4 << 30)]
+
+
+class Observation(_Strict):
+    """A finding of `engine.core.health`."""
+
+    verdict: Literal["GOOD", "NOTE", "WARNING", "BAD"]
+    text: Text
+    source: Text | None
+
+
+class HealthRecord(_Strict):
+    """Counts and findings."""
+
+    figures: dict[str, Finite | Literal["nan", "inf", "-inf"]] = {}
+    findings: list[Observation] = []
+
+    @staticmethod
+    def of(health: Health) -> HealthRecord:
+        figures: Any = {
+            name: float(value) if math.isfinite(value) else repr(float(value)) for name, value in health.figures.items()
+        }
+        findings = [Observation(verdict=f.verdict.name, text=f.text, source=f.source) for f in health.findings]  # type: ignore[arg-type]
+        return HealthRecord(figures=figures, findings=findings)
+
+    def restored(self) -> Health:
+        figures = {name: float(value) for name, value in self.figures.items()}
+        findings = tuple(Finding(Verdict[f.verdict], f.text, f.source) for f in self.findings)
+        return Health(MappingProxyType(figures), findings)
+
+
+class ShadingMapRecord(_Strict):
+    """The numbers of a shading map; its pixels are in shading_map.exr."""
+
+    slices: Annotated[int, Field(ge=2, le=4096)]
+    height_px: Side
+    width_px: Side
+    r_max: Positive
+    mean_radiance: list[Finite]
+    order: list[Annotated[int, Field(ge=0)]]
+    clipped: bool
+    health: HealthRecord
+
+
+class StorageRecord(_Strict):
+    """Coding of the pair of a power law, and the change by its rounding: at most, and at the slices."""
+
+    exponent_bits: Literal[8, 16, 32] = 32
+    scale_bits: Literal[16, 32] = 32
+    exponent_step: NonNegative = 0.0
+    bound_radiance: NonNegative = 0.0
+    measured_radiance: NonNegative = 0.0
+
+    @model_validator(mode="after")
+    def _has_a_step(self) -> StorageRecord:
+        if (self.exponent_bits < 32) != (self.exponent_step > 0):
+            raise ValueError("exponent_step belongs to codes and to nothing else")
+        return self
+
+
+class KeptTilesRecord(_Strict):
+    """The numbers of the tiles that keep their slices; their pixels are in power_law_kept_tiles.exr."""
+
+    size_px: Annotated[int, Field(ge=1, le=1 << 20)]
+    slices: Annotated[int, Field(ge=2, le=4096)]
+
+
+class PowerLawRecord(_Strict):
+    """The numbers of a power-law pair; its pixels are in the power_law_*.exr members."""
+
+    height_px: Side
+    width_px: Side
+    r_max: Positive
+    rms: NonNegative
+    rms_per_channel: Annotated[list[NonNegative], Field(min_length=3, max_length=3)]
+    health: HealthRecord
+    storage: StorageRecord = StorageRecord()
+    kept_tiles: KeptTilesRecord | None = None
+
+
+class Manifest(_Strict):
+    """Everything of a bundle that is not pixels."""
+
+    format: Literal["lightarc-bundle"] = FORMAT
+    schema_version: Literal[1] = SCHEMA_VERSION
+    name: Text
+    brdf: Text
+    sigma: Positive | None
+    elevation_deg: list[Finite]
+    units: dict[str, str]
+    software: dict[str, str]
+    provenance: dict[str, JsonValue]
+    figures: dict[str, JsonValue]
+    shading_map: ShadingMapRecord | None
+    power_law: PowerLawRecord | None
+    health: HealthRecord
+    members: dict[str, Member]
+
+
+def write_manifest(manifest: Manifest) -> bytes:
+    """The manifest, sealed with its own fingerprint, as indented JSON in UTF-8."""
+    value = manifest.model_dump()
+    sealed = {**value, "manifest_sha256": _seal(value)}
+    return (json.dumps(sealed, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
+
+
+def _seal(value: dict[str, Any]) -> str:
+    canonical = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(canonical.encode()).hexdigest()
+
+
+def read_manifest(content: bytes, path: Any) -> Manifest:
+    """The manifest in `content`; InputError about `path` for anything that is not exactly one."""
+    value = read_json(content, path, "manifest.json")
+    if not isinstance(value, dict) or value.get("format") != FORMAT:
+        raise InputError(path, "manifest.json is not the manifest of a Lightarc bundle", "Choose a bundle")
+    version = value.get("schema_version")
+    if isinstance(version, int) and version > SCHEMA_VERSION:
+        problem = f"it was written by a newer Lightarc (schema {version}, this one reads {SCHEMA_VERSION})"
+        raise InputError(path, problem, "Update Lightarc")
+    try:
+        sealed = value.pop("manifest_sha256", None) == _seal(value)
+    except RecursionError:
+        raise InputError(path, "manifest.json is nested too deeply", "Export the bundle again") from None
+    if not sealed:
+        raise InputError(path, "manifest.json is not as it was written", "Ask for the bundle again from where it came")
+    try:
+        return Manifest.model_validate(value)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        where = ".".join(str(step) for step in first["loc"])[:120]
+        raise InputError(path, f"manifest.json: {where}: {first['msg']}", "Export the bundle again") from None
+
+
+def read_json(content: bytes, path: Any, member: str, remedy: str = "Export the bundle again") -> Any:
+    """A JSON value of a stranger: UTF-8, finite numbers, no key twice, no nesting that exhausts the interpreter.
+
+    Raises InputError for anything else, about `member` of `path`, with `remedy`.
+    """
+    try:
+        return json.loads(
+            content.decode("utf-8"), parse_constant=_refuse, parse_float=_finite, object_pairs_hook=_without_repeats
+        )
+    except RecursionError:
+        raise InputError(path, f"{member} is nested too deeply", remedy) from None
+    except ValueError as error:
+        raise InputError(path, f"{member} is not valid JSON ({str(error)[:120]})", remedy) from None
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ValueError(f"{constant} is not a number")
+
+
+def _finite(digits: str) -> float:
+    number = float(digits)
+    if not math.isfinite(number):
+        raise ValueError(f"{digits[:40]} is too large")
+    return number
+
+
+def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    value = dict(pairs)
+    if len(value) != len(pairs):
+        raise ValueError("a key appears twice in one object")
+    return value

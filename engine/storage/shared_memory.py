@@ -1,0 +1,162 @@
+"""Arrays from a decoder to its parent without a copy: a file in memory that both map (Linux `memfd_create`).
+
+The parent makes the file and hands its descriptor to the child, which lets it grow and gives up its own mappings before
+it answers. The parent then seals the file against every change and maps a private copy of its pages, so that nothing
+the child does afterwards can reach an array that has been checked; where the seal is refused, because the child still
+maps it, the arrays are read into memory of the parent's own. Mappings keep no descriptor. Where there are no such
+files, `shared_file` gives None and arrays go through the pipe.
+Not `multiprocessing.shared_memory`: that has a name which any process of the user can open, and no seal, so that a
+decoder could change what its parent has already checked.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import math
+import mmap
+import operator
+import os
+import weakref
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+
+class SharedFile:
+    """The parent's side."""
+
+    def __init__(self, descriptor: int) -> None:
+        self.descriptor = descriptor
+
+    def array(self, offset: int, dtype: np.dtype[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+        """The array that the child has put at `offset`; ValueError if it does not lie in the file."""
+        sealed = self._seal()
+        size_bytes, offset = math.prod(shape) * dtype.itemsize, operator.index(offset)
+        if offset < 0 or offset + size_bytes > os.fstat(self.descriptor).st_size:
+            raise ValueError(f"decoder announced {size_bytes} bytes at {offset}, which are not there")
+        if size_bytes == 0:
+            return np.empty(shape, dtype)
+        content = self._mapped(offset, size_bytes) if sealed else self._read(offset, size_bytes)
+        return content.view(dtype).reshape(shape)
+
+    def _seal(self) -> bool:
+        """Refuse every change of the file from now on; False if somebody maps it for writing."""
+        import fcntl
+
+        fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK)
+        try:
+            fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, fcntl.F_SEAL_GROW | fcntl.F_SEAL_WRITE)
+        except OSError as error:
+            if error.errno != errno.EBUSY:
+                raise
+            return False
+        return True
+
+    def _mapped(self, offset: int, size_bytes: int) -> NDArray[np.uint8]:
+        """A private mapping without a descriptor, which `mmap.mmap` has from Python 3.13 on (`trackfd`)."""
+        libc = ctypes.CDLL(None, use_errno=True)
+        libc.mmap.restype = ctypes.c_void_p
+        libc.mmap.argtypes = [ctypes.c_void_p, ctypes.c_size_t, *[ctypes.c_int] * 3, ctypes.c_long]
+        libc.munmap.argtypes = [ctypes.c_void_p, ctypes.c_size_t]
+        rights = mmap.PROT_READ | mmap.PROT_WRITE
+        address = libc.mmap(None, size_bytes, rights, mmap.MAP_PRIVATE, self.descriptor, offset)
+        if address == ctypes.c_void_p(-1).value:
+            if ctypes.get_errno() == errno.ENOMEM:
+                raise MemoryError
+            raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+        memory = (ctypes.c_uint8 * size_bytes).from_address(address)
+        weakref.finalize(memory, libc.munmap, address, size_bytes).atexit = False  # the process takes it along
+        return np.ctypeslib.as_array(memory)
+
+    def _read(self, offset: int, size_bytes: int) -> NDArray[np.uint8]:
+        content = np.empty(size_bytes, np.uint8)
+        done = 0
+        while done < size_bytes:
+            count = os.preadv(self.descriptor, [content[done:].data], offset + done)
+            if count == 0:
+                raise ValueError("decoder took its result away")
+            done += count
+        return content
+
+
+@contextmanager
+def shared_file() -> Iterator[SharedFile | None]:
+    """A new file for one reply, or None where there are none; its memory is free when the last array is gone."""
+    if not hasattr(os, "memfd_create") or _limited():
+        yield None
+        return
+    descriptor = os.memfd_create("lightarc-decoded", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+    try:
+        yield SharedFile(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _limited() -> bool:
+    """True where this account may write small files only, among which the system counts those in memory."""
+    import resource
+
+    return resource.getrlimit(resource.RLIMIT_FSIZE)[0] != resource.RLIM_INFINITY
+
+
+class _Results:
+    """The child's side: arrays one after the other, each from a whole page."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+        self._end = 0
+        self._arrays: list[tuple[int, NDArray[Any]]] = []
+
+    def array(self, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
+        size_bytes = math.prod(shape) * np.dtype(dtype).itemsize
+        offset = self._end
+        self._end += -(-size_bytes // mmap.ALLOCATIONGRANULARITY) * mmap.ALLOCATIONGRANULARITY
+        if size_bytes == 0:
+            array = np.zeros(shape, dtype)
+        else:
+            array = np.frombuffer(self._mapping(offset, size_bytes), dtype).reshape(shape)
+        self._arrays.append((offset, array))
+        return array
+
+    def _mapping(self, offset: int, size_bytes: int) -> mmap.mmap:
+        os.ftruncate(self._descriptor, self._end)
+        try:
+            return mmap.mmap(self._descriptor, size_bytes, offset=offset)
+        except OSError as error:
+            if error.errno == errno.ENOMEM:
+                raise MemoryError from None
+            raise
+
+    def offset(self, array: NDArray[Any]) -> int:
+        """Offset of `array`; it is copied to a place of its own if it was not made by `result_array`."""
+        for offset, known in self._arrays:
+            if known is array:
+                return offset
+        place = self.array(array.shape, array.dtype)
+        place[...] = array
+        return self._arrays[-1][0]
+
+
+_results: _Results | None = None
+
+
+@contextmanager
+def results_in(descriptor: int | None) -> Iterator[_Results | None]:
+    """Within the block `result_array` makes arrays in the parent's file, if there is one; it is closed at the end."""
+    global _results
+    _results = _Results(descriptor) if descriptor is not None else None
+    try:
+        yield _results
+    finally:
+        _results = None
+        if descriptor is not None:
+            os.close(descriptor)
+
+
+def result_array(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
+    """An array of zeros in which a decoder puts its result: where the parent reads it, if the decoder is a child."""
+    return np.zeros(shape, dtype) if _results is None else _results.array(shape, dtype)

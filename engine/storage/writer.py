@@ -1,0 +1,81 @@
+"""The writer in the name of a file or folder: its machine, its process there, and when that process started.
+
+By it what a dead process left is told from the work of one that lives, also where the system has given its number to
+another process, and where several machines write into one folder.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import sys
+import time
+from functools import cache
+from pathlib import Path
+
+#: Age at which what another machine left counts as abandoned; its processes cannot be asked.
+ABANDONED_S = 7 * 24 * 3600.0
+
+#: A writer within a name.
+WRITER = r"(?P<host>[A-Za-z0-9_]{1,60})-(?P<process>[0-9]{1,10})-(?P<start>[0-9]{1,20})"
+_WRITER = re.compile(rf"(?<![A-Za-z0-9_]){WRITER}(?![0-9])")
+
+
+def writer() -> str:
+    """This process, for the name of what it writes."""
+    return f"{_host()}-{os.getpid()}-{start_of(os.getpid()) or 0}"
+
+
+def is_own(path: Path) -> bool:
+    """True for a path whose name says that this process writes it."""
+    found = _named(path)
+    return found is not None and found["host"] == _host() and int(found["process"]) == os.getpid()
+
+
+def is_gone(path: Path) -> bool:
+    """True if the process that the name of `path` says is gone; of others, if nothing wrote there for a week."""
+    found = _named(path)
+    if found is None or found["host"] != _host():
+        return _rested_s(path) > ABANDONED_S
+    return not _runs(int(found["process"]), int(found["start"]))
+
+
+def _named(path: Path) -> re.Match[str] | None:
+    """The last writer in the name of `path`: what stands before it may look like one."""
+    return max(_WRITER.finditer(path.name), key=re.Match.start, default=None)
+
+
+@cache
+def _host() -> str:
+    """This machine and, on Linux, the container in which its processes are numbered."""
+    name = re.sub(r"[^A-Za-z0-9]+", "_", platform.node())[:40] or "unnamed"
+    numbering = Path("/proc/self/ns/pid")
+    return f"{name}_{numbering.stat().st_ino:x}" if numbering.exists() else name
+
+
+def _runs(process: int, start: int) -> bool:
+    """True unless `process` is gone or known to have started at another time."""
+    import psutil
+
+    return psutil.pid_exists(process) and start_of(process) in (start, None)
+
+
+def start_of(process: int) -> int | None:
+    """The start of a process of this machine, in the unit of the system; None where that cannot be known."""
+    import psutil
+
+    try:
+        if sys.platform == "linux":  # in ticks since the boot: what psutil says moves with the clock
+            return int(Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()[19])
+        return int(1000 * psutil.Process(process).create_time())
+    except (OSError, psutil.Error):
+        return None
+
+
+def _rested_s(path: Path) -> float:
+    """Seconds since anything in `path` was written; 0 where that cannot be known."""
+    try:
+        return time.time() - max(each.lstat().st_mtime for each in (path, *path.rglob("*")))
+    except OSError:
+        return 0.0

@@ -1,0 +1,59 @@
+"""Costs that the cost model predicts for settings on the scene of a sweep."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from engine.light.sun_split import split_sun
+from engine.planning.costs.cost_model import CostModel, Load
+from engine.planning.costs.load import TEXELS, covered, rays_of, shaded
+from engine.planning.costs.setting import Setting
+from engine.planning.effects.sample import of_surface
+from engine.planning.effects.simplified import albedos
+from engine.scene.scene import Scene
+from engine.tradeoff.point import FIGURES
+from engine.transport.baking.visibility import receivers
+from engine.transport.sh.transfer import is_diffuse
+
+
+class Predictions:
+    """Asks a cost model about settings on one scene, in pictures of a `size` (width, height) as it is drawn."""
+
+    def __init__(self, costs: CostModel, scene: Scene, size: tuple[int, int], samples: int, max_depth: int) -> None:
+        """`samples` along each side of a pixel are drawn, but one by the reference for each of its own."""
+        surface = of_surface(scene.mesh, scene.ground)
+        of, (width, height) = receivers(surface), size
+        rays, model = rays_of(of), len(scene.mesh.positions)
+        brdf: Any = scene.brdf
+        suns = () if scene.environment is None else split_sun(scene.environment)[1]
+        texels = TEXELS if scene.environment is None else int(np.prod(scene.environment.radiance.shape[:2]))
+        self.costs, self.paths = costs, width * height
+        self.load = Load(
+            len(surface.positions),
+            samples**2 * self.paths,
+            len(surface.faces),
+            float(1.0 - np.mean(of.free)),
+            is_diffuse(brdf),
+            bool(brdf.isotropic),
+            bool(np.ptp(albedos(brdf).mean) > 1e-9),
+            closed=rays.closed,
+            covered=covered(of.caster, scene.camera, width / height),
+            shaded=shaded(of.caster, scene.camera, width / height),
+            visibility=rays.visibility,
+            ray_scale=costs.ray_scale(rays),
+            lamps=len(scene.lamps) + len(suns),
+            texels=texels,
+            depth=max_depth,
+            ground=len(surface.positions) - model,
+            tables_made=True,
+        )
+
+    def of(self, setting: Setting) -> dict[str, float]:
+        """The `FIGURES` of which the model knows something."""
+        pixels = self.paths if setting.mode == "reference" else self.load.pixels
+        cost = self.costs.predict(setting, self.load.vertices, pixels, load=replace(self.load, pixels=pixels))
+        known = FIGURES if cost.bake_s > 0.0 else ("frame_s",)
+        return {name: getattr(cost, name) for name in known}

@@ -1,0 +1,96 @@
+"""The one reference that all settings are measured against, refined as far as there is time.
+
+Its noise is taken off every error and stated as their uncertainty (`engine.accuracy.compare.error_against`). Only
+pixels count that the model covers completely, in the reference and in a picture drawn of it: silhouettes, which each
+method places a little differently, do not.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.accuracy.compare import ErrorEstimate, comparison, error_against, noise_of
+from engine.core.errors import UsageError
+from engine.core.steps import Step, Steps
+from engine.render.reference import ReferencePicture, reference
+from engine.scene.scene import Scene
+
+#: Coverage from which a pixel is taken to be covered completely.
+COVERED = 0.999
+
+#: Passes from which the variance between them is believed, and where it is only a first glance.
+PASSES, FEW_PASSES = 8, 3
+
+#: Noise, relative to the picture, below which the reference is not refined any further, and samples at most.
+QUIET, MOST_SAMPLES = 0.002, 1 << 14
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """A reference, the mask (height, width) of what is compared, and its noise as relative RMSE."""
+
+    reference: ReferencePicture
+    mask: NDArray[np.bool_]
+    noise: float
+
+    def error(self, picture: NDArray[np.float32]) -> ErrorEstimate:
+        return error_against(picture, self.reference.picture, self._variance, self.mask)
+
+    def flip(self, picture: NDArray[np.float32]) -> Steps[float]:
+        """Mean ꟻLIP of a picture against it."""
+        return (yield from comparison(picture, self.reference.picture, self.mask)).flip
+
+    @property
+    def _variance(self) -> NDArray[np.float64]:
+        variance = self.reference.variance
+        assert variance is not None
+        return variance
+
+
+class Refining:
+    """A reference under way. `refine` goes on where it stopped; `close` ends it."""
+
+    def __init__(self, scene: Scene, size: tuple[int, int], max_depth: int, seed: int) -> None:
+        self._steps = reference(scene, size, samples=None, max_depth=max_depth, seed=seed)
+        self.covered = np.ones((size[1], size[0]), np.bool_)
+        self.found: ReferencePicture | None = None
+
+    def refine(self, seconds: float, noise: float = QUIET, passes: int = PASSES) -> Steps[Truth]:
+        """Take samples for so many seconds, or until the noise is low; at least so many `passes`.
+
+        UsageError where nothing is covered.
+        """
+        started = time.monotonic()
+        while True:
+            step = next(self._steps)
+            if step.partial is not None:
+                self.found = step.partial
+                if self._is_known(self.found, passes) and self._is_enough(started, seconds, noise):
+                    return self.truth()
+            passed = (time.monotonic() - started) / max(seconds, 1e-9)
+            yield Step(min(1.0, passed), "refining the reference")
+
+    def _is_known(self, found: ReferencePicture, passes: int) -> bool:
+        return found.passes >= passes and found.variance is not None
+
+    def _is_enough(self, started: float, seconds: float, noise: float) -> bool:
+        assert self.found is not None
+        late = time.monotonic() - started >= seconds
+        return late or self.found.samples >= MOST_SAMPLES or self.truth().noise <= noise
+
+    def truth(self) -> Truth:
+        """As far as it is now."""
+        found = self.found
+        assert found is not None
+        assert found.variance is not None
+        mask = self.covered & (found.picture[..., 3] >= COVERED)
+        if not mask.any():
+            raise UsageError("no pixel is covered completely: the picture is too small, or the model is out of sight")
+        return Truth(found, mask, noise_of(found.picture, found.variance, mask))
+
+    def close(self) -> None:
+        self._steps.close()

@@ -1,0 +1,1 @@
+"""Parts that the bakes of all methods share: visibility, chunks, the transport file, spatially varying BRDFs."""

@@ -1,0 +1,248 @@
+"""Through what the chunks of a bake run: the threads of this process, or the workers of a Dask cluster.
+
+A chunk depends on its number and on what all chunks share; the kernels inside it run on all threads. For a cluster,
+what they share is a recipe, a mapping of arrays and plain values, which goes to each worker once and is made ready
+there once. Both ways compute the same from the same numbers, and the file is the same bit for bit on processors that
+round alike (no kernel uses fast-math). A worker that is lost costs the chunks that it had begun; others make them.
+
+Scheduler and workers run the code of this project and exchange objects as Dask does: only name a cluster of your own.
+
+Estimated time of a bake, from some vertices of the model and of the ground that lie apart.
+"""
+
+from __future__ import annotations
+
+import importlib
+import re
+import threading
+import time
+import uuid
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import closing, suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import engine
+from engine.core.errors import InputError, MissingCapability, UsageError
+from engine.core.steps import Step, Steps, time_left
+
+if TYPE_CHECKING:
+    from engine.transport.baking.file import TransportWriter
+import os
+
+#: Data that all chunks of one bake share.
+Recipe = Mapping[str, Any]
+
+#: Seconds to wait for a scheduler, and for a worker where there is none (any more).
+PATIENCE_S = 20.0
+
+#: Chunks that are under way for each thread of the workers.
+AHEAD = 2
+
+_ADDRESS = re.compile(r"(tcp|tls|ws|wss)://(\[[0-9a-fA-F:.]{1,45}+\]|[^\s:/@]{1,253}+):\d{1,5}/?")
+
+
+@dataclass(frozen=True, eq=False)
+class Chunk:
+    """A chunk of a transport file: its number, its rows of every streamed array, and the seconds for visibility."""
+
+    number: int
+    rows: Mapping[str, NDArray[Any]]
+    visibility_s: float
+
+
+Make = Callable[[int], Chunk]
+
+
+@dataclass(frozen=True, eq=False)
+class Remote:
+    """Work for a cluster: the `address` of its scheduler (see `check_cluster`), and what workers make chunks with.
+
+    `maker` turns `recipe`, arrays and plain values, into a function from number to chunk; workers know it by its module
+    and name.
+    """
+
+    address: str
+    maker: Callable[[Recipe], Make]
+    recipe: Recipe
+
+
+def run(make: Make, numbers: Sequence[int], remote: Remote | None = None) -> Generator[Chunk, None, None]:
+    """The chunks `numbers`: by `make` here, one after the other, or in any order by the workers of `remote`.
+
+    Closing the iterator gives up what is under way. MissingCapability without the library; InputError where no
+    scheduler answers, there are no workers, or they cannot do it, having another version of this program, say.
+    """
+    if remote is None or not numbers:
+        return (make(number) for number in numbers)
+    return _on_cluster(remote, list(numbers))
+
+
+def fill(
+    writer: TransportWriter, make: Make, missing: Sequence[int], sizes: NDArray[np.int64], remote: Remote | None = None
+) -> Steps[float]:
+    """Put all `missing` chunks, which have these `sizes` (chunks,) in vertices; the seconds that visibility took.
+
+    What `run` raises; closing the generator leaves the chunks that are put.
+    """
+    total, done, visibility_s = int(sizes[list(missing)].sum()), 0, 0.0
+    started = time.perf_counter()
+    yield Step(0.0, f"baking {total:,} vertices")
+    with closing(run(make, missing, remote)) as chunks:
+        for chunk in chunks:
+            writer.put(chunk.number, chunk.rows)
+            visibility_s += chunk.visibility_s
+            done += int(sizes[chunk.number])
+            left = time_left((time.perf_counter() - started) / done * (total - done))
+            yield Step(done / total, f"baking vertex {done:,} of {total:,}, {left}")
+    return visibility_s
+
+
+def check_cluster(address: str) -> str:
+    """`address` if it is one of a scheduler; else UsageError."""
+    if _ADDRESS.fullmatch(address) is None:
+        raise UsageError(f"{address!r} is no address of a Dask scheduler such as tcp://192.168.0.10:8786")
+    return address
+
+
+def _on_cluster(remote: Remote, numbers: list[int]) -> Generator[Chunk, None, None]:
+    try:
+        import dask
+        import distributed
+    except ImportError:
+        raise MissingCapability(
+            "Baking on a cluster needs the library distributed", "Install it with: pip install distributed"
+        ) from None
+    # the recipe is part of the graph, so that it outlives any worker
+    with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1TB"}):
+        client = _client(distributed, remote.address)
+        try:
+            yield from _results(distributed, client, remote, numbers)
+        except (
+            distributed.KilledWorker,
+            distributed.CancelledError,
+            OSError,
+            ImportError,
+            AttributeError,
+            RuntimeError,
+        ) as error:
+            words = " ".join(str(error).split())[:200] or type(error).__name__
+            raise InputError(
+                remote.address,
+                f"the cluster could not do its part ({words})",
+                f"Install Lightarc {engine.__version__} where the scheduler and the workers run and start again; "
+                "the bake goes on where it stopped",
+            ) from None
+        finally:
+            client.close(timeout=5)
+
+
+def _client(distributed: Any, address: str) -> Any:
+    try:
+        client = distributed.Client(address, timeout=PATIENCE_S, set_as_default=False, name="lightarc")
+    except (OSError, ValueError) as error:
+        words = " ".join(str(error).split())[:200]
+        raise InputError(
+            address,
+            f"no scheduler of a cluster answers there ({words})",
+            "Start one with: dask scheduler, and workers with: dask worker ADDRESS; or leave --cluster out",
+        ) from None
+    return client
+
+
+def _results(distributed: Any, client: Any, remote: Remote, numbers: list[int]) -> Generator[Chunk, None, None]:
+    """Submit chunks as workers can take them, and yield what is done."""
+    token = uuid.uuid4().hex
+    held = client.submit(dict, remote.recipe, key=f"lightarc-recipe-{token}")
+    entry, words = _entry(), (engine.__version__, token, remote.maker.__module__, remote.maker.__name__)
+    left, under_way = numbers[::-1], set[Any]()
+    try:
+        while left or under_way:
+            threads = sum(_workers(client, remote.address).values())
+            while left and len(under_way) < AHEAD * threads:
+                number = left.pop()
+                key = f"lightarc-chunk-{token}-{number}"
+                under_way.add(client.submit(entry, *words, held, number, key=key, retries=2))
+            for future in _done(distributed, client, under_way):
+                under_way.remove(future)
+                yield future.result()
+    finally:
+        client.cancel([held, *under_way], force=True)
+
+
+def _done(distributed: Any, client: Any, under_way: set[Any]) -> set[Any]:
+    """Those of `under_way` that are done within some time, perhaps none."""
+    with client.as_current(), suppress(TimeoutError):
+        done: set[Any] = distributed.wait(under_way, timeout=PATIENCE_S, return_when="FIRST_COMPLETED").done
+        return done
+    return set()
+
+
+def _workers(client: Any, address: str) -> dict[str, int]:
+    """Workers and how many threads each has, once there is one."""
+    patience = time.monotonic() + PATIENCE_S
+    while not (found := client.nthreads()):
+        if time.monotonic() > patience:
+            raise InputError(address, "the cluster has no workers", f"Start some with: dask worker {address}")
+        time.sleep(0.1)
+    return dict(found)
+
+
+def _entry() -> Callable[..., Any]:
+    """Function sent to workers. A nested function travels whole; one of a module would end workers without it."""
+
+    def entry(*words: Any) -> Any:
+        import importlib
+
+        return importlib.import_module("engine.transport.baking.chunks").on_worker(*words)
+
+    return entry
+
+
+#: Result of the latest recipe in this process, a worker: one bake at a time, its kernels take all threads.
+_kept: tuple[str, Make] | None = None
+_at_work = threading.Lock()
+
+
+def on_worker(version: str, token: str, module: str, name: str, recipe: Recipe, number: int) -> Chunk:
+    """A chunk, in a worker: `name` in `module` is the maker, `token` tells one recipe from the next."""
+    global _kept
+    if version != engine.__version__:
+        raise RuntimeError(f"a worker has Lightarc {engine.__version__}, not {version}")
+    with _at_work:
+        if _kept is None or _kept[0] != token:
+            _kept = (token, getattr(importlib.import_module(module), name)(recipe))
+        return _kept[1](number)
+
+
+#: Fewest vertices of the model whose bake tells of all others, and of the ground, where vertices differ less.
+PROBES, GROUND_PROBES = 48, 16
+
+#: Portions that every thread gets of the vertices of the model, and of those of the ground: few would not share evenly.
+PORTIONS, GROUND_PORTIONS = 4, 2
+
+
+def estimated_s(make: Callable[[NDArray[np.int64]], object], vertices: int, first: int, portion: int = 1) -> float:
+    """Seconds that `make` takes for all vertices, of which those from `first` on are ground; it is run on some.
+
+    `make` bakes vertices, all of one kind; what all vertices share is made before. Threads take `portion` vertices at a
+    time. Compiling and first touches are not counted. Costs about a hundredth of a bake of many vertices.
+    """
+    threads = os.cpu_count() or 1
+    kinds = (
+        (np.arange(first), max(PROBES, PORTIONS * threads * portion)),
+        (np.arange(first, vertices), max(GROUND_PROBES, GROUND_PORTIONS * threads * portion)),
+    )
+    return sum(_estimated_s(make, some, count) for some, count in kinds if len(some))
+
+
+def _estimated_s(make: Callable[[NDArray[np.int64]], object], vertices: NDArray[np.int64], probes: int) -> float:
+    spaces = np.linspace(0, len(vertices), min(probes, len(vertices)) + 1)
+    chosen = vertices[((spaces[:-1] + spaces[1:]) / 2.0).astype(np.int64)]
+    make(chosen[:1])
+    started = time.perf_counter()
+    make(chosen)
+    return (time.perf_counter() - started) / len(chosen) * len(vertices)

@@ -1,0 +1,311 @@
+"""Transport files: what a bake finds for every vertex, in a file.
+
+    8 bytes "LATRANS1", u32 length and u32 CRC-32 of the header (JSON in UTF-8), the header,
+    u64 for each chunk of rows: its CRC-32, and 2^32 on top once it is written; then a u32 CRC-32 of these numbers,
+    arrays, each from a multiple of 4096 bytes on, little-endian, in C order.
+
+Arrays are of two kinds. Whole ones are known when the bake begins: the mesh itself, factors of the reflectance, the
+bounds of the chunks. Streamed ones have one row for each thing that is baked, and chunks of rows arrive in any order.
+Everything before the first array depends only on what is baked, so a bake that was interrupted is known again by it,
+and goes on with the chunks that are missing or damaged (`engine.storage.resumable`). The size is known
+before the bake begins. Opening checks every byte once, about 1 s for a gigabyte.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from engine.core.errors import InputError
+from engine.core.health import Health
+from engine.geometry.mesh import Mesh
+from engine.storage.atomic import atomic_file
+from engine.storage.resumable import Resumable, resumable_file
+from engine.transport.baking.file_header import (
+    BOUNDS,
+    DONE,
+    MAGIC,
+    MESH_ARRAYS,
+    MESH_KINDS,
+    Array,
+    Header,
+    check_content,
+    content_of,
+    head_of,
+    header_text,
+    laid_out,
+    read_header,
+)
+from engine.transport.baking.file_header import REMEDY as REMEDY
+
+#: Ending of the files' names.
+SUFFIX = ".transport"
+
+Found = TypeVar("Found")
+
+
+@dataclass(frozen=True, eq=False)
+class TransportPlan:
+    """A transport file before it is written; made by `plan_transport`.
+
+    Attributes
+    ----------
+    size_bytes : of the whole file.
+    beginning : everything before the table of chunks.
+    whole : the arrays that are known.
+    """
+
+    header: Header
+    beginning: bytes
+    whole: Mapping[str, NDArray[Any]]
+
+    @property
+    def size_bytes(self) -> int:
+        return self.header.size_bytes
+
+    @property
+    def chunks(self) -> int:
+        return self.header.chunks
+
+
+@dataclass(frozen=True, eq=False)
+class TransportFile:
+    """An open transport file; its arrays are read-only and do not depend on the file any more.
+
+    Attributes
+    ----------
+    kind : the method that it belongs to, "wavelet" or "sh".
+    mesh : the surface that was baked, a ground included. settings : as the bake was asked for.
+    arrays : by name, without those of the mesh.
+    """
+
+    kind: str
+    mesh: Mesh
+    settings: Mapping[str, Any]
+    arrays: Mapping[str, NDArray[Any]]
+    size_bytes: int
+    path: Path
+
+
+def mesh_fingerprint(mesh: Mesh) -> str:
+    """SHA-256 of the arrays of a mesh as they lie in a file."""
+    digest = hashlib.sha256()
+    for name, array in _mesh_arrays(mesh).items():
+        digest.update(f"{name} {array.shape} ".encode())
+        digest.update(np.ascontiguousarray(array).data)
+    return digest.hexdigest()
+
+
+def plan_transport(
+    kind: str,
+    mesh: Mesh,
+    settings: Mapping[str, Any],
+    whole: Mapping[str, NDArray[Any]],
+    streamed: Mapping[str, tuple[DTypeLike, tuple[int, ...]]],
+    bounds: NDArray[np.int64],
+) -> TransportPlan:
+    """Lay a transport file out.
+
+    Parameters
+    ----------
+    settings : whatever JSON holds; a bake with others does not go on with this one.
+    streamed : for each streamed array its type and the shape of one row.
+    bounds : (chunks + 1,) rising from 0: chunk c has the rows bounds[c] … bounds[c + 1] − 1.
+    """
+    known = {**_mesh_arrays(mesh), **whole, BOUNDS: np.asarray(bounds, "<i8")}
+    known = {name: _little_endian(array) for name, array in known.items()}
+    rows, chunks = int(bounds[-1]), len(bounds) - 1
+    described = [
+        Array(name=name, dtype=array.dtype.str, shape=list(array.shape), offset=0, crc32=zlib.crc32(array.data))  # type: ignore[arg-type]
+        for name, array in known.items()
+    ] + [
+        Array(name=name, dtype=np.dtype(dtype).str, shape=[rows, *shape], offset=0, crc32=None)  # type: ignore[arg-type]
+        for name, (dtype, shape) in streamed.items()
+    ]
+    header = Header(
+        kind=kind,
+        mesh_name=mesh.name[:1000],
+        mesh_sha256=mesh_fingerprint(mesh),
+        texture_coordinates_made=bool(mesh.health.figures.get("texture_coordinates_made")),
+        settings=dict(settings),
+        chunks=chunks,
+        table_offset=0,
+        size_bytes=0,
+        arrays=described,
+    )
+    header = laid_out(header)
+    text = header_text(header)
+    beginning = MAGIC + len(text).to_bytes(4, "little") + zlib.crc32(text).to_bytes(4, "little") + text
+    return TransportPlan(header, beginning, MappingProxyType(known))
+
+
+class TransportWriter:
+    """Takes the chunks of one bake; made by `writing`."""
+
+    def __init__(self, output: Resumable, plan: TransportPlan) -> None:
+        self._output, self._plan = output, plan
+        self._arrays = {array.name: array for array in plan.header.arrays}
+        self._bounds = plan.whole[BOUNDS]
+        for name, array in plan.whole.items():  # also of a resumed file: they may not have outlived a loss of power
+            output.write_at(self._arrays[name].offset, array.data)
+        self._table = np.zeros(plan.chunks, "<u8")
+        if output.resumed:
+            self._table = np.frombuffer(output.read_at(plan.header.table_offset, 8 * plan.chunks), "<u8").copy()
+        self.missing = [chunk for chunk in range(plan.chunks) if not self._holds(chunk)]
+        output.worth_keeping = len(self.missing) < plan.chunks
+
+    def put(self, chunk: int, rows: Mapping[str, NDArray[Any]]) -> None:
+        """Write the rows of one chunk of every streamed array."""
+        start, stop = self._bounds[chunk], self._bounds[chunk + 1]
+        checksum = 0
+        for array in self._streamed():
+            part = _little_endian(rows[array.name])
+            if part.dtype.str != array.dtype or part.shape != (stop - start, *array.shape[1:]):
+                raise ValueError(f"rows of {array.name} have the shape {part.shape} or type {part.dtype} of others")
+            self._output.write_at(array.offset + start * array.row_bytes, part.data)
+            checksum = zlib.crc32(part.data, checksum)
+        self._table[chunk] = DONE | checksum
+        self._output.write_at(self._plan.header.table_offset + 8 * chunk, self._table[chunk : chunk + 1].data)
+        self._output.worth_keeping = True
+
+    def get(self, chunk: int) -> dict[str, NDArray[Any]]:
+        """The rows of one chunk that is not missing, as they were put."""
+        start, stop = int(self._bounds[chunk]), int(self._bounds[chunk + 1])
+        rows = {}
+        for array in self._streamed():
+            data = self._output.read_at(array.offset + start * array.row_bytes, (stop - start) * array.row_bytes)
+            rows[array.name] = np.frombuffer(data, array.dtype).reshape(stop - start, *array.shape[1:])
+        return rows
+
+    def finish(self) -> None:
+        """Seal the table once every chunk is there."""
+        if not (self._table & np.uint64(DONE)).all():
+            raise ValueError("chunks are missing")
+        end = self._plan.header.table_offset + 8 * self._plan.chunks
+        self._output.write_at(end, zlib.crc32(self._table.data).to_bytes(4, "little"))
+
+    def _streamed(self) -> list[Array]:
+        return [array for array in self._plan.header.arrays if array.crc32 is None]
+
+    def _holds(self, chunk: int) -> bool:
+        """True if the rows of `chunk` are there, and are those that were written."""
+        entry = int(self._table[chunk])
+        if entry < DONE:
+            return False
+        checksum, start, stop = 0, int(self._bounds[chunk]), int(self._bounds[chunk + 1])
+        for array in self._streamed():
+            where = array.offset + start * array.row_bytes
+            checksum = zlib.crc32(self._output.read_at(where, (stop - start) * array.row_bytes), checksum)
+        return entry == DONE | checksum
+
+
+@contextmanager
+def writing(path: str | os.PathLike[str], plan: TransportPlan) -> Iterator[TransportWriter]:
+    """Write the file that `plan` describes; it appears at `path` when the block ends without an exception.
+
+    What was written stays for a later call with an equal plan if the block is left early with any chunk done.
+    OutputError where the disk has no room or another run writes the same file.
+    """
+    with resumable_file(path, plan.size_bytes, plan.beginning) as output:
+        writer = TransportWriter(output, plan)
+        yield writer
+        writer.finish()
+
+
+def write_transport(path: str | os.PathLike[str], plan: TransportPlan) -> None:
+    """Write a file all of whose arrays are known; OutputError where it cannot be written."""
+    if plan.chunks:
+        raise ValueError("a file with chunks is written by `writing`")
+    with atomic_file(path, plan.size_bytes) as stream:
+        stream.write(plan.beginning)
+        stream.seek(plan.header.table_offset)
+        stream.write(zlib.crc32(b"").to_bytes(4, "little"))
+        for array in plan.header.arrays:
+            stream.seek(array.offset)
+            if array.size_bytes:
+                stream.write(plan.whole[array.name].data)
+        end = plan.header.arrays[-1].offset + plan.header.arrays[-1].size_bytes
+        stream.write(bytes(plan.size_bytes - end))
+
+
+def open_transport(path: str | os.PathLike[str], mesh: Mesh | None = None) -> TransportFile:
+    """Open a transport file and check all of it; with `mesh`, also that it was baked for that mesh.
+
+    InputError where it is none, incomplete, damaged, of a newer version or of another mesh.
+    """
+    place = Path(path)
+    head, size_bytes = head_of(place)
+    header = read_header(place, head)
+    if mesh is not None and mesh_fingerprint(mesh) != header.mesh_sha256:
+        raise InputError(place, f"was baked for another mesh ({header.mesh_name})", "Bake this mesh")
+    if size_bytes != header.size_bytes:
+        raise InputError(place, f"has {size_bytes:,} bytes instead of {header.size_bytes:,}", REMEDY)
+    content = content_of(place, size_bytes)
+    arrays = {array.name: _array(content, array) for array in header.arrays}
+    check_content(place, content, header, arrays)
+    try:
+        found = _mesh_of(header, arrays)
+    except (KeyError, ValueError, IndexError) as error:
+        raise InputError(place, f"holds a mesh that cannot be ({str(error)[:120]})", REMEDY) from None
+    rest = {name: array for name, array in arrays.items() if name not in (*MESH_ARRAYS, BOUNDS)}
+    return TransportFile(
+        header.kind, found, MappingProxyType(header.settings), MappingProxyType(rest), len(content), place
+    )
+
+
+def read_as(file: TransportFile, kind: str, read: Callable[[TransportFile], Found]) -> Found:
+    """Result of `read` for a file of this `kind`; InputError for another kind, or for impossible content.
+
+    `read` raises KeyError, TypeError or ValueError for the latter.
+    """
+    if file.kind != kind:
+        raise InputError(file.path, f"holds transport of the mode {file.kind}", f"Bake with --mode {kind}")
+    try:
+        return read(file)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(file.path, f"holds transport that cannot be ({str(error)[:200]})", REMEDY) from None
+
+
+def holds_transport(path: str | os.PathLike[str]) -> bool:
+    """True if `path` is a file that begins as a transport file does."""
+    try:
+        if not Path(path).is_file():  # opening a pipe would wait
+            return False
+        with Path(path).open("rb") as file:
+            return file.read(len(MAGIC)) == MAGIC
+    except (OSError, ValueError):
+        return False
+
+
+def _little_endian(array: NDArray[Any]) -> NDArray[Any]:
+    return np.ascontiguousarray(array, array.dtype.newbyteorder("<"))
+
+
+def _mesh_arrays(mesh: Mesh) -> dict[str, NDArray[Any]]:
+    return {name: np.ascontiguousarray(getattr(mesh, name), MESH_KINDS[name]) for name in MESH_ARRAYS}
+
+
+def _mesh_of(header: Header, arrays: Mapping[str, NDArray[Any]]) -> Mesh:
+    if any(arrays[name].dtype.str != kind or arrays[name].ndim != 2 for name, kind in MESH_KINDS.items()):
+        raise ValueError("its arrays are of other types")
+    if arrays["positions"].shape[1] != 3 or not all(np.isfinite(arrays[name]).all() for name in MESH_ARRAYS[:3]):
+        raise ValueError("its numbers are not finite")
+    made = float(header.texture_coordinates_made)
+    health = Health(MappingProxyType({"texture_coordinates_made": made}))
+    positions, normals, uv, faces = (arrays[name] for name in MESH_ARRAYS)
+    return Mesh(positions, normals, uv, faces, header.mesh_name, health)
+
+
+def _array(content: NDArray[np.uint8], array: Array) -> NDArray[Any]:
+    part = content[array.offset : array.offset + array.size_bytes]
+    return part.view(array.dtype).reshape(array.shape)

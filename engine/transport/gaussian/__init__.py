@@ -1,0 +1,1 @@
+"""Precomputed radiance transfer in spherical Gaussians, for views around each vertex."""

@@ -1,0 +1,472 @@
+"""Baking Gaussian transport: tabulate, fit in the order of a flood fill, make neighbours agree, and write it down.
+
+Lobes of direct light, and with `BakeSettings.indirect` those of light that comes by way of the model, are fitted block
+by block (`fitting.fit.fit`). A working file takes each block as it is done, so an interrupted bake goes on from there
+and ends in the same bytes; the rest after the last block (neighbours that are made to agree, the diffuse vectors) is
+done anew. Then everything is put into the transport file in the order of the vertices, and the working file vanishes.
+
+A plain least-squares fit loses energy. With `weights` "auto" some vertices are fitted beforehand, and whichever way to
+weigh has the lower error of radiance under a test environment is taken; both errors are told (`gaussian_error`).
+
+Bound by the fit and the samples, about one to one with one lobe; indirect light takes twice as long again. Memory: the
+lobes, their working file's 48 bytes for each vertex, view and lobe, and one block of samples.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.brdf.models.diffuse import Lambert
+from engine.core.errors import UsageError
+from engine.core.params import check_values
+from engine.core.steps import Step, Steps, part, relayed, time_left
+from engine.geometry.ground import Ground
+from engine.geometry.mesh import Mesh
+from engine.light.cube_map import CubeMap, cube_of
+from engine.light.environment_file import open_environment
+from engine.storage.resumable import resumable_file
+from engine.transport.baking.file import (
+    TransportFile,
+    TransportPlan,
+    TransportWriter,
+    open_transport,
+    plan_transport,
+    read_as,
+    write_transport,
+)
+from engine.transport.baking.settings import GaussianSettings
+from engine.transport.baking.spatially_varying import Variation, variation_to_text
+from engine.transport.gaussian.compress import NAMES, check, compressed, restored, size_bytes
+from engine.transport.gaussian.diffuse import DiffuseTransfer, rows_of_all, sent_light
+from engine.transport.gaussian.error import GaussianError, Known, Weighting, change, gaussian_error
+from engine.transport.gaussian.fitting.fit import (
+    Block,
+    Fit,
+    FitSettings,
+    TransportSamples,
+    blocks,
+    fit,
+    fit_vertices,
+)
+from engine.transport.gaussian.fitting.flood_fill import flood
+from engine.transport.gaussian.fitting.lobes import Lobes
+from engine.transport.gaussian.fitting.views import VIEWS
+from engine.transport.gaussian.indirect import indirect_samples
+from engine.transport.gaussian.samples import GlossySurface, direct_samples, glossy_surface
+from engine.transport.gaussian.transfer import GaussianTransport
+from engine.transport.sh.brdf_table import lambert_table
+from engine.transport.sh.transfer import ShTransport
+
+Indices = NDArray[np.int64]
+
+KIND, WORKING = "gaussian", "gaussian-fit"
+
+#: Vertices that tell how long a bake takes and which weights are better, directions they are seen from, and the
+#: environment and edge of its cube map that this is judged under unless another one is given.
+PROBES, PROBE_VIEWS, TEST_ENVIRONMENT, TEST_EDGE = 64, 20, "studio", 64
+
+#: Percentile of the relative distances that is called the worst: single pairs that reflect next to nothing may be far.
+WORST = 99.0
+
+
+@dataclass(frozen=True)
+class BakeSettings:
+    """Settings of a bake; UsageError for impossible ones.
+
+    Attributes
+    ----------
+    lobes : for each vertex and view, 1 to 3, and for direct and indirect light each.
+    indirect : with light that reaches a vertex by way of the model.
+    samples : directions that the transport towards a view is tabulated at.
+    order : of the harmonics of the diffuse part. edge, fine : as for `sh.bake.BakeSettings`.
+    weights : of least squares ("plain"), scaled to the energy of the transport ("preserving"), or for direct light the
+        better ones and for indirect light, which is known too coarsely to judge, those with all energy ("auto").
+    relaxations : passes over neighbours that disagree.
+    compress : store lobes as `gaussian_compress` does.
+    """
+
+    lobes: int = GaussianSettings.lobes
+    indirect: bool = False
+    samples: int = GaussianSettings.samples
+    order: int = GaussianSettings.order
+    edge: int = 32
+    fine: int = GaussianSettings.fine
+    weights: Literal["auto", "plain", "preserving"] = GaussianSettings.weights
+    relaxations: int = 2
+    compress: bool = GaussianSettings.compress
+
+    def __post_init__(self) -> None:
+        FitSettings(lobes=self.lobes, relaxations=self.relaxations)
+        asked = {"order": self.order, "cube": self.edge, "fine": self.fine, "weights": self.weights}
+        check_values(GaussianSettings, lobes=self.lobes, samples=self.samples, compress=self.compress, **asked)
+
+    @property
+    def fit(self) -> FitSettings:
+        return FitSettings(lobes=self.lobes, relaxations=self.relaxations)
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        return ("direct", "indirect") if self.indirect else ("direct",)
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """A bake that is ready to begin.
+
+    Attributes
+    ----------
+    model : with everything that transport at its vertices takes; `settings`, and the name of its reflectance.
+    variations : as texts.
+    error : of direct radiance under the test environment `tested`, the map `cube`, by either way to weigh.
+    weights : the way that is taken for each component.
+    seconds_per_vertex : that the vertices tried have taken.
+    size_bytes : of the file; with compression an estimate from the vertices tried.
+    """
+
+    model: GlossySurface
+    settings: BakeSettings
+    brdf: str
+    variations: tuple[str, ...]
+    tested: str
+    cube: CubeMap
+    error: GaussianError
+    weights: tuple[Weighting, ...]
+    seconds_per_vertex: float
+    size_bytes: int
+
+    @property
+    def surface(self) -> Mesh:
+        return self.model.mesh
+
+    @property
+    def vertices(self) -> int:
+        return len(self.model.mesh.positions)
+
+    @cached_property
+    def parts(self) -> tuple[Indices, ...]:
+        """The vertices of the model in blocks, in the order in which they are fitted."""
+        return blocks(flood(self.surface, self.model.ground_vertex))
+
+
+@dataclass(frozen=True, eq=False)
+class Baked:
+    """An open transport and what it took.
+
+    `bake_s` are the seconds of all of it, `visibility_s` those in which transport was tabulated, rays among them, and
+    `matt_s` those of the diffuse part; `figures` are those of the file (`figures_of`).
+    """
+
+    transport: GaussianTransport
+    file: TransportFile
+    bake_s: float
+    visibility_s: float
+    diffuse_s: float
+    resumed_chunks: int
+    chunks: int
+    free_vertices: int
+    figures: dict[str, float]
+
+
+def prepare(
+    mesh: Mesh,
+    brdf: Brdf,
+    settings: BakeSettings,
+    ground: Ground | None = None,
+    variations: Sequence[Variation] = (),
+    environment: tuple[str, CubeMap] | None = None,
+    probes: int = PROBES,
+) -> Steps[Work]:
+    """Lay out the bake of `mesh`, on a ground where there is one, and try `probes` vertices; nothing is written.
+
+    `variations` move parameters from vertex to vertex. `environment` is the name and cube map that errors are measured
+    under, the studio by default. UsageError where nothing about the reflectance is glossy, or it has no such parameter.
+    """
+    yield Step(0.0, "looking at the BRDF")
+    model = glossy_surface(mesh, brdf, ground, variations)
+    if all(material.glossy is None for material in model.coarse[1]):
+        raise UsageError("this BRDF has no glossy part; bake it with --mode sh or wavelet")
+    name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
+    tested, cube = environment or (TEST_ENVIRONMENT, cube_of(open_environment(TEST_ENVIRONMENT), TEST_EDGE))
+    tried = yield from part(_try(model, settings, cube, probes), 0.05, 1.0)
+    chosen = settings.weights
+    weights: tuple[Weighting, ...] = ((tried.error.better, "preserving") if chosen == "auto" else (chosen, chosen))[
+        : len(settings.components)
+    ]
+    texts = tuple(variation_to_text(variation) for variation in variations)
+    return Work(model, settings, name, texts, tested, cube, tried.error, weights, tried.seconds, tried.size_bytes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    error: GaussianError
+    seconds: float
+    size_bytes: int
+
+
+def _try(model: GlossySurface, settings: BakeSettings, cube: CubeMap, probes: int) -> Steps[_Tried]:
+    """Trial bake of vertices that lie apart: the error in radiance, seconds for a vertex, and the size of the file."""
+    chosen = np.unique(np.linspace(0, model.ground_vertex - 1, probes).astype(np.int64))
+    diffuse = DiffuseTransfer(model, settings.order, settings.edge, settings.fine)
+    alone = Fit.empty(1, settings.lobes).lobes
+    found, seconds = [], 0.0
+    for component in settings.components:
+        for vertices in (chosen[:1], chosen):  # the first one waits for kernels to be made ready
+            yield Step(0.0, "fitting some vertices to see how long it takes")
+            started = time.perf_counter()
+            around = [np.zeros(0, np.int64)] * len(vertices)
+            tried = fit_vertices(_samples(model, settings, component, vertices), around, alone, settings.fit)
+        seconds += (time.perf_counter() - started) / len(chosen)
+        found.append(tried)
+    diffuse.rows(chosen[:1])
+    started = time.perf_counter()
+    rows = diffuse.rows(chosen)
+    seconds += (time.perf_counter() - started) / len(chosen)
+    error = yield from gaussian_error(model, diffuse, Known(chosen, found[0], rows), cube, views=PROBE_VIEWS)
+    size = _size_bytes(model, settings, [each.lobes for each in found])
+    return _Tried(error, seconds, size)
+
+
+def _samples(model: GlossySurface, settings: BakeSettings, component: str, vertices: Indices) -> TransportSamples:
+    of = direct_samples if component == "direct" else indirect_samples
+    return of(model, vertices, settings.samples)
+
+
+def _size_bytes(model: GlossySurface, settings: BakeSettings, tried: Sequence[Lobes]) -> int:
+    """Bytes of the file, by one with all arrays at their size; those of compressed lobes scaled from `tried`."""
+    count, channels = model.ground_vertex, 3 if settings.indirect or model.varied else 1
+    arrays: dict[str, NDArray[Any]] = {
+        "matt": np.broadcast_to(np.float32(0), (len(model.mesh.positions), channels, settings.order**2))
+    }
+    for component, lobes in zip(settings.components, tried, strict=True):
+        for name, array in _stored(lobes, settings.compress).items():
+            rows = round(len(array) * count / len(lobes))
+            arrays[f"{component}_{name}"] = np.zeros((rows, *array.shape[1:]), array.dtype)
+    return plan_transport(KIND, model.mesh, {}, arrays, {}, np.zeros(1, np.int64)).size_bytes
+
+
+def _stored(lobes: Lobes, compress: bool) -> dict[str, NDArray[Any]]:
+    """The arrays that lobes are stored as, by name."""
+    if compress:
+        return compressed(lobes)
+    return {"weight": lobes.weight, "mean": lobes.mean, "sigma": lobes.sigma}
+
+
+def estimate_s(work: Work) -> float:
+    """Seconds that the bake will take, from the vertices that were tried."""
+    rest = len(work.surface.positions) - work.model.ground_vertex
+    return work.seconds_per_vertex * (work.model.ground_vertex + 0.1 * rest)
+
+
+def bake(path: str | os.PathLike[str], work: Work) -> Steps[Baked]:
+    """Bake into the file `path`, going on where an equal bake was interrupted; its `Step.partial` is None.
+
+    OutputError where the file cannot be written. Closing the generator keeps what is done for the next run.
+    """
+    yield Step(0.0, f"preparing {work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB")
+    started = time.perf_counter()
+    plan = _working_plan(work)
+    with resumable_file(path, plan.size_bytes, plan.beginning) as output:
+        filling = _Filling(work, TransportWriter(output, plan))
+        resumed = plan.chunks - len(filling.missing)
+        shares = np.linspace(0.0, 0.95, len(work.settings.components) + 1)
+        fits = []
+        for number, component in enumerate(work.settings.components):
+            fits.append((yield from part(filling.fit(component), shares[number], shares[number + 1])))
+        before = time.perf_counter()
+        rows = yield from part(_diffuse_rows(work), 0.95, 0.99)
+        diffuse_s = time.perf_counter() - before
+        yield Step(0.99, "writing")
+        figures, lobes = figures_of(work, fits), _weighed(work, fits)
+        stored = [_stored(each, work.settings.compress) for each in lobes]
+        if work.settings.compress:
+            figures |= _compression(work, lobes, stored)
+        write_transport(path, _plan(work, stored, rows, figures))
+        output.discard()
+    file = open_transport(path)
+    took = time.perf_counter() - started
+    free = int(np.count_nonzero(work.model.of.free[: work.model.ground_vertex]))
+    return Baked(transport_of(file), file, took, filling.samples_s, diffuse_s, resumed, plan.chunks, free, figures)
+
+
+class _Filling:
+    """Fits the components of a bake, keeping every block in the working file."""
+
+    def __init__(self, work: Work, writer: TransportWriter) -> None:
+        self._work, self._writer = work, writer
+        self.missing = set(writer.missing)
+        self.samples_s = 0.0
+
+    def fit(self, component: str) -> Steps[Fit]:
+        """Lobes of one component; blocks that are there from before are taken as they are."""
+        work, started = self._work, time.perf_counter()
+        first = work.settings.components.index(component) * len(work.parts)
+        steps = fit(
+            work.surface,
+            lambda vertices: self._samples(component, vertices),
+            work.settings.fit,
+            count=work.model.ground_vertex,
+            known=lambda index: None if first + index in self.missing else self._known(first + index),
+        )
+        fresh = 0
+
+        def kept(step: Step) -> Step:
+            nonlocal fresh
+            block = step.partial
+            if isinstance(block, Block) and first + block.index in self.missing:
+                self.missing.remove(first + block.index)
+                self._writer.put(first + block.index, {"values": _flat(block.fit)})
+                fresh += len(block.vertices)
+            return Step(step.done, f"{step.note}, {component}{_left(started, fresh, step.done, work)}")
+
+        return (yield from relayed(steps, kept))
+
+    def _samples(self, component: str, vertices: Indices) -> TransportSamples:
+        before = time.perf_counter()
+        found = _samples(self._work.model, self._work.settings, component, vertices)
+        self.samples_s += time.perf_counter() - before
+        return found
+
+    def _known(self, chunk: int) -> Fit:
+        vertices = self._work.parts[chunk % len(self._work.parts)]
+        return _unflat(self._writer.get(chunk)["values"], len(vertices), self._work.settings.lobes)
+
+
+def _left(started: float, fresh: int, done: float, work: Work) -> str:
+    """Time left, from the vertices that were fitted in this run."""
+    if not fresh or done >= 0.95:
+        return ""
+    left = (time.perf_counter() - started) / fresh * (1.0 - done / 0.95) * work.model.ground_vertex
+    return f", {time_left(left)}"
+
+
+def _working_plan(work: Work) -> TransportPlan:
+    """The working file: a chunk of numbers for each block of each component, whichever weights are wanted later."""
+    each = _flat(Fit.empty(1, work.settings.lobes)).size
+    counts = [len(vertices) * each for _ in work.settings.components for vertices in work.parts]
+    settings = {name: value for name, value in _settings(work).items() if name not in ("weights", "compress", "taken")}
+    bounds = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    return plan_transport(WORKING, work.surface, settings, {}, {"values": ("<f4", ())}, bounds)
+
+
+def _settings(work: Work) -> dict[str, Any]:
+    """Settings of a bake, as they stand in the file."""
+    return {
+        **asdict(work.settings),
+        "ground_vertex": work.model.ground_vertex,
+        "ground_albedo": work.model.ground_albedo,
+        "brdf": work.brdf[:1000],
+        "variations": [text[:1000] for text in work.variations],
+        "grazing": work.model.material.diffuse.grazing,
+        "taken": list(work.weights),
+    }
+
+
+def _flat(fitted: Fit) -> NDArray[np.float32]:
+    return np.concatenate([array.reshape(-1) for array in fitted.arrays()])
+
+
+def _unflat(values: NDArray[np.float32], vertices: int, lobes: int) -> Fit:
+    room, start = Fit.empty(vertices, lobes), 0
+    for array in room.arrays():
+        array[...] = values[start : start + array.size].reshape(array.shape)
+        start += array.size
+    return room
+
+
+def _diffuse_rows(work: Work) -> Steps[NDArray[np.float32]]:
+    """(V, C, order²) the diffuse part of all vertices, and the ground."""
+    model, settings = work.model, work.settings
+    diffuse = DiffuseTransfer(model, settings.order, settings.edge, settings.fine)
+    if not settings.indirect:
+        return (yield from rows_of_all(diffuse))
+    diffuse = replace(diffuse, sent=(yield from part(sent_light(diffuse), 0.0, 0.4)))
+    return (yield from part(rows_of_all(diffuse), 0.4, 1.0))
+
+
+def figures_of(work: Work, fits: Sequence[Fit]) -> dict[str, float]:
+    """Figures of the fit: distances relative to the transport, pairs of vertex and view alike, energy and flips."""
+    figures: dict[str, float] = {}
+    for component, weights, fitted in zip(work.settings.components, work.weights, fits, strict=True):
+        lit = fitted.norm > 0.0
+        error = (fitted.error_rel if weights == "plain" else fitted.preserving_error_rel)[lit]
+        energy, kept = float(fitted.energy.sum(dtype=np.float64)), float(fitted.lobes.energy().sum())
+        figures |= {
+            f"{component}_error_rel_mean": float(error.mean()) if error.size else 0.0,
+            f"{component}_error_rel_worst": float(np.percentile(error, WORST)) if error.size else 0.0,
+            f"{component}_plain_error_rel_mean": float(fitted.error_rel[lit].mean()) if error.size else 0.0,
+            f"{component}_plain_energy_lost_rel": 1.0 - kept / energy if energy > 0.0 else 0.0,
+            **{f"{component}_{name}": float(value) for name, value in fitted.health.figures.items()},
+        }
+    return figures
+
+
+def _weighed(work: Work, fits: Sequence[Fit]) -> list[Lobes]:
+    """The lobes of each component with the weights that are taken."""
+    taken = zip(work.weights, fits, strict=True)
+    return [fitted.lobes if weights == "plain" else fitted.preserving() for weights, fitted in taken]
+
+
+def _compression(work: Work, lobes: Sequence[Lobes], stored: Sequence[dict[str, NDArray[Any]]]) -> dict[str, float]:
+    """Bytes of the lobes before and after, and by how much the radiance under the test environment changes (RMS)."""
+    pairs = zip(lobes, stored, strict=True)
+    error = [change(each, restored(arrays, len(each), each.count), work.cube) for each, arrays in pairs]
+    return {
+        "uncompressed_bytes": float(sum(size_bytes(_stored(each, False)) for each in lobes)),
+        "compressed_bytes": float(sum(size_bytes(arrays) for arrays in stored)),
+        "compression_error_rel": max(error),
+    }
+
+
+def _plan(
+    work: Work, stored: Sequence[dict[str, NDArray[Any]]], rows: NDArray[np.float32], figures: dict[str, float]
+) -> TransportPlan:
+    """The file, all of it known."""
+    diffuse = DiffuseTransfer(work.model, work.settings.order, work.settings.edge, work.settings.fine)
+    arrays: dict[str, NDArray[Any]] = {"matt": rows}
+    for component, some in zip(work.settings.components, stored, strict=True):
+        arrays |= {f"{component}_{name}": array for name, array in some.items()}
+    albedo = diffuse.albedo if rows.shape[1] == 1 else (1.0, 1.0, 1.0)
+    settings = {**_settings(work), "matt_albedo": list(albedo), "tested": work.tested, "figures": figures}
+    return plan_transport(KIND, work.surface, settings, arrays, {}, np.zeros(1, np.int64))
+
+
+def transport_of(file: TransportFile) -> GaussianTransport:
+    """The transport in an open file; InputError where it holds another kind, or what cannot be."""
+    return read_as(file, KIND, _transport_of)
+
+
+def _transport_of(file: TransportFile) -> GaussianTransport:
+    settings, arrays = file.settings, file.arrays
+    asked = BakeSettings(**{name: settings[name] for name in BakeSettings.__dataclass_fields__})
+    first, albedo = int(settings["ground_vertex"]), float(settings["ground_albedo"])
+    if not 0 <= first <= len(file.mesh.positions) or not 0.0 <= albedo <= 1.0:
+        raise ValueError("its ground is none")
+    components = tuple(_lobes_of(arrays, component, asked, first) for component in asked.components)
+    red, green, blue = (float(value) for value in settings["matt_albedo"])
+    if arrays["matt"].dtype != np.float32:
+        raise ValueError("its rows are of another type")
+    table = lambert_table(Lambert((red, green, blue)), asked.order)
+    diffuse = ShTransport(file.mesh, first, True, albedo, table, asked.indirect, arrays["matt"])
+    words = (str(settings["brdf"]), bool(settings["grazing"]))
+    return GaussianTransport(file.mesh, first, albedo, components, diffuse, *words)
+
+
+def _lobes_of(arrays: Any, component: str, asked: BakeSettings, vertices: int) -> Lobes:
+    """Lobes of one component, checked: finite, not negative, as wide as lobes may be, with means of length 1."""
+    if asked.compress:
+        names = NAMES
+        return restored({name: arrays[f"{component}_{name}"] for name in names}, vertices, asked.lobes)
+    lobes = Lobes(*(arrays[f"{component}_{name}"] for name in ("weight", "mean", "sigma")))
+    if lobes.sigma.shape != (vertices, VIEWS, asked.lobes) or lobes.weight.dtype != np.float32:
+        raise ValueError(f"its lobes of {component} light are those of other vertices")
+    check(lobes)
+    return lobes

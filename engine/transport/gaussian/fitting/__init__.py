@@ -1,0 +1,1 @@
+"""Spherical Gaussian lobes fitted to the transfer of each vertex and view."""

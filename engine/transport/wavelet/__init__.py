@@ -1,0 +1,1 @@
+"""Precomputed radiance transfer in Haar wavelets on cube maps."""

@@ -1,0 +1,353 @@
+"""Baking wavelet transport: visibility by rays, then the vectors of all terms, chunk by chunk into a file.
+
+For each vertex: which parts of the texels of a cube map see the sky (`visibility`, finer where that changes), times
+light map, cosine and solid angle, transformed and cut to the strongest coefficients (`wavelet_kernel`). A chunk is
+some 85 vertices; what an interrupted bake has done is found again in its unfinished file. Bound by the rays: some
+12,000 for each vertex at an edge of 64, and more where shadows end.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.core.params import check_values
+from engine.core.steps import Step, Steps, part
+from engine.factor.errors import reference
+from engine.factor.hemisphere_map import DirectionMap, MapKind
+from engine.factor.normalised import normalised
+from engine.factor.separable import Weighting, separate
+from engine.factor.separable_factors import SeparableFactors
+from engine.geometry.ground import Ground, with_ground
+from engine.geometry.mesh import Mesh
+from engine.geometry.ray_caster import RayCaster, caster_of
+from engine.transport.baking.blend import Mixture
+from engine.transport.baking.chunks import Chunk, Make, Recipe, Remote, estimated_s, fill
+from engine.transport.baking.file import (
+    TransportFile,
+    TransportPlan,
+    open_transport,
+    plan_transport,
+    read_as,
+    writing,
+)
+from engine.transport.baking.occluder import Occluder, simplified
+from engine.transport.baking.settings import WaveletSettings
+from engine.transport.baking.visibility import Receivers, portion, visibility_shares
+from engine.transport.wavelet.haar import FACES, check_edge
+from engine.transport.wavelet.transfer import (
+    DIFFUSE,
+    WaveletTransport,
+    check_factors,
+    check_mixture,
+    cube_texels,
+    light_maps,
+    transport_vectors,
+    vectors_of,
+    vertex_frames,
+)
+
+KIND = "wavelet"
+
+#: Texels a side of the maps of factors that are made for a bake.
+MAP_SIZE = 48
+
+#: Visibility counts of a chunk of the file, roughly.
+CHUNK_TEXELS = 1 << 21
+
+
+@dataclass(frozen=True)
+class BakeSettings:
+    """Settings of a bake; ValueError for impossible ones.
+
+    Attributes
+    ----------
+    edge : texels along an edge of the cube maps of light: 16, 32 or 64 (smaller powers of two too).
+    coefficients : kept for each vector at most.
+    fine : into fine² parts a texel is cut where visibility changes; 1 leaves it whole.
+    occluder_cells : cells of the grid in which what casts shadows is simplified (`occluder`); 0 for the model itself.
+    """
+
+    edge: int = WaveletSettings.cube
+    coefficients: int = WaveletSettings.coefficients
+    fine: int = WaveletSettings.fine
+    occluder_cells: int = WaveletSettings.occluder_cells
+
+    def __post_init__(self) -> None:
+        check_edge(self.edge)
+        check_values(
+            WaveletSettings, coefficients=self.coefficients, fine=self.fine, occluder_cells=self.occluder_cells
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Work:
+    """A bake that is ready to begin: what was asked for, and how large its file will be.
+
+    `surface` is the model with its ground, whose first vertex is `ground_vertex`; `occluder` is what shades it.
+    """
+
+    surface: Mesh
+    ground_vertex: int
+    factors: SeparableFactors
+    ground_albedo: float
+    settings: BakeSettings
+    occluder: Occluder
+    plan: TransportPlan
+    mixture: Mixture | None = None
+
+    @property
+    def vertices(self) -> int:
+        return len(self.surface.positions)
+
+    @property
+    def size_bytes(self) -> int:
+        return self.plan.size_bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Baked:
+    """An open transport and what it took: seconds in all and for visibility alone, chunks and vertices spared."""
+
+    transport: WaveletTransport
+    file: TransportFile
+    bake_s: float
+    visibility_s: float
+    resumed_chunks: int
+    chunks: int
+    free_vertices: int
+
+
+def factors_for(
+    brdf: Brdf, terms: int, *, kind: MapKind = "orthographic", weighting: Weighting = "auto"
+) -> Steps[SeparableFactors]:
+    """The factors of `brdf` that a bake takes: its own where it is one, otherwise up to `terms` new ones.
+
+    A single term is the better of the leading one and Kautz and McCool's normalised term. ValueError where the factors
+    are over half and difference vectors.
+    """
+    if isinstance(brdf, SeparableFactors):
+        check_factors(brdf)
+        return brdf.truncated(min(terms, brdf.terms))
+    chart, pairs = DirectionMap(kind, MAP_SIZE), reference(brdf)
+    share = 0.5 if terms == 1 else 1.0
+    found = yield from part(separate(brdf, chart, terms, weighting=weighting, reference=pairs), 0.0, share)
+    factors = found.factors
+    if terms == 1:
+        positive = yield from part(normalised(brdf, chart, "in-out", pairs), share, 1.0)
+        factors = min(factors, positive, key=lambda each: pairs.rms(each)[0])
+    name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
+    words = (factors.isotropic, factors.reciprocal, name)
+    return SeparableFactors(chart, "in-out", factors.first, factors.second, *words)
+
+
+def prepare(
+    mesh: Mesh,
+    factors: SeparableFactors,
+    settings: BakeSettings,
+    ground: Ground | None = None,
+    mixture: Mixture | None = None,
+) -> Work:
+    """Lay out the bake of `mesh`, on a ground where there is one; nothing is written yet.
+
+    With `mixture`, `factors` are of several reflectances (`engine.transport.baking.blend.together`).
+    """
+    check_factors(factors)
+    if mixture is not None:
+        check_mixture(mixture, factors, len(mesh.positions))
+    surface, first = (
+        (mesh, len(mesh.positions)) if ground is None else (with_ground(mesh, ground)[0], len(mesh.positions))
+    )
+    rows = row_bounds(len(surface.positions), first, factors.terms, settings.edge)
+    plan = plan_transport(
+        KIND,
+        surface,
+        {
+            **asdict(settings),
+            "ground_vertex": first,
+            "ground_albedo": ground.albedo if ground else 0.0,
+            "brdf": factors.name[:1000],
+            "map": factors.chart.kind,
+            "map_size": factors.chart.size,
+            "isotropic": factors.isotropic,
+            "reciprocal": factors.reciprocal,
+            **({} if mixture is None else {"bases": list(mixture.terms)}),
+        },
+        {"view_maps": factors.first, "light_maps": factors.second, **_mixture_arrays(mixture)},
+        {
+            "indices": ("<u2", (settings.coefficients,)),
+            "words": ("<u4", (settings.coefficients,)),
+            "peaks": ("<f4", (3,)),
+            "counts": ("<u2", ()),
+        },
+        rows,
+    )
+    if settings.occluder_cells:
+        occluder = simplified(surface, settings.occluder_cells)
+    else:
+        occluder = Occluder(caster_of(surface))
+    return Work(surface, first, factors, ground.albedo if ground else 0.0, settings, occluder, plan, mixture)
+
+
+def _mixture_arrays(mixture: Mixture | None) -> dict[str, NDArray[np.float32]]:
+    if mixture is None:
+        return {}
+    albedo = {} if mixture.albedo is None else {"albedo": mixture.albedo}
+    return {"weights": mixture.weights, **albedo}
+
+
+def vertex_bounds(vertices: int, first: int, edge: int) -> NDArray[np.int64]:
+    """First vertices of the chunks, and the end; no chunk mixes model and ground."""
+    step = max(1, CHUNK_TEXELS // (FACES * edge * edge))
+    return np.unique(
+        np.concatenate([np.arange(0, first, step), np.arange(first, vertices, step), [first, vertices, 0]])
+    )
+
+
+def row_bounds(vertices: int, first: int, terms: int, edge: int) -> NDArray[np.int64]:
+    """The same in rows of vectors."""
+    bounds = vertex_bounds(vertices, first, edge)
+    return np.minimum(bounds, first) * terms + np.maximum(bounds - first, 0)
+
+
+def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -> Steps[Baked]:
+    """Bake into the file `path`, going on where an equal bake was interrupted; its `Step.partial` is None.
+
+    With the address of a `cluster`, its workers make the chunks (`engine.transport.baking.chunks`). OutputError where
+    the file cannot be written. Closing the generator keeps what is done for the next run.
+    """
+    yield Step(0.0, f"preparing {work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB")
+    started = time.perf_counter()
+    of = work.occluder.receivers(work.surface)
+    with writing(path, work.plan) as writer:
+        missing = list(writer.missing)
+        recipe = recipe_of(work, of)
+        remote = Remote(cluster, maker, recipe) if cluster else None
+        visibility_s = yield from fill(writer, _Baker(recipe, of), missing, np.diff(recipe["bounds"]), remote)
+        yield Step(1.0, "writing")
+    bake_s = time.perf_counter() - started
+    file = open_transport(path)
+    free = int(np.count_nonzero(of.free))
+    return Baked(
+        transport_of(file), file, bake_s, visibility_s, work.plan.chunks - len(missing), work.plan.chunks, free
+    )
+
+
+def recipe_of(work: Work, of: Receivers) -> Recipe:
+    """Data that all chunks of `work` share, for `maker`; `of` are its vertices as receivers."""
+    chart, settings = work.factors.chart, work.settings
+    return {
+        "positions": of.caster.positions,
+        "faces": of.caster.faces,
+        "origin": of.origin,
+        "normal": of.normal,
+        "free": of.free,
+        "frames": vertex_frames(work.surface, work.factors.isotropic),
+        "bounds": vertex_bounds(work.vertices, work.ground_vertex, settings.edge),
+        "ground_vertex": work.ground_vertex,
+        "map": (chart.kind, chart.size),
+        "light_maps": light_maps(work.factors),
+        "edge": settings.edge,
+        "fine": settings.fine,
+        "coefficients": settings.coefficients,
+    }
+
+
+def maker(recipe: Recipe) -> Make:
+    """Chunks of a bake by their numbers, from `recipe_of` it."""
+    caster = RayCaster(recipe["positions"], recipe["faces"])
+    return _Baker(recipe, Receivers(caster, recipe["origin"], recipe["normal"], recipe["free"]))
+
+
+class _Baker:
+    """Turns vertices into vectors, with everything that all vertices share."""
+
+    def __init__(self, recipe: Recipe, of: Receivers) -> None:
+        self._recipe, self._of = recipe, of
+        self._texels = cube_texels(recipe["edge"])
+        self._chart = DirectionMap(*recipe["map"])
+
+    def __call__(self, number: int) -> Chunk:
+        """The chunk of that number."""
+        bounds = self._recipe["bounds"]
+        rows, visibility_s = self.made(np.arange(bounds[number], bounds[number + 1]))
+        return Chunk(number, rows, visibility_s)
+
+    def made(self, vertices: NDArray[np.int64]) -> tuple[dict[str, NDArray[Any]], float]:
+        """The rows of `vertices`, all of the model or all of the ground, and the seconds for their visibility."""
+        started = time.perf_counter()
+        shares = visibility_shares(self._of, self._recipe["edge"], self._recipe["fine"], vertices)
+        counts = [some for _, some in shares]
+        visibility_s = time.perf_counter() - started
+        return self.vectors(vertices, counts[0] if len(counts) == 1 else np.concatenate(counts)), visibility_s
+
+    def vectors(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
+        """The same from how many parts of each texel they see."""
+        recipe = self._recipe
+        of_model = vertices[0] < recipe["ground_vertex"]
+        return transport_vectors(
+            recipe["frames"][vertices],
+            np.ascontiguousarray(counts),
+            recipe["fine"] ** 2,
+            self._texels,
+            self._chart if of_model else DIFFUSE,
+            recipe["light_maps"] if of_model else np.ones((1, 1, 1), np.float32),
+            recipe["coefficients"],
+        )
+
+
+def bake_in_memory(work: Work, vertices: NDArray[np.int64]) -> Iterator[tuple[NDArray[np.int64], Mapping[str, Any]]]:
+    """Vectors of chosen vertices of the model, chunk by chunk, without a file."""
+    of = work.occluder.receivers(work.surface)
+    baker = _Baker(recipe_of(work, of), of)
+    for chunk, counts in visibility_shares(of, work.settings.edge, work.settings.fine, vertices):
+        yield chunk, baker.vectors(chunk, counts)
+
+
+def estimate_s(work: Work) -> float:
+    """Seconds that the bake will take; costs about a hundredth of it."""
+    started = time.perf_counter()
+    of = work.occluder.receivers(work.surface)
+    baker = _Baker(recipe_of(work, of), of)
+    shared_s = time.perf_counter() - started
+    size = portion(work.settings.edge)
+    return shared_s + estimated_s(baker.made, work.vertices, work.ground_vertex, size)
+
+
+def transport_of(file: TransportFile) -> WaveletTransport:
+    """The wavelet transport in an open file; InputError where it holds another kind, or what cannot be."""
+    return read_as(file, KIND, _transport_of)
+
+
+def _transport_of(file: TransportFile) -> WaveletTransport:
+    settings = file.settings
+    chart = DirectionMap(settings["map"], settings["map_size"])
+    words = (bool(settings["isotropic"]), bool(settings["reciprocal"]), str(settings["brdf"]))
+    factors = SeparableFactors(chart, "in-out", file.arrays["view_maps"], file.arrays["light_maps"], *words)
+    transport = WaveletTransport(
+        file.mesh,
+        int(settings["ground_vertex"]),
+        factors,
+        float(settings["ground_albedo"]),
+        int(settings["edge"]),
+        vectors_of(file.arrays),
+        _mixture_of(file),
+    )
+    transport.vectors.check(transport.edge)
+    return transport
+
+
+def _mixture_of(file: TransportFile) -> Mixture | None:
+    if "weights" not in file.arrays:
+        return None
+    weights, albedo = file.arrays["weights"], file.arrays.get("albedo")
+    if weights.dtype != np.float32 or (albedo is not None and albedo.dtype != np.float32):
+        raise ValueError("weights or colours are of another type")
+    return Mixture(tuple(int(terms) for terms in file.settings["bases"]), weights, albedo)

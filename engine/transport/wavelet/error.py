@@ -1,0 +1,102 @@
+"""Error of wavelet transport against the sum over all texels: by its terms, its coefficients and its bits together.
+
+What is compared is told in `radiance_error`. A small light that many vertices see at a slant brightens or darkens them
+all, which is no noise: what is cut off a vector spreads transport over whole squares of texels, for neighbours in the
+same way. On Spot under Grace Cathedral with 96 coefficients, the side that the camera sees is 2.5 % brighter, and with
+the map turned by a quarter at a time 0.9 %, −1.1 % and −0.4 %; with 32, 200 and 1000 coefficients 8.5, 1.3 and 0.3 %.
+Larger and softer lights are within 0.3 %.
+
+Cost: one evaluation of the reflectance for each lit texel and pair, some 5 s for 400 vertices and 20 views.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import Brdf
+from engine.core.steps import Step, Steps
+from engine.transport.baking.blend import Mixture
+from engine.transport.baking.radiance_error import Deviation, RadianceError, exact_radiance, tried_pairs
+from engine.transport.baking.visibility import visibility_shares
+from engine.transport.wavelet.bake import Work
+from engine.transport.wavelet.quantise import THRESHOLD, encode_light
+from engine.transport.wavelet.transfer import (
+    WaveletTransport,
+    cube_texels,
+    light_maps,
+    radiance_towards,
+    relit,
+    transport_vectors,
+    vectors_of,
+    vertex_frames,
+)
+
+
+def wavelet_error(
+    work: Work,
+    brdf: Brdf | Sequence[Brdf],
+    radiance: NDArray[np.floating],
+    *,
+    vertices: int = 400,
+    views: int = 20,
+    threshold: int = THRESHOLD,
+    seed: int = 1,
+) -> Steps[RadianceError]:
+    """The error of the bake `work` of the reflectance `brdf` under a cube map (6, N, N, 3), on vertices of the model.
+
+    Where reflectances are mixed, `brdf` has all of them in order. ValueError where the cube map does not fit the
+    settings of the bake.
+    """
+    chosen, towards = tried_pairs(work.ground_vertex, vertices, views, seed)
+    light = encode_light(radiance, threshold)
+    texels = cube_texels(work.settings.edge)
+    incident = np.asarray(radiance, np.float64).reshape(-1, 3) * texels.area[:, None]
+    yield Step(0.0, "casting rays")
+    shares = visibility_shares(work.occluder.receivers(work.surface), work.settings.edge, work.settings.fine, chosen)
+    visible = np.concatenate([counts for _, counts in shares])
+    transport = _transport(work, chosen, visible)
+    mixed = transport.mixture or Mixture((work.factors.terms,), np.ones((len(chosen), 1), np.float32))
+    rows = mixed.applied(relit(transport, light))
+    bases = list(brdf) if isinstance(brdf, Sequence) else [brdf]
+    found = [radiance_towards(transport, rows, np.broadcast_to(wo, (len(chosen), 3))) for wo in towards]
+    deviation = Deviation()
+    for number, frame in enumerate(transport.frames):
+        local, cosine = towards @ frame, towards @ frame[:, 2]
+        seen = np.flatnonzero(cosine > 0.0)
+        open_share = visible[number] / work.settings.fine**2
+        own = [exact_radiance(base, texels.direction @ frame, open_share, incident, local[seen]) for base in bases]
+        exact = np.einsum("b,bvc->vc", mixed.weights[number], np.stack(own))
+        exact *= 1.0 if mixed.albedo is None else mixed.albedo[number]
+        values = np.stack([found[view].value[number] for view in seen]) if seen.size else exact
+        deviation.add(cosine[seen], values, exact)
+        yield Step((number + 1) / len(chosen), "comparing with the sum over all texels")
+    return deviation.error(float(np.mean([each.negative_rel for each in found])))
+
+
+def _transport(work: Work, chosen: NDArray[np.int64], visible: NDArray[np.uint8]) -> WaveletTransport:
+    """The transport of the chosen vertices alone, as if they were all."""
+    frames = vertex_frames(work.surface, work.factors.isotropic)[chosen]
+    arrays = transport_vectors(
+        frames,
+        visible,
+        work.settings.fine**2,
+        cube_texels(work.settings.edge),
+        work.factors.chart,
+        light_maps(work.factors),
+        work.settings.coefficients,
+    )
+    some = replace(
+        work.surface,
+        positions=work.surface.positions[chosen],
+        normals=work.surface.normals[chosen],
+        uv=work.surface.uv[chosen],
+        faces=np.zeros((1, 3), np.int32),
+    )
+    mixture = None if work.mixture is None else work.mixture.of(chosen)
+    transport = WaveletTransport(some, len(chosen), work.factors, 0.0, work.settings.edge, vectors_of(arrays), mixture)
+    object.__setattr__(transport, "frames", frames)  # cached: those of the whole mesh, with its tangents
+    return transport

@@ -1,0 +1,114 @@
+"""Light for wavelet transport: an environment as wavelets, and what is too bright and small for that as lamps.
+
+A sun in the map would erase the sky (one scale for all codes), so it is split off (`engine.light.sun_split`) and falls
+on each vertex as a lamp does: its irradiance times visibility, by a ray, times cosine and light maps. Lamps of the
+scene do the same. That costs a ray for each vertex and direction, and only when lamps or model change. For light that
+changes step by step, `engine.transport.wavelet.relight` spares what stays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.light.cube_map import cube_of
+from engine.light.environment import DistantLights, EnvironmentMap
+from engine.light.lamps import Lamp, lights_of_all
+from engine.light.sun_split import split_sun
+from engine.transport.wavelet.quantise import THRESHOLD, WaveletLight, encode_light
+from engine.transport.wavelet.transfer import WaveletTransport, relit
+
+
+@dataclass(frozen=True, eq=False)
+class Lighting:
+    """Light from all around and from lamps, the sun of the map among them."""
+
+    light: WaveletLight
+    lamps: tuple[Lamp, ...] = ()
+
+    @cached_property
+    def directional(self) -> DistantLights:
+        """The lamps as directional lights."""
+        return lights_of_all(self.lamps)
+
+
+def lighting_of(
+    environment: EnvironmentMap,
+    edge: int,
+    *,
+    rotation: float = 0.0,
+    factor: float = 1.0,
+    lamps: Sequence[Lamp] = (),
+    threshold: int = THRESHOLD,
+    split: bool = True,
+) -> Lighting:
+    """The light of `environment`, turned about +Y by `rotation` rad and times `factor`, with `lamps` beside it.
+
+    Without `split`, a sun stays in the map. ValueError for an edge without wavelets or a threshold out of range.
+    """
+    rest, suns = split_sun(environment) if split else (environment, ())
+    cube = cube_of(turned(rest, rotation), edge)
+    light = encode_light(cube.radiance.astype(np.float64) * factor, threshold)
+    moved = tuple(_scaled(sun.turned(rotation), factor) for sun in suns)
+    return Lighting(light, (*moved, *lamps))
+
+
+def dark(edge: int, lamps: Sequence[Lamp]) -> Lighting:
+    """Lamps alone."""
+    return Lighting(encode_light(np.zeros((6, edge, edge, 3))), tuple(lamps))
+
+
+def turned(environment: EnvironmentMap, angle: float) -> EnvironmentMap:
+    """The map turned about +Y by `angle` rad: what came from +Z comes from +X after π/2; radiance is linear between."""
+    width = environment.radiance.shape[1]
+    columns = angle / (2.0 * math.pi) * width
+    whole = math.floor(columns)
+    share = np.float32(columns - whole)
+    left = np.roll(environment.radiance, -whole, axis=1)
+    if not share:
+        return environment if whole % width == 0 else EnvironmentMap(left, environment.name, environment.health)
+    between = (np.float32(1.0) - share) * left + share * np.roll(left, -1, axis=1)
+    return EnvironmentMap(between, environment.name, environment.health)
+
+
+def _scaled(lamp: Lamp, factor: float) -> Lamp:
+    red, green, blue = (channel * factor for channel in lamp.irradiance)
+    return Lamp(lamp.direction, (red, green, blue), lamp.radius)
+
+
+def tuples(transport: WaveletTransport, lighting: Lighting) -> NDArray[np.float64]:
+    """The light-modulated K-tuples (R, 3) under all the light, mixed where the transport has a mixture."""
+    rows = relit(transport, lighting.light)
+    if len(lighting.directional.direction):
+        rows += lamp_tuples(transport, lighting.directional)
+    return mixed(transport, rows)
+
+
+def mixed(transport: WaveletTransport, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`rows` of all terms, multiplied in place by the weights of the transport's mixture, if it has one."""
+    return rows if transport.mixture is None else transport.mixture.applied(rows)
+
+
+def lamp_tuples(transport: WaveletTransport, lights: DistantLights) -> NDArray[np.float64]:
+    """The K-tuples (R, 3) of directional lights, with shadows from one ray for each vertex and light."""
+    of = transport.receivers
+    first, terms, factors = transport.ground_vertex, transport.factors.terms, transport.factors
+    rows = np.zeros((transport.rows, 3))
+    model = rows[: first * terms].reshape(first, terms, 3)
+    for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
+        local = np.einsum("nij,i->nj", transport.frames, direction)
+        facing = np.flatnonzero(local[:, 2] > 0.0)
+        towards = np.broadcast_to(direction, (len(facing), 3))
+        lit = facing[~of.caster.occluded(of.origin[facing], towards)]
+        incident = local[lit, 2:] * irradiance
+        on_model = lit < first
+        chosen = lit[on_model]
+        for k in range(terms):
+            model[chosen, k] += factors.chart.look_up(factors.second[k], local[chosen]) * incident[on_model]
+        rows[first * terms + lit[~on_model] - first] += incident[~on_model]
+    return rows

@@ -1,0 +1,178 @@
+"""Coefficients in few bits: 11, 11 and 10 bits for red, green and blue of a transport vector, 16 for light.
+
+A vector of transport (Wang2004 Sec. 3.3) is stored as a peak for each channel, the largest
+magnitude there, and for each coefficient that is kept its index in 16 bits and its three codes in 32: red in bits
+0–10, green in 11–21, blue in 22–31, each in two's complement. value = peak · code / bound with the bounds ±1023, ±1023
+and ±511, so that the error of a value is at most peak/2046 or peak/1022. Codes are rounded to even at halves and never
+reach −1024 or −512, where a value just above its peak would change sign.
+
+The light (Sec. 3.4) has one quantum for all its details: 1/32767 of the largest. Details of a magnitude below the
+threshold are dropped. The six scaling coefficients are kept as they are, in float64: with a small and very bright
+source in the map one scale for all would round the sky's to nothing.
+
+The product of a code and a light code needs 26 bits with its sign, and 65 of them can overflow 32: sums are taken over
+up to 64 products in 32 bits and those sums in 64, which is exact in any order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from engine.core.colour import luminance
+from engine.core.kernels import scalar
+from engine.transport.wavelet.haar import FACES, check_edge, cube_coefficients, cube_of_coefficients
+
+#: Largest magnitude of the codes of red, green and blue.
+BOUNDS = (1023, 1023, 511)
+
+#: Largest magnitude of a code of light.
+LIGHT_BOUND = 32767
+
+#: Details of light below this magnitude are dropped; the paper's threshold is 1024.
+THRESHOLD = 32
+
+#: Products of codes whose sum is sure to fit into 32 bits: 64 · 1023 · 32767 < 2^31.
+SAFE_PRODUCTS = 64
+
+
+def pack(codes: ArrayLike) -> NDArray[np.uint32]:
+    """(...) little-endian words of `codes` (..., 3), in [−1024, 1023], the same, and [−512, 511]; ValueError else."""
+    codes = np.asarray(codes, np.int64)
+    low, high = np.array([-1024, -1024, -512]), np.array([1023, 1023, 511])
+    if ((codes < low) | (codes > high)).any():
+        raise ValueError("a code does not fit into 11, 11 and 10 bits")
+    red, green, blue = np.moveaxis(codes, -1, 0)
+    words = (red & 0x7FF) | (green & 0x7FF) << 11 | (blue & 0x3FF) << 22
+    return words.astype("<u4")
+
+
+def unpack(words: NDArray[np.uint32]) -> NDArray[np.int32]:
+    """Codes (..., 3) of packed words (...)."""
+    signed = np.asarray(words).astype(np.uint32).view(np.int32)
+    return np.stack([signed << 21 >> 21, signed << 10 >> 21, signed >> 22], axis=-1)
+
+
+@scalar
+def quantised(values: Any, peak: Any, word: Any) -> int:
+    """Quantise `values` (M, 3) float32 into `word` (M,) and `peak` (3,); how many words are not 0."""
+    for channel in range(3):
+        peak[channel] = 0.0
+        for m in range(len(values)):
+            peak[channel] = max(peak[channel], abs(values[m, channel]))
+    lit = 0
+    for m in range(len(values)):
+        packed = np.int64(0)
+        for channel in range(3):
+            bound = 511 if channel == 2 else 1023
+            if peak[channel] > 0.0:
+                scaled = np.rint(np.float64(values[m, channel]) / np.float64(peak[channel]) * bound)
+                code = int(min(max(scaled, -bound), bound))
+                packed |= (code & (0x3FF if channel == 2 else 0x7FF)) << (11 * channel)
+        word[m] = np.uint32(packed)
+        if packed != 0:
+            lit += 1
+    return lit
+
+
+def quantise(values: ArrayLike) -> tuple[NDArray[np.uint32], NDArray[np.float32]]:
+    """Words (..., M) and peaks (..., 3) float32 of the coefficients `values` (..., M, 3), taken as float32.
+
+    ValueError where they are not finite.
+    """
+    values = np.asarray(values, np.float32)
+    if not np.isfinite(values).all():
+        raise ValueError("coefficients must be finite numbers")
+    words = np.zeros(values.shape[:-1], "<u4")
+    peaks = np.zeros((*values.shape[:-2], 3), np.float32)
+    for place in np.ndindex(values.shape[:-2]):
+        quantised(np.ascontiguousarray(values[place]), peaks[place], words[place])
+    return words, peaks
+
+
+def dequantise(words: NDArray[np.uint32], peaks: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Coefficients (..., M, 3) of words (..., M) and peaks (..., 3)."""
+    return unpack(words) * (peaks.astype(np.float64) / BOUNDS)[..., None, :]
+
+
+@dataclass(frozen=True, eq=False)
+class WaveletLight:
+    """Light from all around in the form that relighting takes.
+
+    Attributes
+    ----------
+    scaling : (6, 3) float64, the scaling coefficients of the faces, as they are.
+    codes : (6 · N², 3) int16 by index, the details over `quantum`; 0 where dropped and at the scaling coefficients.
+    quantum : the value of one code, in units of radiance.
+    rmse_rel : ‖approximation − map‖/‖map‖ over texels and channels.
+    energy_error_rel : Σ |flux of the approximation − flux of the map| over the quarters of the faces, over the whole
+        flux (luminance, texels weighted alike). The flux of whole faces is kept as it is.
+    """
+
+    scaling: NDArray[np.float64]
+    codes: NDArray[np.int16]
+    quantum: float
+    rmse_rel: float
+    energy_error_rel: float
+
+    @property
+    def edge(self) -> int:
+        return round((len(self.codes) / FACES) ** 0.5)
+
+    @property
+    def kept(self) -> int:
+        """Number of coefficients that are not 0 in every channel."""
+        return int(self.scaling.any(axis=1).sum() + self.codes.any(axis=1).sum())
+
+    @property
+    def coefficients(self) -> NDArray[np.float64]:
+        """(6 · N², 3) what the codes stand for."""
+        values = self.codes.astype(np.float64) * self.quantum
+        values[:FACES] = self.scaling
+        return values
+
+
+def encode_light(radiance: NDArray[Any], threshold: int = THRESHOLD, quantum: float | None = None) -> WaveletLight:
+    """The faces (6, N, N, 3) of a cube map as wavelets.
+
+    Parameters
+    ----------
+    threshold : details of codes with a magnitude below it are dropped; 0 and 1 drop only what rounds to 0.
+    quantum : that of another light, which keeps codes comparable; then codes saturate at ±32767.
+
+    Raises ValueError for an edge without wavelets, radiance that is not finite, and a threshold out of range.
+    """
+    radiance = np.asarray(radiance, np.float64)
+    if radiance.ndim != 4 or radiance.shape[0] != FACES or radiance.shape[1] != radiance.shape[2]:
+        raise ValueError(f"a cube map has six square faces, not the shape {radiance.shape}")
+    check_edge(radiance.shape[1])
+    if not np.isfinite(radiance).all():
+        raise ValueError("the radiance of a cube map must be finite")
+    if not 0 <= threshold <= LIGHT_BOUND:
+        raise ValueError(f"a threshold of {threshold} is outside 0 … {LIGHT_BOUND}")
+    values = cube_coefficients(radiance)
+    details = values[FACES:]
+    largest = float(np.abs(details).max())
+    step = largest / LIGHT_BOUND if quantum is None else quantum
+    codes = np.zeros(values.shape, np.int16)
+    if step > 0.0:
+        rounded = np.clip(np.rint(details / step), -LIGHT_BOUND, LIGHT_BOUND)
+        dropped = np.abs(rounded).max(axis=1, keepdims=True) < threshold
+        codes[FACES:] = np.where(dropped, 0, rounded)
+    light = WaveletLight(values[:FACES], codes, step, 0.0, 0.0)
+    return WaveletLight(values[:FACES], codes, step, *_errors(cube_of_coefficients(light.coefficients), radiance))
+
+
+def _errors(approximation: NDArray[np.float64], radiance: NDArray[np.float64]) -> tuple[float, float]:
+    norm = float(np.linalg.norm(radiance))
+    if norm == 0.0:
+        return 0.0, 0.0
+    half = radiance.shape[1] // 2
+    change, whole = (
+        np.abs(luminance(image).reshape(FACES, 2, half, 2, half).sum(axis=(2, 4))).sum()
+        for image in (approximation - radiance, radiance)
+    )
+    return float(np.linalg.norm(approximation - radiance)) / norm, float(change / whole) if whole > 0.0 else 0.0

@@ -1,0 +1,87 @@
+"""`lightarc bundle` on the command line: exit codes, one JSON object, plain words."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app import command_line
+from app.cli import bundle
+from engine.bundle.bundle import save_bundle
+from engine.core.steps import drain
+from engine.scene.material import Material
+from engine.shading.shading_map import ShadingMap
+
+
+@pytest.fixture
+def saved(tmp_path: Path) -> Path:
+    slices = np.random.default_rng(1).random((2, 3, 4, 3), dtype=np.float32)
+    material = Material(ShadingMap(slices, 0.5, np.array([0.0, 0.5])), None, name="woven")
+    return drain(save_bundle(tmp_path / "woven.lightarc", material))
+
+
+@pytest.fixture(autouse=True)
+def only_this_verb(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command_line, "VERBS", (("bundle", "app.cli.bundle"),))
+
+
+def run(*words: str) -> int:
+    return command_line.main(["bundle", *words])
+
+
+def test_a_sound_bundle(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("verify", str(saved), "--json") == 0
+    value = json.loads(capsys.readouterr().out)
+    assert value == {
+        "ok": True,
+        "members": ["brdf.json", "manifest.json", "shader/lightarc.glsl", "shading_map.exr"],
+        "problems": [],
+        "size_bytes": saved.stat().st_size,
+        "schema_version": 1,
+    }
+    assert run("verify", str(saved)) == 0
+    assert capsys.readouterr().out.startswith("The bundle is sound: 4 members")
+
+
+def test_a_changed_member_is_named_and_the_exit_code_says_so(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    content = saved.read_bytes()
+    with zipfile.ZipFile(saved) as packed:
+        start = packed.getinfo("shading_map.exr").header_offset + 30 + len("shading_map.exr")
+    saved.write_bytes(content[: start + 400] + bytes([content[start + 400] ^ 1]) + content[start + 401 :])
+    assert run("verify", str(saved), "--json") == 3
+    value = json.loads(capsys.readouterr().out)
+    assert not value["ok"]
+    assert "shading_map.exr" in value["problems"][0]
+    assert "exit_code" not in value
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\3\4", b"not a bundle"], ids=["empty", "cut", "text"])
+def test_what_is_no_bundle(tmp_path: Path, content: bytes, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.lightarc").write_bytes(content)
+    for path in (tmp_path / "a.lightarc", tmp_path / "absent", tmp_path):
+        assert run("verify", str(path)) == 3
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert "Traceback" not in said.err
+        assert str(path) in said.err
+
+
+def test_show_prints_the_manifest(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("show", str(saved), "--json") == 0
+    value: dict[str, Any] = json.loads(capsys.readouterr().out)
+    assert (value["name"], value["shading_map"]["slices"]) == ("woven", 2)
+    assert run("show", str(saved)) == 0
+    assert "name: woven" in capsys.readouterr().out
+
+
+def test_the_example_of_the_help_parses() -> None:
+    parser = argparse.ArgumentParser()
+    bundle.add_arguments(parser)
+    words = bundle.EXAMPLE.removeprefix("lightarc bundle ").replace(" --json", "").split()
+    assert parser.parse_args(words).action == "verify"

@@ -1,0 +1,202 @@
+"""`lightarc import` as a person or a script meets it."""
+
+import argparse
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from app.cli import import_
+from engine.images.encode import encode_png
+
+KEYS = [
+    "images", "height_px", "width_px", "elevations_deg", "angle_source", "alignment_residual_px", "clipped_fraction",
+    "black_fraction", "mean_radiance", "warnings", "time_s", "peak_memory_bytes",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("photographs")
+    noise = np.random.default_rng(0).normal(size=(90, 110)).astype(np.float32)
+    surface = 1 + 0.2 * cv2.GaussianBlur(noise, (0, 0), 2.0) / 0.14
+    for number, level in enumerate((20, 60, 255, 110)):
+        codes = np.clip(level * np.repeat(surface[..., None], 3, axis=2), 0, 255).astype(np.uint8)
+        codes[:10] = 0
+        (folder / f"IMG_{number:04}.png").write_bytes(cv2.imencode(".png", codes)[1].tobytes())
+    return folder
+
+
+def test_json_has_the_promised_keys_and_photographs_in_the_order_of_elevation(
+    lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path
+) -> None:
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--angles-deg", "10,30,70,50", "--no-align", "--json")
+    assert done.code == 0
+    result = json.loads(done.out)
+    assert list(result) == KEYS
+    assert (result["images"], result["height_px"], result["width_px"]) == (4, 90, 110)
+    assert result["elevations_deg"] == pytest.approx([10, 30, 50, 70])
+    assert result["angle_source"] == "user"
+    assert result["mean_radiance"] == sorted(result["mean_radiance"])
+    assert result["alignment_residual_px"] == [None] * 4
+    assert result["black_fraction"] == pytest.approx([10 / 90] * 4, abs=1e-3)
+    assert result["clipped_fraction"][:2] == [0, 0]
+    assert 0.3 < result["clipped_fraction"][3] < 0.6
+    assert any("IMG_0002.png" in warning and "clipped" in warning for warning in result["warnings"])
+    assert result["peak_memory_bytes"] > 50e6
+
+
+def test_table_for_people(lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path) -> None:
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--crop", "0,20,100,60")
+    assert done.code == 0
+    assert "4 photographs" in done.out
+    assert "are assumed" in done.out
+    assert " px" in done.out
+
+
+def test_a_near_lamp_on_an_unknown_side_is_warned_of(
+    lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path
+) -> None:
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--no-align", "--lamp-distance", "2")
+    assert done.code == 0
+    assert "! The lamp is near, but nothing says on which side it stood" in done.out
+    assert "which side" not in lightarc("import", photographs, "-o", tmp_path / "t", "--no-align").out
+
+
+@pytest.mark.parametrize(
+    ("words", "size"),
+    [
+        (("--corners", "5,12,95,12,95,72,5,72"), (60, 90)),
+        (("--corners", "5,12,95,14,90,72,8,70", "--size", "40x30"), (30, 40)),
+        (("--crop", "10,20,60,40", "--size", "30x20"), (20, 30)),
+    ],
+)
+def test_pictures_are_framed(
+    lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path, words: Any, size: Any
+) -> None:
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--no-align", "--json", *words)
+    assert done.code == 0
+    result = json.loads(done.out)
+    assert (result["height_px"], result["width_px"]) == size
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("--corners", "0,0,1,1"), ("--corners", "0,0,0,9,9,9,9,0"), ("--size", "3"), ("--size", "30x20"),
+     ("--corners", "5,12,95,12,95,72,5,72", "--crop", "1,1,9,9")],
+)  # fmt: skip
+def test_impossible_frames_are_wrong_usage(
+    lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path, words: Any
+) -> None:
+    done = lightarc("import", photographs, "-o", tmp_path / "s", *words)
+    assert (done.code, done.out) == (2, "")
+    assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--angles-deg", "10,x"), ("--crop", "1,2,3"), ("--crop", "0,0,0,5"), ("--motion", "spline"),
+        ("--white-balance", "1,2"), ("--white-balance", "1,0,nan"), ("--transfer", "gamma"),
+    ],
+)  # fmt: skip
+def test_wrong_usage(lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path, words: Any) -> None:
+    done = lightarc("import", photographs, "-o", tmp_path / "s", *words)
+    assert done.code == 2
+    assert words[0] in done.err
+    assert not (tmp_path / "s").exists()
+
+
+def test_bad_input_names_file_and_remedy(
+    lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path
+) -> None:
+    for words in ((tmp_path / "nowhere",), (photographs, "--angles-deg", "1,2"), (photographs, "-o", photographs)):
+        done = lightarc("import", "-o", tmp_path / "s", *words)
+        assert (done.code, done.out) == (3, "")
+        assert done.err.count("\n") == 1
+    assert not (tmp_path / "s").exists()
+    assert len(list(photographs.iterdir())) == 4
+
+
+def left(folder: Path) -> list[Any]:
+    return sorted(path.name for path in folder.rglob("*") if path.is_file())
+
+
+def test_interrupted_import_leaves_nothing(
+    lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from engine.capture import import_stack
+
+    def interrupted(*_arguments: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(import_stack, "_record", interrupted)
+    assert lightarc("import", photographs, "-o", tmp_path / "s").code == 4
+    assert left(tmp_path) == []
+
+
+def test_help_says_what_the_lists_mean() -> None:
+    parser = argparse.ArgumentParser(epilog="example")
+    import_.add_arguments(parser)
+    for key in KEYS:
+        assert key in parser.format_help()
+
+
+def test_an_archive_is_imported_and_nothing_of_it_is_left_behind(
+    lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path
+) -> None:
+    archive = Path(shutil.make_archive(str(tmp_path / "shots"), "gztar", photographs))
+    words = ("--angles-deg", "10,30,70,50", "--no-align", "--json")
+    done = lightarc("import", archive, "-o", tmp_path / "s", *words)
+    assert done.code == 0
+    assert json.loads(done.out)["images"] == 4
+    provenance = json.loads((tmp_path / "s" / "stack.json").read_text())["provenance"]
+    assert provenance["archive"] == "shots.tar.gz"
+    assert [one["member"] for one in provenance["photographs"]] == [f"IMG_{n:04}.png" for n in (0, 1, 3, 2)]
+    assert left(tmp_path) == ["radiance.npy", "saturated.npy", "shots.tar.gz", "stack.json"]
+
+
+def test_a_damaged_archive_is_refused_in_a_sentence(
+    lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path
+) -> None:
+    archive = Path(shutil.make_archive(str(tmp_path / "shots"), "zip", photographs))
+    archive.write_bytes(archive.read_bytes()[:-40])
+    done = lightarc("import", archive, "-o", tmp_path / "s")
+    assert done.code == 3
+    assert "shots.zip: is cut short" in done.err
+    assert not (tmp_path / "s").exists()
+
+
+@pytest.mark.parametrize("below", ["", "stack", "a/b"])
+@pytest.mark.parametrize("as_files", [False, True])
+def test_nothing_is_written_into_the_folder_of_photographs(
+    lightarc: Callable[..., SimpleNamespace], photographs: Path, below: str, as_files: bool
+) -> None:
+    before = sorted(photographs.rglob("*"))
+    given = sorted(photographs.glob("*.png")) if as_files else [photographs]
+    done = lightarc("import", *given, "-o", photographs / below)
+    assert done.code == 3
+    assert "is read by this command" in done.err
+    assert sorted(photographs.rglob("*")) == before
+
+
+@pytest.mark.parametrize(("size", "motion"), [((31, 40), "auto"), ((1, 1), "homography")])
+def test_photographs_too_small_to_be_aligned_stay_as_they_were(
+    lightarc: Callable[..., SimpleNamespace], tmp_path: Path, size: Any, motion: str
+) -> None:
+    (tmp_path / "small").mkdir()
+    for angle in (10, 30, 50, 70, 90):
+        codes = np.random.default_rng(angle).integers(0, 600 * angle, (*size, 3), dtype=np.uint16)
+        (tmp_path / "small" / f"x_{angle}deg.png").write_bytes(encode_png(codes))
+    done = lightarc("import", tmp_path / "small", "-o", tmp_path / "s", "--motion", motion, "--json")
+    assert done.code == 0, done.err
+    found = json.loads(done.out)
+    assert (found["height_px"], found["width_px"]) == size
+    assert any("smaller than 32" in text for text in found["warnings"])
+    assert found["alignment_residual_px"] == [None] * 5

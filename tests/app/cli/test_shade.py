@@ -1,0 +1,274 @@
+"""`lightarc shade` as a person or a script meets it."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import cv2
+import numpy as np
+import pytest
+
+from engine.brdf.brdf import brdf_from_text
+from engine.brdf.models.microfacet import Ggx
+from engine.brdf.readers.table_file import write_table
+from engine.brdf.resample import table_from
+from engine.bundle.bundle import describe_bundle, open_bundle
+from engine.capture.import_stack import ImportSettings, import_stack
+from engine.capture.lights.sources import find
+from engine.capture.stack import open_stack
+from engine.core.steps import drain
+from engine.images.encode import encode_png
+from tests.present import present
+
+KEYS = [
+    "slice_mean_radiance", "slice_target_radiance", "rms", "rms_per_channel", "size_bytes_slices",
+    "size_bytes_compressed", "linearise_s", "fit_s", "exponent_bits", "quantisation_bound_radiance",
+    "quantisation_error_radiance", "max_error_radiance", "kept_tile_fraction", "seam_error", "tile_width_px",
+    "tile_height_px", "worst_texels",
+]  # fmt: skip
+
+
+def make_stack(folder: Path, levels: Any) -> Any:
+    """A stack folder of photographs of the given mean sRGB codes."""
+    photographs = folder / "photographs"
+    photographs.mkdir()
+    surface = np.random.default_rng(0).uniform(0.7, 1.3, (24, 30, 3))
+    for index, level in enumerate(levels):
+        codes = np.clip(level * surface, 0, 255).astype(np.uint8)
+        (photographs / f"cloth_{10 * (index + 1)}deg.png").write_bytes(encode_png(codes))
+    return drain(import_stack(find([photographs]), ImportSettings(motion="none"), folder / "stack")).folder
+
+
+@pytest.fixture(scope="module")
+def stack(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    return make_stack(tmp_path_factory.mktemp("capture"), (20, 60, 90, 150, 190))
+
+
+@pytest.mark.parametrize("suffix", [".lightarc", ""])
+def test_json_has_the_promised_keys_and_the_bundle_holds_both_forms(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path, suffix: str
+) -> None:
+    target = tmp_path / f"cloth{suffix}"
+    done = lightarc("shade", stack, "-o", target, "--slices", 6, "--json")
+    assert done.code == 0, done.err
+    result = json.loads(done.out)
+    assert list(result) == KEYS
+    assert result["slice_mean_radiance"] == pytest.approx(result["slice_target_radiance"], rel=4 * 2**-24)
+    assert result["size_bytes_slices"] == 6 * 24 * 30 * 3 * 4
+    assert result["size_bytes_compressed"] == 2 * 24 * 30 * 3 * 4
+    material = open_bundle(target)
+    assert material.shading_map is not None
+    assert material.shading_map.slices.shape == (6, 24, 30, 3)
+    assert material.power_law is not None
+    rebuilt = np.stack([material.power_law.slice_image(r) for r in material.shading_map.target_radiance])
+    assert result["rms"] == pytest.approx(np.sqrt(((rebuilt - material.shading_map.slices) ** 2).mean()), rel=1e-4)
+    assert material.elevation_deg == pytest.approx((10, 20, 30, 40, 50))
+
+
+def test_the_least_squares_scale_is_not_worse(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
+) -> None:
+    results = {
+        scale: json.loads(lightarc("shade", stack, "-o", tmp_path / scale, "--scale", scale, "--json").out)
+        for scale in ("last-slice", "least-squares")
+    }
+    assert results["least-squares"]["rms"] <= results["last-slice"]["rms"]
+
+
+def test_without_compression_the_bundle_holds_slices_alone(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
+) -> None:
+    done = lightarc("shade", stack, "-o", tmp_path / "plain.lightarc", "--compress", "none", "--json")
+    result = json.loads(done.out)
+    assert list(result) == KEYS
+    assert result["rms"] is None
+    assert result["fit_s"] is None
+    assert open_bundle(tmp_path / "plain.lightarc").power_law is None
+
+
+def test_under_a_bound_tiles_keep_their_slices(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
+) -> None:
+    plain = json.loads(lightarc("shade", stack, "-o", tmp_path / "plain.lightarc", "--json").out)
+    relative = plain["worst_texels"][0]["error_radiance"] / plain["slice_target_radiance"][-1]
+    target = tmp_path / "mixed.lightarc"
+    result = json.loads(lightarc("shade", stack, "-o", target, "--max-error", 0.9 * relative, "--json").out)
+    assert 0 < result["kept_tile_fraction"] < 1
+    assert result["worst_texels"][0]["error_radiance"] < result["max_error_radiance"]
+    assert result["max_error_radiance"] == pytest.approx(0.9 * plain["worst_texels"][0]["error_radiance"])
+    assert result["rms"] < plain["rms"]
+    kept = present(open_bundle(target).power_law).kept
+    assert kept is not None
+    assert result["size_bytes_compressed"] == plain["size_bytes_compressed"] + kept.slices.nbytes + kept.place.nbytes
+    everything = json.loads(lightarc("shade", stack, "-o", target, "--max-error", 0, "--json").out)
+    assert (everything["rms"], everything["kept_tile_fraction"]) == (0.0, 1.0)
+    material = open_bundle(target)
+    assert material.power_law is not None
+    assert material.shading_map is not None
+    assert np.array_equal(material.power_law.slice_image(0.1), material.shading_map.slice_image(0.1))
+
+
+@pytest.mark.parametrize(("bits", "share"), [(8, 24 / 64), (16, 32 / 64)])
+def test_fewer_bits_are_fewer_bytes_with_a_bound(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path, bits: int, share: float
+) -> None:
+    target = tmp_path / "m.lightarc"
+    result = json.loads(lightarc("shade", stack, "-o", target, "--exponent-bits", bits, "--json").out)
+    assert result["size_bytes_compressed"] == share * 2 * 24 * 30 * 3 * 4
+    assert 0 < result["quantisation_error_radiance"] <= result["quantisation_bound_radiance"]
+    assert present(open_bundle(target).power_law).storage.exponent_bits == bits
+
+
+def test_a_tile_comes_with_its_seam_and_a_picture(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
+) -> None:
+    target, picture = tmp_path / "tile.lightarc", tmp_path / "tile.png"
+    done = lightarc("shade", stack, "-o", target, "--tileable", "--overlap", 6, "--tile-preview", picture, "--json")
+    result = json.loads(done.out)
+    size = (result["tile_height_px"], result["tile_width_px"])
+    assert result["seam_error"] > 0
+    assert present(open_bundle(target).shading_map).slices.shape[1:3] == size
+    assert describe_bundle(target)["figures"]["seam_error"] == result["seam_error"]
+    shown = cv2.imread(str(picture))
+    assert shown is not None
+    assert shown.shape[:2] == (3 * size[0], 3 * size[1])
+    assert np.array_equal(shown[: size[0], : size[1]], shown[size[0] : 2 * size[0], size[1] : 2 * size[1]])
+
+
+def test_worst_texels_and_the_error_map_show_where_the_fit_is_off(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
+) -> None:
+    picture = tmp_path / "error.png"
+    done = lightarc("shade", stack, "-o", tmp_path / "m.lightarc", "--worst", 3, "--error-map", picture, "--json")
+    worst = json.loads(done.out)["worst_texels"]
+    error_map = present(open_bundle(tmp_path / "m.lightarc").power_law).error_map
+    assert [texel["error_radiance"] for texel in worst] == sorted(error_map.ravel().tolist(), reverse=True)[:3]
+    assert all(error_map[texel["row"], texel["column"]] == texel["error_radiance"] for texel in worst)
+    assert cv2.imread(str(picture)) is not None
+
+
+def test_a_measured_brdf_goes_into_the_bundle_as_a_table(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
+) -> None:
+    truth = Ggx(kd=(0.3, 0.3, 0.3), alpha=0.35, f0=(0.2, 0.2, 0.2))
+    table = write_table(tmp_path / "paint.exr", table_from(truth, (30, 30, 60)))
+    done = lightarc("shade", stack, "-o", tmp_path / "cloth.lightarc", "--brdf", tmp_path / "paint.exr", "--json")
+    assert done.code == 0, done.err
+    material = open_bundle(tmp_path / "cloth.lightarc")
+    assert material.measured is not None
+    assert np.array_equal(cast(Any, material.measured).values, table.values)
+    nearest = brdf_from_text(material.brdf)
+    assert cast(Any, nearest).alpha == pytest.approx(truth.alpha, rel=0.1)
+    assert cast(Any, nearest).kd == pytest.approx(truth.kd, abs=0.02)
+    assert lightarc("bundle", "verify", tmp_path / "cloth.lightarc").code == 0
+
+
+def test_a_model_is_kept_by_its_name_and_nonsense_is_refused_before_the_work(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
+) -> None:
+    assert lightarc("shade", stack, "-o", tmp_path / "a.lightarc", "--brdf", "ggx:alpha=0.2").code == 0
+    material = open_bundle(tmp_path / "a.lightarc")
+    assert brdf_from_text(material.brdf) == Ggx(alpha=0.2)
+    assert material.measured is None
+    assert lightarc("shade", stack, "-o", tmp_path / "b.lightarc", "--brdf", "velvet").code == 2
+    assert lightarc("shade", stack, "-o", tmp_path / "b.lightarc", "--brdf", "absent.binary").code == 3
+    assert not (tmp_path / "b.lightarc").exists()
+
+
+def test_excluded_photographs_are_left_out_and_recorded(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
+) -> None:
+    target = tmp_path / "m.lightarc"
+    done = lightarc("shade", stack, "-o", target, "--exclude", "cloth_20deg.png", "cloth_50deg.png", "--json")
+    assert done.code == 0, done.err
+    assert open_bundle(target).elevation_deg == pytest.approx((10, 30, 40))
+    excluded = describe_bundle(target)["provenance"]["excluded_photographs"]
+    assert excluded == ["cloth_20deg.png", "cloth_50deg.png"]
+    assert json.loads(done.out)["slice_target_radiance"][-1] < 0.5
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--exclude", "felt.png"], "no photograph called felt.png"),
+        (["--max-error", "-1"], "--max-error"),
+        (["--max-error", "nan"], "--max-error"),
+        (["--overlap", "5"], "--tileable"),
+        (["--tileable", "--overlap", "0"], "--overlap"),
+        (["--tile-preview", "tile.png"], "--tileable"),
+        (["--compress", "none", "--exponent-bits", "8"], "--compress power-law"),
+        (["--exponent-bits", "12"], "--exponent-bits"),
+        (["--worst", "-1"], "--worst"),
+    ],
+)
+def test_words_that_do_not_fit_together_are_wrong_usage(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path, words: Any, said: str
+) -> None:
+    done = lightarc("shade", stack, "-o", tmp_path / "m.lightarc", *words)
+    assert done.code == 2
+    assert said in done.err
+    assert not (tmp_path / "m.lightarc").exists()
+
+
+@pytest.mark.parametrize("slices", ["1", "0", "-4", "257", "many"])
+def test_a_wrong_number_of_slices_is_wrong_usage(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path, slices: str
+) -> None:
+    done = lightarc("shade", stack, "-o", tmp_path / "m.lightarc", "--slices", slices)
+    assert done.code == 2
+    assert not (tmp_path / "m.lightarc").exists()
+
+
+def test_S4_a_black_stack_is_bad_input_that_names_the_stack(
+    lightarc: Callable[..., SimpleNamespace], tmp_path: Path
+) -> None:
+    stack = make_stack(tmp_path, (0, 0, 0))
+    done = lightarc("shade", stack, "-o", tmp_path / "m.lightarc")
+    assert done.code == 3
+    assert str(stack) in done.err
+    assert "no light" in done.err
+    assert "Traceback" not in done.err
+    assert not (tmp_path / "m.lightarc").exists()
+
+
+def test_what_is_no_stack_and_what_may_not_be_replaced_is_refused(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
+) -> None:
+    assert lightarc("shade", tmp_path / "absent", "-o", tmp_path / "m.lightarc").code == 3
+    (tmp_path / "letter.lightarc").write_text("Dear reader")
+    done = lightarc("shade", stack, "-o", tmp_path / "letter.lightarc")
+    assert done.code == 3
+    assert (tmp_path / "letter.lightarc").read_text() == "Dear reader"
+
+
+def test_a_person_reads_two_lines(lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path) -> None:
+    done = lightarc("shade", stack, "-o", tmp_path / "cloth.lightarc")
+    assert "8 slices" in done.out
+    assert "RMS error" in done.out
+
+
+@pytest.mark.parametrize(("name", "left_bytes"), [("radiance.npy", 20_000), ("saturated.npy", 0)])
+def test_a_stack_that_is_cut_short_while_it_is_open_is_named(
+    lightarc: Callable[..., SimpleNamespace],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    name: str,
+    left_bytes: int,
+) -> None:
+    folder = make_stack(tmp_path, (20, 60, 90))
+
+    def opened(place: Path) -> Any:
+        found = open_stack(place)
+        os.truncate(folder / name, left_bytes)
+        return found
+
+    monkeypatch.setattr("engine.capture.stack.open_stack", opened)
+    done = lightarc("shade", folder, "-o", tmp_path / "cloth.lightarc")
+    assert done.code == 3
+    assert f"{name}: was cut short while it was open. Check the disk" in done.err
+    assert not (tmp_path / "cloth.lightarc").exists()

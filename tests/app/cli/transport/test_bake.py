@@ -1,0 +1,186 @@
+"""`lightarc bake` and `lightarc render` of what it made, as a person types them."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from app.cli.transport import bake
+from engine.core.steps import Step
+from tests.app.command import Command, result
+from tests.present import present
+
+QUICK = ("--cube", "16", "--coefficients", "40", "--fine", "1", "--terms", "2", "--json")
+SMALL = ("--width", "48", "--height", "36", "--samples", "1", "--json")
+
+
+def test_a_model_is_baked_and_drawn_under_any_light(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output = tmp_path / "a.transport"
+    made = lightarc("bake", mesh, "--brdf", "phong:exponent=5", "--ground", "--ground-cells", "4", "-o", output, *QUICK)
+    found = result(made)
+    assert {"vertices", "bake_s", "visibility_s", "size_bytes", "knobs", "skipped"} <= set(found)
+    assert found["size_bytes"] == output.stat().st_size
+    assert f"{found['size_bytes'] / 1e6:.1f} MB" in made.err
+    assert found["vertices"] == 12 + 25
+    assert found["knobs"]["terms"] == 2
+    for number, light in enumerate((("--env", "sky"), ("--light-deg", "20,30"), ("--lamp", "theta_deg=10"))):
+        image = tmp_path / f"{number}.exr"
+        drawn = result(lightarc("render", output, "--mode", "wavelet", *light, "-o", image, *SMALL))
+        assert drawn["covered_fraction"] > 0.1
+        assert drawn["mean_radiance"] > 0.0
+        assert {"relight_s", "negative_rel", "sky_energy_error_rel", "light_rmse_rel"} <= set(drawn)
+        assert image.exists()
+    assert result(lightarc("render", output, "--env", "sky", "-o", tmp_path / "x.png", *SMALL))["mode"] == "wavelet"
+
+
+def test_lambert_under_a_lamp_is_what_the_direct_mode_draws(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output = tmp_path / "a.transport"
+    brdf = ("--brdf", "lambert:albedo=0.5")
+    result(lightarc("bake", mesh, *brdf, "-o", output, *QUICK))
+    pictures = []
+    for name, words in {"a.png": (output,), "b.png": (mesh, *brdf, "--mode", "direct", "--renderer", "cpu")}.items():
+        result(lightarc("render", *words, "--light-deg", "40,30", "-o", tmp_path / name, *SMALL))
+        pictures.append(present(cv2.imread(str(tmp_path / name))).astype(float))
+    assert np.abs(pictures[0] - pictures[1]).mean() < 1.0
+    assert pictures[0].std() > 20.0
+
+
+def test_what_is_cancelled_goes_on(mesh: Path, tmp_path: Path, lightarc: Command) -> None:
+    parser = argparse.ArgumentParser()
+    bake.add_arguments(parser)
+    output = tmp_path / "a.transport"
+    words = [str(mesh), "--brdf", "lambert", "--ground", "--ground-cells", "9", "-o", str(output), *QUICK[:-1]]
+
+    def interrupted(step: Step) -> None:
+        if step.done > 0.5:
+            raise KeyboardInterrupt
+
+    found = bake.run(parser.parse_args(words), interrupted)
+    assert (found["cancelled"], found["exit_code"], output.exists()) == (True, 4, False)
+    assert Path(found["unfinished"]).stat().st_size == found["unfinished_bytes"] == found["size_bytes"]
+    assert f"goes on from here, with {found['unfinished']} (0." in bake.report(found)
+    gone = bake.run(parser.parse_args([*words[:-2], "--terms", "1", "--restart"]), interrupted)
+    assert (gone["cancelled"], gone["unfinished"], len(list(tmp_path.glob(".*")))) == (True, None, 0)
+    assert "nothing was written" in bake.report(gone)
+    bake.run(parser.parse_args(words), interrupted)
+    again = result(lightarc("bake", *words, "--json"))
+    assert again["chunks_resumed"] >= 1
+    assert "kept from the cancelled bake" in bake.report(again)
+    assert result(lightarc("render", output, "-o", tmp_path / "x.png", *SMALL))["vertices"] == again["vertices"]
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (("--cube", "128"), 2, "--cube 128 is outside 2 … 64"),
+        (("--cube", "48"), 2, "2, 4, 8, 16, 32, 64 are"),
+        (("--terms", "0"), 2, "--terms 0"),
+        (("--terms", "1000"), 2, "--terms 1000"),
+        (("--coefficients", "0"), 2, "coefficients"),
+        (("--fine", "99"), 2, "--fine"),
+        (("--ground", "1.5"), 2, "albedo 1.5"),
+        (("--ground", "nan"), 2, "albedo nan"),
+        (("--brdf", "nonsense"), 2, "nonsense"),
+        (("--cluster", "nonsense"), 2, "no address of a Dask scheduler"),
+        (("--cluster", "tcp://127.0.0.1:9"), 3, "no scheduler of a cluster answers"),
+        (("-o", "/nowhere/at/all.transport"), 3, "folder does not exist"),
+    ],
+)
+def test_what_cannot_be_baked_is_refused(
+    words: tuple[str, str],
+    code: int,
+    message: str,
+    lightarc: Command,
+    mesh: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("engine.transport.baking.chunks.PATIENCE_S", 0.3)
+    refused = lightarc("bake", mesh, "--brdf", "lambert", "-o", tmp_path / "a.transport", *QUICK, *words)
+    assert (refused.code, message in refused.err) == (code, True), refused.err
+    assert not list(tmp_path.glob("*.transport"))
+
+
+@pytest.mark.parametrize("words", [("--brdf", "phong"), ("--ground",), ("--window", "hanning"), ("--measure-error",)])
+def test_what_was_baked_is_not_changed_by_drawing(
+    words: tuple[str, ...], lightarc: Command, mesh: Path, tmp_path: Path
+) -> None:
+    output = tmp_path / "a.transport"
+    result(lightarc("bake", mesh, "--brdf", "lambert", "-o", output, *QUICK))
+    refused = lightarc("render", output, "--env", "sky", "-o", tmp_path / "a.png", *SMALL, *words)
+    assert refused.code == 2
+    damaged = bytearray(output.read_bytes())
+    damaged[len(damaged) // 2] ^= 255
+    output.write_bytes(damaged)
+    broken = lightarc("render", output, "-o", tmp_path / "a.png", *SMALL)
+    assert (broken.code, "damaged" in broken.err) == (3, True), broken.err
+
+
+def test_a_model_in_place_of_a_bake_is_refused_with_the_way_to_bake_it(
+    lightarc: Command, mesh: Path, tmp_path: Path
+) -> None:
+    for model in (mesh, "sphere"):
+        refused = lightarc("render", model, "--mode", "wavelet", "-o", tmp_path / "a.png", *SMALL)
+        assert refused.code == 3
+        assert f"lightarc bake {model} --brdf TEXT --mode wavelet" in refused.err
+        assert len(refused.err.strip().splitlines()) == 1
+
+
+def test_options_of_another_mode_are_refused(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    for words, needed in {("--mode", "sh", "--terms", "2"): "wavelet", ("--order", "7"): "sh"}.items():
+        refused = lightarc("bake", mesh, "--brdf", "lambert", "-o", tmp_path / "a.transport", *words)
+        assert (refused.code, f"needs --mode {needed}" in refused.err) == (2, True)
+
+
+def test_the_device_draws_what_the_processor_draws(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output, means = tmp_path / "a.transport", []
+    result(lightarc("bake", mesh, "--brdf", "ggx:alpha=0.5,kd=0.5", "-o", output, *QUICK))
+    for renderer in ("cpu", "gl"):
+        drawn = result(
+            lightarc("render", output, "--env", "sky", "-o", tmp_path / "a.exr", "--renderer", renderer, *SMALL)
+        )
+        assert drawn["gl_renderer"].startswith("none") == (renderer == "cpu")
+        assert drawn["negative_rel"] >= 0.0
+        means.append(drawn["mean_radiance"])
+    assert means[1] == pytest.approx(means[0], rel=0.02)
+
+
+def test_brdfs_are_mixed_over_a_model(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output, picture, black = tmp_path / "a.transport", tmp_path / "half.png", tmp_path / "black.png"
+    cv2.imwrite(str(black), np.zeros((2, 2, 3), np.uint8))
+    cv2.imwrite(str(picture), np.full((2, 2, 3), 188, np.uint8))  # half, as sRGB codes it
+    means = {}
+    for name, words in {
+        "white": (),
+        "mixed": ("--blend", "phong:exponent=5:y"),
+        "half": ("--albedo", picture),
+    }.items():
+        made = lightarc("bake", mesh, "--brdf", "lambert:albedo=1", *words, "-o", output, *QUICK)
+        assert result(made)["knobs"]["blend"] == ([] if name != "mixed" else ["phong:exponent=5:y"])
+        drawn = result(lightarc("render", output, "--env", "sky", "-o", tmp_path / "a.exr", *SMALL))
+        means[name] = drawn["mean_radiance"]
+        assert drawn["terms"] == (3 if name == "mixed" else 1)
+        if name == "mixed":
+            for weight, of in (("y", "mixed"), (black, "white")):
+                words = ("--env", "sky", "--weight", weight, "-o", tmp_path / "a.exr", *SMALL)
+                assert result(lightarc("render", output, *words))["mean_radiance"] == pytest.approx(means[of], rel=1e-6)
+            words = ("--env", "sky", "--weight", black, "--albedo", picture, "-o", tmp_path / "a.exr", *SMALL)
+            means["later"] = result(lightarc("render", output, *words))["mean_radiance"]
+            refused = lightarc("render", output, "--weight", "x", "--weight", "y", "-o", tmp_path / "a.exr", *SMALL)
+            assert (refused.code, "2 weights do not fit 2 reflectances" in refused.err) == (2, True), refused.err
+    assert means["later"] == pytest.approx(means["half"], rel=1e-6)
+    assert means["half"] == pytest.approx(0.5 * means["white"], rel=0.01)
+    assert means["mixed"] != pytest.approx(means["white"], rel=0.01)
+    for words, reason in {
+        ("--blend", "phong"): "BRDF:SOURCE",
+        ("--blend", "nonsense:y"): "nonsense",
+        ("--blend", "phong:nothing.png"): "nothing.png",
+        ("--albedo", "nothing.png"): "nothing.png",
+        ("--mode", "sh", "--albedo", str(picture)): "--albedo needs --mode wavelet",
+    }.items():
+        refused = lightarc("bake", mesh, "--brdf", "lambert", "-o", output, "--cube", "16", *words)
+        assert (refused.code in (2, 3), reason in refused.err) == (True, True), refused.err

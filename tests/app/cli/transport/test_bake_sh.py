@@ -1,0 +1,131 @@
+"""`lightarc bake --mode sh` and `lightarc render` of what it made, as a person types them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.app.command import Command, result
+
+QUICK = ("--mode", "sh", "--order", "3", "--cube", "8", "--fine", "1", "--json")
+SMALL = ("--width", "48", "--height", "36", "--samples", "1", "--json")
+
+
+@pytest.fixture(autouse=True)
+def quick_tables(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("engine.transport.sh.brdf_table.SAMPLES", 256)
+
+
+def test_a_model_is_baked_and_drawn_under_any_light_and_with_another_brdf(
+    lightarc: Command, mesh: Path, tmp_path: Path
+) -> None:
+    output, image = tmp_path / "a.transport", tmp_path / "a.exr"
+    made = lightarc("bake", mesh, "--brdf", "phong:exponent=5", "--ground", "--ground-cells", "4", "-o", output, *QUICK)
+    found = result(made)
+    assert {"vertices", "bake_s", "visibility_s", "size_bytes", "knobs", "skipped"} <= set(found)
+    assert found["size_bytes"] == output.stat().st_size
+    assert f"{found['size_bytes'] / 1e6:.1f} MB" in made.err
+    assert found["stored"] == "matrices"
+    lights = ("--env", "sky"), ("--light-deg", "20,30"), ("--lamp", "theta_deg=10,radius_deg=20", "--window", "hanning")
+    for light in lights:
+        drawn = result(lightarc("render", output, *light, "-o", image, *SMALL))
+        assert drawn["mode"] == "sh"
+        assert drawn["covered_fraction"] > 0.1
+        assert drawn["mean_radiance"] > 0.0
+        assert {"relight_s", "negative_rel", "order", "table_error_rel"} <= set(drawn)
+    changed = result(lightarc("render", output, "--env", "sky", "--brdf", "lambert:albedo=0", "-o", image, *SMALL))
+    assert changed["brdf"] == "lambert:albedo=0"
+
+
+def test_turning_the_light_by_a_whole_turn_changes_nothing(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output = tmp_path / "a.transport"
+    assert result(lightarc("bake", mesh, "--brdf", "lambert", "-o", output, *QUICK))["stored"] == "vectors"
+    means = []
+    for angle in ("0", "360", "90"):
+        command = ("render", output, "--env", "sunset", "--env-rotation-deg", angle, "-o", tmp_path / "a.exr", *SMALL)
+        means.append(result(lightarc(*command))["mean_radiance"])
+    assert means[1] == pytest.approx(means[0], rel=1e-6)
+    assert means[2] != pytest.approx(means[0], rel=1e-3)
+
+
+def test_what_cannot_be_is_refused_with_the_reason(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output, image = tmp_path / "a.transport", tmp_path / "a.exr"
+    result(lightarc("bake", mesh, "--brdf", "lambert", "--interreflection", "-o", output, *QUICK))
+    for words, reason in {
+        ("render", output, "--env", "sky", "--brdf", "phong", "-o", image, *SMALL): "baked for one BRDF",
+        ("render", output, "--mode", "wavelet", "-o", image, *SMALL): "mode sh",
+        ("render", output, "--ground", "0.3", "-o", image, *SMALL): "--ground is part of the bake",
+        ("bake", mesh, "--brdf", "lambert", "-o", output, "--mode", "sh", "--order", "2"): "--order 2 is outside",
+        ("bake", mesh, "--brdf", "lambert", "-o", output, "--interreflection"): "needs --mode sh",
+        ("render", output, "--env", "sky", "--intensity", "nan", "-o", image, *SMALL): "--intensity nan",
+    }.items():
+        refused = lightarc(*words)
+        assert refused.code != 0
+        assert reason in refused.err
+
+
+def test_a_brdf_varies_over_a_model_in_the_bake_and_again_in_the_picture(
+    lightarc: Command, mesh: Path, tmp_path: Path
+) -> None:
+    output, image = tmp_path / "a.transport", tmp_path / "a.exr"
+    bake = ("bake", mesh, "--brdf", "ggx:kd=0.2,alpha=0.3", "-o", output, *QUICK)
+    made = result(lightarc(*bake, "--vary", "alpha=0.4:0.5:y", "--vary", "kd=0:0.8:x", "--error-env", "sky"))
+    assert made["knobs"]["vary"] == ["alpha=0.4:0.5:y", "kd=0:0.8:x"]
+    assert len(made["tables"]) == 2
+    assert made["interpolation_rel"] < 0.02
+    assert 0.0 < made["error_rmse_rel"] < 0.5
+    assert 0.0 < abs(made["error_mean_rel"]) < made["error_rmse_rel"]
+    lit = ("--env", "sky", "-o", image, *SMALL)
+    baked = result(lightarc("render", output, *lit))["mean_radiance"]
+    again = result(lightarc("render", output, "--vary", "alpha=0.4:0.5:y", "--vary", "kd=0:0.8:x", *lit))
+    assert again["mean_radiance"] == pytest.approx(baked, rel=1e-4)
+    darker = result(lightarc("render", output, "--vary", "kd=0:0.1:x", *lit))["mean_radiance"]
+    assert darker < 0.9 * baked
+    for words, reason in {
+        (*bake, "--vary", "gloss=0:1:x"): "no parameter 'gloss'",
+        (*bake, "--vary", "alpha=0.1:7:x"): "outside",
+        (*bake, "--vary", "alpha=0.1:0.2"): "PARAMETER=FROM:TO:SOURCE",
+        (*bake, "--vary", "alpha=0.1:0.2:nowhere.png"): "nowhere.png",
+        (*bake, *(("--vary", "alpha=0.1:0.2:x") * 2)): "twice",
+        (*bake, "--vary", "alpha=0.4:0.5:x", "--vary", "kd=0:1:x", "--vary", "f0=0:1:x"): "1 or 2",
+        (*bake[:6], "--mode", "wavelet", "--vary", "alpha=0.1:0.2:x"): "--mode wavelet",
+        ("render", output, "--vary", "kd=0:1", *lit): "PARAMETER=FROM:TO:SOURCE",
+        ("render", mesh, "--vary", "kd=0:1:x", *lit): "--mode sh",
+    }.items():
+        refused = lightarc(*words)
+        assert refused.code != 0
+        assert reason in refused.err, refused.err
+
+
+def test_lamps_nearby_fall_off_with_the_distance(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
+    output, image = tmp_path / "a.transport", tmp_path / "a.exr"
+    result(lightarc("bake", mesh, "--brdf", "lambert", "--ground", "--ground-cells", "4", "-o", output, *QUICK))
+    means = []
+    for place in ("x=40,y=40,z=40", "x=80,y=80,z=80", "x=80,y=80,z=80,power=4"):
+        drawn = result(lightarc("render", output, "--near-lamp", place, "-o", image, *SMALL))
+        means.append(drawn["mean_radiance"])
+        assert drawn["near_error_rel"] < 0.01
+        assert len(drawn["near_points"]) == 2
+    assert means[0] == pytest.approx(4.0 * means[1], rel=0.1)
+    assert means[2] == pytest.approx(4.0 * means[1], rel=1e-4)
+    both = ("--near-lamp", "x=40,y=40,z=40", "--near-lamp", "x=80,y=80,z=80", "--near-points", "3")
+    total = result(lightarc("render", output, *both, "-o", image, *SMALL))
+    assert total["mean_radiance"] == pytest.approx(means[0] + means[1], rel=0.02)
+    assert total["near_points"] == [27, 9]
+    assert not [text for text in total["warnings"] if "near lamps" in text]
+    coarse = result(lightarc("render", output, "--near-lamp", "x=2,y=2,z=2", "--near-points", "1", "-o", image, *SMALL))
+    assert coarse["near_error_rel"] > 0.1
+    [reported] = [text for text in coarse["warnings"] if "near lamps" in text]
+    assert f"{100.0 * coarse['near_error_rel']:.1f} %" in reported
+    for words, reason in {
+        ("--near-lamp", "x=0.2,y=0.2,z=0.2,radius=0.5"): "touches the model",
+        ("--near-lamp", "w=1"): "known are x, y, z",
+        ("--near-lamp", "x=3", "--near-points", "99"): "outside 1",
+        ("--near-points", "3"): "needs --near-lamp",
+    }.items():
+        refused = lightarc("render", output, *words, "-o", image, *SMALL)
+        assert refused.code != 0
+        assert reason in refused.err, refused.err
+    refused = lightarc("render", mesh, "--near-lamp", "x=3", "-o", image, *SMALL)
+    assert "--mode sh" in refused.err

@@ -1,0 +1,159 @@
+"""`lightarc plan`, `lightarc bake --mode auto` and `lightarc selftest`: their records, exit codes, and kept costs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import app.session.machine_profile
+from app.command_line import main
+from engine.planning.costs.cost_model import load_model, machine_name, save
+from engine.planning.effects.estimates import EFFECTS
+from tests.engine.planning.conftest import every_rate
+
+LOOK = ["--brdf", "lambert:albedo=0.5", "--env", "sky"]
+
+
+@pytest.fixture
+def mesh(tmp_path: Path) -> str:
+    """A tetrahedron."""
+    path = tmp_path / "tetrahedron.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    return str(path)
+
+
+@pytest.fixture(autouse=True)
+def kept_costs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """Costs that are known already, so that nothing is measured."""
+    path = tmp_path / "cache" / "cost-model.json"
+    save(replace(every_rate(), machine=machine_name()), path)
+    monkeypatch.setattr(app.session.machine_profile, "cost_path", lambda: path)
+    return path
+
+
+def record(words: list[str], capsys: pytest.CaptureFixture[str], code: int = 0) -> dict[str, Any]:
+    assert main([*words, "--json"]) == code
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def test_a_plan_is_a_record_of_all_effects(mesh: str, capsys: pytest.CaptureFixture[str]) -> None:
+    found = record(["plan", mesh, *LOOK, "--error", "0.2", "--skip", "fresnel"], capsys)
+    assert [each["effect"] for each in found["effects"]] == list(EFFECTS)
+    keys = {"effect", "decision", "reason", "estimated_error_rel", "saves_s", "saves_bytes"}
+    assert all(set(each) == keys for each in found["effects"])
+    assert found["mode"] in ("sh", "wavelet", "direct")
+    assert found["predicted_error_rel"] <= 0.2
+    assert found["predicted_frame_s"] > 0.0
+    assert found["satisfied"]
+
+
+def test_a_plan_is_reported_to_people(mesh: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", mesh, *LOOK, "--time-ms", "0.000001"]) == 0
+    shown = capsys.readouterr().out
+    assert all(name in shown for name in EFFECTS)
+    assert "No mode draws a frame in 1e-06 ms" in shown
+
+
+def test_a_reference_that_nobody_waits_for_is_named_and_not_chosen(
+    mesh: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["plan", mesh, "--brdf", "ggx:alpha=0.1", "--env", "sky", "--error", "0.005"]
+    found = record(words, capsys)
+    assert not found["satisfied"]
+    assert found["mode"] != "reference"
+    assert found["reference"].keys() == {"samples", "max_depth", "error_rel", "frame_s"}
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    assert "The reference meets it" in shown
+    assert f"--samples {found['reference']['samples']}" in shown
+    once = record([*words, "--frames", "1"], capsys)
+    assert (once["mode"], once["satisfied"], once["reference"]) == ("reference", True, None)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--error", "0"],
+        ["--error", "nan"],
+        ["--time-ms", "-3"],
+        ["--force", "shine"],
+        ["--force", "glossy", "--skip", "glossy"],
+        ["--width", "0"],
+    ],
+)
+def test_what_is_no_plan_is_wrong_usage(mesh: str, words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", mesh, *LOOK, *words]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_a_bake_follows_its_plan(mesh: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = str(tmp_path / "a.transport")
+    found = record(["bake", mesh, *LOOK, "--mode", "auto", "--error", "0.2", "-o", output], capsys)
+    assert Path(output).stat().st_size == found["size_bytes"]
+    assert any(line.startswith("No self-shadowing:") for line in found["skipped"])
+    assert {each["decision"] for each in found["effects"]} <= {"needed", "skipped"}
+    assert main(["bake", mesh, "--brdf", "lambert", "--mode", "auto", "-o", output]) == 2
+    assert "--env" in capsys.readouterr().err
+
+
+def test_a_picture_follows_its_plan(mesh: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A tetrahedron shades nothing and needs no path; with shadows forced, paths are all that is left."""
+    words = ["render", mesh, *LOOK, "--mode", "auto", "--width", "40", "--height", "30", "--renderer", "cpu"]
+    output = ["-o", str(tmp_path / "a.png")]
+    found = record([*words, *output, "--error", "0.3"], capsys)
+    assert found["mode"] == "direct"
+    assert found["directions"] == found["knobs"]["directions"]
+    assert any(line.startswith("No self-shadowing:") for line in found["skipped"])
+    forced = record([*words, *output, "--error", "0.3", "--force", "self-shadowing"], capsys)
+    assert forced["mode"] == "reference"
+    assert forced["samples"] == forced["knobs"]["samples"]
+    assert {each["effect"]: each["decision"] for each in forced["effects"]}["self-shadowing"] == "forced on"
+    for wrong in (["--lamp", "theta_deg=3,phi_deg=0"], ["--samples", "4"], ["--error", "0"], ["--force", "shine"]):
+        assert main([*words, *output, *wrong]) == 2
+    assert main(["render", mesh, *LOOK, *output, "--error", "0.1"]) == 2
+    assert "--mode auto" in capsys.readouterr().err
+
+
+def test_damaged_costs_are_measured_anew(
+    kept_costs: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    from engine.core.steps import Step, Steps, drain
+    from engine.planning.costs import machine_profile
+
+    def calibrate() -> Steps[Any]:
+        yield Step(0.0, "measuring")
+        return replace(every_rate(), machine=machine_name(), renderer="measured anew", others=0.4)
+
+    monkeypatch.setattr(machine_profile, "calibrate", calibrate)
+    assert drain(app.session.machine_profile.cost_model()).renderer == "processor"
+    kept_costs.write_text("{")
+    assert drain(app.session.machine_profile.cost_model()).renderer == "measured anew"
+    assert "Other programs used 40 % of the processors" in caplog.text
+    kept = load_model(kept_costs)
+    assert kept is not None
+    assert kept.renderer == "measured anew"
+
+
+def test_the_self_test_tells_its_cases(capsys: pytest.CaptureFixture[str]) -> None:
+    found = record(["selftest", "--only", "CO", "H6"], capsys)
+    assert [each["id"] for each in found["cases"]] == ["CO1", "CO5", "CO7", "H6"]
+    assert all(each["pass"] and each["measured"] <= each["bound"] for each in found["cases"])
+    assert main(["selftest", "--only", "Y3"]) == 2
+
+
+def test_a_case_that_fails_is_the_exit_code(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from engine.selftest import run
+    from engine.selftest.case import Question
+
+    monkeypatch.setattr(run, "QUESTIONS", (Question("H6", "a figure that is too large", lambda: (2.0, 1.0)),))
+    found = record(["selftest"], capsys, 1)
+    assert [each["pass"] for each in found["cases"]] == [False]
+    assert main(["selftest"]) == 1
+    assert "FAIL" in capsys.readouterr().out

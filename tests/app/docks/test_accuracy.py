@@ -1,0 +1,230 @@
+"""The Accuracy dock: measuring, the plot, a click that applies a setting, and budgets."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+
+from app.docks.tradeoff_plot import AXES
+from app.document.bake_request import choices_for
+from app.document.document import Look
+from app.document.measured import (
+    Accuracy,
+    choices_with,
+    describe,
+    frame_text,
+    look_with,
+    scene_key,
+    setting_of,
+    setting_text,
+)
+from app.view.baking import Baking
+from app.window.main_window import MainWindow
+from engine.light.environment_file import open_environment
+from engine.planning.costs.setting import Setting
+from engine.tradeoff.point import COSTS, Point
+from tests.app.view.test_baking import LONG, ball
+
+POINTS = (
+    Point(Setting("direct", {"directions": 16}), 0.2, 0.2, 0.001, 0.004, 1e-5, 0.0, 100, 0),
+    Point(Setting("direct", {"directions": 256}), 0.15, 0.15, 0.001, 0.05, 1e-5, 0.0, 4000, 0),
+    Point(Setting("sh", {"order": 3}), 0.05, 0.05, 0.001, 0.006, 0.002, 4.0, 2_000_000, 2_000_000),
+    Point(Setting("wavelet", {"terms": 2, "cube": 16}), 0.02, 0.02, 0.001, 0.008, 0.01, 9.0, 9_000_000, 9_000_000),
+    Point(Setting("reference", {"samples": 4}), 0.1, 0.1, 0.001, 1.0, 0.0, 0.0, 10_000_000, 0),
+)
+
+
+@pytest.fixture
+def view(window: MainWindow, qtbot: Any) -> MainWindow:
+    """A ball under the studio in the View workspace."""
+    document = window.bench.document
+    material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
+    document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
+    window.show_workspace("view")
+    dock = window.accuracy_dock
+    qtbot.waitUntil(lambda: window.view.scene(document.project) is not None and dock.isVisible(), timeout=LONG)
+    qtbot.waitUntil(lambda: dock.plot.width() > 200, timeout=LONG)
+    return window
+
+
+def measured(window: MainWindow) -> Accuracy:
+    scene = window.view.scene(window.bench.document.project)
+    assert scene is not None
+    found = Accuracy(POINTS, scene_key(scene, 0), (64, 48), 16, "test")
+    window.bench.document.change("Measure accuracy", accuracy=found)
+    return found
+
+
+def click(window: MainWindow, qtbot: Any, setting: Setting) -> None:
+    plot = window.accuracy_dock.plot
+    qtbot.wait(50)
+    place = plot.place_of(setting)
+    assert place is not None
+    qtbot.mouseMove(plot.viewport(), QPoint(2, 2))
+    qtbot.mouseClick(plot.viewport(), Qt.MouseButton.LeftButton, pos=place.toPoint())
+
+
+def test_all_axes_of_the_engine_are_there() -> None:
+    assert set(AXES) == set(COSTS)
+
+
+def test_points_are_shown_kept_and_undone(view: MainWindow) -> None:
+    dock = view.accuracy_dock
+    assert "Nothing measured yet" in dock.words.text()
+    found = measured(view)
+    assert dock.accuracy is found
+    assert {point.setting for point in dock.plot.shown} == {point.setting for point in POINTS}
+    dock.axis.setCurrentIndex(dock.axis.findData("bake"))
+    dock.axis.activated.emit(0)
+    assert {point.mode for point in dock.plot.shown} == {"sh", "wavelet"}
+    assert "3 take none" in dock.words.text()
+    view.bench.document.undo_stack.undo()
+    assert dock.accuracy is None
+
+
+def test_a_click_applies_mode_and_knobs(view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Baking, "_ask", lambda _self, _wanted: None)
+    measured(view)
+    click(view, qtbot, POINTS[1].setting)
+    look = view.bench.document.project.look
+    assert (look.mode, look.directions) == ("direct", 256)
+    assert view.view.setting == POINTS[1].setting
+    assert view.accuracy_dock.plot.current == POINTS[1].setting
+    click(view, qtbot, POINTS[3].setting)
+    assert view.bench.document.project.look.mode == "wavelet"
+    assert (
+        view.view.bakings["wavelet"].choices.value("terms"),
+        view.view.bakings["wavelet"].choices.value("cube"),
+    ) == (2, 16)
+
+
+def test_arrow_keys_reach_points_and_enter_applies_one(view: MainWindow, qtbot: Any) -> None:
+    measured(view)
+    plot = view.accuracy_dock.plot
+    with qtbot.waitSignal(plot.picked) as picked:
+        for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Return):
+            qtbot.keyClick(plot, key)
+    assert picked.args == [POINTS[0].setting]
+
+
+@pytest.mark.parametrize(
+    ("words", "setting"),
+    [("10 ms and 5 MB", POINTS[2].setting), ("3 %", POINTS[3].setting), ("20 ms", POINTS[3].setting)],
+)
+def test_a_budget_names_the_best_setting(view: MainWindow, qtbot: Any, words: str, setting: Setting) -> None:
+    measured(view)
+    dock = view.accuracy_dock
+    dock.applied.disconnect(view.view.apply_setting)
+    dock.budget.setText(words)
+    assert setting_text(setting) in dock.words.text()
+    with qtbot.waitSignal(dock.applied) as applied:
+        qtbot.keyClick(dock.budget, Qt.Key.Key_Return)
+    assert applied.args == [setting]
+
+
+def test_it_says_when_none_does_and_what_a_budget_is(view: MainWindow) -> None:
+    measured(view)
+    dock = view.accuracy_dock
+    dock.budget.setText("0.1 %")
+    assert "No measured setting keeps within it" in dock.words.text()
+    dock.budget.setText("fast")
+    assert "8 ms and 100 MB" in dock.words.text()
+    dock._apply_choice()
+
+
+def test_another_light_makes_points_stale(view: MainWindow) -> None:
+    measured(view)
+    dock = view.accuracy_dock
+    assert not dock.is_stale
+    view.bench.document.change("Light", environment=open_environment("sky"))
+    assert dock.is_stale
+    assert "another scene" in dock.words.text()
+
+
+def test_measuring_fills_the_plot(view: MainWindow, qtbot: Any) -> None:
+    dock = view.accuracy_dock
+    dock.modes.setCurrentIndex(dock.modes.findData("direct"))
+    dock.time.addItem("a moment", 2)
+    dock.time.setCurrentIndex(dock.time.findData(2))
+    dock.go.click()
+    assert dock.go.text() == "Stop measuring"
+    qtbot.waitUntil(lambda: dock.job is None, timeout=LONG)
+    assert dock.accuracy is view.bench.document.project.accuracy
+    assert dock.accuracy is not None
+    assert {point.mode for point in dock.accuracy.points} == {"direct"}
+
+
+def test_docks_of_the_view_come_and_go_with_it(window: MainWindow, qtbot: Any) -> None:
+    docks = (window.accuracy_dock, window.effects_dock)
+    assert not any(dock.isVisible() for dock in docks)
+    window.show_workspace("view")
+    qtbot.waitUntil(lambda: all(dock.isVisible() for dock in docks), timeout=LONG)
+    window.accuracy_dock.close()
+    window.show_workspace("brdf")
+    assert not any(dock.isVisible() for dock in docks)
+    window.show_workspace("view")
+    assert [dock.isVisible() for dock in docks] == [False, True]
+    window._keep_settings()
+    assert window.of_view.closed == ("accuracy",)
+    window.of_view.actions[1].trigger()
+    assert window.accuracy_dock.isVisible()
+
+
+def test_settings_go_to_the_window_and_back() -> None:
+    look, choices = Look(), {name: choices_for(name) for name in ("sh", "wavelet")}
+    wanted = Setting("wavelet", {"terms": 2, "cube": 16})
+    turned = choices | {"wavelet": choices_with(wanted, choices["wavelet"])}
+    assert setting_of("wavelet", look, turned) == wanted
+    for setting in (Setting("direct", {"directions": 16}), Setting("shading-map", {"directions": 4, "power_law": 1})):
+        assert setting_of(setting.mode, dataclasses.replace(look, **look_with(setting, look)), choices) == setting
+    assert "± 0.10 %" in describe(POINTS[0])
+    assert "predicted" not in describe(POINTS[0])
+    point = dataclasses.replace(POINTS[2], predicted={"frame_s": 0.0082, "bake_s": 4.1, "size_bytes": 2e6})
+    assert "predicted: frame 8.2 ms, bake 4.1 s" in describe(point)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.0082, "8.2 ms"), (0.1309, "131 ms"), (0.9949, "995 ms"), (1.26, "1.3 s"), (250.0, "4 min")],
+)
+def test_frames_of_all_lengths_are_reported_in_plain_digits(seconds: float, words: str) -> None:
+    assert frame_text(seconds) == words
+
+
+def test_settings_are_reported_in_words() -> None:
+    assert setting_text(Setting("sh", {"order": 15, "interreflection": 1})) == "SH, order 15, interreflection"
+    assert setting_text(Setting("shading-map", {"directions": 16})) == "Shading map, directions 16"
+
+
+def test_before_anything_is_measured_the_axes_have_no_numbers(view: MainWindow) -> None:
+    axes = [view.accuracy_dock.plot.getPlotItem().getAxis(side) for side in ("bottom", "left")]
+    assert all(axis._tickLevels == [] for axis in axes)
+    measured(view)
+    assert all(axis._tickLevels != [] for axis in axes)
+
+
+def test_what_lies_below_shares_the_place_of_accuracy_in_a_narrow_window(view: MainWindow) -> None:
+    for dock in view.other_docks:
+        dock.show()
+    view.resize(1280, 800)
+    assert set(view.other_docks) <= set(view.tabifiedDockWidgets(view.accuracy_dock))
+    view.resize(1920, 1000)
+    assert not set(view.other_docks) & set(view.tabifiedDockWidgets(view.accuracy_dock))
+
+
+def test_points_come_back_with_the_scene_that_they_are_of(view: MainWindow) -> None:
+    """Another scene makes them stale, taking that back makes them good again, and so it does with the sweep itself."""
+    found, stack, dock = measured(view), view.bench.document.undo_stack, view.accuracy_dock
+    view.bench.document.change("Another", mesh=ball())
+    assert dock.is_stale
+    stack.undo()
+    assert not dock.is_stale
+    assert dock.accuracy is found
+    stack.undo()
+    assert dock.accuracy is None
+    assert dock.plot.shown == []
+    stack.redo()
+    assert {point.setting for point in dock.plot.shown} == {point.setting for point in POINTS}

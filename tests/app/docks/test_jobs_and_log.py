@@ -1,0 +1,97 @@
+"""The docks are usable without a mouse and without sight: names of what can be reached, and an order that reads."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QDockWidget, QWidget
+
+from app.document.bake_request import choices_for, setting_for
+from app.view.bake_panel import choices_of
+from app.widgets.theme import ROW
+from app.window.main_window import MainWindow
+from engine.core.steps import Step, Steps
+from engine.light.environment_file import open_environment
+from engine.transport.method import METHODS
+from tests.app.view.test_baking import LONG, ball
+
+
+@pytest.fixture
+def view(window: MainWindow, qtbot: Any) -> MainWindow:
+    """All docks of a ball under the studio, planned, with a job that runs."""
+    document = window.bench.document
+    material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
+    document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
+    window.show_workspace("view")
+    qtbot.waitUntil(lambda: window.effects_dock.plan is not None, timeout=LONG)
+    window.bench.jobs.submit("Waiting", _waiting)
+    return window
+
+
+def _waiting() -> Steps[None]:
+    for _ in range(10_000):
+        yield Step(0.5, "waiting")
+
+
+def reached(dock: QDockWidget) -> Iterator[QWidget]:
+    """The widgets that the key Tab reaches inside a dock, in its order."""
+    start = dock.widget()
+    assert start is not None
+    at = start.nextInFocusChain()
+    while at is not None and at is not start:
+        takes = at.focusPolicy() & Qt.FocusPolicy.TabFocus
+        if start.isAncestorOf(at) and takes and at.isVisible() and at.isEnabled() and at.focusProxy() is None:
+            yield at
+        at = at.nextInFocusChain()
+
+
+def docks_of(window: MainWindow) -> list[QDockWidget]:
+    return [*window.of_view.docks, *window.other_docks]
+
+
+def test_everything_in_a_dock_that_takes_the_keyboard_has_a_name(view: MainWindow) -> None:
+    named = 0
+    for dock in docks_of(view):
+        dock.show()
+        dock.raise_()
+        QApplication.processEvents()
+        for widget in reached(dock):
+            words = widget.text() if isinstance(widget, QAbstractButton) else ""
+            assert widget.accessibleName() or words, f"{dock.windowTitle()}: {widget} has no name"
+            named += 1
+    assert named >= 15
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (1920, 1080)])
+def test_tab_goes_through_docks_as_they_are_read(view: MainWindow, size: tuple[int, int]) -> None:
+    view.resize(*size)
+    for dock in docks_of(view):
+        dock.show()
+        dock.raise_()
+        QApplication.processEvents()
+        seen = (widget for widget in reached(dock) if not widget.visibleRegion().isEmpty())
+        places = [(widget.mapTo(dock, QPoint(0, 0)), widget) for widget in seen]
+        for (before, one), (behind, other) in pairwise(places):
+            is_below = behind.y() >= before.y() - ROW // 2
+            is_right_of = behind.x() >= before.x() + one.width()
+            assert is_below or is_right_of, f"{dock.windowTitle()}: {other.accessibleName()} comes too late"
+
+
+def test_effects_are_reached_from_the_first_to_the_plan(view: MainWindow) -> None:
+    dock = view.effects_dock
+    names = [widget.accessibleName() or widget.text() for widget in reached(dock)]  # type: ignore[attr-defined]
+    assert names[0] == "Shadows"
+    assert names[-2:] == ["Budget of the plan", "Use this plan"] or names[-1] == "Budget of the plan"
+    assert all(isinstance(wish, QComboBox) for wish in dock.wishes.values())
+
+
+def test_every_choice_of_a_bake_is_a_setting() -> None:
+    for method in METHODS:
+        for parameter in choices_of(method):
+            for value, _words in parameter.offered:
+                setting_for(choices_for(method.name, **{parameter.name: value}))

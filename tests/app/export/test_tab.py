@@ -1,0 +1,252 @@
+"""From the window to a bundle and back: everything that the Material workspace makes, and disks that fail."""
+
+from __future__ import annotations
+
+import dataclasses
+import errno
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+
+from app.window.main_window import MainWindow
+from engine.bundle.bundle import describe_bundle, open_bundle
+from engine.core.colour import luminance
+from engine.scene.material import Material, error_figures
+from engine.storage import atomic
+from tests.app.window.test_main_window import fill
+from tests.present import present
+
+
+@pytest.fixture
+def tab(window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.setattr("app.commands.workbench.SIZE", (160, 120))
+    fill(window)
+    roughen(window)
+    window.export.set_folder(tmp_path)
+    window.export.name.setText("felt.lightarc")
+    window.show_workspace("export")
+    return window.export
+
+
+def roughen(window: MainWindow) -> None:
+    """Make the right half of the filled stack too restless for a power law."""
+    stack = window.bench.document.project.stack
+    assert stack is not None
+    radiance = stack.radiance[:]
+    half = radiance[:, :, 32:]
+    half *= np.random.default_rng(6).uniform(0.6, 1.4, half.shape[:3])[..., None]
+    means = luminance(radiance).mean(axis=(1, 2), dtype=np.float64)
+    window.bench.document.change("Rough", stack=dataclasses.replace(stack, radiance=radiance, mean_radiance=means))
+
+
+def rest(window: MainWindow, qtbot: Any) -> None:
+    qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=30_000)
+
+
+def build(window: MainWindow, qtbot: Any, **settings: Any) -> Material:
+    """The material of the filled stack with these settings."""
+    window.bench.document.change("Settings", **settings)
+    window.bench.build_material()
+    rest(window, qtbot)
+    return window.bench.document.project.material
+
+
+def export(window: MainWindow, qtbot: Any) -> str:
+    """Click, wait, and say what the window says."""
+    rest(window, qtbot)
+    qtbot.mouseClick(window.export.export, Qt.MouseButton.LeftButton)
+    rest(window, qtbot)
+    return window.export.verdict.text()
+
+
+def assert_same(one: Material, other: Material) -> None:
+    """Bit for bit, with everything that says how the material was made."""
+    for name in ("slices", "r_max", "mean_radiance", "clipped", "order"):
+        assert np.array_equal(getattr(one.shading_map, name), getattr(other.shading_map, name)), name
+    for name in ("scale", "exponent", "r_max", "rms", "rms_per_channel", "error_map", "storage"):
+        assert np.array_equal(getattr(one.power_law, name), getattr(other.power_law, name)), name
+    assert one.power_law is not None
+    kept, other_kept = one.power_law.kept, present(other.power_law).kept
+    assert (kept is None) == (other_kept is None)
+    if kept is not None:
+        assert other_kept is not None
+        assert np.array_equal(kept.place, other_kept.place)
+        assert np.array_equal(kept.slices, other_kept.slices)
+    for part in ("shading_map", "power_law"):
+        assert dict(getattr(one, part).health.figures) == dict(getattr(other, part).health.figures)
+    assert (one.elevation_deg, one.brdf, one.sigma) == (other.elevation_deg, other.brdf, other.sigma)
+
+
+@pytest.mark.parametrize(
+    ("settings", "suffix"),
+    [
+        ({"mixed": True, "error_bound_percent": 10.0}, ".lightarc"),
+        ({"exponent_bits": 8, "scale": "least-squares"}, ""),
+        ({"mixed": True, "error_bound_percent": 4.0, "exponent_bits": 16, "tileable": True}, ".lightarc"),
+        ({"excluded": frozenset({"a rather long name of a photograph 90.tif"}), "slices": 6}, ""),
+    ],
+    ids=["mixed", "8 bits", "mixed 16-bit tile", "excluded"],
+)
+def test_what_the_material_workspace_makes_is_exported_verified_and_reopened(
+    tab: Any, window: MainWindow, qtbot: Any, lightarc: Any, tmp_path: Path, settings: dict[str, Any], suffix: str
+) -> None:
+    made = build(window, qtbot, **settings)
+    project = window.bench.document.project
+    tab.name.setText(f"felt{suffix}")
+    assert export(window, qtbot).startswith(f"felt{suffix} written and verified")
+    target = tmp_path / f"felt{suffix}"
+    done = lightarc("bundle", "verify", target)
+    assert done.code == 0, done.err
+    assert_same(open_bundle(target), made)
+    manifest = describe_bundle(target)
+    assert manifest["figures"] == error_figures(made)
+    assert manifest["provenance"]["excluded_photographs"] == sorted(project.excluded)
+
+    window.new()
+    window.open([target])
+    qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=30_000)
+    rest(window, qtbot)
+    reopened = window.bench.document.project
+    assert_same(reopened.material, made)
+    for name in ("slices", "tileable", "scale", "exponent_bits", "mixed"):
+        assert getattr(reopened, name) == getattr(project, name), name
+    if project.mixed:
+        assert reopened.error_bound_percent == pytest.approx(project.error_bound_percent)
+        assert made.power_law is not None
+        assert made.power_law.kept is not None
+        assert 0 < (made.power_law.kept.place >= 0).mean() < 1
+    window.export.set_folder(tmp_path)
+    window.export.name.setText("again.lightarc")
+    window.show_workspace("export")
+    assert "verified" in export(window, qtbot)
+    assert describe_bundle(tmp_path / "again.lightarc")["provenance"] == manifest["provenance"]
+
+
+def test_the_preview_is_the_scene_even_where_view_was_never_opened(
+    tab: Any, window: MainWindow, qtbot: Any, tmp_path: Path
+) -> None:
+    rest(window, qtbot)
+    qtbot.waitUntil(lambda: tab.image.picture is not None, timeout=30_000)
+    assert "verified" in export(window, qtbot)
+    import zipfile
+
+    from engine.images.png import read_png
+
+    with zipfile.ZipFile(tmp_path / "felt.lightarc") as packed:
+        stored = read_png(packed.read("preview.png"), "preview.png").samples
+    shown = tab.image.picture.levels[0]
+    assert stored.shape == (120, 160, 3)
+    colour = shown.pixelColor(80, 60)
+    assert stored[60, 80].tolist() == [colour.red(), colour.green(), colour.blue()]
+    assert stored[60, 80].max() > 40
+
+
+def test_an_outdated_material_says_so_before_it_is_exported(tab: Any, window: MainWindow, qtbot: Any) -> None:
+    build(window, qtbot)
+    assert not tab.stale.isVisible()
+    window.bench.document.change("Mixed", mixed=True)
+    assert tab.stale.isVisible()
+    window.undo.trigger()
+    assert not tab.stale.isVisible()
+
+
+def test_a_bundle_of_the_same_name_is_announced_and_other_files_are_left_alone(
+    tab: Any, window: MainWindow, qtbot: Any, tmp_path: Path
+) -> None:
+    assert tab.export.text() == "Export bundle"
+    export(window, qtbot)
+    assert tab.export.text() == "Replace bundle"
+    letter = tmp_path / "letter.lightarc"
+    letter.write_text("Dear reader")
+    tab.name.setText("letter.lightarc")
+    assert "cannot be replaced" in export(window, qtbot)
+    assert letter.read_text() == "Dear reader"
+
+
+@pytest.mark.parametrize(
+    ("operation", "code", "said"),
+    [("write", errno.ENOSPC, "disk is full"), ("create", errno.EROFS, "read-only"), ("fsync", errno.EIO, "error")],
+)
+def test_a_failing_disk_is_named_and_leaves_the_earlier_bundle(
+    tab: Any,
+    window: MainWindow,
+    qtbot: Any,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    operation: str,
+    code: int,
+    said: str,
+) -> None:
+    export(window, qtbot)
+    before = open_bundle(tmp_path / "felt.lightarc")
+    build(window, qtbot, slices=6)
+
+    def fail(now: str, _path: Path) -> None:
+        if now == operation:
+            raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(atomic, "fault", fail)
+    assert said in export(window, qtbot)
+    qtbot.waitUntil(lambda: len(window.failures.open_dialogs) == 1, timeout=5000)
+    monkeypatch.setattr(atomic, "fault", None)
+    assert_same(open_bundle(tmp_path / "felt.lightarc"), before)
+    assert [path.name for path in tmp_path.iterdir() if "partial" in path.name] == []
+    assert tab.export.isEnabled()
+    assert "verified" in export(window, qtbot)
+
+
+def test_a_folder_that_may_not_be_written_to_is_named_before(tab: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.export.tab.os.access", lambda _path, _mode: False)
+    tab.set_folder(tab.folder)
+    assert not tab.export.isEnabled()
+    assert "another folder" in tab.export.toolTip()
+
+
+def test_a_cancelled_export_leaves_nothing_and_can_be_repeated(
+    tab: Any, window: MainWindow, qtbot: Any, tmp_path: Path
+) -> None:
+    rest(window, qtbot)
+    tab.start()
+    assert tab.export.toolTip() == "The bundle is being written"
+    window.bench.jobs.cancel(tab.exporting)
+    rest(window, qtbot)
+    assert tab.verdict.text() == "Cancelled. Nothing was written."
+    assert list(tmp_path.glob("*.lightarc")) == []
+    assert "verified" in export(window, qtbot)
+
+
+def test_a_material_that_was_undone_meanwhile_does_not_come_back(tab: Any, window: MainWindow, qtbot: Any) -> None:
+    rest(window, qtbot)
+    document = window.bench.document
+    window.bench.build_material()
+    while document.undo_stack.canUndo():
+        document.undo_stack.undo()
+    assert document.project.stack is None
+    rest(window, qtbot)
+    assert not document.project.has_map
+    assert document.undo_stack.canRedo()
+
+
+def test_any_order_of_undo_and_redo_shows_what_the_project_holds(tab: Any, window: MainWindow, qtbot: Any) -> None:
+    build(window, qtbot, exponent_bits=8, mixed=True, error_bound_percent=5.0)
+    build(window, qtbot, tileable=True, slices=6)
+    window.show_workspace("material")
+    stack, steps = window.bench.document.undo_stack, np.random.default_rng(4).integers(0, 2, 60)
+    for step in steps:
+        (stack.undo if step else stack.redo)()
+    while stack.canRedo():
+        stack.redo()
+    rest(window, qtbot)
+    project, material = window.bench.document.project, window.material
+    assert material.slices.currentText() == "6"
+    assert material.bits.currentData() == 8
+    assert project.material.power_law is not None
+    height, width = project.material.power_law.scale.shape[:2]
+    assert material.resolution.text() == f"{width} × {height} px"
+    assert material.image.picture is not None
+    assert material.image.picture.size == (width, height)
+    assert not window.failures.open_dialogs

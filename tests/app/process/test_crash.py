@@ -1,0 +1,76 @@
+"""A crash leaves one report, of which the next start tells once; an ordinary end leaves none."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.process import crash
+from engine.storage.writer import writer
+from tests.processes import gone
+
+PROJECT = Path(__file__).resolve().parents[3]
+
+FALLS = """
+import faulthandler
+from app.process import crash
+crash.begin()
+def the_place():
+    faulthandler._sigsegv()
+the_place()
+"""
+
+
+@pytest.fixture
+def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(crash, "report_folder", lambda: tmp_path)
+    return tmp_path
+
+
+def test_a_crash_is_reported_once_and_an_ordinary_end_leaves_nothing(logs: Path) -> None:
+    program = FALLS.replace(
+        "crash.begin()", f"import pathlib; crash.report_folder = lambda: pathlib.Path({str(logs)!r})\ncrash.begin()"
+    )
+    fallen = subprocess.run([sys.executable, "-c", program], cwd=PROJECT, capture_output=True)
+    assert fallen.returncode != 0
+    reported = crash.begin()
+    crash.end()
+    (report,) = logs.iterdir()
+    assert str(report) in reported
+    assert "the_place" in report.read_text()
+    assert crash.begin() == ""
+    crash.end()
+    assert list(logs.iterdir()) == [report]
+
+
+def test_a_fault_of_python_code_stays_in_a_report_of_bounded_size(logs: Path) -> None:
+    crash.begin()
+    for _ in range(crash.MOST_BYTES // 1000 + 100):
+        crash.note("x" * 1000)
+    crash.end()
+    (report,) = logs.iterdir()
+    assert report.name == f"running-{writer()}.txt"
+    assert 0.9 * crash.MOST_BYTES < report.stat().st_size <= crash.MOST_BYTES
+    assert str(os.getpid()) in crash.begin()
+    crash.end()
+
+
+def test_few_reports_are_kept_and_empty_ones_vanish(logs: Path) -> None:
+    for number in range(30):
+        (logs / f"crash-2020-01-01-0000{number:02}-1.txt").write_text("old")
+    (logs / f"running-{gone()}.txt").touch()
+    assert crash.begin() == ""
+    crash.end()
+    kept = sorted(path.name for path in logs.iterdir())
+    assert kept == [f"crash-2020-01-01-0000{number:02}-1.txt" for number in range(20, 30)]
+
+
+def test_a_folder_that_cannot_be_made_is_no_failure(logs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (logs / "file").touch()
+    monkeypatch.setattr(crash, "report_folder", lambda: logs / "file" / "log")
+    assert crash.begin() == ""
+    crash.end()

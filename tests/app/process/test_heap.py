@@ -1,0 +1,34 @@
+"""Freed arrays go back to the system."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+TAKE_AND_FREE = """
+import numpy as np, psutil
+from app.process.heap import give_back_freed_arrays
+
+def own_mib():
+    return psutil.Process().memory_full_info().uss / 2**20
+
+give_back_freed_arrays()
+np.ones(3 * 2**20)  # 24 MiB, freed at once: arrays of up to that size come from the pool now
+arrays, above, before = [], [], own_mib()
+for _ in range(8):
+    arrays.append(np.ones(2**20))
+    above.append(np.ones(2000))
+taken = own_mib() - before
+arrays.clear()
+print(taken, own_mib() - before)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a setting of glibc")
+def test_arrays_below_a_small_one_go_back_when_they_are_freed() -> None:
+    found = subprocess.run([sys.executable, "-c", TAKE_AND_FREE], check=True, capture_output=True, text=True)
+    taken, kept = map(float, found.stdout.split())
+    assert taken > 60.0
+    assert kept < 12.0

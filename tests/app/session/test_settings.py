@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from app.session import settings
+from app.session import settings as session_settings
+from app.session.settings import Settings
+from engine.storage.writer import writer
+from tests.processes import gone
+
+
+def test_what_is_saved_comes_back(tmp_path: Path) -> None:
+    kept = Settings(theme="light", geometry="0a0b", recent=("/a", "/b"))
+    settings.save(kept, tmp_path / "config")
+    assert settings.load(tmp_path / "config") == kept
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"{", b"[]", b'{"theme": 3}', b'{"geometry": "zz"}', b"\xff\xfe", b'{"recent": [1]}', b"[" * 100_000],
+)
+def test_fault_14_corrupt_settings_are_put_aside_and_defaults_used(
+    tmp_path: Path, content: bytes, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "settings.json").write_bytes(content)
+    assert settings.load(tmp_path) == Settings()
+    assert (tmp_path / "settings.corrupt.json").read_bytes() == content
+    assert not (tmp_path / "settings.json").exists()
+    assert "settings.json" in caplog.text
+
+
+def test_fault_14_a_folder_that_cannot_be_written_is_said_and_nothing_else(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    settings.save(Settings(), tmp_path / "file" / "config")
+    assert "not kept" in caplog.text
+    settings.save(Settings(), None)
+
+
+def test_fault_14_without_a_home_the_defaults_are_used() -> None:
+    program = (
+        "from app.session import settings as session; from app.session import settings\n"
+        "folder = settings.config_folder()\n"
+        "print(settings.load(folder) == settings.Settings())\n"
+        "settings.save(settings.Settings(), folder)\n"
+        "place = session.open_session(); print(place.is_dir()); session.close_session(place); print(place.exists())\n"
+    )
+    bare = {key: value for key, value in os.environ.items() if key != "HOME" and not key.startswith("XDG_")}
+    environment = {**bare, "HOME": "/nonexistent/home"}
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.stdout.split() == ["True", "True", "False"], done.stderr
+
+
+def test_recent_keeps_each_once_newest_first() -> None:
+    assert settings.with_recent(("a", "b"), "b") == ("b", "a")
+    assert len(settings.with_recent(tuple("abcdefghij"), "z")) == settings.RECENT
+
+
+def test_folders_of_dead_runs_are_removed_and_those_of_the_living_stay(tmp_path: Path) -> None:
+    dead = tmp_path / f"{session_settings.PREFIX}{gone()}-abc"
+    alive = tmp_path / f"{session_settings.PREFIX}{writer()}-abc"
+    for folder in (dead, alive):
+        folder.mkdir()
+        (folder / "radiance.npy").write_bytes(b"x")
+    session_settings.remove_abandoned(tmp_path)
+    assert not dead.exists()
+    assert alive.exists()

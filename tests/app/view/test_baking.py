@@ -1,0 +1,151 @@
+"""Baked light in the View workspace: what a bake would take, baking, new light, and when it has to be baked again."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any, cast
+
+import numpy as np
+import pytest
+import trimesh
+
+from app.view.bake_panel import size_text, time_text
+from app.view.baking import Baking
+from app.window.main_window import MainWindow
+from engine.geometry.mesh import Mesh
+from engine.light.environment_file import open_environment
+
+LONG = 90_000
+GLOSSY = "ggx:kd=0.5,alpha=0.4,f0=0.04"
+
+
+def ball() -> Mesh:
+    made = trimesh.creation.icosphere(subdivisions=2)
+    positions = np.asarray(made.vertices, np.float64)
+    uv = np.zeros((len(positions), 2), np.float32)
+    return Mesh(positions, positions.astype(np.float32), uv, np.asarray(made.faces, np.int32), "ball")
+
+
+@pytest.fixture
+def view(window: MainWindow, qtbot: Any) -> MainWindow:
+    """A ball with a glossy BRDF under the studio, in the View workspace."""
+    window.resize(1120, 700)
+    document = window.bench.document
+    material = dataclasses.replace(document.project.material, brdf=GLOSSY)
+    document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
+    window.show_workspace("view")
+    return window
+
+
+def wait(qtbot: Any, done: Callable[[], bool]) -> None:
+    qtbot.waitUntil(done, timeout=LONG)
+
+
+def change(window: MainWindow, **parts: Any) -> None:
+    document = window.bench.document
+    document.change("Look", look=dataclasses.replace(document.project.look, **parts))
+
+
+def set_brdf(window: MainWindow, text: str) -> None:
+    document = window.bench.document
+    document.change("Brdf", material=dataclasses.replace(document.project.material, brdf=text))
+
+
+def drawn(window: MainWindow) -> Any:
+    """The baked light that is on screen."""
+    scene = cast(Any, window.view.viewport.surface).scene
+    return scene.relit if scene is not None else None
+
+
+def baked(window: MainWindow, qtbot: Any, method: str) -> Baking:
+    """Show a mode and bake it with the button, as quickly as it goes."""
+    baking, panel = window.view.bakings[method], window.view.bake_panels[method]
+    for name, value in (("order", 3), ("terms", 2), ("cube", 16)):
+        if name in panel.choices:
+            panel.choices[name].setCurrentIndex(max(0, panel.choices[name].findData(value)))
+            panel.choices[name].activated.emit(0)
+    window.view.choose_mode(method)
+    wait(qtbot, panel.go.isEnabled)
+    assert "Baking takes about" in panel.words.text()
+    assert drawn(window) is None
+    panel.go.click()
+    wait(qtbot, lambda: baking.made is not None and drawn(window) is not None)
+    return baking
+
+
+@pytest.mark.parametrize("method", ["sh", "wavelet"])
+def test_a_bake_is_offered_made_and_lit_anew(view: MainWindow, qtbot: Any, method: str) -> None:
+    panel = view.view.bake_panels[method]
+    assert not panel.isVisible()
+    baking = baked(view, qtbot, method)
+    assert panel.isVisible()
+    assert not panel.go.isVisible()
+    assert panel.words.text().startswith("Baked in ")
+    assert baking.made is not None
+    assert baking.made.size_bytes == (view.bench.folder / f"baked-{method}.transport").stat().st_size
+    before = drawn(view)
+    change(view, rotation_deg=90.0)
+    wait(qtbot, lambda: drawn(view) is not None and drawn(view) is not before)
+    assert not np.allclose(before.rows, drawn(view).rows)
+    turned = drawn(view)
+    view.view.viewport.turn(0.3, 0.1)
+    wait(qtbot, lambda: view.view.viewport.surface.is_finished)
+    assert drawn(view) is turned
+    view.view.choose_mode("direct")
+    assert not panel.isVisible()
+    assert drawn(view) is None
+    view.view.choose_mode(method)
+    assert drawn(view) is turned
+
+
+def test_harmonics_take_another_brdf_without_a_bake(view: MainWindow, qtbot: Any) -> None:
+    baking = baked(view, qtbot, "sh")
+    before = drawn(view)
+    set_brdf(view, "ggx:kd=0.1,alpha=0.6,f0=0.5")
+    assert baking.why_stale == ""
+    wait(qtbot, lambda: drawn(view) is not None and drawn(view).table is not before.table)
+    assert np.array_equal(drawn(view).rows, before.rows)
+    change(view, has_ground=True)
+    assert baking.why_stale == "The bake is of another ground."
+    assert drawn(view) is None
+    wait(qtbot, view.view.bake_panels["sh"].go.isEnabled)
+
+
+def test_wavelets_say_that_another_brdf_has_to_be_baked(view: MainWindow, qtbot: Any) -> None:
+    baking, panel = baked(view, qtbot, "wavelet"), view.view.bake_panels["wavelet"]
+    set_brdf(view, "ggx:kd=0.1,alpha=0.6,f0=0.5")
+    assert panel.words.text().startswith("The bake is of another BRDF; wavelets are baked for one.")
+    assert panel.go.isVisible()
+    assert drawn(view) is None
+    set_brdf(view, GLOSSY)
+    assert baking.is_made
+    wait(qtbot, lambda: drawn(view) is not None)
+
+
+def test_a_bake_that_is_stopped_can_be_begun_again(view: MainWindow, qtbot: Any) -> None:
+    baking, panel = view.view.bakings["wavelet"], view.view.bake_panels["wavelet"]
+    view.view.choose_mode("wavelet")
+    wait(qtbot, panel.go.isEnabled)
+    panel.go.click()
+    assert panel.go.text() == "Stop baking"
+    assert not panel.choices["terms"].isEnabled()
+    panel.go.click()
+    wait(qtbot, lambda: baking.job is None)
+    assert baking.made is None
+    assert panel.go.text() == "Bake"
+    wait(qtbot, panel.go.isEnabled)
+
+
+def test_baked_light_is_measured_against_the_reference(view: MainWindow, qtbot: Any) -> None:
+    baked(view, qtbot, "sh")
+    change(view, comparing="wipe", against="reference", mode="sh")
+    view.view.at_rest.stop()
+    wait(qtbot, lambda: view.view.pictures.error is not None)
+    assert view.view.pictures.error is not None
+    assert view.view.pictures.error.rmse_rel < 0.2
+
+
+def test_times_and_sizes_are_reported_in_few_digits() -> None:
+    assert [time_text(seconds) for seconds in (0.2, 12.4, 130.0)] == ["1 s", "12 s", "2:10 min"]
+    assert [size_text(size) for size in (84_123_456, 3_100_000, 2_100_000_000)] == ["84 MB", "3.1 MB", "2.1 GB"]

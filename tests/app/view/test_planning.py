@@ -1,0 +1,135 @@
+"""Bakes of the window follow the plan of the scene: what it leaves out is not baked, and what is forced is."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import pytest
+
+from app.document.bake_request import choices_for, decided_by, wanted_of
+from app.view.bake_panel import state_text
+from app.view.baking import Baking
+from app.window.main_window import MainWindow
+from engine.light.environment_file import open_environment
+from engine.planning.plan import Effect
+from tests.app.view.test_baking import LONG, ball
+from tests.present import present
+
+LEAVES_OUT = ("self-shadowing", "interreflection", "anisotropy")
+
+
+@pytest.fixture
+def planned(window: MainWindow, qtbot: Any) -> MainWindow:
+    """A ball, which neither shades nor lights itself, under the studio in spherical harmonics of few bands."""
+    document = window.bench.document
+    material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
+    document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
+    window.show_workspace("view")
+    window.view.bakings["sh"].choose(choices_for("sh", order=3))
+    window.view.choose_mode("sh")
+    return window
+
+
+def wish(window: MainWindow, effect: str, value: str) -> None:
+    box = window.effects_dock.wishes[effect]
+    box.setCurrentIndex(box.findData(value))
+    box.activated.emit(0)
+
+
+def bake(window: MainWindow, qtbot: Any) -> Baking:
+    """Bake what is wanted, once it is known."""
+    baking = window.view.bakings["sh"]
+    qtbot.waitUntil(lambda: window.effects_dock.plan is not None and baking.ready is not None, timeout=LONG)
+    window.view.bake_panels["sh"].go.click()
+    qtbot.waitUntil(lambda: baking.job is None and baking.is_made, timeout=LONG)
+    return baking
+
+
+def names(effects: tuple[Effect, ...]) -> tuple[str, ...]:
+    return tuple(effect.effect for effect in effects)
+
+
+def test_what_the_plan_leaves_out_is_not_baked_and_the_panel_says_so(planned: MainWindow, qtbot: Any) -> None:
+    panel = planned.view.bake_panels["sh"]
+    baking = bake(planned, qtbot)
+    assert baking.made is not None
+    assert names(baking.made.wanted.left_out) == LEAVES_OUT
+    assert baking.estimate is not None
+    assert not baking.estimate.work.settings.shadows, "no ray is cast"
+    assert baking.estimate.work.settings.bounces == 0
+    assert "Left out as planned: shadows, interreflection, anisotropy." in panel.words.text()
+
+
+def test_a_forced_effect_is_one_step_and_calls_for_another_bake(planned: MainWindow, qtbot: Any) -> None:
+    baking, stack, panel = bake(planned, qtbot), planned.bench.document.undo_stack, planned.view.bake_panels["sh"]
+    count = stack.count()
+    wish(planned, "glossy", "off")
+    assert stack.count() == count + 1
+    qtbot.waitUntil(lambda: baking.ready is not None, timeout=LONG)
+    assert not baking.is_made
+    assert baking.is_drawn, "the picture keeps what was baked before"
+    assert "gloss (" in panel.words.text()
+    assert present(bake(planned, qtbot).made).transport.diffuse, "nothing of the view is baked"
+    stack.undo()
+    qtbot.waitUntil(lambda: planned.effects_dock.plan is not None and baking.ready is not None, timeout=LONG)
+    assert not baking.is_made
+    stack.redo()
+    qtbot.waitUntil(lambda: planned.effects_dock.plan is not None, timeout=LONG)
+    assert baking.is_made, "the bake that there is, is the one that is wanted again"
+
+
+def test_bounces_that_are_forced_are_baked_and_cannot_be_left_out(planned: MainWindow, qtbot: Any) -> None:
+    qtbot.waitUntil(lambda: planned.effects_dock.plan is not None, timeout=LONG)
+    wish(planned, "interreflection", "on")
+    baking, choice = bake(planned, qtbot), planned.view.bake_panels["sh"].choices["interreflection"]
+    assert baking.made is not None
+    assert baking.made.transport.interreflection
+    assert (choice.isEnabled(), choice.currentData(), choice.toolTip()) == (False, True, "Forced under Effects")
+    assert planned.view.setting["interreflection"] == 1
+
+
+def test_a_bake_follows_the_plan_although_its_dock_is_closed(planned: MainWindow, qtbot: Any) -> None:
+    planned.effects_dock.close()
+    planned.bench.document.change("Another", mesh=dataclasses.replace(ball()))
+    baking = planned.view.bakings["sh"]
+    assert baking.is_planning
+    assert "Looking at the scene" in state_text(baking)
+    qtbot.waitUntil(lambda: baking.ready is not None, timeout=LONG)
+    assert baking.ready is not None
+    assert names(baking.ready.wanted.left_out) == LEAVES_OUT
+
+
+def test_without_a_plan_all_is_baked(planned: MainWindow, qtbot: Any) -> None:
+    planned.bench.document.change("One light", environment=None)
+    baking = planned.view.bakings["sh"]
+    qtbot.waitUntil(lambda: baking.ready is not None, timeout=LONG)
+    assert baking.ready is not None
+    assert baking.ready.work.settings.shadows
+    assert baking.ready.wanted.left_out == ()
+
+
+def test_choices_of_a_person_go_before_what_the_plan_would_do(planned: MainWindow, qtbot: Any) -> None:
+    dock = planned.effects_dock
+    qtbot.waitUntil(lambda: dock.plan is not None, timeout=LONG)
+    mesh = ball()
+    for chosen, expected in ((None, False), (True, True), (False, False)):
+        choices = choices_for("sh", interreflection=chosen)
+        assert decided_by(choices, dock.plan).settings.interreflection is expected
+        wanted = wanted_of(mesh, None, None, choices, dock.plan)  # type: ignore[arg-type]
+        assert ("interreflection" in names(wanted.left_out)) is not expected
+    gaussian = wanted_of(mesh, None, None, choices_for("gaussian"), dock.plan)  # type: ignore[arg-type]
+    assert "glossy" not in names(gaussian.left_out), "nothing else is baked of Gaussians"
+
+
+def test_a_plan_that_fails_is_not_waited_for(planned: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_scene: Any, **_wishes: Any) -> None:
+        raise ZeroDivisionError("a plan broke")
+
+    monkeypatch.setattr("engine.planning.plan.plan", broken)
+    planning = planned.view.planning
+    qtbot.waitUntil(
+        lambda: not planning.is_coming and planning.words == "This scene could not be planned.", timeout=LONG
+    )
+    qtbot.waitUntil(lambda: len(planned.failures.open_dialogs) == 1, timeout=LONG)
+    next(iter(planned.failures.open_dialogs.values())).close()

@@ -1,0 +1,140 @@
+"""Predicted costs follow the rates that were measured, and a kept model is used on its own machine only."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from engine.core.stopwatch import others, spent
+from engine.planning.costs.cost_model import NAMES, CostModel, load_model, machine_name, save
+from engine.planning.costs.load import Rays
+from engine.planning.costs.setting import Setting, knobs_of, ladder
+
+
+@pytest.fixture
+def model() -> CostModel:
+    """Rates of a machine that never was: each doubles where its knob does."""
+    tables = dict.fromkeys(NAMES, ((1.0, 1e-06), (16.0, 1.6e-05), (64.0, 6.4e-05)))
+    return CostModel(machine_name(), "processor", tables)
+
+
+def test_rates_between_measured_knobs_are_a_power_law(model: CostModel) -> None:
+    assert model.rate("visibility", 16) == pytest.approx(16e-6, rel=1e-12)
+    assert model.rate("visibility", 32) == pytest.approx(32e-6, rel=1e-12)
+    assert model.rate("visibility", 128) == pytest.approx(128e-6, rel=1e-12)
+    assert model.rate("visibility", 0.5) == pytest.approx(0.5e-6, rel=1e-12)
+
+
+def test_rates_of_any_file_stay_finite(model: CostModel) -> None:
+    tables = {**model.tables, "visibility": ((1e-8, 1e-300), (1.000001e-8, 1e8))}
+    assert math.isfinite(replace(model, tables=tables).rate("visibility", 32))
+
+
+def test_a_rate_of_zero_is_interpolated_too(model: CostModel) -> None:
+    tables = {**model.tables, "visibility": ((16.0, 0.0), (32.0, 1.0))}
+    assert replace(model, tables=tables).rate("visibility", 24) == pytest.approx(0.5)
+    assert replace(model, tables=tables).rate("visibility", 8) == 0.0
+
+
+@given(st.sampled_from(["reference", "direct", "shading-map", "sh", "wavelet", "gaussian"]), st.data())
+def test_T7_a_turned_up_knob_never_costs_less(mode: str, data: st.DataObject) -> None:
+    tables = dict.fromkeys(NAMES, ((1.0, 1e-06), (16.0, 1.6e-05)))
+    model = CostModel("machine", "processor", tables)
+    knob = data.draw(st.sampled_from(list(knobs_of(mode))))
+    diffuse = data.draw(st.booleans())
+    costs = [model.predict(each, 5000, 100_000, diffuse=diffuse) for each in ladder(mode, knob)]
+    if knob != "power_law":
+        for before, after in itertools.pairwise(costs):
+            assert all(getattr(after, name) >= getattr(before, name) for name in ("bake_s", "frame_s", "size_bytes"))
+    assert all(math.isfinite(cost.bake_s + cost.relight_s + cost.frame_s) for cost in costs)
+
+
+def test_T5_open_vertices_cost_no_rays(model: CostModel) -> None:
+    closed, open_ = (model.predict(Setting("sh"), 1000, 1000, occluded=share) for share in (1.0, 0.0))
+    assert closed.bake_s - open_.bake_s == pytest.approx(1000 * model.rate("visibility", 32))
+
+
+def test_a_kept_model_is_found_again(model: CostModel, tmp_path: Path) -> None:
+    busy = replace(model, others=0.4)
+    save(busy, tmp_path / "new" / "cost.json")
+    assert load_model(tmp_path / "new" / "cost.json") == busy
+
+
+def test_other_programs_are_found_from_seconds_of_processors() -> None:
+    """Two processors for 10 s, 12 s of 20 used, 8 of them by this process."""
+    assert others((100.0, 30.0, 1000.0), (112.0, 38.0, 1020.0)) == pytest.approx(0.2)
+    assert others(spent(), spent()) <= 1.0
+
+
+@pytest.mark.parametrize("content", ["", "{", "[]", "null", '{"machine": 1}', '{"tables": {"sh": 3}}', "[" * 100_000])
+def test_a_damaged_model_is_measured_anew(tmp_path: Path, content: str) -> None:
+    (tmp_path / "cost.json").write_text(content)
+    assert load_model(tmp_path / "cost.json") is None
+    assert load_model(tmp_path / "absent.json") is None
+    assert load_model(tmp_path) is None
+
+
+def test_foreign_and_senseless_models_are_measured_anew(model: CostModel, tmp_path: Path) -> None:
+    path = tmp_path / "cost.json"
+    save(replace(model, machine="another"), path)
+    assert load_model(path) is None
+    save(model, path)
+    record = json.loads(path.read_text())
+    for rates in ([[16, -1.0]], [[16, 1.0], [8, 1.0]], [], [[0, 1.0], [8, 1.0]], [[16, math.nan]], [[16, 1e300]]):
+        damage = {"visibility": rates}
+        path.write_text(json.dumps({**record, "tables": {**record["tables"], **damage}}))
+        assert load_model(path) is None
+
+
+def test_a_scene_of_its_own_rays_is_predicted_by_them(model: CostModel) -> None:
+    """Rays of twice the usual cost double what is rays, at every edge, and nothing else."""
+    own = tuple((edge, 2.0 * rate) for edge, rate in model.tables["visibility"])
+    usual, other = (model.predict(Setting("sh"), 1000, 1000, visibility=rates) for rates in ((), own))
+    assert other.bake_s - usual.bake_s == pytest.approx(1000 * model.rate("visibility", 32))
+    assert model.ray_scale(Rays(own, 2.0 * model.rate("ray"), 0.1)) == pytest.approx(2.0)
+    assert model.ray_scale(Rays((), 0.0, 0.0)) == 1.0
+
+
+def test_a_path_goes_on_as_often_as_hemispheres_are_closed(model: CostModel) -> None:
+    """1 + c + c² points where it may touch three, none after the first where all is open."""
+    setting, point_s = Setting("reference", {"samples": 10}), model.rate("reference-point")
+
+    def frame_s(closed: float, depth: int) -> float:
+        return model.predict(setting, 1000, 100, closed=closed, depth=depth, covered=0.5).frame_s
+
+    assert frame_s(0.3, 3) - frame_s(0.3, 1) == pytest.approx(10 * 100 * 0.5 * (0.3 + 0.09) * point_s)
+    assert frame_s(0.0, 3) == frame_s(0.3, 1)
+    empty = model.predict(setting, 1000, 100, covered=0.0).frame_s
+    assert empty == pytest.approx(model.rate("reference-picture") + 10 * 100 * model.rate("reference-miss"))
+
+
+@pytest.mark.parametrize("setting", [Setting("sh"), Setting("wavelet"), Setting("gaussian")])
+def test_turned_light_grows_with_its_map_and_not_with_pixels(model: CostModel, setting: Setting) -> None:
+    small, large, sharp = (
+        model.predict(setting, 1000, pixels, texels=texels).relight_s
+        for pixels, texels in ((100, 2 * 256**2), (100, 2 * 512**2), (1000, 2 * 512**2))
+    )
+    knob = {"sh": 5, "wavelet": 64, "gaussian": 8}[setting.mode]
+    name = "light-wavelet-texel" if setting.mode == "wavelet" else "light-sh-texel"
+    assert large - small == pytest.approx(2 * (512**2 - 256**2) * model.rate(name, knob))
+    assert sharp == large
+
+
+def test_tables_that_outlive_a_bake_are_not_made_twice(model: CostModel) -> None:
+    first, later = (model.predict(Setting("sh"), 1000, 1000, tables_made=made).bake_s for made in (False, True))
+    assert first - later > model.rate("sh-products", 5)
+
+
+def test_loads_that_cannot_be_are_refused(model: CostModel) -> None:
+    with pytest.raises(ValueError, match="make no load"):
+        model.predict(Setting("sh"), 0, 100)
+    for wrong in ({"occluded": 1.5}, {"covered": math.nan}, {"ground": 11}, {"depth": 0}, {"texels": 0}):
+        with pytest.raises(ValueError, match="make no load"):
+            model.predict(Setting("sh"), 10, 100, **wrong)

@@ -1,0 +1,294 @@
+"""Plans: what they decide just above and just below a threshold, that they never get costlier with a larger budget, and
+that a bake does what its plan says."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from engine.brdf.brdf import brdf_from_text
+from engine.brdf.models.diffuse import Lambert
+from engine.core.steps import drain
+from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.separable_factors import SeparableFactors
+from engine.geometry.ground import Ground
+from engine.planning import bake as planned
+from engine.planning.choices import FRAMES, LIGHTS, PATIENCE_S, SHARE
+from engine.planning.costs.cost_model import CostModel
+from engine.planning.effects.estimates import EFFECTS, Scenery, estimates, scenery
+from engine.planning.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise
+from engine.planning.plan import AS_NEAR, EffectsPlan, brdf_of, plan, plan_of
+from engine.transport.baking import visibility
+from engine.transport.sh.lighting import project
+from engine.transport.sh.transfer import transferred
+from engine.transport.wavelet.transfer import MOST_TERMS
+from tests.engine.planning.conftest import every_rate
+from tests.engine.planning.truth import ball, balls, bowl, gradient_sky, lamp_sky, sunny_sky
+
+
+@cache
+def looked_at() -> Scenery:
+    return scenery(bowl(), brdf_from_text("phong:kd=0.4,ks=0.02,exponent=10"), lamp_sky())
+
+
+#: Plans with these costs are made often in one test.
+COSTS = every_rate()
+
+
+def price(found: EffectsPlan) -> float:
+    return found.cost.frame_s + found.cost.relight_s / LIGHTS + found.cost.bake_s / FRAMES
+
+
+@settings(max_examples=40)
+@given(st.floats(1e-3, 1.0), st.floats(1.0, 10.0))
+def test_T7_a_larger_budget_of_error_never_costs_more(error: float, factor: float) -> None:
+    scene = looked_at()
+    one, other = plan_of(scene, COSTS, error, None), plan_of(scene, COSTS, error * factor, None)
+    if one.satisfied:
+        assert other.satisfied
+        assert price(other) <= price(one) * (1.0 + 1e-12)
+        assert one.predicted_error_rel <= error
+    else:
+        assert one.predicted_error_rel > error
+
+
+@settings(max_examples=40)
+@given(st.floats(0.1, 1e4), st.floats(1.0, 10.0))
+def test_T7_more_time_never_ends_in_a_larger_error(time_ms: float, factor: float) -> None:
+    scene = looked_at()
+    one, other = plan_of(scene, COSTS, None, time_ms), plan_of(scene, COSTS, None, time_ms * factor)
+    if one.satisfied:
+        assert other.predicted_error_rel <= one.predicted_error_rel
+        assert one.cost.frame_s <= 1e-3 * time_ms
+
+
+@pytest.mark.parametrize(
+    ("effect", "place", "sky", "text"),
+    [
+        ("interreflection", lambda: bowl(0.25), gradient_sky, "lambert:albedo={}"),
+        ("glossy", ball, gradient_sky, "phong:kd=0.5,ks={},exponent=20"),
+    ],
+)
+def test_T6_a_gate_lies_between_scenes_just_above_and_below(
+    costs: CostModel, effect: str, place: Callable[[], Any], sky: Callable[[], Any], text: str
+) -> None:
+    """Two BRDFs nearly alike, and a budget between them: one has the effect, the other goes without."""
+    mesh, light = place(), sky()
+    low, high = (scenery(mesh, brdf_from_text(text.format(value)), light) for value in ("0.1", "0.11"))
+    below, above = (estimates(each)[effect].error_rel for each in (low, high))
+    assert 0.0 < below < above < 1.3 * below
+    budget = 0.5 * (below + above) / SHARE
+    without, with_it = (plan_of(each, costs, budget, None, modes=("sh",)) for each in (low, high))
+    assert (without.decision(effect), with_it.decision(effect)) == ("skipped", "needed")
+    assert without.predicted_error_rel <= budget
+
+
+def test_T6_all_frequency_light_is_needed_beyond_few_harmonics(costs: CostModel) -> None:
+    scene = looked_at()
+    error = estimates(scene)["all-frequency-light"].error_rel
+    loose, tight = (plan_of(scene, costs, error * factor, None, modes=("sh",)) for factor in (2.5, 0.95))
+    assert loose.decision("all-frequency-light") == "skipped"
+    assert tight.decision("all-frequency-light") == "needed"
+    assert tight.setting["order"] > 5 >= loose.setting["order"]
+
+
+def test_what_a_user_asks_for_is_obeyed(costs: CostModel) -> None:
+    scene = looked_at()
+    every = frozenset(EFFECTS)
+    for name in EFFECTS:
+        forced = plan_of(scene, costs, 0.5, None, frozenset({name}))
+        assert forced.decision(name) == "forced on"
+        left_out = plan_of(scene, costs, 0.5, None, skip=frozenset({name}))
+        assert left_out.decision(name) == "forced off"
+        assert left_out.predicted_error_rel >= plan_of(scene, costs, 1e-9, None).predicted_error_rel
+    nothing = plan_of(scene, costs, 1e-9, None, skip=every)
+    assert not nothing.satisfied
+    assert not any(effect.on for effect in nothing.effects)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"error": 0.0}, "not above 0"),
+        ({"error": float("nan")}, "not above 0"),
+        ({"time_ms": -1.0}, "not above 0"),
+        ({"error": 0.1, "time_ms": 1.0}, "one budget"),
+        ({"force": ["shine"]}, "no effect"),
+        ({"force": ["glossy"], "skip": ["glossy"]}, "at once"),
+    ],
+)
+def test_what_is_no_plan_is_refused(costs: CostModel, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        plan(ball(), brdf_from_text("lambert"), gradient_sky(), cost=costs, **options)
+
+
+def test_T2_a_diffuse_model_is_baked_as_vectors_without_a_ray(
+    costs: CostModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh, brdf = ball(), brdf_from_text("lambert:albedo=0.5")
+    found = plan(mesh, brdf, gradient_sky(), cost=costs, error=0.05, modes=("sh",))
+    calls: list[str] = []
+    counted(monkeypatch, calls)
+    ready = drain(planned.prepare(found, mesh, brdf))
+    baked = drain(ready.start(tmp_path / "ball.transport"))
+    assert calls == []
+    assert baked.transport.rows.shape == (len(mesh.positions), 1, found.setting["order"] ** 2)
+    assert baked.bounce_s == 0.0
+
+
+def counted(monkeypatch: pytest.MonkeyPatch, calls: list[str]) -> None:
+    """Note every ray that is cast and every search for free vertices from here on."""
+    from engine.geometry.ray_caster import RayCaster
+
+    for owner, name in (
+        (RayCaster, "occluded"),
+        (RayCaster, "intersect"),
+        (visibility, "sees_hemisphere"),
+    ):
+        was = getattr(owner, name)
+
+        def noted(*arguments: Any, _was: Any = was, _name: str = name, **more: Any) -> Any:
+            calls.append(_name)
+            return _was(*arguments, **more)
+
+        monkeypatch.setattr(owner, name, noted)
+
+
+def test_T1_forced_effects_of_a_convex_model_change_nothing(
+    costs: CostModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All rays and bounces are done, and the result is the same to the last bit."""
+    mesh, brdf = ball(10), brdf_from_text("lambert:albedo=0.5")
+    options: dict[str, Any] = {"cost": costs, "error": 0.05, "modes": ("sh",)}
+    lean = plan(mesh, brdf, gradient_sky(), **options)
+    full = plan(mesh, brdf, gradient_sky(), force=("self-shadowing", "interreflection"), **options)
+    one = drain(drain(planned.prepare(lean, mesh, brdf)).start(tmp_path / "lean.transport"))
+    calls: list[str] = []
+    counted(monkeypatch, calls)
+    other = drain(drain(planned.prepare(full, mesh, brdf)).start(tmp_path / "full.transport"))
+    assert {"occluded", "intersect"} <= set(calls)
+    assert full.setting["order"] == lean.setting["order"]
+    light = project(gradient_sky(), lean.setting["order"])
+    np.testing.assert_allclose(transferred(other.transport, light), transferred(one.transport, light), atol=1e-12)
+
+
+def test_T1_forced_gloss_of_a_diffuse_model_changes_rounding_only(costs: CostModel, tmp_path: Path) -> None:
+    mesh, brdf = ball(8), brdf_from_text("lambert:albedo=0.5")
+    forced = plan(mesh, brdf, gradient_sky(), cost=costs, error=0.05, modes=("sh",), force=("glossy",))
+    baked = drain(drain(planned.prepare(forced, mesh, brdf)).start(tmp_path / "glossy.transport"))
+    assert baked.transport.rows.shape[0] == len(mesh.positions) * forced.setting["order"] ** 2
+    from engine.transport.sh.transfer import local_views, signed_radiance
+
+    light = project(gradient_sky(), forced.setting["order"])
+    rows = transferred(baked.transport, light)
+    local = local_views(baked.transport, (0.0, 0.0, 50.0))
+    value = signed_radiance(baked.transport, rows, local, np.arange(len(mesh.positions)))
+    seen = local[:, 2] > 0.1
+    wanted = 0.5 * (1.0 + 0.6 * 2.0 / 3.0 * mesh.normals[:, 1:2])
+    np.testing.assert_allclose(value[seen], np.broadcast_to(wanted, value.shape)[seen], rtol=5e-3)
+
+
+def test_T5_what_is_skipped_takes_no_bytes() -> None:
+    found, mesh = looked_at(), bowl()
+    both = frozenset({"glossy", "interreflection"})
+    lean = plan_of(found, COSTS, 0.5, None, skip=both, modes=("sh",))
+    full = plan_of(found, COSTS, 0.5, None, force=both, modes=("sh",))
+    sizes = [drain(planned.prepare(each, mesh, found.brdf)).work.size_bytes for each in (lean, full)]
+    matrices = 4 * len(mesh.positions) * (full.setting["order"] ** 4 - lean.setting["order"] ** 2)
+    assert sizes[1] - sizes[0] > 0.9 * matrices
+
+
+def test_T5_skipped_shadows_cast_no_ray_and_need_no_tree(
+    costs: CostModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh, brdf = balls(2.2), brdf_from_text("lambert:albedo=0.5")
+    skip = ("self-shadowing", "interreflection")
+    found = plan(mesh, brdf, gradient_sky(), cost=costs, error=0.5, modes=("sh",), skip=skip)
+    calls: list[str] = []
+    counted(monkeypatch, calls)
+    ready = drain(planned.prepare(found, mesh, brdf))
+    baked = drain(ready.start(tmp_path / "balls.transport"))
+    assert calls == []
+    assert len(ready.work.caster.faces) == 0
+    rows = transferred(baked.transport, project(gradient_sky(0.0), found.setting["order"]))
+    np.testing.assert_allclose(rows, 1.0, rtol=1e-5)
+
+
+def test_brdfs_lose_what_a_plan_leaves_out() -> None:
+    whole = plan_of(looked_at(), COSTS, 0.5, None)
+
+    def drawn(text: str, effect: str, decision: str) -> Any:
+        rows = (replace(row, decision=decision if row.effect == effect else "needed") for row in whole.effects)
+        return brdf_of(replace(whole, effects=tuple(rows)), brdf_from_text(text))
+
+    dust, brushed = "oren-nayar", "ward:alpha_x=0.1,alpha_y=0.4"
+    assert drawn(dust, "glossy", "needed") == brdf_from_text(dust)
+    assert isinstance(drawn(dust, "glossy", "forced off"), Lambert)
+    assert isinstance(drawn(dust, "retro-reflection", "forced off"), WithoutRetro)
+    assert isinstance(drawn(dust, "fresnel", "forced off"), WithoutRise)
+    assert isinstance(drawn(brushed, "anisotropy", "skipped"), Unbrushed)
+    assert isinstance(drawn("lambert", "glossy", "forced on"), GlossyLambert)
+    assert isinstance(drawn(dust, "anisotropy", "forced on"), Brushed)
+
+
+def test_a_ground_shades_a_model_that_is_convex(costs: CostModel) -> None:
+    mesh, brdf = ball(), brdf_from_text("lambert:albedo=0.5")
+    found = plan(mesh, brdf, lamp_sky(), cost=costs, error=0.02, modes=("sh",), ground=Ground(albedo=0.8, cells=16))
+    assert found.free_share < 1.0
+    assert found.shows("self-shadowing")
+    assert found.shows("interreflection")
+
+
+def test_T3_suns_are_split_only_where_there_are_any(costs: CostModel) -> None:
+    mesh, brdf = ball(8), brdf_from_text("ggx:kd=0.1,alpha=0.1,f0=0.5")
+    for light, count in ((sunny_sky(1.0), 0), (sunny_sky(1e5), 1)):
+        found = scenery(mesh, brdf, light)
+        assert bool(len(found.sample.lamp_direction)) == bool(count)
+        assert (estimates(found)["sun-split"].error_rel > 0.0) == bool(count)
+        assert plan_of(found, costs, 0.005, None, modes=("sh",)).shows("sun-split") == bool(count)
+
+
+def test_a_budget_that_no_frame_meets_names_the_reference_that_does() -> None:
+    """Many frames: the nearest mode and the reference beside it. A single one: the reference itself, however long."""
+    scene, options = looked_at(), {"noise": lambda depth: 0.25}
+    often, once = (plan_of(scene, COSTS, 1e-3, None, frames=frames, **cast(Any, options)) for frames in (FRAMES, 1))
+    assert not often.satisfied
+    assert often.mode != "reference"
+    assert often.predicted_error_rel > 1e-3
+    assert often.reference is not None
+    assert often.reference.frame_s > PATIENCE_S
+    assert often.reference.error_rel <= 1e-3
+    assert (once.mode, once.satisfied, once.reference) == ("reference", True, None)
+    assert once.setting["samples"] == often.reference.samples
+    assert (once.max_depth, once.cost.frame_s) == (often.reference.max_depth, often.reference.frame_s)
+    only = plan_of(scene, COSTS, 1e-3, None, modes=("reference",), **cast(Any, options))
+    assert (only.mode, only.satisfied) == ("reference", True)
+    assert plan_of(scene, COSTS, 1e-9, None, **cast(Any, options)).reference is None  # so many samples are not possible
+
+
+def test_the_nearest_to_a_budget_is_the_cheapest_of_those_as_near() -> None:
+    scene = looked_at()
+    found = plan_of(scene, COSTS, 1e-9, None)
+    best = plan_of(scene, COSTS, None, 1e9)
+    assert not found.satisfied
+    assert best.predicted_error_rel <= found.predicted_error_rel <= AS_NEAR * best.predicted_error_rel
+    assert price(found) <= price(best)
+
+
+@pytest.mark.parametrize(("parametrisation", "terms"), [("half-diff", 1), ("in-out", MOST_TERMS + 1)])
+def test_factors_that_wavelets_refuse_are_planned_without_them(parametrisation: Any, terms: int) -> None:
+    chart = DirectionMap("orthographic", 8)
+    texture = np.full((terms, *chart.shape, 3), 0.3 / np.sqrt(terms), np.float32)
+    factors = SeparableFactors(chart, parametrisation, texture, texture, True, True)
+    scene = scenery(ball(), factors, gradient_sky())
+    assert plan_of(scene, COSTS, 1e-9, None).mode != "wavelet"
+    with pytest.raises(ValueError, match="no mode is left"):
+        plan_of(scene, COSTS, 0.5, None, modes=("wavelet",))

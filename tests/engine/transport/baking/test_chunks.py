@@ -1,0 +1,162 @@
+"""Bakes on a cluster: the same file, whatever happens to its workers, and words where it cannot be used."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from engine.brdf.brdf import brdf_from_text
+from engine.core.errors import InputError, MissingCapability
+from engine.core.steps import drain
+from engine.geometry.ground import Ground
+from engine.geometry.shapes import open_mesh
+from engine.transport.baking import chunks
+from engine.transport.baking.chunks import Chunk, Recipe, Remote, check_cluster, run
+from engine.transport.sh import bake as sh_bake
+from engine.transport.wavelet import bake as wavelet_bake
+from engine.transport.wavelet.bake import BakeSettings, Work, bake, factors_for, prepare
+
+distributed = pytest.importorskip("distributed")
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """Two workers, each a process of its own, that find MAKERS."""
+    folder = tmp_path_factory.mktemp("makers")
+    (folder / "makers.py").write_text(MAKERS)
+    sys.path.insert(0, str(folder))
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
+    ) as found:
+        yield found
+    sys.path.remove(str(folder))
+
+
+def maker(name: str) -> Any:
+    return getattr(importlib.import_module("makers"), name)
+
+
+@pytest.fixture
+def work(monkeypatch: pytest.MonkeyPatch) -> Work:
+    """A plane on a ground, in several chunks."""
+    monkeypatch.setattr(wavelet_bake, "CHUNK_TEXELS", 400 * 6 * 8 * 8)
+    factors = drain(factors_for(brdf_from_text("phong:exponent=5"), 2))
+    return prepare(open_mesh("plane"), factors, BakeSettings(8, 20, 2), Ground(cells=30, albedo=0.3))
+
+
+def test_a_cluster_bakes_the_same_file_and_a_killed_worker_costs_no_more_than_its_chunks(
+    cluster: Any, work: Work, tmp_path: Path
+) -> None:
+    here, there = tmp_path / "here.transport", tmp_path / "there.transport"
+    drain(bake(here, work))
+    before = set(worker_processes(cluster))
+    steps, killed = bake(there, work, cluster.scheduler_address), False
+    for step in steps:
+        if 0.2 < step.done < 0.9 and not killed:
+            os.kill(min(before), signal.SIGKILL)
+            killed = True
+    assert killed
+    assert there.read_bytes() == here.read_bytes()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_cluster_bakes_the_same_harmonics_and_the_light_between_parts(
+    cluster: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(sh_bake, "CHUNK_VALUES", 200 * 6 * 8 * 8)
+    monkeypatch.setattr("engine.transport.sh.brdf_table.SAMPLES", 256)
+    here, there = tmp_path / "here.transport", tmp_path / "there.transport"
+    settings = sh_bake.BakeSettings(3, 8, 2, bounces=1, gather=16)
+    ground = Ground(cells=20, albedo=0.3)
+    asked = drain(sh_bake.prepare(open_mesh("plane"), brdf_from_text("phong:exponent=5"), settings, ground))
+    assert asked.plan.chunks > 2
+    drain(sh_bake.bake(here, asked))
+    drain(sh_bake.bake(there, asked, cluster=cluster.scheduler_address))
+    assert there.read_bytes() == here.read_bytes()
+
+
+def worker_processes(cluster: Any) -> list[int]:
+    with distributed.Client(cluster, set_as_default=False) as client:
+        return list(client.run(os.getpid).values())
+
+
+#: A module of its own that the workers can import; they cannot import this file.
+MAKERS = """
+from engine.transport.baking.chunks import Chunk
+def numbered(recipe):
+    return lambda number: Chunk(number, {"rows": [number * recipe["factor"]] * 2}, 0.0)
+def failing(recipe):
+    raise RuntimeError("no way")
+"""
+
+
+def nothing(_number: int) -> Chunk:
+    raise AssertionError("not here")
+
+
+def test_chunks_come_from_here_or_there_in_any_order_and_can_be_given_up(cluster: Any) -> None:
+    remote = Remote(cluster.scheduler_address, maker("numbered"), {"factor": np.float64(2.0)})
+    for found in (list(run(remote.maker(remote.recipe), range(9))), list(run(nothing, range(9), remote))):
+        assert sorted(chunk.number for chunk in found) == list(range(9))
+        assert all(chunk.rows["rows"] == [2.0 * chunk.number] * 2 for chunk in found)
+    assert list(run(nothing, [], remote)) == []
+    some = run(nothing, range(100), remote)
+    next(some)
+    some.close()
+
+
+def unknown(_recipe: Recipe) -> Any:
+    """A maker that workers do not find, wherever they look for modules."""
+
+
+unknown.__module__ = "makers_of_another_version"
+
+
+def test_what_workers_cannot_do_is_said_and_leaves_them_alive(cluster: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    address, before = cluster.scheduler_address, worker_processes(cluster)
+    for faulty, words in {maker("failing"): "no way", unknown: "No module named"}.items():
+        with pytest.raises(InputError, match=f"could not do its part .*{words}"):
+            list(run(nothing, [0], Remote(address, faulty, {})))
+    monkeypatch.setattr(cast(Any, chunks).engine, "__version__", "99.0")
+    with pytest.raises(InputError, match=r"not 99\.0.*Install Lightarc 99\.0"):
+        list(run(nothing, [0], Remote(address, maker("numbered"), {})))
+    assert set(worker_processes(cluster)) == set(before)
+
+
+def test_a_scheduler_that_goes_away_is_said(cluster: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(*_words: Any) -> None:
+        raise distributed.comm.CommClosedError("it went away")
+
+    monkeypatch.setattr(distributed.Client, "nthreads", gone)
+    with pytest.raises(InputError, match=r"could not do its part .it went away.*goes on where it stopped"):
+        list(run(nothing, [0], Remote(cluster.scheduler_address, maker("numbered"), {"factor": 1.0})))
+
+
+def test_a_cluster_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(chunks, "PATIENCE_S", 0.3)
+    with pytest.raises(InputError, match="no scheduler of a cluster answers"):
+        list(run(nothing, [0], Remote("tcp://127.0.0.1:9", unknown, {})))
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(MissingCapability, match="pip install distributed"):
+        list(run(nothing, [0], Remote("tcp://127.0.0.1:9", unknown, {})))
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:8786", "tls://[::1]:1", "tcp://a.b:99/"])
+def test_addresses(address: str) -> None:
+    assert check_cluster(address) == address
+
+
+@pytest.mark.parametrize(
+    "address", ["", "127.0.0.1:8786", "tcp://", "tcp://a", "file:///x:1", "tcp://a:b", "tcp://a b:1"]
+)
+def test_what_is_no_address_is_refused(address: str) -> None:
+    with pytest.raises(ValueError, match="no address"):
+        check_cluster(address)
