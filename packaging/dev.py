@@ -39,6 +39,12 @@ LOG = ENVIRONMENT / "lightarc-setup.log"
 LOCKS = {"run": PROJECT / "packaging/requirements.lock", "test": PROJECT / "packaging/requirements-test.lock"}
 RESULTS = PROJECT / "build" / "demo"
 
+#: Each of the processes that run tests has a processor to itself: threads of linear algebra and Mesa would only wait.
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "LP_NUM_THREADS": "1"}
+
+#: Seconds after which a process whose test of a campaign hangs is ended; tests give up at 3,600 themselves.
+LONG_TEST_S = 3700
+
 OLDEST_PYTHON = (3, 11)
 CANCELLED, MISSING = 4, 5
 
@@ -127,7 +133,7 @@ def parse(words: Sequence[str]) -> tuple[str, list[str]]:
     options = parser.parse_args(own)
     if options.long and options.verb != "test":
         parser.error("--long belongs to test")
-    return options.verb, ["--long", *rest] if options.long else rest
+    return options.verb, ["--long", "-o", f"faulthandler_timeout={LONG_TEST_S}", *rest] if options.long else rest
 
 
 def say(line: str) -> None:
@@ -315,24 +321,22 @@ def has_display() -> bool:
 def test(words: Sequence[str]) -> int:
     """Formatter, linter, types, then pytest with `words`; the exit code of the first that fails.
 
-    All four run in any case, and pytest last, so that its closing line ends the output.
+    All four run in any case, and pytest's closing line ends the output. The whole suite takes minutes longer than the
+    types, which are checked beside its beginning; a chosen part may not, and follows them.
     """
     tool = [str(PYTHON), "-m"]
-    checks = {
-        "Format": ["ruff", "format", "--check", "."],
-        "Lint": ["ruff", "check", "."],
-        "Types": ["mypy"],
-    }
     codes = []
-    for name, command in checks.items():
+    for name, command in {"Format": ["ruff", "format", "--check", "."], "Lint": ["ruff", "check", "."]}.items():
         say(f"{name}: {' '.join(command)}")
         codes.append(call([*tool, *command]))
-    failed = [name for name, code in zip(checks, codes, strict=True) if code]
-    say(f"Failed so far: {', '.join(failed)}" if failed else "Format, lint and types are in order")
-    with virtual_display() as environment:
+    say("Types: mypy, beside the tests" if not words else "Types: mypy")
+    with child([*tool, "mypy"]) as types, virtual_display() as environment:
+        if words:
+            ended(types)
         command = ["pytest", "-n", str(workers()), "--dist", "worksteal", "-rs", *words]
         say(f"Tests: {' '.join(command)}")
-        codes.append(call([*tool, *command], environment))
+        tests = call([*tool, *command], environment)
+        codes += [ended(types), tests]
     return next((code for code in codes if code), 0)
 
 
@@ -358,18 +362,23 @@ def virtual_display() -> Iterator[Mapping[str, str]]:
         if not number:
             raise SystemExit("Xvfb does not start; type Xvfb :99 to see why.")
         kept = {name: value for name, value in os.environ.items() if name != "WAYLAND_DISPLAY"}
-        yield {**kept, "DISPLAY": f":{number}", "QT_QPA_PLATFORM": "xcb", "LIBGL_ALWAYS_SOFTWARE": "1"}
+        yield {**ONE_THREAD, **kept, "DISPLAY": f":{number}", "QT_QPA_PLATFORM": "xcb", "LIBGL_ALWAYS_SOFTWARE": "1"}
 
 
 def call(command: Sequence[str], environment: Mapping[str, str] | None = None) -> int:
     """Run a program in the foreground and return its exit code. Ctrl+C is the program's affair."""
     with child(command, env=environment) as process:
-        while True:
-            try:
-                code = process.wait()
-                return code if code >= 0 else 128 - code
-            except KeyboardInterrupt:
-                continue
+        return ended(process)
+
+
+def ended(process: subprocess.Popen[str]) -> int:
+    """Wait for a program; its exit code, or 128 and the number of the signal that ended it."""
+    while True:
+        try:
+            code = process.wait()
+            return code if code >= 0 else 128 - code
+        except KeyboardInterrupt:
+            continue
 
 
 @contextlib.contextmanager

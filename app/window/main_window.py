@@ -50,6 +50,7 @@ from app.factor.tab import FactorTab
 from app.jobs.jobs import Job
 from app.material.tab import MaterialTab
 from app.process import crash, ending
+from app.process.garbage import collect_on_this_thread
 from app.process.heap import give_back_freed_arrays
 from app.session import settings
 from app.session import settings as session_settings
@@ -473,7 +474,7 @@ class MainWindow(QMainWindow):
 def start() -> QApplication:
     """The application, ready for windows: OpenGL asked for, threads handing over quickly, colours and type set.
 
-    Freed memory goes back to the system from now on.
+    Freed memory goes back to the system from now on, and cycles are searched for on this thread alone.
     """
     give_back_freed_arrays()
     request_format()
@@ -481,6 +482,7 @@ def start() -> QApplication:
     application = QApplication.instance() or QApplication(["lightarc"])
     assert isinstance(application, QApplication)
     application.setApplicationName("Lightarc")
+    collect_on_this_thread(application)
     theme.apply(application, settings.load(settings.config_folder()).theme)
     return application
 

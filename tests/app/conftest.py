@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import gc
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -68,6 +69,14 @@ def _no_context_of_others() -> None:
     """Give up the EGL context that another test may have left current, beside which Qt can make none of its own."""
     with contextlib.suppress(OSError):
         ctypes.CDLL("libEGL.so.1").eglReleaseThread()
+
+
+@pytest.fixture(autouse=True)
+def _no_garbage_on_threads_of_jobs() -> Iterator[None]:
+    """Cycles are searched for between tests, on the main thread, as the window does (`app.process.garbage`)."""
+    gc.disable()
+    yield
+    gc.enable()
 
 
 @pytest.fixture(autouse=True)
