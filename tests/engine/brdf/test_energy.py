@@ -106,12 +106,13 @@ def test_BR10_whatever_the_parameters_a_model_that_says_so_conserves_energy(name
         assert largest_albedo(brdf, (data.draw(st.floats(0.0, np.pi)),), viewers).max() <= 1.0 + 2 * ERROR
 
 
-def test_BR9_BR10_every_preset_is_reciprocal_and_says_whether_it_conserves_energy() -> None:
+@pytest.mark.parametrize("every", [7, pytest.param(1, marks=pytest.mark.long)])
+def test_BR9_BR10_every_preset_is_reciprocal_and_says_whether_it_conserves_energy(every: int) -> None:
     wi, wo = pairs(5000)
     gains = []
     for preset in PRESETS:
         assert np.array_equal(preset.brdf.f(wi, wo), preset.brdf.f(wo, wi)), preset.name
-        largest = largest_albedo(preset.brdf, viewers=VIEWERS[::2]).max()
+        largest = largest_albedo(preset.brdf, viewers=VIEWERS[every - 1 :: every]).max()
         assert largest <= 1.0 + ERROR or not preset.brdf.energy_conserving, preset.name
         if largest > 1.0:
             gains.append(preset.name)

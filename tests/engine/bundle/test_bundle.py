@@ -49,6 +49,8 @@ from tests.engine.brdf.readers.test_table_file import holed_table
 
 PLAIN = MEMBERS - {"power_law_exponent.png", "power_law_kept_tiles.exr", TABLE}
 PNG = b"\x89PNG\r\n\x1a\nnot looked into"
+#: Every such operation of saving fails in one round of a campaign.
+ROUNDS = 12
 TARGETS = pytest.mark.parametrize("name", ["woven.lightarc", "woven"], ids=["zip", "folder"])
 
 
@@ -444,9 +446,10 @@ def kept(path: Path) -> bool:
 
 
 @TARGETS
-def test_fault_1_the_disk_is_full_at_every_operation_of_saving(tmp_path: Path, name: str) -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault_1_the_disk_is_full_at_every_operation_of_saving(tmp_path: Path, name: str, seed: int) -> None:
     path = save(tmp_path / name, small(1))
-    for at in range(1, 2000):
+    for at in range(1 + seed % ROUNDS, 2000, ROUNDS):
         count = iter(range(1, 1_000_000))
 
         def fail(_operation: str, _path: Path, at: int = at, count: Iterator[int] = count) -> None:
@@ -468,9 +471,10 @@ def test_fault_1_the_disk_is_full_at_every_operation_of_saving(tmp_path: Path, n
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
 @TARGETS
-def test_fault_2_death_at_every_operation_of_saving(tmp_path: Path, name: str) -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault_2_death_at_every_operation_of_saving(tmp_path: Path, name: str, seed: int) -> None:
     path = save(tmp_path / name, small(1))
-    for at in range(1, 2000):
+    for at in range(1 + seed % ROUNDS, 2000, ROUNDS):
         copy = os.fork()
         if not copy:
             count = iter(range(1, 1_000_000))

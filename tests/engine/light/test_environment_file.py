@@ -292,7 +292,8 @@ def test_fault5_damaged_environments_are_read_or_refused_in_words(
 ) -> None:
     path, good = tmp_path / "damaged", make()
     refused = 0
-    for damage in damaged(good, (0, len(good)), count=300, seed=seed):
+    damages = list(damaged(good, (0, len(good)), count=300, seed=seed))
+    for damage in damages:
         path.write_bytes(damage.content)
         try:
             radiance = read_environment(path).radiance
@@ -302,4 +303,4 @@ def test_fault5_damaged_environments_are_read_or_refused_in_words(
             assert np.isfinite(radiance).all(), damage
             assert radiance.min() >= 0, damage
             assert damage.what != "cut", damage
-    assert refused > 60
+    assert refused > len(damages) // 5

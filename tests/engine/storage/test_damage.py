@@ -279,8 +279,8 @@ def assert_refused_in_words(refusal: InputError, what: str) -> None:
 
 def each_damaged(
     kind: str, one: Kind, decoder: tuple[str, dict[str, Any]], check: Callable[..., None], seed: int
-) -> int:
-    """Decode all damaged files of `kind`, let `check` look at each that passes, and return how many were refused.
+) -> float:
+    """Decode all damaged files of `kind`, let `check` look at each that passes, and return the part that was refused.
 
     A decoder in C may crash now and then (imagecodecs' LZW does): its process is there to be lost, and replaced.
     """
@@ -301,8 +301,8 @@ def each_damaged(
                     assert_refused_in_words(outcome.refusal, what)
                 else:
                     check(outcome.reply, pristine, damage, what)
-    assert crashed <= COUNT // 100
-    return refused
+    assert crashed <= max(1, len(damages) // 100)
+    return refused / len(damages)
 
 
 def says_more(reply: dict[str, Any], pristine: dict[str, Any]) -> bool:
@@ -334,7 +334,7 @@ def test_fault5_damaged_pictures(kind: str, seed: int) -> None:
         if noticed[0] <= damage.first and damage.last <= noticed[1] and not says_more(reply, pristine):
             slipped.extend([what] * (not np.array_equal(reply["radiance"], pristine["radiance"])))
 
-    assert each_damaged(kind, one, PHOTOGRAPH, check, seed) > COUNT // 8
+    assert each_damaged(kind, one, PHOTOGRAPH, check, seed) > 1 / 8
     assert len(slipped) <= (seed > 0 and kind in ADLER), f"{slipped} get past the checksum"
 
 
@@ -342,7 +342,7 @@ def test_fault5_damaged_pictures(kind: str, seed: int) -> None:
 def test_fault5_damaged_raw(seed: int) -> None:
     mosaic = RANDOM.integers(600, 16000, (40, 40)).astype(np.uint16)
     one = Kind(lambda: dng_bytes(mosaic, Levels(), exposure_s=0.02), "a.dng", lambda good: (mosaic.nbytes, len(good)))
-    assert each_damaged("dng", one, PHOTOGRAPH, check_picture, seed) > COUNT // 8
+    assert each_damaged("dng", one, PHOTOGRAPH, check_picture, seed) > 1 / 8
 
 
 @pytest.mark.campaign(rounds=ROUNDS)
@@ -358,7 +358,7 @@ def test_fault5_damaged_meshes(kind: str, seed: int) -> None:
         if damage.what == "cut" and kind not in OPEN_ENDED:
             assert np.array_equal(positions, pristine["positions"]), f"{what} gives part of the mesh"
 
-    assert each_damaged(kind, MESHES[kind], MESH, check, seed) > COUNT // 4
+    assert each_damaged(kind, MESHES[kind], MESH, check, seed) > 1 / 4
 
 
 def each_written(
@@ -403,7 +403,7 @@ def test_fault5_damaged_light_positions(tmp_path: Path, seed: int) -> None:
             assert 0 <= light.elevation <= math.pi / 2, damage
             assert abs(light.azimuth) <= math.pi, damage
         assert lights is None or damage.what != "cut" or len(lights) == 5, damage
-    assert sum(lights is None for _, lights in results) > COUNT // 2
+    assert sum(lights is None for _, lights in results) > len(results) // 2
 
 
 @pytest.mark.campaign(rounds=ROUNDS)
@@ -419,7 +419,7 @@ def test_fault5_damaged_capture_files(tmp_path: Path, seed: int) -> None:
         for entry in capture.photographs if capture else ():
             assert entry.elevation_deg is None or 0 <= entry.elevation_deg <= 90, damage
             assert entry.exposure_s is None or 0 < entry.exposure_s < math.inf, damage
-    assert sum(capture is None for _, capture in results) > COUNT // 2
+    assert sum(capture is None for _, capture in results) > len(results) // 2
 
 
 @pytest.mark.campaign(rounds=ROUNDS)
@@ -441,7 +441,7 @@ def test_fault5_damaged_stacks(member: str, stack_folder: Path, seed: int) -> No
     assert all(result is None for damage, result in results if damage.what == "cut")
     in_header = [result for damage, result in results if damage.last <= header[1]]
     assert member == RECORD or not any(in_header)
-    assert sum(result is None for _, result in results) > COUNT // 3
+    assert sum(result is None for _, result in results) > len(results) // 3
 
 
 @pytest.mark.campaign(rounds=ROUNDS)
@@ -461,4 +461,4 @@ def test_fault5_damaged_bundles(tmp_path: Path, seed: int) -> None:
     pristine = check()
     results = each_written(path, (directory, len(content)), check, seed=seed)
     assert {result for _, result in results} <= {None, pristine}
-    assert sum(result is None for _, result in results) > COUNT // 2
+    assert sum(result is None for _, result in results) > len(results) // 2

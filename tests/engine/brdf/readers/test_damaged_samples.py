@@ -62,13 +62,14 @@ def test_fault_5_damaged_scattered_measurements(tmp_path: Path, name: str, seed:
     path = tmp_path / name
     path.write_text(text)
     passed = 0
-    for damage, samples in each_written(path, (0, header), lambda: read(path), seed=seed):
+    results = each_written(path, (0, header), lambda: read(path), seed=seed)
+    for damage, samples in results:
         if samples is not None:
             passed += 1
             assert_possible(samples, str(damage)[:200])
             if path.suffix == ".astm" and damage.what == "cut":
                 assert damage.first >= len(text) - 9, "a cut table is taken for a whole one"
-    assert COUNT / 40 < passed < COUNT * 9 / 10
+    assert 1 / 40 < passed / len(results) < 9 / 10
 
 
 @pytest.mark.campaign(rounds=ROUNDS)
@@ -92,16 +93,17 @@ def test_fault_5_damaged_lists_of_directions(tmp_path: Path, seed: int) -> None:
 @pytest.mark.campaign(rounds=ROUNDS)
 def test_fault_5_damaged_files_through_the_front_door(tmp_path: Path, seed: int) -> None:
     """Recognised as nothing, as another format, or read: never a traceback; and what is read can be made smooth."""
-    smoothed = 0
+    files = smoothed = 0
     for name, (text, header, _) in FILES.items():
         path = tmp_path / name
         path.write_text(text)
         results = each_written(path, (0, header), partial(read_measurement, path), COUNT // 3, seed=seed)
+        files += len(results)
         for damage, samples in results:
             if samples is not None:
                 assert_possible(samples, str(damage)[:200])
                 smoothed += 1
-                if smoothed % 20 == 0:
+                if smoothed % 20 == 1:
                     values = scattered_brdf(samples).f(samples.wi, samples.wo)
                     assert np.isfinite(values).all(), str(damage)[:200]
-    assert smoothed > 40
+    assert smoothed > files / 27

@@ -41,7 +41,8 @@ def test_fault_5_damaged_merl_files(tmp_path: Path, seed: int) -> None:
     start = np.array(SHAPE, "<i4").tobytes() + np.linspace(1.0, 2.0, 9).astype("<f8").tobytes()
     path = tmp_path / "paint.binary"
     refused = read = 0
-    for damage in damaged(start, (0, 12), seed=seed):
+    damages = list(damaged(start, (0, 12), seed=seed))
+    for damage in damages:
         size_bytes = len(damage.content) if damage.what == "cut" else SIZE_BYTES + len(damage.content) - len(start)
         whole = size_bytes == SIZE_BYTES and damage.content[:12] == start[:12]
         if whole and read == READ_TO_THE_END:
@@ -59,7 +60,7 @@ def test_fault_5_damaged_merl_files(tmp_path: Path, seed: int) -> None:
             assert_possible(table, damage)
         read += whole
     assert read == READ_TO_THE_END
-    assert refused > COUNT // 2
+    assert refused > len(damages) // 2
 
 
 @pytest.mark.campaign(rounds=ROUNDS)
@@ -67,7 +68,8 @@ def test_fault_5_damaged_utia_files(tmp_path: Path, seed: int) -> None:
     start = model_planes().astype("<f8").tobytes()[:2048]
     path = tmp_path / "cloth.bin"
     refused = read = 0
-    for damage in damaged(start, (0, len(start)), seed=seed):
+    damages = list(damaged(start, (0, len(start)), seed=seed))
+    for damage in damages:
         size_bytes = len(damage.content) if damage.what == "cut" else UTIA_BYTES + len(damage.content) - len(start)
         whole = size_bytes == UTIA_BYTES
         if whole and read == READ_TO_THE_END:
@@ -84,7 +86,7 @@ def test_fault_5_damaged_utia_files(tmp_path: Path, seed: int) -> None:
             assert whole, damage
             assert_possible(table, damage)
         read += whole
-    assert refused > COUNT // 5
+    assert refused > len(damages) // 5
 
 
 @pytest.mark.campaign(rounds=ROUNDS)
@@ -96,7 +98,8 @@ def test_fault_5_damaged_tables_of_our_own_are_refused_or_whole(tmp_path: Path, 
     path.write_bytes(content)
     header = (0, content.index(b"lineOrder"))
     refused = 0
-    for damage, found in each_written(path, header, lambda: read_table(path), COUNT // 2, seed=seed):
+    results = each_written(path, header, lambda: read_table(path), COUNT // 2, seed=seed)
+    for damage, found in results:
         if found is None:
             refused += 1
             continue
@@ -104,7 +107,7 @@ def test_fault_5_damaged_tables_of_our_own_are_refused_or_whole(tmp_path: Path, 
         assert np.array_equal(found.values, stored.values), damage
         assert np.array_equal(found.missing, stored.missing), damage
         assert (found.name, found.kind, found.health) == (stored.name, stored.kind, stored.health), damage
-    assert refused > COUNT // 4
+    assert refused > len(results) // 2
 
 
 def test_fault_5_a_file_that_grows_or_shrinks_between_two_looks_is_refused(

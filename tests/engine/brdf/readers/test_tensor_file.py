@@ -147,7 +147,8 @@ def test_fault5_damaged_files(tmp_path: Path, spectral: bool, seed: int) -> None
     assert np.all(read_rgl(path).f(wi, wo) > 0.0)
     before = peak_memory_bytes(os.getpid())
     read = 0
-    for damage in damaged(good, (0, header_length(good)), seed=seed):
+    damages = list(damaged(good, (0, header_length(good)), seed=seed))
+    for damage in damages:
         path.write_bytes(damage.content)
         started = time.perf_counter()
         result: RglBrdf | None = None
@@ -161,4 +162,4 @@ def test_fault5_damaged_files(tmp_path: Path, spectral: bool, seed: int) -> None
             assert damage.what != "cut", "a cut file was taken for a whole one"
             read += 1
     assert peak_memory_bytes(os.getpid()) - before < MEMORY_LIMIT_BYTES
-    assert read > 100, "all were refused: nothing was tried behind the list of fields"
+    assert read > len(damages) // 8, "all were refused: nothing was tried behind the list of fields"
