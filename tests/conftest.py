@@ -8,7 +8,8 @@ naming it repeats it; `--seed` repeats all campaigns with one seed. What fails i
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if campaigns and not config.getoption("--long"):
         config.hook.pytest_deselected(items=campaigns)
         items[:] = [item for item in items if item not in set(campaigns)]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_waiting_for_the_disk() -> Iterator[None]:
+    """What tests write need not outlive a loss of power; whether files are synchronised is seen by `atomic.fault`."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "fsync", lambda _descriptor: None)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -88,15 +88,15 @@ def p_value(sampler: Sampler, wo: np.ndarray, seed: int = 1) -> float:
 
     random = np.random.default_rng(seed)
     many = np.broadcast_to(wo, (PORTION, 3)).copy()
-    observed = np.zeros(rows * columns, int)
+    found = np.zeros(rows * columns, int)
     for _ in range(COUNT // PORTION):
         wi = sampler.sample(many, random.random((PORTION, 3)))
         assert np.abs(np.linalg.norm(wi, axis=1) - 1).max() < 1e-12
         wi = wi[wi[:, 2] > 0]
         row = np.minimum(((wi[:, 0] ** 2 + wi[:, 1] ** 2) * rows).astype(int), rows - 1)
         column = np.minimum((np.arctan2(wi[:, 1], wi[:, 0]) / (2 * np.pi) % 1 * columns).astype(int), columns - 1)
-        observed += np.bincount(row * columns + column, minlength=rows * columns)
-    observed = observed.reshape(rows, columns)
+        found += np.bincount(row * columns + column, minlength=rows * columns)
+    observed = found.reshape(rows, columns)
 
     common = expected >= 25
     counts = np.append(observed[common], COUNT - observed[common].sum()).astype(float)

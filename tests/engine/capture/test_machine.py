@@ -14,6 +14,8 @@ import tifffile
 
 ROOT = Path(__file__).parents[3]
 
+ONE_CORE = {"ONE_CORE": "1", "NUMBA_NUM_THREADS": "1"}
+
 #: Imports the folder given into the other one and prints a fingerprint of every number in the result.
 IMPORT = """
 import hashlib, locale, os, sys
@@ -84,8 +86,12 @@ def reference(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> list[s
 
 @pytest.mark.parametrize(
     "environment",
-    [{"LC_ALL": "C", "LANG": "C"}, {"TZ": "Asia/Kolkata"}, {"ONE_CORE": "1", "NUMBA_NUM_THREADS": "1"}],
-    ids=["language C", "another time zone", "one processor"],
+    [
+        pytest.param({"LC_ALL": "C", "LANG": "C"}, id="language C", marks=pytest.mark.long),
+        pytest.param({"TZ": "Asia/Kolkata"}, id="another time zone", marks=pytest.mark.long),
+        pytest.param(ONE_CORE, id="one processor", marks=pytest.mark.long),
+        pytest.param({"LC_ALL": "C", "LANG": "C", "TZ": "Asia/Kolkata", **ONE_CORE}, id="all of these"),
+    ],
 )
 def test_fault24_an_import_is_the_same_on_every_machine(
     environment: dict[str, str], capture: Path, reference: list[str], tmp_path: Path

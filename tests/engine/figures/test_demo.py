@@ -22,19 +22,31 @@ from tests.present import present
 STAGES = ["simulate", "import", "shade", "compress", "render", "bundle", "contact sheet"]
 
 
-@pytest.fixture
-def small(monkeypatch: pytest.MonkeyPatch) -> LightArc:
+#: Rounds in which the demo is cancelled at every step; the first is in the ordinary suite.
+ROUNDS = 40
+
+
+@pytest.fixture(scope="module")
+def small() -> Iterator[LightArc]:
     """A capture and pictures small enough for a test."""
-    monkeypatch.setattr(demos, "PICTURE_SIZE", (160, 100))
-    return LightArc(size=64, elevation=tuple(math.radians(angle) for angle in (10, 30, 50, 70, 90)))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(demos, "PICTURE_SIZE", (160, 100))
+        yield LightArc(size=64, elevation=tuple(math.radians(angle) for angle in (10, 30, 50, 70, 90)))
+
+
+@pytest.fixture(scope="module")
+def whole(small: LightArc, tmp_path_factory: pytest.TempPathFactory) -> tuple[Demo, Path]:
+    """The demo as it is without faults, and its folder."""
+    folder = tmp_path_factory.mktemp("demo") / "d"
+    return drain(demo(folder, small)), folder
 
 
 def failures(made: Demo) -> dict[str, str]:
     return {stage.name: stage.error for stage in made.stages if stage.error}
 
 
-def test_everything_is_made(tmp_path: Path, small: LightArc) -> None:
-    made = drain(demo(tmp_path / "d", small))
+def test_everything_is_made(whole: tuple[Demo, Path]) -> None:
+    made, folder = whole
     assert [stage.name for stage in made.stages] == STAGES
     assert failures(made) == {}
     assert [image.name for image in made.images] == ["cloth_power-law.png", "cloth_slices.png", "contact_sheet.png"]
@@ -42,24 +54,24 @@ def test_everything_is_made(tmp_path: Path, small: LightArc) -> None:
     assert made.bundle is not None
     assert verify_bundle(made.bundle).ok
     assert len(present(open_bundle(made.bundle).shading_map).slices) == 8
-    record = json.loads((tmp_path / "d" / "demo.json").read_text())
+    record = json.loads((folder / "demo.json").read_text())
     assert [stage["name"] for stage in record["stages"]] == STAGES
 
 
-def test_pictures_from_slices_and_from_the_pair_are_alike(tmp_path: Path, small: LightArc) -> None:
-    made = drain(demo(tmp_path / "d", small))
-    slices, pair = (cv2.imread(str(tmp_path / "d" / f"cloth_{source}.png")) for source in ("slices", "power-law"))
+def test_pictures_from_slices_and_from_the_pair_are_alike(whole: tuple[Demo, Path]) -> None:
+    made, folder = whole
+    slices, pair = (cv2.imread(str(folder / f"cloth_{source}.png")) for source in ("slices", "power-law"))
     assert made.images
     assert cv2.absdiff(slices, pair).mean() < 6
 
 
 def test_GL5_without_opengl_the_processor_renders(
-    tmp_path: Path, small: LightArc, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, small: LightArc, whole: tuple[Demo, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse() -> None:
         raise MissingCapability("OpenGL 3.3 is not available", "Install it")
 
-    with_gl = drain(demo(tmp_path / "gl", small))
+    with_gl, _ = whole
     monkeypatch.setattr("engine.gl.context.create_context", refuse)
     without = drain(demo(tmp_path / "cpu", small))
     assert failures(without) == {}
@@ -98,9 +110,11 @@ def test_without_an_import_the_rest_says_that_it_was_left_out(
     assert (tmp_path / "d" / "capture" / "capture.toml").is_file()
 
 
-def test_fault_17_cancelling_leaves_nothing(tmp_path: Path, small: LightArc) -> None:
+@pytest.mark.campaign(rounds=ROUNDS)
+def test_fault_17_cancelling_leaves_nothing(tmp_path: Path, small: LightArc, seed: int) -> None:
     total = sum(1 for _ in demo(tmp_path / "whole", small))
-    for stop in range(1, total, 9):
+    assert total > ROUNDS
+    for stop in range(1 + seed % ROUNDS, total, ROUNDS):
         steps = demo(tmp_path / "cancelled", small)
         for _ in range(stop):
             next(steps)

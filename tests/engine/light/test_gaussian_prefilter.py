@@ -121,7 +121,16 @@ def peak_error(level: np.ndarray, mu: np.ndarray, sigma: float) -> float:
     return float(np.abs(level[..., 0] - exact).max() * gaussian_integral(sigma))
 
 
-@pytest.mark.parametrize(("edge", "row", "column"), [(64, 1, 3), (64, 32, 32), (512, 1, 3), (512, 256, 256)])
+@pytest.mark.parametrize(
+    ("edge", "row", "column"),
+    [
+        (64, 1, 3),
+        (64, 32, 32),
+        (256, 1, 3),
+        pytest.param(512, 1, 3, marks=pytest.mark.long),
+        pytest.param(512, 256, 256, marks=pytest.mark.long),
+    ],
+)
 def test_EN4_so_it_does_in_larger_maps(edge: int, row: int, column: int) -> None:
     """From two texels on; near a corner and in the middle of a face, where coarser texels are least and most exact."""
     filtered = prefiltered(lit((4, row, column), edge))

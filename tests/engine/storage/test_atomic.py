@@ -67,6 +67,9 @@ def complaint_of(write: Callable[[Path], None], folder: Path) -> str | None:
     return None
 
 
+#: Rounds in which a process dies at every operation; the first is in the ordinary suite.
+DEATHS = 4
+
 KINDS = pytest.mark.parametrize(
     ("prepare", "write"), [(prepare_file, write_file), (prepare_folder, write_folder)], ids=["file", "folder"]
 )
@@ -92,8 +95,12 @@ class FailAt:
 @pytest.mark.parametrize("exchange", [True, False], ids=["one-step", "two-steps"])
 @pytest.mark.parametrize(
     ("code", "persistent"),
-    [(errno.ENOSPC, False), (errno.EIO, True), (errno.EACCES, False), (errno.EMFILE, True)],
-    ids=["full disk", "disk error from then on", "no access", "too many open files from then on"],
+    [
+        pytest.param(errno.ENOSPC, False, id="full disk"),
+        pytest.param(errno.EIO, True, id="disk error from then on"),
+        pytest.param(errno.EACCES, False, id="no access", marks=pytest.mark.long),
+        pytest.param(errno.EMFILE, True, id="too many open files from then on", marks=pytest.mark.long),
+    ],
 )
 def test_fault_1_every_operation_fails(
     tmp_path: Path,
@@ -194,16 +201,18 @@ def die_at(at: int, work: Callable[[], None]) -> int:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system cannot copy a process")
 @KINDS
 @pytest.mark.parametrize("exchange", [True, False], ids=["one-step", "two-steps"])
+@pytest.mark.campaign(rounds=DEATHS)
 def test_fault_2_death_at_every_operation(
     tmp_path: Path,
     prepare: Callable[[Path], None],
     write: Callable[[Path], None],
     exchange: bool,
+    seed: int,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     if not exchange:
         monkeypatch.setattr(atomic, "_exchange", lambda _one, _other: False)
-    for at in range(1, 200):
+    for at in range(1 + seed % DEATHS, 200, DEATHS):
         folder = tmp_path / str(at)
         folder.mkdir()
         prepare(folder)

@@ -69,13 +69,15 @@ def made_in_place(content, name):
 """
 
 
-@pytest.fixture
-def decoders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """A module of decoders that children can import; children are fresh before and gone afterwards."""
-    (tmp_path / "decoders_for_tests.py").write_text(DECODERS)
-    monkeypatch.syspath_prepend(tmp_path)
+@pytest.fixture(scope="module")
+def decoders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """A module of decoders that children can import; children are fresh before the first test and gone afterwards."""
+    folder = tmp_path_factory.mktemp("decoders")
+    (folder / "decoders_for_tests.py").write_text(DECODERS)
     untrusted.stop_children()
-    yield "decoders_for_tests"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder)
+        yield "decoders_for_tests"
     untrusted.stop_children()
 
 
@@ -242,7 +244,7 @@ def test_the_time_of_a_file_begins_when_the_process_has_started(
     file: Path, decoders: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     untrusted.stop_children()
-    monkeypatch.setattr(untrusted, "_START", f"import time; time.sleep(3)\n{untrusted._START}")
+    monkeypatch.setattr(untrusted, "_START", f"import time; time.sleep(2.1)\n{untrusted._START}")
     assert decode_in_child(f"{decoders}:echo", file, timeout_s=2.0)
 
 
@@ -276,7 +278,7 @@ def test_a_child_ends_when_its_parent_is_gone(file: Path, decoders: str) -> None
         "os.kill(os.getpid(), 9)\n"
     )
     root = os.fspath(Path(untrusted.__file__).parents[2])
-    environment = {**os.environ, "PYTHONPATH": root + os.pathsep + str(file.parent)}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([root, *sys.path])}
     printed = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
     pid = int(printed.stdout)
     for _ in range(100):

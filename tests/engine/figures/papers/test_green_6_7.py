@@ -14,11 +14,15 @@ from engine.figures.papers.green_6 import green_6
 from engine.figures.papers.green_7 import green_7
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
+from engine.light.environment import reduced
 from engine.light.environment_file import open_environment
 from engine.render.transported import picture_of
 from engine.transport.gaussian import bake as gaussian_bake
 from engine.transport.gaussian.samples import glossy_surface
 from engine.transport.relit import relit_gaussians
+
+#: Light whose prefiltering takes milliseconds.
+STUDIO = reduced(open_environment("studio"), 32)
 
 
 def corner() -> Mesh:
@@ -37,7 +41,7 @@ def corner() -> Mesh:
 
 
 def test_lobes_in_memory_are_those_of_the_bake(tmp_path: Path) -> None:
-    brdf, environment = brdf_from_text("ggx:kd=0.2,alpha=0.4,f0=0.5"), open_environment("studio")
+    brdf = brdf_from_text("ggx:kd=0.2,alpha=0.4,f0=0.5")
     mesh = corner()
     settings = gaussian_bake.BakeSettings(samples=48, weights="plain")
     work = drain(gaussian_bake.prepare(mesh, brdf, settings, probes=2))
@@ -45,9 +49,7 @@ def test_lobes_in_memory_are_those_of_the_bake(tmp_path: Path) -> None:
     own = drain(fitted(glossy_surface(mesh, brdf), 1, 48))
     found = own.transport(own.fit.lobes)
     camera, size = frame(mesh.positions), (24, 24)
-    pictures = [
-        drain(picture_of(relit_gaussians(each, environment), camera, size)).picture for each in (expected, found)
-    ]
+    pictures = [drain(picture_of(relit_gaussians(each, STUDIO), camera, size)).picture for each in (expected, found)]
     assert pictures[0].max() > 0.01
     np.testing.assert_allclose(pictures[1], pictures[0], rtol=1e-4, atol=1e-6)
 
@@ -61,13 +63,13 @@ def test_without_shadows_nothing_is_darker() -> None:
 
 
 def test_visibility_comes_nearer_to_the_reference() -> None:
-    figure = drain(green_6(Settings(quick=True)))
+    figure = drain(green_6(Settings(environment=STUDIO, quick=True)))
     with_it, without = (shown.error.rmse_rel for shown in figure.rows[0].pictures if shown.error)
     assert with_it < without
 
 
 def test_both_numbers_of_lobes_are_drawn() -> None:
-    figure = drain(green_7(Settings(mesh=corner(), quick=True)))
+    figure = drain(green_7(Settings(mesh=corner(), environment=STUDIO, quick=True)))
     assert [shown.knobs.get("lobes") for shown in figure.rows[0].pictures] == [1, 2, None]
     assert all(shown.error.rmse_rel < 0.6 for shown in figure.rows[0].pictures if shown.error)
 
