@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 from engine.core.errors import UsageError
 from engine.core.steps import Step, drain
+from engine.factor.settings import DEFAULT, FactorSettings
 
 if TYPE_CHECKING:
     import numpy as np
@@ -82,11 +83,11 @@ def fit_brdf(
 def factor_brdf(
     brdf: str | Brdf,
     *,
-    method: Literal["auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search"] = "auto",
+    method: Literal["auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search"] = DEFAULT.method,
     terms: int = 0,
     size: int = 0,
-    samples: int = 45_000,
-    seed: int = 1,
+    samples: int = DEFAULT.samples,
+    seed: int = DEFAULT.seed,
     progress: Progress | None = None,
 ) -> Factorisation:
     """A BRDF as products of textures; the result has the `factors`, a BRDF, and the errors of each number of terms.
@@ -103,9 +104,13 @@ def factor_brdf(
     >>> [each.terms for each in found.ladder]
     [1, 2]
     """
-    from engine.factor.factor import FactorSettings, factor
+    from engine.factor.factor import factor
 
-    settings = FactorSettings(method=method, terms=terms, size=size, samples=samples, seed=seed)
+    settings = FactorSettings(method=method, samples=samples, seed=seed)
+    if terms:
+        settings = settings.with_terms(terms)
+    if size:
+        settings = settings.with_texels(size)
     return drain(factor(_opened(brdf), settings), progress)
 
 

@@ -21,10 +21,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from PySide6.QtWidgets import QApplication
 
-from app.document.factoring import FactorChoices
 from app.viewport.gl_surface import request_format
 from app.widgets import theme
 from app.window.main_window import WORKSPACES, MainWindow
+from engine.factor.settings import FactorSettings
 from engine.light.lamps import LampSettings
 
 SIZES = ((1280, 800), (1920, 1080))
@@ -36,6 +36,7 @@ STATES = (
     ("wipe", "shading-map", "wipe"),
     ("difference", "shading-map", "difference"),
 )
+
 PATIENCE_S = 400.0
 
 
@@ -174,7 +175,7 @@ def factored(window: MainWindow) -> None:
     """The reflectance of the material as textures, by two methods."""
     window.show_workspace("factor")
     for method in ("svd", "homomorphic"):
-        window.factor.settings.edited.emit(FactorChoices(method=method), True)
+        window.factor.settings.edited.emit(FactorSettings(method=method), True)
         window.factor.start()
     wait_until(lambda: not window.bench.jobs.active)
 

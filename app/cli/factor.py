@@ -9,15 +9,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from app.arguments.options import option, settings_from, words_of
 from app.arguments.results import FACTORS, Input, Output
 from app.cli.brdf import BRDF_HELP
 from app.process import ending
 from engine.core.errors import UsageError
+from engine.core.params import Parameter, parameters
 from engine.core.steps import Step, drain
+from engine.factor.settings import HOMOMORPHIC_KNOBS, SEPARABLE_KNOBS, FactorSettings
 
 if TYPE_CHECKING:
     from engine.factor.errors import Factorisation, TermError
-    from engine.factor.factor import FactorSettings
 
 HELP = "Factor a BRDF into textures: sums of products, or products of projections."
 EXAMPLE = "lightarc factor lafortune:preset=blue-paint --terms 4 -o paint-factors --json"
@@ -47,9 +49,6 @@ _TABLE_COLUMNS = (
 #: Default BRDFs of the table: the two models of Cole's Chapter 4.
 TABLE_BRDFS = ("lafortune:preset=blue-paint", "cook-torrance")
 
-METHODS = ("auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search")
-METRICS = ("abs_log", "sq_log", "max_log", "abs", "sq", "max")
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
@@ -68,58 +67,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FACTORS",
         help="folder to write: factors.json and OpenEXR textures",
     )
-    parser.add_argument(
-        "--method", default="auto", choices=METHODS, help="auto: symmetric if the matrix is symmetric, otherwise svd"
-    )
-    parser.add_argument(
-        "--parametrisation",
-        default="in-out",
-        choices=("in-out", "half-diff", "auto"),
-        help="parametrisation: light and viewer, or half and difference vector (Kautz and McCool's, for direct light); "
-        "auto: the better one (separable methods)",
-    )
-    parser.add_argument(
-        "--map",
-        choices=("orthographic", "polar", "parabolic", "auto"),
-        help="hemisphere map of separable textures (orthographic; half-diff: polar, highlight at the pole); auto: best",
-    )
-    parser.add_argument(
-        "--weighting",
-        default="auto",
-        choices=("auto", "plain", "cosine"),
-        help="norm of the separable methods; auto: the one with the lower cosine-weighted error",
-    )
-    parser.add_argument("--size", type=int, metavar="N", help="texels along a side (48; homomorphic 16)")
-    parser.add_argument("--terms", type=int, metavar="K", help="largest number of terms (8; homomorphic 5)")
-    parser.add_argument("--reciprocal", action="store_true", help="enforce reciprocity (homomorphic and search)")
-    parser.add_argument("--restarts", type=int, default=6, metavar="N", help="random starts of the search per term (6)")
-    parser.add_argument("--together", type=int, default=2, metavar="N", help="textures solved for each projection (2)")
-    parser.add_argument("--samples", type=int, default=45_000, metavar="N", help="pairs of directions (45000)")
-    parser.add_argument(
-        "--max-theta-deg",
-        type=float,
-        default=88.0,
-        metavar="DEG",
-        help="largest angle of these pairs from the normal, for models only (88)",
-    )
-    parser.add_argument("--epsilon", type=float, default=1e-5, metavar="E", help="added before the logarithm (1e-5)")
-    parser.add_argument(
-        "--metric",
-        default="sq_log",
-        choices=METRICS,
-        help="error by which the search chooses projections (sq_log): logarithms count dark and bright alike, and the "
-        "cosine-weighted RMS, which bright values dominate, can rise with them; sq weighs bright values most",
-    )
-    parser.add_argument(
-        "--preset",
-        default="default",
-        choices=("default", "thesis"),
-        help="settings of the search: Lightarc's (default) or Cole's (thesis)",
-    )
+    for flag, declared in _options().items():
+        parser.add_argument(flag, **option(declared[0], "; ".join(map(words_of, declared))))
     parser.add_argument(
         "--resume", type=Input(), metavar="FACTORS", help="a folder of searched factors, to add more terms"
     )
-    parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of samples and starts (1)")
+
+
+def _options() -> dict[str, list[Parameter]]:
+    """The parameters of every option, by its flag: two where sums and products each have their own."""
+    found: dict[str, list[Parameter]] = {}
+    for parameter in parameters(FactorSettings):
+        found.setdefault(parameter.flag, []).append(parameter)
+    return found
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -184,7 +144,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "lowest_rms_terms": _lowest(found.ladder).terms if found.ladder else None,
         "elevation_bands_deg": np.linspace(0.0, 90.0, BANDS + 1).tolist(),
         "samples": settings.samples,
-        "max_theta_deg": arguments.max_theta_deg,
+        "max_theta_deg": settings.max_theta_deg,
         "epsilon": settings.epsilon,
         "seed": settings.seed,
         "time_s": time_s,
@@ -196,15 +156,13 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def _table(arguments: argparse.Namespace, settings: FactorSettings, show: Callable[[Step], None]) -> dict[str, Any]:
     """`table`: a row for each BRDF, method, parametrisation and reciprocity."""
-    from dataclasses import replace
-
+    from engine.factor.factor import search_settings
     from engine.factor.factor_file import open_reflectance
     from engine.factor.thesis_table import FIGURE_4_2, thesis_table
 
     if arguments.output or arguments.resume:
         raise UsageError("--table compares and keeps nothing: leave out --output and --resume")
-    chosen = replace(settings, method="search", parametrisation="in-out", size=settings.size or FIGURE_4_2.size)
-    search = chosen.search_settings()
+    search = search_settings(settings.with_texels(arguments.size or FIGURE_4_2.size))
     show(Step(0.0, "reading"))
     brdfs = {text: open_reflectance(text) for text in arguments.brdf or TABLE_BRDFS}
     steps = thesis_table(
@@ -219,35 +177,16 @@ def _flat(values: dict[str, Any]) -> dict[str, Any]:
 
 
 def _settings(arguments: argparse.Namespace) -> FactorSettings:
-    from engine.factor.factor import FactorSettings
-
-    for name in ("size", "terms", "samples"):
-        value = getattr(arguments, name)
-        if value is not None and value < 1:
-            raise UsageError(f"--{name} {value} is too few")
-    if not 0.0 < arguments.max_theta_deg < 90.0:
-        raise UsageError("--max-theta-deg must lie between 0 and 90")
-    if arguments.seed < 0:
-        raise UsageError("--seed must not be negative")
-    if not 0.0 < arguments.epsilon < 1.0:
-        raise UsageError("--epsilon must lie between 0 and 1")
-    return FactorSettings(
-        method=arguments.method,
-        parametrisation=arguments.parametrisation,
-        map=arguments.map or ("polar" if arguments.parametrisation == "half-diff" else "orthographic"),
-        weighting=arguments.weighting,
-        size=arguments.size or 0,
-        terms=arguments.terms or 0,
-        reciprocal=arguments.reciprocal,
-        restarts=arguments.restarts,
-        together=arguments.together,
-        samples=arguments.samples,
-        max_theta=math.radians(arguments.max_theta_deg),
-        epsilon=arguments.epsilon,
-        metric=arguments.metric,
-        preset=arguments.preset,
-        seed=arguments.seed,
+    """Settings as given, as far as the method reads them, and the defaults of the rest."""
+    if arguments.table:
+        arguments.method, arguments.parametrisation = "search", None
+    separable = FactorSettings(arguments.method or FactorSettings.method).separable
+    settings: FactorSettings = settings_from(
+        arguments, FactorSettings, without=HOMOMORPHIC_KNOBS if separable else SEPARABLE_KNOBS
     )
+    if settings.why_not:
+        raise UsageError(settings.why_not)
+    return settings
 
 
 def _rung(rung: Any) -> dict[str, Any]:

@@ -29,11 +29,12 @@ from app.widgets.panels import Panel, button, enable, text
 from app.widgets.plots import Plot
 from app.widgets.status_bar import size_text
 from app.widgets.theme import ROW, STEP
+from engine.factor.settings import MOST_PRODUCTS, MOST_TEXTURES
 
 NUMBER = Qt.ItemDataRole.UserRole
 NOTHING = "Start a run first"
 #: Most terms of sums of products and of one product.
-MOST = {True: 64, False: 16}
+MOST = {True: MOST_PRODUCTS, False: MOST_TEXTURES}
 
 
 class FactorInspector(Panel):
@@ -164,7 +165,7 @@ class FactorInspector(Panel):
                 why = f"{METHODS[run.choices.method]} has no further terms"
             elif live.brdf is None or (live.why and not live.ladder):
                 why = live.why or "It ended before it began"
-            most = MOST[run.choices.separable] if run.choices is not None else 64
+            most = MOST[run.choices.separable] if run.choices is not None else MOST[True]
             have = live.ladder[-1].terms if live.ladder else 0
             self.terms.high = float(most)
             if not why and have >= most and not (live.factorisation is not None and live.factorisation.searching):
@@ -265,7 +266,7 @@ def _form_of(run: Run) -> str:
         return " from a file"
     choices = run.choices
     form = {"in-out": "", "half-diff": ", half/difference", "auto": ", any"}[choices.parametrisation]
-    return f"{form}, {round(choices.side if choices.separable else choices.size)}²"
+    return f"{form}, {choices.texels}²"
 
 
 def settings_of(run: Run) -> str:
@@ -279,11 +280,9 @@ def settings_of(run: Run) -> str:
     elif choices.reciprocal:
         words += ["reciprocal"]
     if choices.method == "search":
-        words += [
-            f"{PRESETS[choices.preset].lower()}, {choices.restarts:.0f} restarts, {choices.together:.0f} together"
-        ]
+        words += [f"{PRESETS[choices.preset].lower()}, {choices.restarts} restarts, {choices.together} together"]
         words += [f"makes {METRICS[choices.metric][0].lower()} small"]
-    samples = f"{choices.samples:.0f} samples up to {choices.max_theta_deg:g}°, seed {choices.seed:.0f}"
+    samples = f"{choices.samples} samples up to {choices.max_theta_deg:g}°, seed {choices.seed}"
     return f"{', '.join(words)}\n{samples}"
 
 

@@ -16,12 +16,13 @@ from PySide6.QtCore import QObject, Signal
 from app.commands.workbench import Workbench
 from app.document.comparison import MARKERS
 from app.document.document import Project
-from app.document.factoring import MATERIAL, METHODS, FactorChoices, Run, names_of
+from app.document.factoring import MATERIAL, METHODS, Run, names_of
 from app.jobs.jobs import Job
 from app.widgets.labels import BRDF_NAMES
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import Step, Steps, part
+from engine.factor.settings import FactorSettings
 
 if TYPE_CHECKING:
     from engine.factor.errors import Factorisation, TermError
@@ -254,14 +255,14 @@ def _brdf(given: Any) -> Steps[Any]:
     return (yield from read_brdf_steps(given))
 
 
-def _factored(name: str, given: Any, choices: FactorChoices, resume: Factorisation | None) -> Steps[Found]:
+def _factored(name: str, given: Any, choices: FactorSettings, resume: Factorisation | None) -> Steps[Found]:
     """Factor; each step's `partial` is the result so far."""
     yield Step(0.0, "preparing kernels")
-    from engine.factor.factor import FactorSettings, factor
+    from engine.factor.factor import factor
 
     brdf = yield from part(_brdf(given), 0.0, 0.05)
     yield Step(0.05, "sampling", Found(brdf, resume))
-    steps = part(factor(brdf, FactorSettings(**choices.words), resume), 0.05, 1.0)
+    steps = part(factor(brdf, choices, resume), 0.05, 1.0)
     try:
         while True:
             try:

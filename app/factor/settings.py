@@ -17,7 +17,6 @@ from app.document.factoring import (
     PARAMETRISATIONS,
     PRESETS,
     SHORT_METRICS,
-    FactorChoices,
     Factoring,
 )
 from app.factor.runs import FULL
@@ -27,6 +26,7 @@ from app.widgets.param_form import ParamForm
 from app.widgets.theme import STEP
 from engine.brdf.brdf import MODELS
 from engine.brdf.models.presets import PRESETS as PUBLISHED
+from engine.factor.settings import FactorSettings
 
 WIDTH = 264
 
@@ -46,7 +46,7 @@ class FactorSettingsPanel(Panel):
 
     def __init__(self) -> None:
         super().__init__(WIDTH)
-        self.choices = FactorChoices()
+        self.choices = FactorSettings()
         self._make_source()
         self._make_method()
         self.start = button("Factor", "primary")
@@ -151,10 +151,10 @@ class FactorSettingsPanel(Panel):
         made.setProperty("choice", name)
         return made
 
-    def _form_edited(self, choices: FactorChoices, final: bool) -> None:
+    def _form_edited(self, choices: FactorSettings, final: bool) -> None:
         self._edited(choices, final)
 
-    def _edited(self, choices: FactorChoices, final: bool) -> None:
+    def _edited(self, choices: FactorSettings, final: bool) -> None:
         self.edited.emit(choices, final)
 
     def show_sources(self, own: Sequence[tuple[str, str]], files: Sequence[Path], current: str, name: str) -> None:

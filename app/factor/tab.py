@@ -15,7 +15,7 @@ from app.commands.factor import exported, judged
 from app.commands.workbench import Workbench
 from app.document.comparison import Entry
 from app.document.document import Project
-from app.document.factoring import METRICS, FactorChoices, Factoring, Run
+from app.document.factoring import METRICS, Factoring, Run
 from app.factor.inspector import FactorInspector
 from app.factor.pictures import ProjectionsView, TexturePicture, TexturesView, texture_pictures
 from app.factor.plot import AGAINST, ErrorPlot
@@ -27,6 +27,7 @@ from app.widgets.number_field import NumberField
 from app.widgets.panels import EmptyState, Segments, side_by_side
 from app.widgets.theme import PADDING, STEP, role
 from app.widgets.tiles import Tile, Tiles
+from engine.factor.settings import FactorSettings
 
 #: Least time between two updates of the results of a run, and of its preview on the model while the run goes on.
 SHOW_EVERY_MS, PREVIEW_EVERY_MS = 120, 700
@@ -205,7 +206,7 @@ class FactorTab(QWidget):
         if source != self.factoring.source:
             self._change(f"Factor {name_of(self.bench.document.project, source)} next", source=source)
 
-    def _edited(self, choices: FactorChoices, final: bool) -> None:
+    def _edited(self, choices: FactorSettings, final: bool) -> None:
         if choices != self.factoring.choices:
             self._change("Change how to factor", gesture="factor choices", choices=choices)
         else:

@@ -115,11 +115,11 @@ class NumberEditor(QWidget):
     def __init__(self, parameter: Parameter) -> None:
         super().__init__()
         self.parameter = parameter
-        assert isinstance(parameter.default, float)
+        assert isinstance(parameter.default, int | float)
         self.slider = Slider()
         self.slider.setAccessibleName(parameter.label)
         self.field = NumberField(
-            parameter.default, parameter.low, parameter.high, unit=parameter.unit, log=parameter.log
+            float(parameter.default), parameter.low, parameter.high, unit=parameter.unit, log=parameter.log
         )
         self.field.setAccessibleName(parameter.label)
         self.field.setFixedWidth(FIELD_WIDTH)
@@ -141,13 +141,17 @@ class NumberEditor(QWidget):
         self.slider.blockSignals(False)
 
     def _slid(self, ticks: int) -> None:
-        value = self._value(ticks / TICKS)
+        value = self._rounded(self._value(ticks / TICKS))
         self.field.show_value(value)
         self.edited.emit(value, not self.slider.isSliderDown())
 
     def _set(self, value: float, final: bool) -> None:
+        value = self._rounded(value)
         self.show_value(value)
         self.edited.emit(value, final)
+
+    def _rounded(self, value: float) -> float:
+        return float(round(value)) if self.parameter.kind == "whole" else value
 
     def _place(self, value: float) -> float:
         low, high = self.parameter.slider

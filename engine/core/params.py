@@ -123,6 +123,8 @@ def whole(
     high: int,
     *,
     doc: str,
+    slider: tuple[int, int] | None = None,
+    log: bool = False,
     values: tuple[int, ...] = (),
     ladder: tuple[int, ...] = (),
     offered: tuple[tuple[int, str], ...] = (),
@@ -134,9 +136,8 @@ def whole(
     A form offers the values of the `ladder` unless others are `offered`.
     """
     shown = offered or tuple((value, str(value)) for value in ladder)
-    return _declared(
-        default, low, high, doc, "whole", values=values, ladder=ladder, offered=shown, words=words, option=option
-    )
+    more = {"values": values, "ladder": ladder, "offered": shown, "words": words, "option": option}
+    return _declared(default, low, high, doc, "whole", slider=slider or (low, high), log=log, **more)
 
 
 def flag(
@@ -152,8 +153,10 @@ def flag(
     return _declared(default, 0, 1, doc, "flag", ladder=ladder, offered=offered, words=words, option=option)
 
 
-def choice(default: str, values: tuple[str, ...], *, doc: str, offered: tuple[tuple[str, str], ...] = ()) -> Any:
-    """Declare one word out of `values`."""
+def choice(
+    default: str | None, values: tuple[str, ...], *, doc: str, offered: tuple[tuple[str | None, str], ...] = ()
+) -> Any:
+    """Declare one word out of `values`; None follows from the others."""
     return _declared(default, 0, 0, doc, "choice", values=values, offered=offered)
 
 
@@ -184,12 +187,15 @@ def parameters(of: Any) -> tuple[Parameter, ...]:
 def check(instance: Any) -> None:
     """Raise UsageError if a parameter of `instance` is outside its range; call it from `__post_init__`.
 
-    The test is `low <= x <= high`, so NaN is refused as well. A single number given for a colour becomes grey.
+    The test is `low <= x <= high`, so NaN is refused as well. A single number given for a colour becomes grey, and a
+    whole number of whatever type an int.
     """
     for parameter in parameters(instance):
         value = getattr(instance, parameter.name)
         if parameter.kind != "number":
             parameter.check(value)
+            if parameter.kind == "whole" and value is not None:
+                object.__setattr__(instance, parameter.name, int(value))
             continue
         if parameter.is_colour:
             colour = (value, value, value) if isinstance(value, (int, float)) else tuple(value)

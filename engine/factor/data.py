@@ -26,13 +26,12 @@ from engine.brdf.samples import HORIZON, BrdfSamples
 from engine.brdf.scattered import ScatteredBrdf
 from engine.brdf.table import DirectionTable, HalfDifferenceTable, bin_directions
 from engine.core.directions import Vectors, surface_direction
+from engine.factor.settings import DEFAULT
 
 Floats = NDArray[np.float64]
 
 #: Samples, largest angle from the normal in radians and seed of the thesis's size and of the whole hemisphere's.
-COUNT = 45_000
-MAX_THETA = float(np.radians(88.0))
-SEED = 1
+COUNT, MAX_THETA, SEED = DEFAULT.samples, DEFAULT.max_theta, DEFAULT.seed
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ Uses of factors, as sentences for a person.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from statistics import median
 from typing import Any
 
@@ -43,7 +43,7 @@ class Metrics:
 
 
 #: The names of the six, of which one drives a search.
-METRICS = ("abs_log", "sq_log", "max_log", "abs", "sq", "max")
+METRICS = tuple(each.name for each in fields(Metrics))
 
 
 def metrics(approximation: ArrayLike, data: FactorData, epsilon: float = EPSILON) -> Metrics:

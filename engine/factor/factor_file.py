@@ -30,9 +30,10 @@ from engine.brdf.readers.read import open_brdf
 from engine.core.errors import InputError
 from engine.factor.errors import Factorisation, Metrics, TermError
 from engine.factor.hemisphere_map import DirectionMap
-from engine.factor.homomorphic import MOST_TERMS, HomomorphicFactors, LogSpace
+from engine.factor.homomorphic import HomomorphicFactors, LogSpace
 from engine.factor.projections import FixedProjection, Kind, LinearProjection, Projection
 from engine.factor.separable_factors import SeparableFactors
+from engine.factor.settings import MOST_TEXTURES
 from engine.images.encode import rgb_channels, write_exr
 from engine.storage.atomic import atomic_folder, write_bytes
 from engine.storage.records import read_json
@@ -93,8 +94,8 @@ class _Homomorphic(_Strict):
     largest: Annotated[list[_Number], Field(min_length=3, max_length=3)]
     epsilon: _Number
     projections: Annotated[
-        list[Annotated[list[_Projection], Field(min_length=1, max_length=MOST_TERMS)]],
-        Field(min_length=1, max_length=MOST_TERMS),
+        list[Annotated[list[_Projection], Field(min_length=1, max_length=MOST_TEXTURES)]],
+        Field(min_length=1, max_length=MOST_TEXTURES),
     ]
 
 

@@ -28,9 +28,10 @@ from engine.core.directions import Vectors
 from engine.core.errors import UsageError
 from engine.core.kernels import parallel, prange
 from engine.factor.projections import FixedProjection, Parametrisation, Points, Projection, look_ups, points_of
+from engine.factor.settings import FactorSettings
 
 #: The offset that McCool and Cole use.
-EPSILON = 1e-5
+EPSILON = FactorSettings.epsilon
 
 #: exp(L) is not asked for beyond this: A is at most 1e30, and what fits there is no reflectance any more.
 LARGEST_LOG = 500.0
@@ -87,9 +88,6 @@ class LogSpace:
 
 
 Floats = NDArray[np.float64]
-
-#: Most textures of one BRDF.
-MOST_TERMS = 16
 
 _CHUNK = 1 << 16
 

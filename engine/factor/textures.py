@@ -24,9 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import UsageError
+from engine.core.params import check_values
 from engine.factor.data import FactorData
-from engine.factor.errors import METRICS, Factorisation, Reference, TermError, metrics
-from engine.factor.homomorphic import EPSILON, MOST_TERMS, HomomorphicFactors, LogSpace
+from engine.factor.errors import Factorisation, Reference, TermError, metrics
+from engine.factor.homomorphic import EPSILON, HomomorphicFactors, LogSpace
 from engine.factor.projections import (
     KINDS,
     Extent,
@@ -38,6 +39,7 @@ from engine.factor.projections import (
     points_of,
     texture_mask,
 )
+from engine.factor.settings import SMALLEST_SIZE, FactorSettings
 from engine.factor.solvers.least_squares import DENSE_LIMIT, Fit, Term, solve, term, with_smoothing
 from engine.factor.solvers.least_squares_rows import Rows, predicted, rows_of, touched
 
@@ -109,13 +111,11 @@ SMOOTHING = 1e-4
 #: Share of the measurements that are left out, to see how much of it the textures need that are kept.
 HELD_OUT = 0.2
 
-#: Smallest and largest texture that is solved for.
-SMALLEST_SIZE, LARGEST_SIZE = 4, 64
-
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """Settings of the search for projections; see `engine.factor.projection_search`.
+    """Settings of the search for projections; see `engine.factor.projection_search`. Defaults that a person can change
+    are those of `FactorSettings`.
 
     Attributes
     ----------
@@ -123,48 +123,41 @@ class SearchSettings:
     low_samples : samples while restarts run. finalists : how many of the starts go on with all.
     parametrisation, reciprocal : of the factors. extent : what textures are filled by.
     restarts : random starts per term. together : textures solved for every projection tried.
-    metric : of `METRICS`, which is made small. epsilon : see `LogSpace`.
+    metric : of `engine.factor.errors.METRICS`, which is made small. epsilon : see `LogSpace`.
     smoothing : λ ≥ 0 while projections are searched.
     held_out : share of the measurements by which the λ of the textures that are given away is chosen, not above
         `smoothing` (see `engine.factor.textures`); 0 leaves it. Without `refit` it is left anyway.
     guesses, fixed, mccool, refit : see there. seed : of all random numbers.
     """
 
-    terms: int = 5
-    size: int = 16
+    terms: int = FactorSettings.textures
+    size: int = FactorSettings.size
     low_size: int = 8
     low_samples: int = 9000
     finalists: int = 2
     parametrisation: Parametrisation = "in-out"
-    reciprocal: bool = True
+    reciprocal: bool = FactorSettings.reciprocal
     extent: Extent = "disks"
-    restarts: int = 6
-    together: int = 2
-    metric: str = "sq_log"
-    epsilon: float = EPSILON
+    restarts: int = FactorSettings.restarts
+    together: int = FactorSettings.together
+    metric: str = FactorSettings.metric
+    epsilon: float = FactorSettings.epsilon
     smoothing: float = SMOOTHING
     held_out: float = HELD_OUT
     guesses: bool = True
     fixed: tuple[Kind, ...] = tuple(kind for kind in KINDS if kind not in ("wi", "wo", "elevations-exchanged"))
     mccool: bool = True
     refit: bool = True
-    seed: int = 1
+    seed: int = FactorSettings.seed
 
     def __post_init__(self) -> None:
-        for name, low, high in (
-            ("terms", 1, MOST_TERMS),
-            ("size", SMALLEST_SIZE, LARGEST_SIZE),
-            ("restarts", 0, 1000),
-            ("together", 1, MOST_TERMS),
-            ("finalists", 1, 1000),
-            ("low_samples", 1, 10**9),
-        ):
+        shared = {name: getattr(self, name) for name in ("size", "restarts", "together", "metric")}
+        check_values(FactorSettings, textures=self.terms, **shared)
+        for name, low, high in (("finalists", 1, 1000), ("low_samples", 1, 10**9)):
             if not low <= getattr(self, name) <= high:
                 raise UsageError(f"{name} must lie in [{low}, {high}], not {getattr(self, name)}")
         if self.low_size and not SMALLEST_SIZE <= self.low_size <= self.size:
-            raise UsageError(f"the lower size must be 0 or lie in [4, {self.size}], not {self.low_size}")
-        if self.metric not in METRICS:
-            raise UsageError(f"{self.metric!r} is no metric; known are {', '.join(METRICS)}")
+            raise UsageError(f"the lower size must be 0 or lie in [{SMALLEST_SIZE}, {self.size}], not {self.low_size}")
         if not self.smoothing >= 0.0:
             raise UsageError(f"the smoothing must not be negative, but is {self.smoothing}")
         if not 0.0 <= self.held_out < 1.0:
@@ -177,7 +170,9 @@ class SearchSettings:
 DEFAULT = SearchSettings()
 
 #: The thesis's settings (Sec. 4.1); it measured with textures of 16² and 24².
-THESIS = SearchSettings(extent="cube", guesses=False, fixed=(), mccool=False, refit=False, held_out=0.0)
+THESIS = SearchSettings(
+    reciprocal=True, extent="cube", guesses=False, fixed=(), mccool=False, refit=False, held_out=0.0
+)
 
 
 class Level:
@@ -338,8 +333,8 @@ class Ladder:
 
 def mccool(
     data: FactorData,
-    size: int = 16,
-    reciprocal: bool = True,
+    size: int = FactorSettings.size,
+    reciprocal: bool = FactorSettings.reciprocal,
     *,
     smoothing: float = SMOOTHING,
     held_out: float = HELD_OUT,

@@ -28,7 +28,8 @@ from engine.factor.projection_search import search
 from engine.factor.projections import PARAMETRISATIONS, Parametrisation, mccool_projections
 from engine.factor.separable import separate
 from engine.factor.separable_factors import SeparableFactors
-from engine.factor.textures import LARGEST_SIZE, SMALLEST_SIZE, THESIS, SearchSettings, mccool
+from engine.factor.settings import LARGEST_SIZE, SMALLEST_SIZE
+from engine.factor.textures import THESIS, SearchSettings, mccool
 
 Result = TypeVar("Result")
 

@@ -10,12 +10,13 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from app.arguments.options import settings_from
 from app.arguments.results import TRANSPORT, Input, Output
 from app.cli.brdf import BRDF_HELP
 from app.cli.transport import bake_auto
 from app.cli.transport import options as vary
 from app.cli.transport.bake_report import carry_out, subject_of, words_of_time
-from app.cli.transport.method_options import add_options, options, settings_from, strange_options
+from app.cli.transport.method_options import add_options, options, strange_options
 from app.cli.transport.options import variations_of
 from app.process.ending import SENTENCE
 from engine.core.errors import UsageError

@@ -9,7 +9,7 @@ import argparse
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from app.arguments.results import Input
+from app.arguments.options import option, value_of, words_of
 from engine.core.params import Parameter, parameters
 from engine.transport import method as transport
 from engine.transport.method import Method
@@ -40,43 +40,10 @@ def add_options(parser: argparse.ArgumentParser, which: Which, without: Iterable
 
 
 def _option(owners: list[tuple[Method, Parameter]]) -> dict[str, Any]:
-    docs = list(dict.fromkeys(_words(parameter) for _, parameter in owners))
+    docs = list(dict.fromkeys(words_of(parameter) for _, parameter in owners))
     if len(docs) > 1:
-        docs = [f"{method.name}: {_words(parameter)}" for method, parameter in owners]
-    parameter = owners[0][1]
-    more: dict[str, Any] = {"metavar": parameter.metavar}
-    if parameter.kind == "whole":
-        more["type"] = int
-    elif parameter.kind == "flag":
-        more = {"action": "store_const", "const": True}
-    elif parameter.kind == "choice":
-        more = {"choices": parameter.values}
-    elif parameter.kind in ("text", "texts"):
-        more |= {"type": Input()} | ({"action": "append"} if parameter.kind == "texts" else {})
-    return {"help": "; ".join(docs), "default": None, **more}
-
-
-def _words(parameter: Parameter) -> str:
-    is_shown = isinstance(parameter.default, int | str) and not isinstance(parameter.default, bool)
-    default = f" ({parameter.default})" if is_shown and "(" not in parameter.doc[-40:] else ""
-    return f"{parameter.doc}{default}"
-
-
-def value_of(arguments: argparse.Namespace, flag: str) -> Any:
-    """The value given for an option; None if it was not given."""
-    return getattr(arguments, flag.removeprefix("--").replace("-", "_"), None)
-
-
-def settings_from(arguments: argparse.Namespace, of: type[Any]) -> Any:
-    """The dataclass `of` with what was given; UsageError for what cannot be."""
-    values: dict[str, Any] = {}
-    for parameter in parameters(of):
-        given = value_of(arguments, parameter.flag)
-        if given is not None:
-            value = tuple(given) if isinstance(given, list) else given
-            parameter.check(value, parameter.flag)
-            values[parameter.name] = value
-    return of(**values)
+        docs = [f"{method.name}: {words_of(parameter)}" for method, parameter in owners]
+    return option(owners[0][1], "; ".join(docs))
 
 
 def strange_options(arguments: argparse.Namespace, which: Which, mode: str | None) -> list[tuple[str, str]]:

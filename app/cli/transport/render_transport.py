@@ -8,7 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.cli.transport.method_options import add_options, settings_from, strange_options
+from app.arguments.options import settings_from
+from app.cli.transport.method_options import add_options, strange_options
 from app.cli.transport.options import light_of, near_lamp_argument
 from app.cli.transport.render_output import ON_PROCESSOR, off_screen, record_of, write_picture
 from engine.core.errors import UsageError

@@ -3,34 +3,37 @@
 from __future__ import annotations
 
 import argparse
-import math
+import inspect
 from pathlib import Path
 
 import pytest
 
 from app.cli import factor
-from app.document.factoring import FactorChoices
-from engine.core.steps import Step
+from app.document.factoring import Factoring
+from engine.brdf.brdf import brdf_from_text
+from engine.core.params import parameters
+from engine.core.steps import Step, drain
 from engine.factor.errors import METRICS
-from engine.factor.factor import (
-    HOMOMORPHIC_SIZE,
-    HOMOMORPHIC_TERMS,
-    METHOD_NAMES,
-    SEPARABLE_SIZE,
-    SEPARABLE_TERMS,
-    FactorSettings,
-)
+from engine.factor.factor import factor as solve
+from engine.factor.factor import search_settings
 from engine.factor.factor_file import read_factors
 from engine.factor.hemisphere_map import KINDS
+from engine.factor.separable import WEIGHTINGS
 from engine.factor.separable_factors import PARAMETRISATIONS
+from engine.factor.settings import DEFAULT, FactorSettings
+from engine.factor.textures import SearchSettings
+from lightarc import factor_brdf
 from tests.app.command import Command, result
 
 QUICK = ("--size", "8", "--samples", "300", "--terms", "2", "--json")
 
 
-def test_the_choices_are_those_of_the_engine() -> None:
-    assert factor.METHODS == METHOD_NAMES
-    assert factor.METRICS == METRICS
+def test_the_choices_are_those_of_the_solvers() -> None:
+    values = {parameter.name: parameter.values for parameter in parameters(FactorSettings)}
+    assert values["metric"] == METRICS
+    assert values["map"] == (*KINDS, "auto")
+    assert values["parametrisation"] == (*PARAMETRISATIONS, "auto")
+    assert values["weighting"] == WEIGHTINGS
 
 
 def test_factors_are_made_measured_written_and_used(lightarc: Command, tmp_path: Path) -> None:
@@ -138,16 +141,20 @@ def test_what_cannot_be_is_said_in_a_sentence(words: tuple[str, ...], code: int,
     assert "Traceback" not in command.err
 
 
-def test_knobs_begin_at_the_defaults_of_the_engine() -> None:
-    """On the command line and in the window, which begins with another method and with reciprocal textures."""
-    parser, engine, window = argparse.ArgumentParser(), FactorSettings(), FactorChoices()
+def test_window_command_line_notebook_and_solvers_begin_alike() -> None:
+    parser = argparse.ArgumentParser()
     factor.add_arguments(parser)
-    typed = parser.parse_args(["lambert"])
-    for name in ("method", "parametrisation", "weighting", "reciprocal", "restarts", "together", "samples", "metric"):
-        assert getattr(typed, name) == getattr(engine, name), name
-    for name in ("parametrisation", "map", "metric", "preset", "restarts", "together", "samples", "seed"):
-        assert getattr(window, name) == getattr(engine, name), name
-    assert (window.side, window.products) == (SEPARABLE_SIZE, SEPARABLE_TERMS)
-    assert (window.size, window.textures) == (HOMOMORPHIC_SIZE, HOMOMORPHIC_TERMS)
-    for degrees in (typed.max_theta_deg, window.max_theta_deg):
-        assert math.radians(degrees) == pytest.approx(engine.max_theta)
+    assert factor._settings(parser.parse_args(["lambert"])) == Factoring().choices == DEFAULT
+    search, solver = search_settings(DEFAULT), SearchSettings()
+    assert search == solver
+    for name, given in inspect.signature(factor_brdf).parameters.items():
+        if name in ("method", "samples", "seed"):
+            assert given.default == getattr(DEFAULT, name), name
+
+
+def test_the_map_follows_the_directions_for_everyone_unless_one_is_chosen(lightarc: Command) -> None:
+    typed = ("factor", "lambert", "--parametrisation", "half-diff", "--size", "6", "--samples", "50", "--json")
+    assert result(lightarc(*typed))["map"] == "polar"
+    assert result(lightarc(*typed, "--map", "parabolic"))["map"] == "parabolic"
+    made = drain(solve(brdf_from_text("lambert"), FactorSettings(parametrisation="half-diff", side=6, samples=50)))
+    assert made.factors.chart.kind == "polar"

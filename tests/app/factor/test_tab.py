@@ -12,7 +12,7 @@ from PySide6.QtCore import QPoint, Qt
 
 from app.commands import brdf as commands_brdf
 from app.document.document import Document
-from app.document.factoring import MATERIAL, FactorChoices, Factoring, Run
+from app.document.factoring import MATERIAL, Factoring, Run
 from app.factor.inspector import state_of
 from app.factor.pictures import ANGLES
 from app.factor.plot import log_ticks
@@ -20,9 +20,10 @@ from app.widgets.labels import FIXED, projection_name, shares
 from app.window.main_window import MainWindow
 from engine.factor.factor_file import read_factors
 from engine.factor.projections import DIFFERENCE, FIRST, KINDS, SECOND, SUM, FixedProjection, linear
+from engine.factor.settings import FactorSettings
 
 #: So small that a run takes a fraction of a second.
-QUICK = FactorChoices(side=10.0, products=3.0, size=8.0, textures=2.0, restarts=1.0, samples=800.0, method="svd")
+QUICK = FactorSettings(side=10, products=3, size=8, textures=2, restarts=1, samples=800, method="svd")
 
 
 @pytest.fixture
@@ -106,7 +107,7 @@ def test_methods_stand_side_by_side_each_in_a_colour_of_its_own(factor: Any, qtb
 
 
 def test_a_search_pauses_goes_on_and_keeps_the_best_when_it_is_stopped(factor: Any, qtbot: Any) -> None:
-    factor._edited(replace(QUICK, method="search", textures=4.0, restarts=40.0, samples=3000.0, size=16.0), True)
+    factor._edited(replace(QUICK, method="search", textures=4, restarts=40, samples=3000, size=16), True)
     factor.start()
     run = factor.factoring.run
     live = factor.runs.of(run)
@@ -143,7 +144,7 @@ def test_a_search_goes_on_with_further_terms_from_where_it_was(factor: Any, qtbo
     settle(factor, qtbot)
     assert [rung.terms for rung in live.ladder] == [1, 2]
     assert live.ladder[0] is first
-    assert factor.factoring.run.choices.textures == 2.0
+    assert factor.factoring.run.choices.textures == 2
 
 
 def test_what_a_method_refuses_is_said_in_a_sentence(factor: Any, qtbot: Any, window: MainWindow) -> None:
@@ -165,7 +166,7 @@ def test_what_a_method_refuses_is_said_in_a_sentence(factor: Any, qtbot: Any, wi
 
 
 def test_undoing_the_start_of_a_run_ends_it(factor: Any, qtbot: Any) -> None:
-    factor._edited(replace(QUICK, method="search", textures=8.0, restarts=100.0, samples=3000.0), True)
+    factor._edited(replace(QUICK, method="search", textures=8, restarts=100, samples=3000), True)
     factor.start()
     live = factor.live
     qtbot.waitUntil(lambda: live.job.begun)
@@ -332,13 +333,12 @@ def test_runs_follow_one_another_when_one_is_removed() -> None:
     assert Factoring(runs=runs[:1], current=1).without(1).current is None
 
 
-def test_choices_are_whole_numbers_and_known_to_the_engine() -> None:
-    from engine.factor.factor import FactorSettings
-
-    for method in ("auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search"):
-        choices = FactorChoices(method=method, samples=1234.4)
-        settings = FactorSettings(**choices.words)
-        assert (settings.samples, settings.method, settings.terms) == (1234, method, choices.most_terms)
+def test_sliders_give_whole_numbers_where_only_those_exist(factor: Any) -> None:
+    seen: list[FactorSettings] = []
+    factor.settings.edited.connect(lambda choices, _final: seen.append(choices))
+    editor = next(form.editors["samples"] for form in factor.settings.forms if "samples" in form.editors)
+    editor.field.edited.emit(1234.4, True)
+    assert [(choices.samples, type(choices.samples)) for choices in seen] == [(1234, int)]
 
 
 def test_every_colour_is_free_again_once_its_run_is_gone() -> None:

@@ -13,17 +13,18 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.errors import InputError, OutputError
 from engine.core.steps import drain
 from engine.factor.errors import Factorisation, reference
-from engine.factor.factor import FactorSettings, factor
+from engine.factor.factor import factor
 from engine.factor.factor_file import MEMBER, holds_factors, open_reflectance, read_factors, write_factors
+from engine.factor.settings import FactorSettings
 
 PAINT = brdf_from_text("lafortune:preset=blue-paint")
 
 KINDS = {
-    "symmetric": {"size": 8, "terms": 2},
-    "polar": {"size": 8, "terms": 2, "map": "polar", "method": "svd"},
-    "half": {"size": 8, "terms": 2, "parametrisation": "half-diff", "map": "parabolic"},
+    "symmetric": {"side": 8, "products": 2},
+    "polar": {"side": 8, "products": 2, "map": "polar", "method": "svd"},
+    "half": {"side": 8, "products": 2, "parametrisation": "half-diff", "map": "parabolic"},
     "homomorphic": {"method": "homomorphic", "size": 8, "reciprocal": True},
-    "search": {"method": "search", "size": 8, "terms": 2, "restarts": 1, "parametrisation": "half-diff"},
+    "search": {"method": "search", "size": 8, "textures": 2, "restarts": 1, "parametrisation": "half-diff"},
 }
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
-from engine.factor import homomorphic, projections
-from engine.factor.factor import FactorSettings, factor
+from engine.factor import projections
+from engine.factor.factor import factor
 from engine.factor.hemisphere_map import KINDS, DirectionMap
 from engine.factor.homomorphic import HomomorphicFactors, LogSpace
 from engine.factor.projections import (
@@ -22,6 +22,7 @@ from engine.factor.projections import (
     linear,
 )
 from engine.factor.separable_factors import PARAMETRISATIONS, SeparableFactors
+from engine.factor.settings import MOST_TEXTURES, FactorSettings
 from engine.geometry.camera import frame
 from engine.geometry.shapes import open_mesh
 from engine.gl.brdf_textures import MOST_TERMS, OWNERS, factor_source
@@ -108,9 +109,9 @@ def test_homomorphic_factors_agree_with_python_to_1e_5(
 @pytest.mark.parametrize(
     "settings",
     [
-        {"terms": 4, "size": 16},
-        {"terms": 2, "size": 16, "map": "polar"},
-        {"terms": 3, "size": 16, "map": "parabolic", "parametrisation": "half-diff"},
+        {"products": 4, "side": 16},
+        {"products": 2, "side": 16, "map": "polar"},
+        {"products": 3, "side": 16, "map": "parabolic", "parametrisation": "half-diff"},
         {"method": "homomorphic", "size": 12, "reciprocal": True},
         {"method": "homomorphic", "size": 12, "parametrisation": "half-diff"},
     ],
@@ -140,4 +141,4 @@ def test_a_model_has_no_textures() -> None:
 
 def test_factors_are_recognised_by_their_kind_and_all_terms_have_room() -> None:
     assert set(OWNERS) == {SeparableFactors.kind, HomomorphicFactors.kind}
-    assert MOST_TERMS == homomorphic.MOST_TERMS
+    assert MOST_TERMS == MOST_TEXTURES

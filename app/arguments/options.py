@@ -1,0 +1,48 @@
+"""Options of the command line made from declared parameters (`engine.core.params`); None is what was not given."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from typing import Any
+
+from app.arguments.results import Input
+from engine.core.params import Parameter, parameters
+
+
+def option(parameter: Parameter, words: str = "") -> dict[str, Any]:
+    """The keyword arguments of argparse's `add_argument`; its help are other `words` where some are given."""
+    more: dict[str, Any] = {"metavar": parameter.metavar}
+    if parameter.kind in ("whole", "number"):
+        more["type"] = int if parameter.kind == "whole" else float
+    elif parameter.kind == "flag":
+        more = {"action": "store_const", "const": True}
+    elif parameter.kind == "choice":
+        more = {"choices": parameter.values}
+    elif parameter.kind in ("text", "texts"):
+        more |= {"type": Input()} | ({"action": "append"} if parameter.kind == "texts" else {})
+    return {"help": words or words_of(parameter), "default": None, **more}
+
+
+def words_of(parameter: Parameter) -> str:
+    """The sentence of a parameter with its default."""
+    is_shown = isinstance(parameter.default, int | float | str) and not isinstance(parameter.default, bool)
+    default = f" ({parameter.default})" if is_shown and "(" not in parameter.doc[-40:] else ""
+    return f"{parameter.doc}{default}"
+
+
+def value_of(arguments: argparse.Namespace, flag: str) -> Any:
+    """The value given for an option; None if it was not given."""
+    return getattr(arguments, flag.removeprefix("--").replace("-", "_"), None)
+
+
+def settings_from(arguments: argparse.Namespace, of: type[Any], without: Iterable[str] = ()) -> Any:
+    """The dataclass `of` with what was given, `without` some parameters; UsageError for what cannot be."""
+    values: dict[str, Any] = {}
+    for parameter in parameters(of):
+        given = value_of(arguments, parameter.flag)
+        if given is not None and parameter.name not in without:
+            value = tuple(given) if isinstance(given, list) else given
+            parameter.check(value, parameter.flag)
+            values[parameter.name] = value
+    return of(**values)
