@@ -108,7 +108,8 @@ def rewritten(source: str, modules: set[str]) -> str:
     """`source` with all names of inner packages as they are once installed; UnclearName, by line, where one is not."""
     tree = ast.parse(source)
     lines = [line.encode() for line in source.split("\n")]
-    edits = [*_imports(tree, lines), *_strings(tree, lines, modules)]
+    nodes = list(ast.walk(tree))
+    edits = [*_imports(nodes), *_strings(nodes, lines, modules)]
     for row, column, old, new in sorted(set(edits), reverse=True):
         line = lines[row]
         if not line.startswith(old.encode(), column):
@@ -117,8 +118,8 @@ def rewritten(source: str, modules: set[str]) -> str:
     return b"\n".join(lines).decode()
 
 
-def _imports(tree: ast.Module, lines: list[bytes]) -> Iterator[Edit]:
-    for node in ast.walk(tree):
+def _imports(nodes: list[ast.AST]) -> Iterator[Edit]:
+    for node in nodes:
         row, column = getattr(node, "lineno", 1) - 1, getattr(node, "col_offset", 0)
         if isinstance(node, ast.ImportFrom) and not node.level and _is_inner(node.module or ""):
             yield row, column, f"from {node.module}", f"from {PACKAGE}.{node.module}"
@@ -134,15 +135,14 @@ def _is_inner(name: str) -> bool:
     return name.partition(".")[0] in INNER
 
 
-def _strings(tree: ast.Module, lines: list[bytes], modules: set[str]) -> Iterator[Edit]:
+def _strings(nodes: list[ast.AST], lines: list[bytes], modules: set[str]) -> Iterator[Edit]:
     """Dotted names of modules in strings; docstrings and comments speak of the repository and stay as they are."""
-    nodes = list(ast.walk(tree))
     passed_over = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
     passed_over |= {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in ast.walk(node)}
     joined = [node for node in nodes if isinstance(node, ast.JoinedStr)]
     for node in [*joined, *(each for each in nodes if isinstance(each, ast.Constant) and id(each) not in passed_over)]:
-        constants = [part.value for part in ast.walk(node) if isinstance(part, ast.Constant)]
-        texts = [value for value in constants if isinstance(value, str)]
+        parts = [node] if isinstance(node, ast.Constant) else ast.walk(node)
+        texts = [part.value for part in parts if isinstance(part, ast.Constant) and isinstance(part.value, str)]
         named = [found[0] for text in texts for found in _DOTTED.finditer(text)]
         for name in named:
             if not any(name == module or name.startswith(f"{module}.") for module in modules if "." in module):

@@ -104,8 +104,9 @@ def test_all_modules_lie_in_one_package_and_import_nothing_above_it(tmp_path: Pa
         assert all((tmp_path / "lightarc" / path).exists() for path in own)
     for path in (tmp_path / "lightarc").rglob("*.py"):
         tree = ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
-        imported = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-        imported |= {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+        nodes = list(ast.walk(tree))
+        imported = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+        imported |= {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
         assert not {name for name in imported if re.match(r"(app|engine|resources)\b", name)}, path
 
 

@@ -117,7 +117,7 @@ def test_a_larger_error_is_a_larger_figure() -> None:
 
 
 @pytest.mark.parametrize("displayed", [False, True])
-@pytest.mark.parametrize("tile", [41, 64, 512])
+@pytest.mark.parametrize("tile", [41, *(pytest.param(tile, marks=pytest.mark.long) for tile in (64, 512))])
 def test_flip_in_tiles_is_flip_of_the_whole(displayed: bool, tile: int) -> None:
     import flip_evaluator
 

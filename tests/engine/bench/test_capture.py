@@ -12,10 +12,10 @@ from engine.core.steps import drain
 @pytest.mark.parametrize(
     ("measure", "name"),
     [
-        (capture.import_raw, "raw"),
+        pytest.param(capture.import_raw, "raw", marks=pytest.mark.long),
         (capture.import_tiff, "tiff"),
         (capture.import_aligned, "aligned"),
-        (capture.import_bracketed, "bracketed"),
+        pytest.param(capture.import_bracketed, "bracketed", marks=pytest.mark.long),
     ],
 )
 def test_imports_are_measured_with_their_memory(

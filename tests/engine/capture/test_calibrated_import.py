@@ -55,7 +55,7 @@ def errors(stack: Any, folder: Path, truth: Any, noise: Any, scale: float = 1.0)
         yield radiance[strong] * scale / clean[strong] - 1
 
 
-@pytest.mark.parametrize("format_", ["tiff", "dng"])
+@pytest.mark.parametrize("format_", [pytest.param("tiff", marks=pytest.mark.long), "dng"])
 def test_fall_off_and_dark_signal_are_taken_out(tmp_path: Path, format_: str) -> None:
     _, truth = captured(tmp_path / "c", format=format_, corner_loss=0.4, dark=0.02, calibration=True, sample="plain")
     stack = imported(tmp_path / "c")
