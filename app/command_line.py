@@ -43,6 +43,7 @@ VERBS = (
     ("plan", "app.cli.transport.plan"),
     ("figures", "app.cli.figures"),
     ("tradeoff", "app.cli.transport.tradeoff"),
+    ("project", "app.cli.project"),
     ("bundle", "app.cli.bundle"),
     ("selftest", "app.cli.selftest"),
     ("bench", "app.cli.bench"),

@@ -72,11 +72,13 @@ EXCEPTIONS = {
     "engine/bench/transport/paid_off.py tempfile.TemporaryDirectory": "a bake that is measured, removed with it",
     "app/process/crash.py path.open": "the report of a crash, which is written while the process falls",
     "app/process/crash.py path.unlink": "reports of crashes that are empty or too many",
+    "app/project/copying.py shutil.copyfileobj": STREAM,
     "app/session/settings.py folder.mkdir": "an empty folder for the settings",
 }
 
 #: Who may catch everything, and why.
 CATCHERS = {
+    "app/project/recording.py Exception": "the border of a thread: work that cannot be recorded is said, and goes on",
     "app/jobs/jobs.py BaseException": "the border of a thread: whatever was raised becomes the job's outcome",
     "app/viewport/gl_surface.py Exception": (
         "the border of a paint event: Qt would raise it in whatever Python code runs next"

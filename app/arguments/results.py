@@ -224,6 +224,7 @@ DEMO = _folder(
 )
 FACTORS = _folder("a folder of factors", "factors.json", "term-*.exr", "terms-*.exr")
 FIGURE = _folder("a figure", "figure.json", "*.png", "*.svg", "pictures.csv", "curves.csv", "radiance/*.exr")
+PROJECT = Kind("a project", (".lap",))
 SHARED = Kind("a folder", shared=True)
 SOAK_LOG = _folder("a record of a soak", "soak.jsonl")
 SWEEP = Kind("a file of a sweep", (".json", ".csv", ".png", ".svg"), is_earlier=_is_sweep)

@@ -10,6 +10,7 @@ A picture of 640 x 480 pixels takes about a second on two cores, and as many tim
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import logging
 import math
 from collections.abc import Sequence
@@ -24,6 +25,7 @@ from app.commands.recognise import Recognised, recognise
 from app.document.document import Document, ImportChoices, Project
 from app.document.import_choices import lit_by, settings_of
 from app.jobs.jobs import Job, Jobs
+from app.project.places import projects_folder
 from engine.capture.lights.sources import Sources, find, find_packed
 from engine.capture.stack import ImageStack, open_stack
 from engine.core.steps import Step, Steps, part
@@ -103,7 +105,6 @@ class Workbench(QObject):
         self.jobs = Jobs(self)
         self.importing: Job | None = None
         self.building: Job | None = None
-        self._imports = 0
 
     def open(self, paths: Sequence[Path], *, lighting: bool = False) -> None:
         """Open `paths` by their content: photographs, a stack, a mesh, a bundle, a BRDF, factors, or an environment.
@@ -116,7 +117,9 @@ class Workbench(QObject):
     def open_sample(self) -> None:
         """The capture that the program brings along."""
         self.wanted.emit("capture")
-        job = self.jobs.submit("Preparing the sample capture", lambda: _sample(self.folder.parent / "lightarc-sample"))
+        job = self.jobs.submit(
+            "Preparing the sample capture", lambda: _sample(projects_folder().parent / "sample capture")
+        )
         job.succeeded.connect(lambda sources: self._import_others(sources, "Woven sample"))
 
     def _open_recognised(self, found: Recognised) -> None:
@@ -149,8 +152,8 @@ class Workbench(QObject):
     def import_photographs(self, sources: Sources, choices: ImportChoices | None = None, name: str = "") -> None:
         """Import `sources` into the working folder, then build the material."""
         choices = choices or self.document.project.import_choices
-        self._imports += 1
-        target = self.folder / f"stack-{self._imports}"
+        taken = {path.name for path in self.folder.glob("stack-*")}
+        target = next(path for at in itertools.count(1) if (path := self.folder / f"stack-{at}").name not in taken)
         if sources is not self.document.project.sources:
             words = f"Open {len(sources.photographs)} photographs"
             self.document.change(words, sources=sources, import_choices=choices)

@@ -8,7 +8,7 @@ when it is another object.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import radians
 from pathlib import Path
@@ -177,6 +177,23 @@ class Project:
         return self.material.shading_map is not None or self.material.power_law is not None
 
 
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One step of the undo history: its words for a person, its gesture, and the projects before and after it.
+
+    A project that was not read yet is the name of its state in the project file.
+    """
+
+    text: str
+    gesture: str
+    old: Project | str
+    new: Project | str
+
+
+def _nothing_found(name: str) -> Project:
+    raise KeyError(name)
+
+
 class Document(QObject):
     """Holds the project and its history. `changed(old, new)` follows every change, undo and redo."""
 
@@ -185,9 +202,11 @@ class Document(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.project = Project()
+        self.find: Callable[[str], Project] = _nothing_found
         self.undo_stack = QUndoStack(self)
         self.undo_stack.setUndoLimit(KEPT_STEPS)
         self._gestures = 0
+        self._restoring = False
 
     def change(self, text: str, *, gesture: str = "", **parts: Any) -> None:
         """Replace `parts` of the project as one undo step; successive steps of the same `gesture` become one."""
@@ -226,10 +245,44 @@ class Document(QObject):
         """The mouse was released: the next change of the same kind is a step of its own."""
         self._gestures += 1
 
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The history, the oldest first; the first `undo_stack.index()` of them lead to the project."""
+        stack = self.undo_stack
+        commands = (cast(_Change, stack.command(at)) for at in range(stack.count()))
+        return tuple(Step(each.text(), each.gesture, each.old, each.new) for each in commands)
+
     def clear(self) -> None:
         """Begin anew, without history."""
-        self.undo_stack.clear()
-        self._show(Project())
+        self.restore(Project())
+
+    def restore(
+        self,
+        project: Project,
+        steps: Sequence[Step] = (),
+        position: int = 0,
+        find: Callable[[str], Project] | None = None,
+    ) -> None:
+        """Go on with `project` and the history that led to it; `find` reads states that steps know by name."""
+        stack, self.find = self.undo_stack, find or _nothing_found
+        self.end_gesture()
+        with QSignalBlocker(stack):
+            stack.clear()
+            for step in steps:
+                stack.push(_Change(self, step.text, step.old, step.new, step.gesture))
+            self._restoring = True
+            stack.setIndex(position)
+            self._restoring = False
+        stack.indexChanged.emit(stack.index())
+        stack.canUndoChanged.emit(stack.canUndo())
+        stack.canRedoChanged.emit(stack.canRedo())
+        stack.undoTextChanged.emit(stack.undoText())
+        stack.redoTextChanged.emit(stack.redoText())
+        self._show(project)
+
+    def _go_to(self, project: Project | str) -> None:
+        if not self._restoring:
+            self._show(self.find(project) if isinstance(project, str) else project)
 
     def _show(self, project: Project) -> None:
         old, self.project = self.project, project
@@ -242,21 +295,22 @@ class _Change(QUndoCommand):
     Qt's own merging of steps is not used: PySide never frees what was merged, here a project for each mouse move.
     """
 
-    def __init__(self, document: Document, text: str, old: Project, new: Project, gesture: str) -> None:
+    def __init__(self, document: Document, text: str, old: Project | str, new: Project | str, gesture: str) -> None:
         super().__init__(text)
         self.document, self.old, self.gesture = document, old, gesture
         self._is_pushed = False
         self.go_on_to(new)
 
-    def go_on_to(self, new: Project) -> None:
+    def go_on_to(self, new: Project | str) -> None:
         """Lead to another project, as a drag that goes on."""
         self.new = new
-        self.given_up_bytes = given_up_bytes(self.old, new)
+        is_in_memory = isinstance(self.old, Project) and isinstance(new, Project)
+        self.given_up_bytes = given_up_bytes(self.old, new) if is_in_memory else 0
 
     def redo(self) -> None:
         if self._is_pushed:
-            self.document._show(self.new)
+            self.document._go_to(self.new)
         self._is_pushed = True
 
     def undo(self) -> None:
-        self.document._show(self.old)
+        self.document._go_to(self.old)

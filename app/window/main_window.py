@@ -52,6 +52,8 @@ from app.material.tab import MaterialTab
 from app.process import crash, ending
 from app.process.garbage import collect_on_this_thread
 from app.process.heap import give_back_freed_arrays
+from app.project.places import UNTITLED, interrupted, projects_folder
+from app.project.project_file import ENDING
 from app.session import settings
 from app.session import settings as session_settings
 from app.view.error_line import ErrorLine
@@ -66,6 +68,8 @@ from app.widgets.status_bar import StatusBar
 from app.widgets.theme import PADDING, STEP, role
 from app.window.failures import Failures
 from app.window.help_table import help_table
+from app.window.projects import Projects, ask_for_place, ask_to_open, proposed_name, show_history
+from engine.core.errors import FileError
 
 log = logging.getLogger(__name__)
 
@@ -98,6 +102,7 @@ class MainWindow(QMainWindow):
     closes = Signal()
 
     def __init__(self, config: Path | None) -> None:
+        """`config` is the folder of remembered settings; without it projects are forgotten as well."""
         super().__init__()
         self.config = config
         self.settings = settings.load(config)
@@ -108,8 +113,12 @@ class MainWindow(QMainWindow):
         self.setAcceptDrops(True)
         self.setAnimated(False)
         self._has_drawn = False
+        self._has_title = False
         self.failures = Failures(self)
-        self.bench = Workbench(session_settings.open_session(), self)
+        self._session = session_settings.open_session() if config is None else None
+        self.bench = Workbench(self._session or projects_folder(), self)
+        self.projects = Projects(self.bench, self._session or projects_folder())
+        self.projects.begin()
         with theme.dressing_at_once():
             self._make_workspaces()
             self._make_docks()
@@ -251,7 +260,11 @@ class MainWindow(QMainWindow):
 
     def _fill_menus(self) -> None:
         file = self.menu.addMenu("&File")
-        self._add(file, "New", "Ctrl+N", self.new)
+        self._add(file, "New project", "Ctrl+N", self.new)
+        self._add(file, "Open project…", "", self.choose_project)
+        self._add(file, "Save as…", "Ctrl+Shift+S", self.save_as)
+        self._add(file, "Collect…", "", self.collect)
+        file.addSeparator()
         self._add(file, "Open files…", "Ctrl+O", self.choose_files)
         self._add(file, "Open folder…", "Ctrl+Shift+O", self.choose_folder)
         self.recent = file.addMenu("Open recent")
@@ -264,6 +277,7 @@ class MainWindow(QMainWindow):
         edit = self.menu.addMenu("&Edit")
         edit.addAction(self.undo)
         edit.addAction(self.redo)
+        self._add(edit, "History…", "", lambda: show_history(self, self.bench))
         view = self.menu.addMenu("&View")
         view.setToolTipsVisible(True)
         for place, (name, words) in enumerate(WORKSPACES.items()):
@@ -312,6 +326,8 @@ class MainWindow(QMainWindow):
     def _connect(self) -> None:
         bench = self.bench
         bench.document.changed.connect(self._changed)
+        self.projects.changed.connect(self._show_title)
+        self.projects.opened.connect(self._remember)
         bench.jobs.failed.connect(self._job_failed)
         bench.said.connect(self.status.say)
         bench.wanted.connect(self.show_workspace)
@@ -343,6 +359,10 @@ class MainWindow(QMainWindow):
         """Open `paths` by their content, and remember them."""
         if not paths:
             return
+        project = next((path for path in paths if path.suffix.lower() == ENDING), None)
+        if project is not None:
+            self.open_project(project)
+            return
         self.bench.open(paths, lighting=self.stack.currentWidget() is self.view)
         first = str(paths[0] if len(paths) == 1 else paths[0].parent)
         self.settings = dataclasses.replace(
@@ -350,11 +370,43 @@ class MainWindow(QMainWindow):
         )
 
     def new(self) -> None:
-        """Begin with nothing."""
-        for job in self.bench.jobs.active:
-            self.bench.jobs.cancel(job)
-        self.bench.document.clear()
+        """Begin a new project; the one that was open stays on disk."""
+        self.projects.begin()
         self.show_workspace("capture")
+
+    def open_project(self, path: Path) -> None:
+        """Open a project in place of this one, which stays on disk."""
+        try:
+            self.projects.open(path)
+        except FileError as error:
+            self.failures.report("The project cannot be opened", error)
+
+    def choose_project(self) -> None:
+        """Ask for a project and open it."""
+        ask_to_open(self, self.open_project, self.settings.last_folder or str(self.projects.folder))
+
+    def save_as(self) -> None:
+        """Ask for a place, and go on in a copy of the project there."""
+        self._written_to("Save as", self.projects.copy_to)
+
+    def collect(self) -> None:
+        """Ask for a place, and write a copy there that holds its photographs."""
+        self._written_to("Collect", self.projects.collect_to)
+
+    def _written_to(self, title: str, write: Callable[[Path], None]) -> None:
+        folder = Path(self.settings.last_folder or Path.home())
+        path = ask_for_place(self, title, folder / f"{proposed_name(self.bench.document.project)}{ENDING}")
+        if path is not None:
+            try:
+                write(path)
+            except FileError as error:
+                self.failures.report("The project cannot be written", error)
+
+    def _remember(self, path: Path) -> None:
+        self.settings = dataclasses.replace(
+            self.settings, recent=settings.with_recent(self.settings.recent, str(path)), last_folder=str(path.parent)
+        )
+        settings.save(self.settings, self.config)
 
     def choose_files(self) -> None:
         """Ask for photographs, a mesh, measured BRDFs or a bundle."""
@@ -414,8 +466,10 @@ class MainWindow(QMainWindow):
         self.closes.emit()
         self.hide()
         self.bench.jobs.close()
+        self.projects.finish()
         self.log_dock.disconnect_log()
-        session_settings.close_session(self.bench.folder)
+        if self._session is not None:
+            session_settings.close_session(self._session)
         event.accept()
 
     def _changed(self, _old: Project, new: Project) -> None:
@@ -423,8 +477,19 @@ class MainWindow(QMainWindow):
         self.status.show_health(self.health_dock.health)
         power_law = new.material.power_law
         self.status.show_error(*((power_law.rms, power_law.r_max) if power_law is not None else (None,)))
-        self.title.setText(new.name if shown or new.sources is not None else "")
-        self.setWindowTitle(f"{new.name} – Lightarc" if shown else "Lightarc")
+        self._has_title = shown or new.sources is not None
+        self._show_title()
+
+    def _show_title(self) -> None:
+        """Name of the project, and whether it is on disk; what keeps it from there is said until it is mended."""
+        projects, material = self.projects, self.bench.document.project.name
+        name = material if projects.name.startswith(UNTITLED) else projects.name
+        state = "read-only" if projects.is_read_only else "not saved" if projects.problem else ""
+        self.title.setText(" – ".join(filter(None, [name if self._has_title else "", state])))
+        self.title.setToolTip(projects.problem or str(projects.path))
+        self.setWindowTitle(f"{name} – Lightarc" if self._has_title else "Lightarc")
+        if projects.problem:
+            self.status.say(projects.problem)
 
     def _show_health(self) -> None:
         self.health_dock.show()
@@ -500,8 +565,11 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
         window.closes.connect(lambda: ending.end_within(ending.WINDOW_S))
         window.failures.install()
         window.show()
+        left = interrupted(projects_folder())
         if sample:
             QTimer.singleShot(0, window.bench.open_sample)
+        elif not paths and left:
+            QTimer.singleShot(0, lambda: window.open_project(left[0]))
         elif paths:
             QTimer.singleShot(0, lambda: window.open(paths))
         code = application.exec()

@@ -1,0 +1,66 @@
+"""`lightarc project`: show, check or collect a project file."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from app.arguments.results import PROJECT, Input, Output
+from app.arguments.usage import BAD_FILE, DONE
+from engine.core.errors import UsageError
+from engine.core.steps import Step
+
+NAME = "project"
+HELP = "Show a project file, check it, or collect it with its photographs for another machine."
+EXAMPLE = "lightarc project info Felt.lap --json"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "action", choices=("info", "verify", "collect"), help="info: what is in it; verify: read all; collect: copy all"
+    )
+    parser.add_argument("path", type=Input(Path), metavar="PROJECT", help="a .lap file")
+    parser.add_argument(
+        "-o", "--output", type=Output(PROJECT, Path), metavar="FILE", help="collect: the .lap file to write"
+    )
+    parser.add_argument("--without-derived", action="store_true", help="collect: leave out what can be made again")
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    """What `describe` of `app.project.report` says; exit code 3 where a verified project is not sound."""
+    from app.project.copying import collect
+    from app.project.places import remove
+    from app.project.report import described, problems_of
+
+    show(Step(0.0, "reading the project"))
+    if arguments.action == "collect":
+        if arguments.output is None:
+            raise UsageError("collect needs -o FILE, the project to write")
+        if arguments.overwrite:
+            remove(arguments.output)
+        for step in collect(arguments.path, arguments.output, not arguments.without_derived):
+            show(step)
+        return described(arguments.output)
+    result = described(arguments.path)
+    if arguments.action == "verify":
+        problems = problems_of(arguments.path)
+        result |= {"ok": not problems, "problems": problems, "exit_code": BAD_FILE if problems else DONE}
+    return result
+
+
+def report(result: dict[str, Any]) -> str:
+    """A few lines for a person."""
+    lines = [
+        f"{result['name']}: {result['history_steps']} steps, last changed {result['last_change']}",
+        f"{len(result['photographs'])} photographs",
+        *(f"missing: {path}" for path in result["missing"]),
+        *(
+            f"{each['kind']}: {each['bytes']:,} bytes{'' if each['present'] else ', gone, can be made again'}"
+            for each in result["derived"]
+        ),
+    ]
+    if "ok" in result:
+        lines += ["The project is sound."] if result["ok"] else ["The project is not sound:", *result["problems"]]
+    return "\n".join(lines)

@@ -1,0 +1,80 @@
+"""Places of projects: the person's folder of those without a place of their own, and who has which open.
+
+A window that opens a project puts a file with its writer's name (`engine.storage.writer`) into the data folder. Who
+finds the file of a living process opens read-only; who finds that of a dead one knows that it was interrupted.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import platformdirs
+
+from app.project.project_file import ENDING, connected, data_folder
+from engine.storage.atomic import discard, make_folder, write_bytes
+from engine.storage.writer import is_gone, is_own, writer
+
+UNTITLED = "Untitled"
+
+_OPEN = "open-"
+
+
+def projects_folder() -> Path:
+    """The folder of projects that have no place of their own yet; it may not exist."""
+    return Path(platformdirs.user_data_dir("lightarc", appauthor=False)) / "projects"
+
+
+def new_path(folder: Path) -> Path:
+    """A path for a new project in `folder`, named after the time, that nothing has yet."""
+    stem = f"{UNTITLED} {time.strftime('%Y-%m-%d %H.%M')}"
+    names = (stem if at == 1 else f"{stem} ({at})" for at in range(1, 10_000))
+    paths = (folder / f"{name}{ENDING}" for name in names)
+    return next(path for path in paths if not path.exists() and not data_folder(path).exists())
+
+
+def is_untitled(path: Path) -> bool:
+    """True for a project that nobody has given a place."""
+    return path.parent == projects_folder() and path.name.startswith(UNTITLED)
+
+
+def claim(path: Path) -> bool:
+    """Take a project for this process; False where another one has it. Two that ask at once do not both get it."""
+    folder = data_folder(path)
+    make_folder(folder)
+    with connected(path, create=True) as connection, connection:
+        connection.execute("BEGIN IMMEDIATE")
+        if any(not is_own(other) and not is_gone(other) for other in _marks(folder)):
+            return False
+        release(path)
+        write_bytes(folder / f"{_OPEN}{writer()}", b"")
+    return True
+
+
+def release(path: Path) -> None:
+    """Say that this process, or one that is gone, has the project no longer."""
+    for mark in _marks(data_folder(path)):
+        if is_own(mark) or is_gone(mark):
+            discard(mark)
+
+
+def was_interrupted(path: Path) -> bool:
+    """True if the process that had the project open ended without closing it."""
+    return any(is_gone(mark) and not is_own(mark) for mark in _marks(data_folder(path)))
+
+
+def interrupted(folder: Path) -> list[Path]:
+    """Projects in `folder` that were open when their process ended, the latest first."""
+    found = [path for path in folder.glob(f"*{ENDING}") if was_interrupted(path)]
+    return sorted(found, key=lambda path: path.stat().st_mtime, reverse=True)
+
+
+def remove(path: Path) -> None:
+    """Remove a project with its data."""
+    for each in (path, path.with_name(path.name + "-journal"), data_folder(path)):
+        discard(each)
+
+
+def _marks(folder: Path) -> Iterator[Path]:
+    return folder.glob(f"{_OPEN}*")

@@ -1,0 +1,399 @@
+"""The project file: an SQLite database of the states of a document and the steps between them.
+
+SQLite was weighed against a folder of JSON files and a zip: it alone changes a file in place so that a process or a
+machine may end at any moment, writes what changed and no more, and stays one file that can be copied and mailed. It
+runs with a rollback journal, because the write-ahead log needs shared memory, which network drives lack.
+
+    meta(name, value)                schema, and the number of the current step
+    step(number, text, gesture, old, new)   the undo history: from state to state
+    state(name, parts)               a document: the name of the value of each part
+    value(name, text)                a value (`app.project.values`)
+    array(name, content)             an array that cannot be made again, as .npy
+
+Names are hashes of contents. Arrays that can be made again lie in `NAME.lap-data/arrays`, stacks in
+`NAME.lap-data/stacks`; both may be deleted.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import sqlite3
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, cast
+
+from app.document.document import Project, Step
+from app.project.values import (
+    MOST_TEXT,
+    Absent,
+    Array,
+    Finder,
+    Keeper,
+    array_bytes,
+    array_from,
+    decoded,
+    encoded,
+    name_of,
+)
+from engine.core.errors import InputError, OutputError
+from engine.storage.atomic import discard, make_folder, write_bytes
+
+ENDING = ".lap"
+SCHEMA = 1
+
+#: 'LARC', as SQLite's application id: `file` and other programs know the kind of the file by it.
+APPLICATION = 0x4C415243
+
+#: Steps of the undo history that a file keeps.
+KEPT_STEPS = 200
+
+#: Writes until what no state needs any more is removed.
+TIDY_EVERY = 200
+
+#: Largest array within a file, and largest file of one beside it.
+MOST_ARRAY = 4 * 2**30
+
+_TABLES = """
+CREATE TABLE IF NOT EXISTS meta(name TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS step(number INTEGER PRIMARY KEY, text TEXT, gesture TEXT, old TEXT, new TEXT);
+CREATE TABLE IF NOT EXISTS state(name TEXT PRIMARY KEY, parts TEXT);
+CREATE TABLE IF NOT EXISTS value(name TEXT PRIMARY KEY, text TEXT);
+CREATE TABLE IF NOT EXISTS array(name TEXT PRIMARY KEY, content BLOB);
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """What the file holds at one moment: the current document, the steps, and how many of them lead to it."""
+
+    current: Project
+    steps: tuple[Step, ...] = ()
+    position: int = 0
+
+    @property
+    def kept(self) -> History:
+        """The latest `KEPT_STEPS` steps, those that can be done again included."""
+        gone = max(0, len(self.steps) - KEPT_STEPS)
+        return History(self.current, self.steps[gone:], max(0, self.position - gone))
+
+
+def data_folder(path: Path) -> Path:
+    """`NAME.lap-data` beside `NAME.lap`."""
+    return path.with_name(path.name + "-data")
+
+
+@contextlib.contextmanager
+def connected(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connection]:
+    """The database of a project, closed at the end.
+
+    Raises InputError where it is no project or of a newer version, OutputError where it cannot be written.
+    """
+    if not create and not path.is_file():
+        raise InputError(path, "there is no such project", "Check the name, or open the folder that it was moved to")
+    mode = "rwc" if create else "rw" if os.access(path, os.W_OK) else "ro"
+    try:
+        connection = sqlite3.connect(
+            f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=5.0, isolation_level=None
+        )
+    except sqlite3.Error as error:
+        raise OutputError(
+            path, f"cannot be opened ({error})", "Check the folder's permissions and free space"
+        ) from error
+    try:
+        with _explained(path):
+            _check_or_make(connection, path, create)
+        yield connection
+    finally:
+        connection.close()
+
+
+def _check_or_make(connection: sqlite3.Connection, path: Path, create: bool) -> None:
+    connection.execute("PRAGMA trusted_schema=OFF")
+    connection.execute("PRAGMA cell_size_check=ON")
+    kind = connection.execute("PRAGMA application_id").fetchone()[0]
+    if kind == 0 and create and not connection.execute("SELECT 1 FROM sqlite_master").fetchone():
+        connection.execute("PRAGMA auto_vacuum=INCREMENTAL")
+        with connection:
+            connection.executescript(f"BEGIN; PRAGMA application_id={APPLICATION}; {_TABLES}")
+            connection.execute("INSERT INTO meta VALUES ('schema', ?)", (str(SCHEMA),))
+        return
+    if kind != APPLICATION:
+        raise InputError(path, "is no project of Lightarc", "Choose a file that ends in .lap")
+    schema = connection.execute("SELECT value FROM meta WHERE name = 'schema'").fetchone()
+    if schema is None or not str(schema[0]).isdigit():
+        raise InputError(path, "is damaged: it does not say its version", "Open a copy of it")
+    if int(schema[0]) > SCHEMA:
+        raise InputError(path, f"was made by a newer version (schema {schema[0]}, not {SCHEMA})", "Update Lightarc")
+
+
+@contextlib.contextmanager
+def _explained(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except sqlite3.DatabaseError as error:
+        if isinstance(error, sqlite3.OperationalError):
+            raise OutputError(path, f"cannot be read or written ({error})", "Check the disk that it lies on") from error
+        raise InputError(path, f"is damaged or no project ({error})", "Open a copy of it") from error
+
+
+class Writer:
+    """Writes histories to one project file; what the file has already is not written again.
+
+    `write` may be interrupted at any moment by the end of the process: the file then holds the history before or after.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._opened = contextlib.ExitStack()
+        self._connection: sqlite3.Connection | None = None
+        self._inode = -1
+        self._writes = 0
+        self._known: dict[int, tuple[Any, str]] = {}
+
+    def write(self, history: History) -> None:
+        """Make the file hold `history`. Raises OutputError or InputError where that is impossible; try it again."""
+        history = history.kept
+        connection = self._ready()
+        with _explained(self.path), connection:
+            connection.execute("BEGIN IMMEDIATE")
+            rows = [
+                (at, step.text, step.gesture, self._state(connection, step.old), self._state(connection, step.new))
+                for at, step in enumerate(history.steps)
+            ]
+            current = self._state(connection, history.current)
+            there = connection.execute("SELECT number, text, gesture, old, new FROM step ORDER BY number").fetchall()
+            if there != rows:
+                same = next(
+                    (at for at, (a, b) in enumerate(zip(there, rows, strict=False)) if a != b),
+                    min(len(there), len(rows)),
+                )
+                connection.execute("DELETE FROM step WHERE number >= ?", (same,))
+                connection.executemany("INSERT INTO step VALUES (?, ?, ?, ?, ?)", rows[same:])
+            meta = [("position", str(history.position)), ("current", current), ("name", history.current.name)]
+            connection.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", meta)
+        states = [state for step in history.steps for state in (step.old, step.new) if not isinstance(state, str)]
+        states.append(history.current)
+        self._writes += 1
+        if self._writes % TIDY_EVERY == 0:
+            _forget_unused(connection, data_folder(self.path))
+        held = {id(getattr(state, part.name)) for state in states for part in fields(state)} | set(map(id, states))
+        self._known = {key: known for key, known in self._known.items() if key in held}
+
+    def close(self) -> None:
+        """Forget what no state needs any more, and let go of the file."""
+        if self._connection is not None:
+            with contextlib.suppress(sqlite3.Error, OSError):  # what is left over is removed the next time
+                _forget_unused(self._connection, data_folder(self.path))
+        self._let_go()
+
+    def _let_go(self) -> None:
+        self._opened.close()
+        self._connection, self._known = None, {}
+
+    def _ready(self) -> sqlite3.Connection:
+        """The connection; a new file where somebody has removed or replaced the one that was there."""
+        try:
+            there = self.path.stat().st_ino
+        except OSError:
+            there = -1
+        if self._connection is None or there != self._inode:
+            self._let_go()
+            make_folder(data_folder(self.path))
+            self._connection = self._opened.enter_context(connected(self.path, create=True))
+            self._inode = self.path.stat().st_ino
+        return self._connection
+
+    def _state(self, connection: sqlite3.Connection, state: Project | str) -> str:
+        if isinstance(state, str):
+            return state
+        known = self._known.get(id(state))
+        if known is not None:
+            return known[1]
+        keeper = _keeper(connection, data_folder(self.path))
+        parts = {}
+        for part in fields(state):
+            value = getattr(state, part.name)
+            kept = self._known.get(id(value))
+            if kept is None:
+                kept = (value, keeper.text(json.dumps(encoded(value, keeper), sort_keys=True, allow_nan=False)))
+                self._known[id(value)] = kept
+            parts[part.name] = kept[1]
+        text = json.dumps(parts, sort_keys=True)
+        name = name_of(text.encode())
+        connection.execute("INSERT OR IGNORE INTO state VALUES (?, ?)", (name, text))
+        self._known[id(state)] = (state, name)
+        return name
+
+
+def _keeper(connection: sqlite3.Connection, folder: Path) -> Keeper:
+    def keep_text(text: str) -> str:
+        name = name_of(text.encode())
+        connection.execute("INSERT OR IGNORE INTO value VALUES (?, ?)", (name, text))
+        return name
+
+    def keep_array(array: Array, derived: bool) -> str:
+        content = array_bytes(array)
+        name = name_of(content)
+        if derived:
+            _keep_beside(folder / "arrays" / f"{name}.npy", content)
+        else:
+            connection.execute("INSERT OR IGNORE INTO array VALUES (?, ?)", (name, content))
+        return name
+
+    return Keeper(keep_text, keep_array, folder)
+
+
+def _keep_beside(path: Path, content: bytes) -> None:
+    """Write an array that can be made again, unless it is there."""
+    if not path.exists():
+        make_folder(path.parent)
+        write_bytes(path, content)
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """A project that was read: the current document, a function that reads other states by name, and the steps.
+
+    `missing` are the kinds of parts whose data are gone; they are None in the document and can be made again.
+    """
+
+    current: Project
+    state: Callable[[str], Project]
+    steps: tuple[Step, ...]
+    position: int
+    missing: tuple[str, ...]
+
+
+def read(path: Path) -> Opened:
+    """Open a project file. Raises InputError where it is none, damaged, or of a newer version."""
+    with connected(path) as connection, _explained(path):
+        meta = dict(connection.execute("SELECT name, value FROM meta"))
+        rows = connection.execute("SELECT text, gesture, old, new FROM step ORDER BY number LIMIT ?", (KEPT_STEPS,))
+        steps = tuple(Step(str(text), str(gesture), str(old), str(new)) for text, gesture, old, new in rows)
+    finder = finder_of(path)
+    missing: dict[str, str] = {}
+    if "current" not in meta:
+        return Opened(Project(), lambda name: _state(path, name, finder, {}), (), 0, ())
+    current = _state(path, meta["current"], finder, missing)
+    position = int(meta.get("position", "0")) if str(meta.get("position", "0")).isdigit() else 0
+    return Opened(
+        current, lambda name: _state(path, name, finder, {}), steps, min(position, len(steps)), tuple(missing.values())
+    )
+
+
+def _state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -> Project:
+    """The document of one state; parts whose data are gone are as in a new document, and told in `missing`."""
+    key = f"state {name}"
+    if key in finder.made:
+        return cast(Project, finder.made[key])
+    with connected(path) as connection, _explained(path):
+        row = connection.execute("SELECT parts FROM state WHERE name = ?", (name,)).fetchone()
+    if row is None:
+        raise InputError(path, "is damaged: a state of its history is gone", "Open a copy of it")
+    parts = {}
+    try:
+        for part, value in json.loads(row[0]).items():
+            try:
+                parts[part] = _part(value, finder)
+            except Absent as gone:
+                missing[part] = str(gone)
+        known = {part.name for part in fields(Project)}
+        made = Project(**{part: value for part, value in parts.items() if part in known})
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise InputError(path, f"is damaged ({error})", "Open a copy of it") from error
+    finder.made[key] = made
+    return made
+
+
+def _part(value: str, finder: Finder) -> Any:
+    """The value of one part of a document, the same object for all states that share it."""
+    key = f"part {value}"
+    if key not in finder.made:
+        finder.made[key] = decoded(json.loads(finder.text(value)), finder)
+    return finder.made[key]
+
+
+def finder_of(path: Path) -> Finder:
+    """Read values of a project file; each question opens and closes it, so nothing stays open for undo."""
+    folder = data_folder(path)
+
+    def find_text(name: str) -> str:
+        with connected(path) as connection, _explained(path):
+            row = connection.execute(
+                "SELECT text FROM value WHERE name = ? AND length(text) <= ?", (name, MOST_TEXT)
+            ).fetchone()
+        if row is None or name_of(str(row[0]).encode()) != name:
+            raise ValueError("a value is gone or damaged")
+        return str(row[0])
+
+    def find_array(name: str) -> Array:
+        beside = folder / "arrays" / f"{name}.npy"
+        if len(name) != 40 or not name.isalnum():
+            raise ValueError(f"no name of an array: {name!r:.60}")
+        with connected(path) as connection, _explained(path):
+            row = connection.execute("SELECT content FROM array WHERE name = ?", (name,)).fetchone()
+        try:
+            content = row[0] if row is not None else _read_beside(beside)
+        except OSError as error:
+            raise Absent("data that can be made again") from error
+        if name_of(content) != name:
+            raise Absent("data that can be made again")
+        return array_from(content)
+
+    return Finder(find_text, find_array, folder)
+
+
+def _read_beside(path: Path) -> bytes:
+    if path.stat().st_size > MOST_ARRAY:
+        raise OSError("too large")
+    return path.read_bytes()
+
+
+def _forget_unused(connection: sqlite3.Connection, folder: Path) -> None:
+    """Remove states that no step leads to, and values and arrays that no state holds."""
+    with connection:
+        connection.execute("BEGIN IMMEDIATE")
+        used = {row[0] for row in connection.execute("SELECT old FROM step UNION SELECT new FROM step")}
+        used |= {row[0] for row in connection.execute("SELECT value FROM meta WHERE name = 'current'")}
+        _keep_only(connection, "state", used)
+        held: set[str] = set()
+        arrays: set[str] = set()
+        stacks: set[str] = set()
+        waiting = [
+            name for (parts,) in connection.execute("SELECT parts FROM state") for name in json.loads(parts).values()
+        ]
+        while waiting:
+            name = waiting.pop()
+            if name in held:
+                continue
+            held.add(name)
+            row = connection.execute("SELECT text FROM value WHERE name = ?", (name,)).fetchone()
+            for kind, content in names_in(json.loads(row[0])) if row else ():
+                (waiting.append if kind == "value" else arrays.add if kind == "array" else stacks.add)(content)
+        _keep_only(connection, "value", held)
+        _keep_only(connection, "array", arrays)
+    connection.execute("PRAGMA incremental_vacuum").fetchall()
+    for beside in (folder / "arrays").glob("*.npy"):
+        if beside.stem not in arrays:
+            discard(beside)
+
+
+def _keep_only(connection: sqlite3.Connection, table: str, names: set[str]) -> None:
+    gone = [(row[0],) for row in connection.execute(f"SELECT name FROM {table}") if row[0] not in names]
+    connection.executemany(f"DELETE FROM {table} WHERE name = ?", gone)
+
+
+def names_in(said: Any) -> Iterator[tuple[str, str]]:
+    """Names of the values, arrays and stacks that a value holds."""
+    if isinstance(said, list):
+        for part in said:
+            yield from names_in(part)
+    elif isinstance(said, Mapping):
+        for key, part in said.items():
+            if key in ("value", "array", "stack") and isinstance(part, str) and len(said) == 1:
+                yield key, part
+            else:
+                yield from names_in(part)

@@ -1,0 +1,130 @@
+"""The document is on disk all the time: each change reaches the project file within a fraction of a second.
+
+The thread of the window only hands over references to frozen values; a thread of its own writes what is new in them,
+since hashing and writing a large material takes longer than a frame. Of several changes that wait, the last is written.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.document.document import Document, Project
+from app.project.project_file import History, Writer
+from engine.core.errors import FileError
+
+log = logging.getLogger(__name__)
+
+#: Milliseconds after a change until it is handed over; a drag changes the document many times in between.
+DELAY_MS = 150
+
+UNSAVED = "the latest changes from being saved"
+
+#: Seconds until what could not be written is tried again.
+AGAIN_S = 3.0
+
+
+class Recording(QObject):
+    """Records one document in one project file, from its making until `close`.
+
+    Signals
+    -------
+    written : all changes so far are on disk.
+    failed : a sentence, at the first attempt that fails; the changes are kept in memory and tried again.
+    """
+
+    written = Signal()
+    failed = Signal(str)
+
+    def __init__(self, document: Document, path: Path, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.path = path
+        self._document = document
+        self._wake = threading.Condition()
+        self._next: History | None = None
+        self._is_idle = True
+        self._ends = False
+        self._delay = QTimer(self)
+        self._delay.setSingleShot(True)
+        self._delay.setInterval(DELAY_MS)
+        self._delay.timeout.connect(self.hand_over)
+        document.changed.connect(self._changed)
+        document.undo_stack.indexChanged.connect(self._changed)
+        self._thread = threading.Thread(target=self._write, name="project file", daemon=True)
+        self._thread.start()
+        self._changed()
+
+    def _changed(self, *_: object) -> None:
+        if not self._delay.isActive():
+            self._delay.start()
+
+    def hand_over(self) -> None:
+        """Hand the document as it is now over to be written."""
+        self._delay.stop()
+        document = self._document
+        history = History(document.project, document.steps, document.undo_stack.index())
+        with self._wake:
+            self._next, self._is_idle = history, False
+            self._wake.notify_all()
+
+    @property
+    def is_idle(self) -> bool:
+        """True if everything that was handed over is on disk, and nothing waits to be."""
+        return self._is_idle and not self._delay.isActive()
+
+    def wait(self, seconds: float) -> bool:
+        """Hand over and wait until everything is on disk; False where that fails or takes longer."""
+        self.hand_over()
+        with self._wake:
+            return self._wake.wait_for(lambda: self._is_idle, seconds)
+
+    def close(self, seconds: float = 10.0) -> bool:
+        """Write what is missing and let go of the file. False where it could not be written in time."""
+        self._document.changed.disconnect(self._changed)
+        self._document.undo_stack.indexChanged.disconnect(self._changed)
+        done = self.wait(seconds)
+        with self._wake:
+            self._ends = True
+            self._wake.notify_all()
+        self._thread.join(seconds)
+        return done
+
+    def _write(self) -> None:
+        """The thread: write the newest history, again and again where that fails, until the end."""
+        writer, told = Writer(self.path), False
+        while True:
+            with self._wake:
+                self._wake.wait_for(lambda: self._next is not None or self._ends)
+                if self._next is None:
+                    break
+                history, self._next = self._next, None
+            try:
+                writer.write(history)
+            except Exception as error:  # the border of the thread: what a person does shall go on
+                if not told:
+                    is_expected = isinstance(error, FileError)
+                    log.warning("%s", error, exc_info=None if is_expected else error)
+                    self.failed.emit(str(error) if is_expected else f"A fault of the program keeps {UNSAVED}: {error}")
+                told = True
+                with self._wake:
+                    if self._ends:
+                        break
+                    self._next = self._next or history
+                    self._wake.wait(AGAIN_S)
+                continue
+            told = False
+            with self._wake:
+                if self._next is None:
+                    self._is_idle = True
+                    self._wake.notify_all()
+            self.written.emit()
+        writer.close()
+
+
+def is_worth_keeping(project: Project) -> bool:
+    """True if a person has brought something in: photographs, a material, a model, a light or a BRDF."""
+    brought = (project.sources, project.stack, project.mesh, project.environment, project.material.measured)
+    return project.has_map or bool(project.comparison.entries) or any(each is not None for each in brought)

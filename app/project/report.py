@@ -1,0 +1,65 @@
+"""A project file described: what it holds, what is missing, and whether all of it can be read."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from app.project.copying import photographs
+from app.project.project_file import SCHEMA, connected, data_folder, names_in, read
+from engine.core.errors import InputError
+
+
+def described(path: Path) -> dict[str, Any]:
+    """For `lightarc project info --json`.
+
+    `schema`, `name`, `photographs` (paths), `history_steps`, `position`, `missing` (photographs that are not there),
+    `derived` (kind, bytes and presence of what can be made again) and `last_change` (ISO 8601, UTC).
+    Raises InputError where this is no project.
+    """
+    opened = read(path)
+    files = photographs(opened.current)
+    changed = datetime.datetime.fromtimestamp(path.stat().st_mtime, datetime.UTC)
+    return {
+        "schema": SCHEMA,
+        "name": opened.current.name,
+        "photographs": [str(file) for file in files],
+        "history_steps": len(opened.steps),
+        "position": opened.position,
+        "missing": [str(file) for file in files if not file.is_file()],
+        "derived": list(_derived(path)),
+        "last_change": changed.isoformat(timespec="seconds"),
+    }
+
+
+def problems_of(path: Path) -> list[str]:
+    """Sentences about states of the history that cannot be read; empty for a sound project."""
+    with connected(path) as connection:
+        found = [str(row[0]) for row in connection.execute("PRAGMA integrity_check") if row[0] != "ok"]
+    opened = read(path)
+    for at, step in enumerate(opened.steps):
+        for state in (step.old, step.new):
+            try:
+                if isinstance(state, str):
+                    opened.state(state)
+            except InputError as error:
+                found.append(f"step {at + 1} ({step.text}): {error}")
+    return found
+
+
+def _derived(path: Path) -> Iterator[dict[str, Any]]:
+    """Arrays and stacks beside the file that the current document or its history names."""
+    folder = data_folder(path)
+    with connected(path) as connection:
+        inside = {row[0] for row in connection.execute("SELECT name FROM array")}
+        texts = [row[0] for row in connection.execute("SELECT text FROM value")]
+    named = sorted({item for text in texts for item in names_in(json.loads(text))})
+    for kind, name in named:
+        if kind == "value" or name in inside:
+            continue
+        place = folder / name if kind == "stack" else folder / "arrays" / f"{name}.npy"
+        sizes = [file.stat().st_size for file in (place.rglob("*") if place.is_dir() else [place]) if file.is_file()]
+        yield {"kind": kind, "name": name, "bytes": sum(sizes), "present": bool(sizes)}

@@ -1,0 +1,285 @@
+"""Values of the document as text and numbers: frozen dataclasses, tuples, mappings, paths and arrays as JSON.
+
+Arrays are named by the hash of their bytes and kept by whoever stores the text. A dataclass that is compared by
+identity is a value of its own, named by the hash of its text, so that what two states of the document share is stored
+once and is one object again. Only the classes of `CLASSES` are read, by their constructors: a file can name no others.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import io
+import json
+import math
+import os
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from pathlib import Path, PurePath
+from types import MappingProxyType
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.stack import ImageStack
+from engine.core.errors import InputError
+from engine.core.health import Verdict
+
+#: Classes of the document by their module. Their names and fields are part of the format: renaming one needs a
+#: migration (`app.project.project_file`).
+CLASSES = {
+    "app.document.document": ("ImportChoices", "Look"),
+    "app.document.comparison": ("Comparison", "Entry", "Fitted"),
+    "app.document.factoring": ("Factoring", "Run"),
+    "app.document.measured": ("Accuracy",),
+    "engine.brdf.models.diffuse": ("Lambert", "OrenNayar"),
+    "engine.brdf.models.lafortune": ("Lafortune", "LafortuneThreeLobes"),
+    "engine.brdf.models.microfacet": (
+        "AshikhminShirley",
+        "CookTorrance",
+        "Ggx",
+        "GgxAnisotropic",
+        "MetallicRoughness",
+        "Ward",
+    ),
+    "engine.brdf.models.phong": ("BlinnPhong", "Phong"),
+    "engine.brdf.models.poulin_fournier": ("PoulinFournier",),
+    "engine.brdf.radial_basis": ("Patches",),
+    "engine.brdf.readers.rgl": ("RglBrdf", "Warp"),
+    "engine.brdf.samples": ("BrdfSamples",),
+    "engine.brdf.scattered": ("ScatteredBrdf", "Shape", "Symmetry"),
+    "engine.brdf.table": ("DirectionTable", "HalfDifferenceTable"),
+    "engine.capture.lights.mirror_sphere": ("Circle",),
+    "engine.capture.lights.sources": ("Sources",),
+    "engine.capture.photograph.exposures": ("Exposure",),
+    "engine.capture.registration.framing": ("Framing",),
+    "engine.capture.report": ("Quality",),
+    "engine.core.health": ("Finding", "Health"),
+    "engine.factor.hemisphere_map": ("DirectionMap",),
+    "engine.factor.homomorphic": ("HomomorphicFactors", "LogSpace"),
+    "engine.factor.projections": ("FixedProjection", "LinearProjection"),
+    "engine.factor.separable_factors": ("SeparableFactors",),
+    "engine.factor.settings": ("FactorSettings",),
+    "engine.geometry.mesh": ("Mesh",),
+    "engine.light.environment": ("EnvironmentMap",),
+    "engine.light.lamps": ("LampSettings",),
+    "engine.planning.costs.setting": ("Setting",),
+    "engine.scene.material": ("Material",),
+    "engine.shading.kept_tiles": ("KeptTiles",),
+    "engine.shading.power_law": ("PowerLawMap", "Storage"),
+    "engine.shading.shading_map": ("ShadingMap",),
+    "engine.tradeoff.point": ("Point",),
+}
+
+#: Their arrays take long or can be made again from what the document names, and lie beside the file.
+DERIVED = ("EnvironmentMap", "KeptTiles", "Mesh", "PowerLawMap", "ShadingMap")
+
+#: Deepest nesting and longest text of one value that is read.
+MOST_DEPTH, MOST_TEXT = 60, 64 * 2**20
+
+Array = NDArray[Any]
+
+
+class Absent(Exception):
+    """An array or a folder that a value needs is not there any more; the message says which kind of thing it was."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Keeper:
+    """Storage for the parts of a value.
+
+    Attributes
+    ----------
+    text : keeps the text of a value of its own; gives its name.
+    array : keeps an array, in the file or, where `derived`, beside it; gives its name.
+    folder : place of the stacks; paths below it are kept relative to it.
+    """
+
+    text: Callable[[str], str]
+    array: Callable[[Array, bool], str]
+    folder: Path
+
+
+@dataclasses.dataclass(frozen=True)
+class Finder:
+    """The other direction: `text` and `array` give what was kept under a name, or raise Absent."""
+
+    text: Callable[[str], str]
+    array: Callable[[str], Array]
+    folder: Path
+    made: dict[str, Any] = dataclasses.field(default_factory=dict)
+
+
+def name_of(content: bytes) -> str:
+    """The hash that names a content: BLAKE2b, 160 bits, as 40 hexadecimal digits."""
+    return hashlib.blake2b(content, digest_size=20).hexdigest()
+
+
+def array_bytes(array: Array) -> bytes:
+    """An array as an .npy file; ValueError for arrays of objects."""
+    buffer = io.BytesIO()
+    np.lib.format.write_array(buffer, np.ascontiguousarray(array).reshape(array.shape), allow_pickle=False)
+    return buffer.getvalue()
+
+
+def array_from(content: bytes | memoryview) -> Array:
+    """The read-only array of an .npy file; ValueError where it is none, or of objects."""
+    array: Array = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
+    array.flags.writeable = False
+    return array
+
+
+def encoded(value: Any, keeper: Keeper, derived: bool = False) -> Any:
+    """`value` as what JSON can say; TypeError for what is not a value of the document."""
+    if value is None or isinstance(value, bool | str):
+        return value
+    if isinstance(value, Verdict):
+        return {"verdict": int(value)}
+    if isinstance(value, int | np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else {"float": str(float(value))}
+    if isinstance(value, PurePath):
+        return _said_path(Path(value), keeper.folder)
+    if isinstance(value, np.ndarray):
+        return {"array": keeper.array(value, derived)}
+    if isinstance(value, ImageStack):
+        if value.folder is None:
+            raise TypeError("a stack in memory is not a value of the document")
+        return {"stack": _said_path(value.folder, keeper.folder)["path"]}
+    if isinstance(value, Mapping):
+        return {"map": [[encoded(part, keeper, derived) for part in item] for item in value.items()]}
+    if isinstance(value, frozenset):
+        return {"set": sorted((encoded(part, keeper, derived) for part in value), key=json.dumps)}
+    if isinstance(value, list):
+        return [encoded(part, keeper, derived) for part in value]
+    if isinstance(value, tuple) and not hasattr(value, "_fields"):
+        return {"tuple": [encoded(part, keeper, derived) for part in value]}
+    return _encoded_object(value, keeper, derived)
+
+
+def _encoded_object(value: Any, keeper: Keeper, derived: bool) -> Any:
+    kind = type(value)
+    name = kind.__name__
+    if name not in CLASSES.get(kind.__module__, ()):
+        raise TypeError(f"{kind.__module__}.{name} is not a value of the document")
+    derived = derived or name in DERIVED
+    parts = {part: encoded(getattr(value, part), keeper, derived) for part in _parts(kind)}
+    if name == "Sources":
+        parts["unpacked"] = None if value.unpacked is None else {"archive": str(value.unpacked.archive)}
+    said = {"is": name, "of": parts}
+    if dataclasses.is_dataclass(kind) and kind.__eq__ is object.__eq__:
+        return {"value": keeper.text(json.dumps(said, sort_keys=True, allow_nan=False))}
+    return said
+
+
+def decoded(said: Any, finder: Finder, depth: int = 0) -> Any:
+    """The value that `said` describes.
+
+    Raises Absent where a part is gone, and ValueError, KeyError or TypeError where this is no value of the document.
+    """
+    if said is None or isinstance(said, bool | str | int | float):
+        return said
+    if depth > MOST_DEPTH:
+        raise ValueError("values are nested too deeply")
+    if isinstance(said, list):
+        return [decoded(part, finder, depth + 1) for part in said]
+    if not isinstance(said, dict) or not said:
+        raise ValueError(f"no value: {said!r:.60}")
+    kind, content = max(said.items())  # of a path with a second key, "path"; of an object, "of"
+    if kind == "of":
+        return _decoded_object(said, finder, depth)
+    if kind == "value":
+        return _decoded_own(str(content), finder, depth)
+    if kind == "array":
+        return finder.array(str(content))
+    if kind == "path":
+        return _found_path(said, finder.folder)
+    if kind == "stack":
+        return _opened_stack(_inside(str(content), finder.folder), finder)
+    if kind == "verdict":
+        return Verdict(content)
+    if kind == "float":
+        return float(content)
+    if not isinstance(content, list):
+        raise ValueError(f"no value: {said!r:.60}")
+    parts = [decoded(part, finder, depth + 1) for part in content]
+    if kind == "tuple":
+        return tuple(parts)
+    if kind == "set":
+        return frozenset(parts)
+    if kind == "map":
+        return MappingProxyType(dict(parts))
+    raise ValueError(f"no value: {said!r:.60}")
+
+
+def _decoded_own(name: str, finder: Finder, depth: int) -> Any:
+    if name not in finder.made:
+        finder.made[name] = decoded(json.loads(finder.text(name)), finder, depth + 1)
+    return finder.made[name]
+
+
+def _decoded_object(said: Mapping[str, Any], finder: Finder, depth: int) -> Any:
+    name, parts = said["is"], said["of"]
+    module = next((module for module, names in CLASSES.items() if name in names), None)
+    if module is None or not isinstance(parts, dict):
+        raise ValueError(f"no class of the document: {name!r:.60}")
+    kind = getattr(import_module(module), name)
+    if name == "Sources":
+        parts = {**parts, "unpacked": None}
+    if name == "Material":  # a material whose maps are gone is built again
+        values = {part: _or_none(each, finder, depth) for part, each in parts.items()}
+    else:
+        values = {part: decoded(each, finder, depth + 1) for part, each in parts.items()}
+    return kind(**{part: value for part, value in values.items() if part in _parts(kind)})
+
+
+def _or_none(said: Any, finder: Finder, depth: int) -> Any:
+    try:
+        return decoded(said, finder, depth + 1)
+    except Absent:
+        return None
+
+
+def _opened_stack(folder: Path, finder: Finder) -> ImageStack:
+    from engine.capture.stack import open_stack
+
+    key = f"stack {folder}"
+    if key not in finder.made:
+        try:
+            finder.made[key] = open_stack(folder, verify=False)
+        except InputError as error:
+            raise Absent("stack of photographs") from error
+    return cast(ImageStack, finder.made[key])
+
+
+def _parts(kind: type) -> tuple[str, ...]:
+    """Names of what the constructor of a class takes."""
+    if hasattr(kind, "_fields"):
+        return tuple(kind._fields)
+    return tuple(part.name for part in dataclasses.fields(kind) if part.init)
+
+
+def _said_path(path: Path, folder: Path) -> dict[str, str]:
+    """A path below the folder of the data relative to it; any other in full, and as seen from the project's folder."""
+    if path.is_relative_to(folder):
+        return {"path": path.relative_to(folder).as_posix()}
+    path = path.absolute()
+    try:
+        return {"path": str(path), "near": Path(os.path.relpath(path, folder.parent)).as_posix()}
+    except ValueError:  # another drive
+        return {"path": str(path)}
+
+
+def _found_path(said: Mapping[str, Any], folder: Path) -> Path:
+    """The path that is there: first the full one, then the same seen from where the project lies now."""
+    path = _inside(str(said["path"]), folder)
+    near = Path(os.path.normpath(folder.parent / str(said["near"]))) if "near" in said else path
+    return near if not path.exists() and near.exists() else path
+
+
+def _inside(text: str, folder: Path) -> Path:
+    if not Path(text).is_absolute() and ".." in Path(text).parts:
+        raise ValueError(f"a path that leaves its folder: {text!r:.60}")
+    return folder / text

@@ -1,0 +1,188 @@
+"""The project of a window: made at once, recorded all the time, opened, copied and closed without a question."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFileDialog, QUndoView, QVBoxLayout, QWidget
+
+from app.commands.workbench import Workbench
+from app.document.document import Project
+from app.project import places
+from app.project.copying import collect, copy
+from app.project.project_file import ENDING, Opened, data_folder, read
+from app.project.recording import Recording, is_worth_keeping
+from engine.core.errors import FileError, InputError
+
+log = logging.getLogger(__name__)
+
+FILTER = f"Lightarc projects (*{ENDING})"
+
+
+class Projects(QObject):
+    """Opens and records the projects of one window.
+
+    Signals
+    -------
+    changed : another project is open, or its state of saving has changed.
+    opened : the path of a project that was opened or given a place.
+    """
+
+    changed = Signal()
+    opened = Signal(object)
+
+    def __init__(self, bench: Workbench, folder: Path) -> None:
+        """Projects without a place of their own lie in `folder`."""
+        super().__init__(bench)
+        self.bench, self.folder = bench, folder
+        self.path = Path()
+        self.problem = ""
+        self.is_read_only = False
+        self._recording: Recording | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of the file, without its ending."""
+        return self.path.stem
+
+    @property
+    def is_saved(self) -> bool:
+        """True if every change is on disk."""
+        return self._recording is not None and self._recording.is_idle and not self.problem
+
+    def begin(self) -> None:
+        """A new project, with nothing in it."""
+        self.finish()
+        path = places.new_path(self.folder)
+        places.claim(path)
+        self._show(path, None, read_only=False)
+
+    def open(self, path: Path) -> None:
+        """Open a project where its file lies. Raises InputError or OutputError, and leaves all as it was."""
+        path = path.absolute()
+        if path == self.path:
+            return
+        found = read(path)
+        was_interrupted = places.was_interrupted(path)
+        read_only = not _claimed(path)
+        self.finish()
+        self._show(path, found, read_only)
+        self.opened.emit(path)
+        if read_only:
+            self.bench.said.emit(f"{path.name} is open in another window or cannot be written: changes are not kept")
+        elif found.missing:
+            self.bench.said.emit(f"{path.name} is open; what was made from the sources is gone, and can be made again")
+        elif was_interrupted:
+            self.bench.said.emit(f"Lightarc ended unexpectedly; {path.stem} is as it was after the last change")
+
+    def copy_to(self, path: Path) -> None:
+        """Go on in a copy of the project at `path`; the old one stays as it is."""
+        if path == self.path:
+            return
+        self._on_disk()
+        source, target = self.path, path.absolute()
+        job = self.bench.jobs.submit(f"Saving as {path.name}", lambda: copy(source, target))
+        job.succeeded.connect(lambda _: self.open(target))
+
+    def collect_to(self, path: Path, *, with_derived: bool = True) -> None:
+        """Write a project that needs nothing outside itself: photographs inside, derived data where wanted."""
+        self._on_disk()
+        source, target = self.path, path.absolute()
+        job = self.bench.jobs.submit(f"Collecting {path.name}", lambda: collect(source, target, with_derived))
+        job.succeeded.connect(lambda _: self.bench.said.emit(f"{path.name} holds the project and all that it needs"))
+
+    def finish(self) -> None:
+        """Write what is missing and let go of the project; one that nobody put anything into is removed."""
+        if self._recording is None:
+            return
+        for job in self.bench.jobs.active:
+            self.bench.jobs.cancel(job)
+        written = self._recording.close() or self.is_read_only
+        self._recording = None
+        if not written:
+            self._rescue()
+        places.release(self.path)
+        if places.is_untitled(self.path) and not is_worth_keeping(self.bench.document.project) and written:
+            places.remove(self.path)
+
+    def _on_disk(self) -> None:
+        if self._recording is not None and not self._recording.wait(10.0):
+            raise InputError(self.path, "cannot be written now", "Check the disk that it lies on")
+
+    def _rescue(self) -> None:
+        """Write the project elsewhere, because its own place takes nothing."""
+        path = places.new_path(places.projects_folder())
+        try:
+            recording = Recording(self.bench.document, path)
+            if recording.close():
+                log.warning("%s could not be written; everything is in %s", self.path, path)
+        except OSError as error:
+            log.error("%s could not be written, nor could %s: %s", self.path, path, error)
+
+    def _show(self, path: Path, found: Opened | None, read_only: bool) -> None:
+        self.path, self.is_read_only, self.problem = path, read_only, ""
+        self.bench.folder = data_folder(path)
+        document = self.bench.document
+        if found is None:
+            document.clear()
+        else:
+            document.restore(found.current, found.steps, found.position, found.state)
+        if not read_only:
+            self._recording = Recording(document, path, self)
+            self._recording.failed.connect(self._failed, Qt.ConnectionType.QueuedConnection)
+            self._recording.written.connect(self._written, Qt.ConnectionType.QueuedConnection)
+        self.changed.emit()
+
+    def _failed(self, words: str) -> None:
+        self.problem = words
+        self.changed.emit()
+
+    def _written(self) -> None:
+        self.problem = ""
+        self.changed.emit()
+
+
+def _claimed(path: Path) -> bool:
+    try:
+        return places.claim(path)
+    except FileError:
+        return False
+
+
+def ask_to_open(window: QWidget, open_path: Callable[[Path], None], folder: str) -> None:
+    """Ask for a project file."""
+    chosen, _ = QFileDialog.getOpenFileName(window, "Open project", folder, FILTER)
+    if chosen:
+        open_path(Path(chosen))
+
+
+def ask_for_place(window: QWidget, title: str, proposed: Path) -> Path | None:
+    """Ask for the path of a project to write; the ending is added where it is missing."""
+    chosen, _ = QFileDialog.getSaveFileName(window, title, str(proposed), FILTER)
+    return Path(chosen if chosen.endswith(ENDING) else chosen + ENDING) if chosen else None
+
+
+def show_history(window: QWidget, bench: Workbench) -> QDialog:
+    """The steps of the history, to go back or forth to any of them."""
+    dialog = QDialog(window)
+    dialog.setWindowTitle("History")
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog.resize(360, 480)
+    view = QUndoView(bench.document.undo_stack)
+    view.setEmptyLabel("The beginning")
+    buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+    buttons.rejected.connect(dialog.close)
+    column = QVBoxLayout(dialog)
+    column.addWidget(view)
+    column.addWidget(buttons)
+    dialog.open()
+    return dialog
+
+
+def proposed_name(project: Project) -> str:
+    """A name for a project file, after what it holds."""
+    kept = "".join(letter if letter.isalnum() or letter in " -_." else " " for letter in project.name)
+    return " ".join(kept.split()).strip(".") or places.UNTITLED
