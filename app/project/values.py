@@ -55,6 +55,7 @@ CLASSES = {
     "engine.capture.photograph.exposures": ("Exposure",),
     "engine.capture.registration.framing": ("Framing",),
     "engine.capture.report": ("Quality",),
+    "engine.capture.stack": ("ImageStack",),
     "engine.core.health": ("Finding", "Health"),
     "engine.factor.hemisphere_map": ("DirectionMap",),
     "engine.factor.homomorphic": ("HomomorphicFactors", "LogSpace"),
@@ -73,7 +74,7 @@ CLASSES = {
 }
 
 #: Their arrays take long or can be made again from what the document names, and lie beside the file.
-DERIVED = ("EnvironmentMap", "KeptTiles", "Mesh", "PowerLawMap", "ShadingMap")
+DERIVED = ("EnvironmentMap", "ImageStack", "KeptTiles", "Mesh", "PowerLawMap", "ShadingMap")
 
 #: Deepest nesting and longest text of one value that is read.
 MOST_DEPTH, MOST_TEXT = 60, 64 * 2**20
@@ -144,9 +145,7 @@ def encoded(value: Any, keeper: Keeper, derived: bool = False) -> Any:
         return _said_path(Path(value), keeper.folder)
     if isinstance(value, np.ndarray):
         return {"array": keeper.array(value, derived)}
-    if isinstance(value, ImageStack):
-        if value.folder is None:
-            raise TypeError("a stack in memory is not a value of the document")
+    if isinstance(value, ImageStack) and value.folder is not None:
         return {"stack": _said_path(value.folder, keeper.folder)["path"]}
     if isinstance(value, Mapping):
         return {"map": [[encoded(part, keeper, derived) for part in item] for item in value.items()]}
