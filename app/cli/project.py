@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    """What `describe` of `app.project.report` says; exit code 3 where a verified project is not sound."""
+    """The description that `app.project.report` gives; exit code 3 where a verified project is not sound."""
     from app.project.copying import collect
     from app.project.places import remove
     from app.project.report import described, problems_of

@@ -67,7 +67,7 @@ CREATE TABLE IF NOT EXISTS array(name TEXT PRIMARY KEY, content BLOB);
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """What the file holds at one moment: the current document, the steps, and how many of them lead to it."""
+    """Content of the file at one moment: the current document, the steps, and how many of them lead to it."""
 
     current: Project
     steps: tuple[Step, ...] = ()
