@@ -28,6 +28,8 @@ PROJECT = Path(__file__).resolve().parents[2]
 #: Files of one method: its stem, in whatever folder of the engine.
 OWN = re.compile(r"engine/.*/(sh|wavelet|gaussian)(_\w+)?\.py$")
 
+TYPE_TESTS = ("isinstance", "issubclass")
+
 
 @pytest.fixture(autouse=True)
 def _listed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -131,24 +133,25 @@ def test_nothing_branches_on_the_name_or_the_types_of_a_method() -> None:
 def branches() -> Iterator[str]:
     """Comparisons and tables of names of methods, and tests of their types, as `file:line`."""
     paths = [path for folder in ("app", "engine") for path in sorted((PROJECT / folder).rglob("*.py"))]
-    trees = {path.relative_to(PROJECT).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in paths}
+    texts = {path.relative_to(PROJECT).as_posix(): path.read_text(encoding="utf-8") for path in paths}
     types = {
         node.name
-        for name, tree in trees.items()
+        for name, text in texts.items()
         if OWN.match(name) or name == "engine/transport/relit.py"
-        for node in tree.body
+        for node in ast.parse(text).body
         if isinstance(node, ast.ClassDef)
     }
     names = {method.name for method in transport.METHODS}
-    for name, tree in trees.items():
-        if OWN.match(name) or name == "engine/transport/method.py":
+    mentioned = re.compile("|".join([*(f"[\"']{name}[\"']" for name in names), *(rf"\b{name}\b" for name in types)]))
+    for name, text in texts.items():
+        if OWN.match(name) or name == "engine/transport/method.py" or not mentioned.search(text):
             continue
-        for node in ast.walk(tree):
+        for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.Compare):
                 found = any(_names_one(each, names) for each in (node.left, *node.comparators))
             elif isinstance(node, ast.Dict):
                 found = any(key is not None and _names_one(key, names) for key in node.keys)
-            elif isinstance(node, ast.Call) and ast.unparse(node.func) in ("isinstance", "issubclass"):
+            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in TYPE_TESTS:
                 found = bool(types & {each.id for each in ast.walk(node.args[1]) if isinstance(each, ast.Name)})
             else:
                 continue

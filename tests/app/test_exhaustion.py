@@ -61,7 +61,7 @@ def test_cpp_that_finds_no_memory_says_so_and_ends_with_the_same_code(tmp_path: 
     assert (done.returncode, done.stderr) == (6, "No memory.\n")
 
 
-@pytest.mark.parametrize("allowed", range(4))
+@pytest.mark.parametrize("allowed", [0, *(pytest.param(count, marks=pytest.mark.long) for count in (1, 2)), 3])
 def test_an_import_ends_whichever_thread_cannot_be_started(
     lightarc: Command, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, allowed: int
 ) -> None:
