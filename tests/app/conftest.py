@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import ctypes
 import gc
 import os
 import sys
 from collections.abc import Callable, Iterator
+from functools import cache, partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -33,8 +35,42 @@ from app.viewport.gl_surface import request_format
 from app.widgets import theme
 from engine.core.steps import Step, Steps
 from engine.images.encode import encode_png
+from engine.transport import method
 
 NO_DISPLAY = sys.platform.startswith("linux") and not os.environ.get("DISPLAY")
+
+#: Few points, views, directions and texels in plans, trials and tables; how true they are is checked elsewhere.
+COARSE = {
+    "engine.planning.effects.estimates.FINE": (12, 2, 16),
+    "engine.planning.effects.mode_error.FINE": (12, 2, 16),
+    "engine.planning.effects.lobe_error.PAIRS": (4, 4, 4),
+    "engine.planning.choices.SAMPLES": 4,
+    "engine.render.environment_error.REFERENCE_ROWS": 16,
+    "engine.transport.gaussian.bake.PROBE_VIEWS": 2,
+    "engine.transport.gaussian.bake.TEST_EDGE": 16,
+    "engine.transport.wavelet.bake.MAP_SIZE": 16,
+    "engine.transport.sh.brdf_table.SAMPLES": 256,
+    "engine.transport.sh.brdf_table.SAMPLES_OF_MAP": 128,
+}
+
+#: Few pixels of the window's references, and pauses that nobody has to wait for.
+AT_ONCE = {
+    "app.document.measured.MOST_PIXELS": 6_000,
+    "app.view.pictures.MOST_PIXELS": 20_000,
+    "app.view.tab.MEASURED_PX": (96, 72),
+    "app.view.tab.AT_REST_MS": 20,
+    "app.view.planning.AT_REST_MS": 20,
+    "app.view.pictures.SETTLED_MS": 20,
+    "app.viewport.viewport.STILL_AFTER_MS": 20,
+    "app.viewport.gl_surface.FADE_S": 0.02,
+    "app.factor.preview.AT_REST_MS": 20,
+    "app.factor.tab.SHOW_EVERY_MS": 20,
+    "app.factor.tab.PREVIEW_EVERY_MS": 20,
+    "app.brdf.tab.AT_REST_MS": 20,
+    "app.brdf.lobe_view.STILL_AFTER_MS": 20,
+}
+
+BUILD_PARSER = command_line.build_parser
 
 #: Qt messages about the machine, not about this program.
 HARMLESS = ("propagateSizeHints", "XDG_RUNTIME_DIR", "QStandardPaths", "Detected locale", "iCCP")
@@ -113,19 +149,29 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def window(qapp: QApplication, qtbot: object, monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plans, trial bakes and tables are coarse (`COARSE`)."""
+    from engine.planning.effects.sample import sample
+
+    monkeypatch.setattr("engine.planning.effects.estimates.sample", partial(sample, points=24))
+    for name, value in COARSE.items():
+        monkeypatch.setattr(name, value)
+
+
+@pytest.fixture
+def window(qapp: QApplication, qtbot: object, coarse: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
     """The main window without remembered settings, closed at the end; an error that nobody expected fails the test.
 
-    What this machine costs is made up, since measuring it takes longer than most tests. Plans look at few points, and
-    the whole of an environment is summed in coarse cells: how true that is, is checked where it is computed.
+    What this machine costs is made up, since measuring it takes longer than most tests. The error of the picture is
+    measured only where a test asks for it (`window.view.pictures.measure`): it takes a reference.
     """
     from app.window.main_window import MainWindow
 
     monkeypatch.setattr("app.session.machine_profile.cost_model", _costs)
-    monkeypatch.setattr("engine.planning.effects.estimates.FINE", (16, 4, 32))
-    monkeypatch.setattr("engine.planning.effects.lobe_error.PAIRS", (8, 8, 8))
-    monkeypatch.setattr("engine.render.environment_error.REFERENCE_ROWS", 16)
+    for name, value in AT_ONCE.items():
+        monkeypatch.setattr(name, value)
     made = MainWindow(None)
+    made.view.pictures.measure(False)
     made.show()
     qtbot.waitExposed(made)  # type: ignore[attr-defined]
     yield made
@@ -171,9 +217,16 @@ def mesh(tmp_path: Path) -> Path:
     return path
 
 
+@cache
+def _parser(_verbs: object, _methods: object) -> argparse.ArgumentParser:
+    """The parser of these verbs and transport methods, which it takes some time to build."""
+    return BUILD_PARSER()
+
+
 @pytest.fixture
-def lightarc(capsys: pytest.CaptureFixture[str]) -> Callable[..., SimpleNamespace]:
+def lightarc(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., SimpleNamespace]:
     """Runs the command line in this process; gives exit code, standard output and standard error."""
+    monkeypatch.setattr(command_line, "build_parser", lambda: _parser(command_line.VERBS, method.METHODS))
 
     def run(*words: object) -> SimpleNamespace:
         try:

@@ -23,6 +23,8 @@ from tests.ambient_occlusion import METHOD, NAME
 from tests.app.command import Command, result
 from tests.app.view.test_baking import LONG, ball
 
+pytestmark = pytest.mark.usefixtures("coarse")
+
 PROJECT = Path(__file__).resolve().parents[2]
 
 #: Files of one method: its stem, in whatever folder of the engine.

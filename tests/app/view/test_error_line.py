@@ -15,6 +15,7 @@ from app.document.measured import MOST_PIXELS, size_of
 from app.jobs.jobs import Jobs
 from app.session import settings
 from app.view.picture_error import Comparing, PictureError, Side
+from app.view.pictures import reference_size
 from app.view.reference import Progressive
 from app.window.main_window import MainWindow
 from engine.geometry.shapes import shape
@@ -33,6 +34,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     look = dataclasses.replace(document.project.look, mode="direct")
     material = dataclasses.replace(document.project.material, brdf="lambert:albedo=0.5")
     document.change("Knot", mesh=shape("torus-knot"), look=look, material=material)
+    window.view.pictures.measure(True)
     window.show_workspace("view")
     return window
 
@@ -83,7 +85,7 @@ def test_a_reference_that_is_shown_has_all_pixels_and_tells_its_noise(view: Main
     assert cast(Any, present(surface._over[0])).pixels is None
     wait(qtbot, lambda: cast(Any, present(surface._over[0])).pixels is not None)
     height, width = present(cast(Any, present(surface._over[0])).pixels).shape[:2]
-    assert (width, height) == view.view.viewport.screen_px()
+    assert (width, height) == reference_size(view.view.viewport.screen_px())
     wait(qtbot, lambda: pictures.error is not None)
     assert "noise of the reference" in view.status.error.toolTip()
     assert not pictures.reference.held
@@ -97,7 +99,7 @@ def test_it_can_be_left_out_and_that_is_remembered(view: MainWindow, qtbot: Any,
     assert pictures.error is None
     assert not pictures.reference.running
     assert view.status.error.text() == ""
-    qtbot.wait(800)
+    qtbot.wait(100)
     assert not pictures.reference.running
     view._keep_settings()
     assert not settings.load(tmp_path).measure_error
@@ -142,10 +144,10 @@ def test_a_reference_that_is_held_rests_and_goes_on_where_it_was(qapp: Any, qtbo
     wait(qtbot, lambda: refined.found is not None and refined.found.samples >= 2)
     refined.hold(True)
     assert [job.state for job in jobs.active] == ["paused"]
-    qtbot.wait(100)
+    qtbot.wait(50)
     assert refined.found is not None
     rested = refined.found.samples
-    qtbot.wait(300)
+    qtbot.wait(100)
     assert refined.found.samples == rested
     refined.hold(False)
     wait(qtbot, lambda: refined.found is not None and refined.found.samples > rested)

@@ -122,11 +122,16 @@ def test_choices_of_a_person_go_before_what_the_plan_would_do(planned: MainWindo
     assert "glossy" not in names(gaussian.left_out), "nothing else is baked of Gaussians"
 
 
-def test_a_plan_that_fails_is_not_waited_for(planned: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def broken_plan(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_scene: Any, **_wishes: Any) -> None:
         raise ZeroDivisionError("a plan broke")
 
     monkeypatch.setattr("engine.planning.plan.plan", broken)
+
+
+@pytest.mark.usefixtures("broken_plan")
+def test_a_plan_that_fails_is_not_waited_for(planned: MainWindow, qtbot: Any) -> None:
     planning = planned.view.planning
     qtbot.waitUntil(
         lambda: not planning.is_coming and planning.words == "This scene could not be planned.", timeout=LONG

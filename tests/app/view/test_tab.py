@@ -18,6 +18,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.document.modes import modes
+from app.view.pictures import reference_size
 from app.viewport.gl_surface import GlSurface
 from app.widgets.panels import Fitting
 from app.window.main_window import MainWindow
@@ -123,8 +124,8 @@ def test_the_reference_refines_at_rest_and_gives_way_at_once(view: MainWindow, q
     wait(qtbot, lambda: cast(Any, present(surface._over[0])).pixels is not None)
     assert pictures.reference.found is not None
     picture = pictures.reference.found.picture
-    assert (picture.shape[1], picture.shape[0]) == view.view.viewport.screen_px()
-    qtbot.wait(400)
+    assert (picture.shape[1], picture.shape[0]) == reference_size(view.view.viewport.screen_px())
+    qtbot.wait(100)
     expected = coded_colour(picture[picture.shape[0] // 2, picture.shape[1] // 2, :3])
     assert np.abs(pixel(shown(view), 0.5, 0.5) - expected).max() <= 3
     job = pictures.reference._job
@@ -154,7 +155,7 @@ def test_the_reference_lies_over_no_mode_but_its_own(view: MainWindow, qtbot: An
     wait(qtbot, lambda: cast(Any, present(surface._over[0])).pixels is not None)
     change(view, mode="shading-map", against="reference", comparing="wipe")
     wait(qtbot, lambda: cast(Any, present(surface._over[1])).pixels is not None and surface.is_finished)
-    qtbot.wait(400)
+    qtbot.wait(100)
     picture = pixels_of(shown(view))
     left = picture.shape[1] // 4
     assert np.array_equal(picture[:, :left], whole[:, :left])
@@ -269,13 +270,17 @@ def test_the_error_of_two_modes_is_that_of_their_pictures(view: MainWindow, qtbo
     view.view.viewport.turn(0.2, 0.0)
     assert view.view.pictures.error is None
     assert view.view.compare.error.text() == "–"
+    view.view.pictures.measure(True)
     change(view, comparing="")
     assert view.status.error.toolTip().startswith("Measured against a reference")
     view.show_workspace("material")
     assert view.status.error.toolTip().startswith("Error of the compressed")
 
 
-def test_the_error_against_the_reference_states_its_uncertainty_and_it_falls(view: MainWindow, qtbot: Any) -> None:
+def test_the_error_against_the_reference_states_its_uncertainty_and_it_falls(
+    view: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.view.reference.FINE_ENOUGH", 0.0)
     change(view, mode="direct", against="reference", comparing="wipe")
     lamp = LampSettings(theta_deg=80.0, phi_deg=30.0, radius_deg=3.0)
     change(view, lamps=(lamp,), mode="shading-map")

@@ -205,11 +205,11 @@ def test_fault_19_an_error_while_painting_opens_one_dialog_and_the_next_scene_is
         window.show_workspace("view")
         for phi in range(3):
             turn_light(window, float(phi))
-            qtbot.wait(60)
+            qtbot.wait(40)
         wait(qtbot, lambda: len(dialogs(window)) == 1)
     assert "cannot be drawn" in dialogs(window)[0]
     turn_light(window, 0.0)
-    qtbot.wait(300)
+    qtbot.wait(100)
     assert pixel(cast(Any, window.view.viewport.surface).grabFramebuffer(), 0.5, 0.45).min() > 100
 
 
@@ -240,7 +240,7 @@ def test_the_viewport_shows_what_the_numbers_predict(window: MainWindow, qtbot: 
     surface = window.view.viewport.surface
     assert isinstance(surface, GlSurface), "the window found no OpenGL 3.3"
     wait(qtbot, lambda: window.view.viewport.camera is not None)
-    qtbot.wait(300)
+    qtbot.wait(100)
     expected = 255 * float(srgb_encode(0.5 / np.pi * np.cos(np.radians(light_deg)) * 2.0))
     image = surface.grabFramebuffer()
     middle = pixel(image, 0.5, 0.45)
@@ -327,7 +327,7 @@ def test_GL5_without_opengl_a_banner_says_so_and_the_processor_draws(
     assert "2.1" in viewport.banner.words.text()
     wait(qtbot, lambda: len(cast(Any, viewport.surface)._images) > 0)
     wait(qtbot, lambda: is_quiet(window))
-    qtbot.wait(400)
+    qtbot.wait(100)
     wait(qtbot, lambda: is_quiet(window))
     expected = 255 * float(srgb_encode(0.5 / np.pi * 2.0))
     assert np.abs(pixel(cast(Any, viewport.surface)._images[0], 0.5, 0.45) - expected).max() <= 2

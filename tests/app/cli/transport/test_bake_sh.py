@@ -8,13 +8,10 @@ import pytest
 
 from tests.app.command import Command, result
 
+pytestmark = pytest.mark.usefixtures("coarse")
+
 QUICK = ("--mode", "sh", "--order", "3", "--cube", "8", "--fine", "1", "--json")
 SMALL = ("--width", "48", "--height", "36", "--samples", "1", "--json")
-
-
-@pytest.fixture(autouse=True)
-def quick_tables(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("engine.transport.sh.brdf_table.SAMPLES", 256)
 
 
 def test_a_model_is_baked_and_drawn_under_any_light_and_with_another_brdf(

@@ -15,6 +15,8 @@ from engine.planning.costs.cost_model import load_model, machine_name, save
 from engine.planning.effects.estimates import EFFECTS
 from tests.engine.planning.conftest import every_rate
 
+pytestmark = pytest.mark.usefixtures("coarse")
+
 LOOK = ["--brdf", "lambert:albedo=0.5", "--env", "sky"]
 
 

@@ -12,6 +12,8 @@ from tests.app.cli.transport.test_bake_gaussian import QUICK
 from tests.app.cli.transport.test_render import exr
 from tests.app.command import Command, result
 
+pytestmark = pytest.mark.usefixtures("coarse")
+
 SIZE = ("--width", "60", "--height", "40", "--json")
 
 

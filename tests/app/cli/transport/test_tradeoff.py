@@ -20,6 +20,8 @@ from engine.planning.costs.setting import modes
 from engine.tradeoff.point import COSTS
 from tests.app.command import Command
 
+pytestmark = pytest.mark.usefixtures("coarse")
+
 SMALL = ("--width", "24", "--height", "18", "--modes", "direct")
 QUICK, LONG = (*SMALL, "--budget-s", "3"), (*SMALL, "--budget-s", "600")
 PROJECT = Path(__file__).resolve().parents[4]
