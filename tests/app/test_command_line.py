@@ -223,7 +223,7 @@ def test_absent_input_ends_with_3_and_writes_nothing(words: list[str], tmp_path:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
 def test_a_signal_cancels_and_leaves_nothing(number: signal.Signals, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "app", "simulate", "-o", str(tmp_path / "capture"), "--size", "2048"]
 

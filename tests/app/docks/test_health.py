@@ -96,7 +96,7 @@ def test_figures_have_units_that_people_read(name: str, value: float, words: str
     assert [shown for _, shown, _ in figures_of(Health({name: value}))] == [words]
 
 
-@pytest.mark.parametrize("fails", [False, True])
+@pytest.mark.parametrize("fails", [pytest.param(False, marks=pytest.mark.long), True])
 def test_the_self_test_is_under_help_and_reported_case_by_case(
     window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch, fails: bool
 ) -> None:

@@ -67,7 +67,7 @@ def test_everything_in_a_dock_that_takes_the_keyboard_has_a_name(view: MainWindo
     assert named >= 15
 
 
-@pytest.mark.parametrize("size", [(1280, 800), (1920, 1080)])
+@pytest.mark.parametrize("size", [(1280, 800), pytest.param((1920, 1080), marks=pytest.mark.long)])
 def test_tab_goes_through_docks_as_they_are_read(view: MainWindow, size: tuple[int, int]) -> None:
     view.resize(*size)
     for dock in docks_of(view):

@@ -135,7 +135,7 @@ def test_a_search_pauses_goes_on_and_keeps_the_best_when_it_is_stopped(factor: A
 
 
 def test_a_search_goes_on_with_further_terms_from_where_it_was(factor: Any, qtbot: Any) -> None:
-    run = run_with(factor, qtbot, method="search", textures=1.0)
+    run = run_with(factor, qtbot, method="search", textures=1, restarts=0, samples=300)
     live = factor.runs.of(run)
     first = live.ladder[0]
     assert [rung.terms for rung in live.ladder] == [1]
@@ -217,7 +217,7 @@ def test_typing_finds_a_published_material(factor: Any) -> None:
     assert factor.settings.source.currentText() == "Blue paint"
 
 
-@pytest.mark.parametrize("method", ["svd", "homomorphic"])
+@pytest.mark.parametrize("method", ["svd", pytest.param("homomorphic", marks=pytest.mark.long)])
 def test_factors_are_exported_and_opened_again(factor: Any, qtbot: Any, tmp_path: Path, method: str) -> None:
     run = run_with(factor, qtbot, method=method)
     factor.choose(run.number, 2)
@@ -249,7 +249,7 @@ def test_the_material_is_to_reflect_as_the_chosen_factors(
     assert [(entry.name, entry.brdf.terms) for entry in used] == [(f"{run.name}, 2 terms", 2)]
 
 
-@pytest.mark.parametrize("method", ["svd", "homomorphic"])
+@pytest.mark.parametrize("method", [pytest.param("svd", marks=pytest.mark.long), "homomorphic"])
 def test_factors_are_drawn_in_the_view_as_they_are(
     factor: Any, qtbot: Any, window: MainWindow, monkeypatch: pytest.MonkeyPatch, method: str
 ) -> None:

@@ -152,19 +152,16 @@ def test_a_bad_folder_says_what_is_wrong_and_the_program_goes_on(
     wait(qtbot, lambda: at_rest(window))
 
 
-@pytest.mark.parametrize("kind", ["empty folder", "text", "missing"])
-def test_what_is_no_capture_is_refused_in_words(
-    window: MainWindow, qtbot: Any, drop: Drop, tmp_path: Path, kind: str
-) -> None:
-    path = tmp_path / "what is this"
-    if kind == "empty folder":
-        path.mkdir()
-    elif kind == "text":
-        path.write_text("no picture")
-    drop(window, [path])
-    wait(qtbot, lambda: len(dialogs(window)) == 1)
-    assert "what is this" in dialogs(window)[0]
-    assert window.bench.document.project.sources is None
+def test_what_is_no_capture_is_refused_in_words(window: MainWindow, qtbot: Any, drop: Drop, tmp_path: Path) -> None:
+    (tmp_path / "empty folder").mkdir()
+    (tmp_path / "text").write_text("no picture")
+    for name in ("empty folder", "text", "missing"):
+        drop(window, [tmp_path / name])
+        wait(qtbot, lambda: len(dialogs(window)) == 1)
+        assert name in dialogs(window)[0]
+        assert window.bench.document.project.sources is None
+        for box in tuple(window.failures.open_dialogs.values()):
+            box.close()
 
 
 def test_fault_19_an_exception_in_a_slot_opens_one_dialog_and_the_program_goes_on(
@@ -232,7 +229,7 @@ def flat_material(window: MainWindow, radiance: float) -> None:
     document.change("Flat", mesh=shape("plane"), look=look, material=material)
 
 
-@pytest.mark.parametrize("light_deg", [0.0, 60.0])
+@pytest.mark.parametrize("light_deg", [pytest.param(0.0, marks=pytest.mark.long), 60.0])
 def test_the_viewport_shows_what_the_numbers_predict(window: MainWindow, qtbot: Any, light_deg: float) -> None:
     flat_material(window, 2.0)
     turn_light(window, light_deg)
@@ -363,8 +360,17 @@ def fill(window: MainWindow) -> None:
     window.bench.document.change("Fill", stack=stack, material=material, name="Test", mesh=shape("sphere"))
 
 
-@pytest.mark.parametrize("filled", [False, True])
-@pytest.mark.parametrize("size", [(1280, 800), (1120, 700)])
+@pytest.mark.parametrize(
+    ("size", "filled"),
+    [
+        ((1280, 800), False),
+        ((1120, 700), True),
+        *(
+            pytest.param(size, filled, marks=pytest.mark.long)
+            for size, filled in (((1280, 800), True), ((1120, 700), False))
+        ),
+    ],
+)
 def test_no_words_are_cut_off(window: MainWindow, qtbot: Any, filled: bool, size: tuple[int, int]) -> None:
     if filled:
         fill(window)
