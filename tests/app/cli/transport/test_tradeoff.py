@@ -23,7 +23,7 @@ from tests.app.command import Command
 pytestmark = pytest.mark.usefixtures("coarse")
 
 SMALL = ("--width", "24", "--height", "18", "--modes", "direct")
-QUICK, LONG = (*SMALL, "--budget-s", "3"), (*SMALL, "--budget-s", "600")
+QUICK, LONG = (*SMALL, "--budget-s", "1"), (*SMALL, "--budget-s", "600")
 PROJECT = Path(__file__).resolve().parents[4]
 
 
