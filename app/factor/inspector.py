@@ -309,7 +309,7 @@ def remark_of(factorisation: Any) -> str:
     lines = []
     if factorisation.optimum_ratio:
         lines.append(f"Error over the optimum of Eckart and Young: {factorisation.optimum_ratio:.6g}")
-    if hasattr(factorisation.factors, "chart"):
+    if hasattr(factorisation.factors, "hemisphere_map"):
         lines.append(f"Asymmetry of the matrix: {factorisation.asymmetry:.2g}")
     if factorisation.condition_number > 1.0:
         lines.append(f"Condition number: {factorisation.condition_number:.2g}")

@@ -52,9 +52,9 @@ def texture_pictures(factors: Any, exposure_ev: float) -> Steps[list[TexturePict
 
     if isinstance(factors, SeparableFactors):
         sides = ("view", "light") if factors.parametrisation == "in-out" else ("half vector", "difference")
-        mask = factors.chart.mask
-        if factors.chart.kind == "polar":
-            mask = np.ones(factors.chart.shape, bool)
+        mask = factors.hemisphere_map.mask
+        if factors.hemisphere_map.kind == "polar":
+            mask = np.ones(factors.hemisphere_map.shape, bool)
         made = []
         for term in range(factors.terms):
             for name, textures in zip(sides, (factors.first, factors.second), strict=True):
@@ -264,10 +264,10 @@ def rows_of(factors: Any) -> list[tuple[Any, str, str]]:
     """For each texture, or side of separable ones: the projection or the side, its name, and a remark."""
     if factors is None:
         return []
-    if hasattr(factors, "chart"):
+    if hasattr(factors, "hemisphere_map"):
         sides = ("view", "light") if factors.parametrisation == "in-out" else ("half vector", "difference")
         return [
-            (side, f"{side[:1].upper()}{side[1:]} maps", f"{factors.chart.kind}, {factors.terms} of them")
+            (side, f"{side[:1].upper()}{side[1:]} maps", f"{factors.hemisphere_map.kind}, {factors.terms} of them")
             for side in sides
         ]
     found = []
@@ -313,7 +313,7 @@ class _Diagram(QWidget):
         """The two disks of one projection, or the one of a fixed one or of a side."""
         if isinstance(what, str):
             self._disk(painter, (left + right) / 2, _letter(what))
-            self._rings(painter, (left + right) / 2, self.factors.chart.kind)
+            self._rings(painter, (left + right) / 2, self.factors.hemisphere_map.kind)
             return
         if what.name == "linear":
             letters = ("i", "o") if self.factors.parametrisation == "in-out" else ("h", "d")

@@ -331,7 +331,7 @@ class FactorTab(QWidget):
             self.textures.show_pictures([], None)
             return
         chosen = live.factors(factoring.terms)
-        shown = live.factorisation.factors if hasattr(chosen, "chart") else chosen
+        shown = live.factorisation.factors if hasattr(chosen, "hemisphere_map") else chosen
         terms = chosen.terms
         if self._pictured == (shown, self.exposure_ev):
             self.textures.show_pictures(self.textures.strip.pictures, terms)

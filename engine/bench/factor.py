@@ -16,7 +16,7 @@ from engine.core.steps import drain
 from engine.factor.brdf_matrix import brdf_matrix
 from engine.factor.data import factor_data
 from engine.factor.errors import reference
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.homomorphic import LogSpace
 from engine.factor.projection_search import search
 from engine.factor.projections import DIFFERENCE, linear_of_pair
@@ -108,13 +108,13 @@ def separable_auto() -> Measure:
 
 def _measure(name: str, method: SeparableMethod, weighting: Weighting) -> Measure:
     brdf: Brdf = brdf_from_text("lafortune:preset=blue-paint")
-    chart = DirectionMap("orthographic", SIZE)
+    hemisphere_map = HemisphereMap("orthographic", SIZE)
     pairs = reference(brdf)
 
     def make() -> object:
-        return drain(separate(brdf, chart, TERMS, method=method, weighting=weighting, reference=pairs))
+        return drain(separate(brdf, hemisphere_map, TERMS, method=method, weighting=weighting, reference=pairs))
 
     time_s = best_of(make, repeats=3)
-    limit_s = best_of(lambda: drain(brdf_matrix(brdf, chart, "in-out")), repeats=3)
-    more = {"texels": len(chart.directions), "terms": TERMS, "target_s": 1.0}
+    limit_s = best_of(lambda: drain(brdf_matrix(brdf, hemisphere_map, "in-out")), repeats=3)
+    more = {"texels": len(hemisphere_map.directions), "terms": TERMS, "target_s": 1.0}
     return Measure(name, time_s, limit_s, "sampling the reflectance for the matrix", more)

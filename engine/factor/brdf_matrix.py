@@ -23,7 +23,7 @@ from engine.brdf.half_difference import classical_frame
 from engine.core.directions import Vectors, normalize
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import Parametrisation
 
 Floats = NDArray[np.float64]
@@ -61,7 +61,7 @@ class BrdfMatrix:
     sampled : (n,), which sampled row each texel has, where rows repeat (half-diff), else None.
     """
 
-    chart: DirectionMap
+    hemisphere_map: HemisphereMap
     parametrisation: Parametrisation
     rows: Floats
     images: Indices
@@ -95,19 +95,19 @@ class BrdfMatrix:
         return [sector(character) for character in self.characters]
 
 
-def brdf_matrix(brdf: Brdf, chart: DirectionMap, parametrisation: Parametrisation) -> Steps[BrdfMatrix]:
-    """Sample `brdf` at the texels of `chart`.
+def brdf_matrix(brdf: Brdf, hemisphere_map: HemisphereMap, parametrisation: Parametrisation) -> Steps[BrdfMatrix]:
+    """Sample `brdf` at the texels of `hemisphere_map`.
 
     Half and difference vectors whose light or viewer would lie below the horizon are sampled where these are raised to
     a cosine of `RAISED`: look-ups near the horizon mix in such texels, which 0 would darken. Raises UsageError, naming
     the pair of directions, for a value that is not a finite number.
     """
-    directions = chart.directions
+    directions = hemisphere_map.directions
     texels = len(directions)
     sampled: Indices | None = None
     images, characters = np.arange(texels)[None], np.ones((1, 1))
     if parametrisation == "in-out":
-        images, characters = _mirrors(brdf, chart)
+        images, characters = _mirrors(brdf, hemisphere_map)
     elif brdf.isotropic:
         _, first, sampled = np.unique(np.round(directions[:, 2], 12), return_index=True, return_inverse=True)
         images, sampled = first[None], sampled.reshape(-1)
@@ -121,7 +121,7 @@ def brdf_matrix(brdf: Brdf, chart: DirectionMap, parametrisation: Parametrisatio
         _check(values, wi, wo)
         rows[:, block] = np.moveaxis(values, -1, 0)
         yield Step(block.stop / len(viewers), "sampling the BRDF")
-    return BrdfMatrix(chart, parametrisation, rows, images, characters, sampled)
+    return BrdfMatrix(hemisphere_map, parametrisation, rows, images, characters, sampled)
 
 
 def _pairs(viewers: Vectors, directions: Vectors, parametrisation: Parametrisation) -> tuple[Vectors, Vectors]:
@@ -150,10 +150,10 @@ def _check(values: Floats, wi: Vectors, wo: Vectors) -> None:
     raise UsageError(f"the BRDF is not a finite number for light at {angles[0]:.1f}° and viewer at {angles[1]:.1f}°")
 
 
-def _mirrors(brdf: Brdf, chart: DirectionMap) -> tuple[Indices, Floats]:
+def _mirrors(brdf: Brdf, hemisphere_map: HemisphereMap) -> tuple[Indices, Floats]:
     """Images of one texel of each mirrored set, and the characters, of the mirrors that `brdf` has."""
-    texels = np.arange(len(chart.directions))
-    flips = chart.flips
+    texels = np.arange(len(hemisphere_map.directions))
+    flips = hemisphere_map.flips
     if flips is None:
         return texels[None], np.ones((1, 1))
     x, y = flips

@@ -16,7 +16,7 @@ from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps, part
 from engine.factor.data import FactorData, factor_data
 from engine.factor.errors import Factorisation, Reference, TermError, metrics, reference
-from engine.factor.hemisphere_map import KINDS, DirectionMap, MapKind
+from engine.factor.hemisphere_map import KINDS, HemisphereMap, MapKind
 from engine.factor.normalised import normalised
 from engine.factor.projection_search import search
 from engine.factor.separable import METHODS, SeparableMethod, Separated, separate
@@ -78,11 +78,11 @@ def _separable(brdf: Brdf, settings: FactorSettings, data: FactorData, pairs: Re
     """The best of the maps and parametrisations that are to be tried, and its errors."""
     started = time.perf_counter()
     forms = PARAMETRISATIONS if settings.parametrisation == "auto" else (settings.parametrisation,)
-    charts = [(kind, form) for form in forms for kind in _maps(settings, form)]
+    hemisphere_maps = [(kind, form) for form in forms for kind in _maps(settings, form)]
     tried: list[tuple[float, Separated]] = []
-    for index, (kind, form) in enumerate(charts):
-        share = 0.7 / len(charts)
-        steps = _one(brdf, settings, DirectionMap(kind, settings.side), form, pairs)
+    for index, (kind, form) in enumerate(hemisphere_maps):
+        share = 0.7 / len(hemisphere_maps)
+        steps = _one(brdf, settings, HemisphereMap(kind, settings.side), form, pairs)
         found = yield from part(steps, index * share, (index + 1) * share)
         tried.append((pairs.rms(found.factors)[0], found))
     found = min(tried, key=lambda one: one[0])[1]
@@ -113,10 +113,10 @@ def _maps(settings: FactorSettings, form: Parametrisation) -> tuple[MapKind, ...
 
 
 def _one(
-    brdf: Brdf, settings: FactorSettings, chart: DirectionMap, form: Parametrisation, pairs: Reference
+    brdf: Brdf, settings: FactorSettings, hemisphere_map: HemisphereMap, form: Parametrisation, pairs: Reference
 ) -> Steps[Separated]:
     if settings.method == "normalised":
-        factors = yield from normalised(brdf, chart, form, pairs)
+        factors = yield from normalised(brdf, hemisphere_map, form, pairs)
         return Separated(factors, "normalised", "cosine", 0.0, 1.0, 0.0, 1, True)
     method: SeparableMethod = "auto"
     if settings.method in METHODS and not (settings.method == "symmetric" and form == "half-diff"):
@@ -124,7 +124,7 @@ def _one(
     return (
         yield from separate(
             brdf,
-            chart,
+            hemisphere_map,
             settings.products,
             method=method,
             parametrisation=form,

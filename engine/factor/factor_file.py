@@ -29,7 +29,7 @@ from engine.brdf.brdf import Brdf
 from engine.brdf.readers.read import open_brdf
 from engine.core.errors import InputError
 from engine.factor.errors import Factorisation, Metrics, TermError
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.homomorphic import HomomorphicFactors, LogSpace
 from engine.factor.projections import FixedProjection, Kind, LinearProjection, Projection
 from engine.factor.separable_factors import SeparableFactors
@@ -200,8 +200,8 @@ def _described(factors: Any) -> _Separable | _Homomorphic:
     if isinstance(factors, SeparableFactors):
         return _Separable(
             kind="separable",
-            map=factors.chart.kind,
-            size=factors.chart.size,
+            map=factors.hemisphere_map.kind,
+            size=factors.hemisphere_map.size,
             parametrisation=factors.parametrisation,
             terms=factors.terms,
             isotropic=factors.isotropic,
@@ -241,7 +241,7 @@ def _shapes(record: _Record) -> Iterator[tuple[str, tuple[int, int]]]:
     """The files that `record` speaks of and the size of each picture."""
     described = record.factors
     if isinstance(described, _Separable):
-        shape = DirectionMap(described.map, described.size).shape
+        shape = HemisphereMap(described.map, described.size).shape
         for side in SIDES[described.parametrisation]:
             for number in range(1, described.terms + 1):
                 yield f"term-{number:02d}-{side}.exr", shape
@@ -294,13 +294,13 @@ def _numbers_of_terms(record: _Record) -> list[int]:
 def _factors(record: _Record, pictures: dict[str, NDArray[np.float32]]) -> Any:
     described = record.factors
     if isinstance(described, _Separable):
-        chart = DirectionMap(described.map, described.size)
+        hemisphere_map = HemisphereMap(described.map, described.size)
         first, second = (
             np.stack([pictures[f"term-{number:02d}-{side}.exr"] for number in range(1, described.terms + 1)])
             for side in SIDES[described.parametrisation]
         )
         words = (described.isotropic, described.reciprocal, record.name)
-        return SeparableFactors(chart, described.parametrisation, first, second, *words)
+        return SeparableFactors(hemisphere_map, described.parametrisation, first, second, *words)
     space = LogSpace(np.array(described.mean), described.epsilon, np.array(described.largest))
     rungs: tuple[HomomorphicFactors, ...] = ()
     for projections in described.projections:

@@ -41,7 +41,7 @@ OPPOSITE_NORMAL = 1e-12
 
 
 @dataclass(frozen=True)
-class DirectionMap:
+class HemisphereMap:
     """A map of the upper hemisphere onto a texture of `size` texels a side; ValueError for any other kind or size."""
 
     kind: MapKind

@@ -18,7 +18,7 @@ from engine.brdf.brdf import Brdf
 from engine.core.steps import Step, Steps, part
 from engine.factor.brdf_matrix import BrdfMatrix, brdf_matrix
 from engine.factor.errors import Reference
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable import texel_weights
 from engine.factor.separable_factors import Parametrisation, SeparableFactors
 
@@ -29,19 +29,20 @@ NORMS = (1.0, 2.0, float("inf"))
 
 
 def normalised(
-    brdf: Brdf, chart: DirectionMap, parametrisation: Parametrisation, reference: Reference
+    brdf: Brdf, hemisphere_map: HemisphereMap, parametrisation: Parametrisation, reference: Reference
 ) -> Steps[SeparableFactors]:
     """The term of `brdf` with the lowest cosine-weighted error among `NORMS`; ValueError for values not finite."""
-    matrix = yield from part(brdf_matrix(brdf, chart, parametrisation), 0.0, 0.7)
+    matrix = yield from part(brdf_matrix(brdf, hemisphere_map, parametrisation), 0.0, 0.7)
     channels = [np.maximum(whole(matrix, channel), 0.0) for channel in range(3)]
     tried = []
     for index, norm in enumerate(NORMS):
         yield Step(0.7 + 0.3 * index / len(NORMS), f"averaging rows of norm {norm:g}")
-        pairs = [_term(values, *texel_weights(chart, parametrisation, "cosine"), norm) for values in channels]
+        pairs = [_term(values, *texel_weights(hemisphere_map, parametrisation, "cosine"), norm) for values in channels]
         first, second = (
-            chart.picture(np.stack(side, axis=-1))[None].astype(np.float32) for side in zip(*pairs, strict=True)
+            hemisphere_map.picture(np.stack(side, axis=-1))[None].astype(np.float32)
+            for side in zip(*pairs, strict=True)
         )
-        tried.append(SeparableFactors(chart, parametrisation, first, second, brdf.isotropic))
+        tried.append(SeparableFactors(hemisphere_map, parametrisation, first, second, brdf.isotropic))
     return min(tried, key=lambda factors: reference.rms(factors)[0])
 
 

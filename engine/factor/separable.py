@@ -31,7 +31,7 @@ from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps, part
 from engine.factor.brdf_matrix import BrdfMatrix, Sector, brdf_matrix
 from engine.factor.errors import Reference
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import Parametrisation, SeparableFactors
 from engine.factor.solvers.svd import (
     ASYMMETRY,
@@ -101,7 +101,7 @@ class _Cut(NamedTuple):
 
 def separate(
     brdf: Brdf,
-    chart: DirectionMap,
+    hemisphere_map: HemisphereMap,
     terms: int,
     *,
     method: SeparableMethod = "auto",
@@ -120,7 +120,7 @@ def separate(
         raise UsageError(f"at least one term is needed, not {terms}")
     if weighting == "auto" and reference is None:
         raise ValueError("the automatic weighting needs pairs of directions to compare at")
-    matrix = yield from part(brdf_matrix(brdf, chart, parametrisation), 0.0, 0.5)
+    matrix = yield from part(brdf_matrix(brdf, hemisphere_map, parametrisation), 0.0, 0.5)
     # held from here to the end, and not taken anew by each part: changing the number of threads makes BLAS start them
     with one_thread():
         tried = yield from part(_tried(brdf, matrix, terms, method, weighting, seed), 0.5, 1.0)
@@ -150,16 +150,21 @@ def _tried(
     return tried
 
 
-def texel_weights(chart: DirectionMap, parametrisation: Parametrisation, weighting: Weighting) -> tuple[Floats, Floats]:
+def texel_weights(
+    hemisphere_map: HemisphereMap, parametrisation: Parametrisation, weighting: Weighting
+) -> tuple[Floats, Floats]:
     """Weights (n,) of the matrix's rows and columns.
 
     Cosine: cos θ √(dω/dA) on both sides. Over half and difference vectors cos θ_i cos θ_o is cos² θ_h cos² θ_d but for
     a term in the azimuth, and dω_i dω_o = 4 cos θ_d dω_h dω_d.
     """
-    ones = np.ones(len(chart.directions))
+    ones = np.ones(len(hemisphere_map.directions))
     if weighting == "plain":
         return ones, ones
-    cosine, area = chart.directions[:, 2], np.sqrt(chart.solid_angles / chart.solid_angles.max())
+    cosine, area = (
+        hemisphere_map.directions[:, 2],
+        np.sqrt(hemisphere_map.solid_angles / hemisphere_map.solid_angles.max()),
+    )
     if parametrisation == "in-out":
         return cosine * area, cosine * area
     return cosine**2 * area, cosine**2.5 * area
@@ -168,8 +173,8 @@ def texel_weights(chart: DirectionMap, parametrisation: Parametrisation, weighti
 def _separated(
     brdf: Brdf, matrix: BrdfMatrix, terms: int, method: str, weighting: Weighting, alpha: float, seed: int
 ) -> Steps[Separated]:
-    chart, parametrisation = matrix.chart, matrix.parametrisation
-    rows, columns = texel_weights(chart, parametrisation, weighting)
+    hemisphere_map, parametrisation = matrix.hemisphere_map, matrix.parametrisation
+    rows, columns = texel_weights(hemisphere_map, parametrisation, weighting)
     sectors = [matrix.sectors(channel, rows, columns) for channel in _different(matrix.rows)]
     pool = ThreadPoolExecutor(os.cpu_count() or 1)
     try:
@@ -186,15 +191,15 @@ def _separated(
     cuts = [_cut(one, parts, terms) for one, parts in zip(sectors, found, strict=True)]
     by_channel = [cuts[index] for index in _same_as(matrix.rows)]
     kept = max(1, *(int(np.count_nonzero(cut.value)) for cut in cuts))
-    first, second = (np.empty((kept, *chart.shape, 3), np.float32) for _ in range(2))
+    first, second = (np.empty((kept, *hemisphere_map.shape, 3), np.float32) for _ in range(2))
     for channel, cut in enumerate(by_channel):
         root = np.sqrt(cut.value[:kept])
-        first[..., channel] = np.moveaxis(chart.picture(cut.left[:, :kept] * root / rows[:, None]), -1, 0)
-        second[..., channel] = np.moveaxis(chart.picture(cut.right[:, :kept] * root / columns[:, None]), -1, 0)
+        first[..., channel] = np.moveaxis(hemisphere_map.picture(cut.left[:, :kept] * root / rows[:, None]), -1, 0)
+        second[..., channel] = np.moveaxis(hemisphere_map.picture(cut.right[:, :kept] * root / columns[:, None]), -1, 0)
     exact = bool((np.abs(first) == np.abs(second)).all()) and parametrisation == "in-out"
     error, optimum = (math.sqrt(sum(getattr(cut, name) for cut in by_channel)) for name in ("error", "optimum"))
     return Separated(
-        factors=SeparableFactors(chart, parametrisation, first, second, brdf.isotropic, exact),
+        factors=SeparableFactors(hemisphere_map, parametrisation, first, second, brdf.isotropic, exact),
         method=method,
         weighting=weighting,
         asymmetry=alpha,

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.half_difference import OPPOSITE
 from engine.core.directions import Vectors
 from engine.core.kernels import parallel, prange, scalar
-from engine.factor.hemisphere_map import DirectionMap, taps
+from engine.factor.hemisphere_map import HemisphereMap, taps
 
 Textures = NDArray[np.float32]
 
@@ -33,7 +33,7 @@ class SeparableFactors:
 
     Attributes
     ----------
-    chart : the map of all textures.
+    hemisphere_map : the map of all textures.
     parametrisation : which two directions they belong to.
     first : (K, rows, columns, 3) float32, view maps (of wo, with the sign) or half-vector maps, in sr^-½.
     second : the same for light maps (of wi) or difference maps.
@@ -41,7 +41,7 @@ class SeparableFactors:
     name : of that BRDF, for a person.
     """
 
-    chart: DirectionMap
+    hemisphere_map: HemisphereMap
     parametrisation: Parametrisation
     first: Textures
     second: Textures
@@ -63,8 +63,10 @@ class SeparableFactors:
             raise ValueError(f"textures {self.first.shape} and {self.second.shape} do not belong together")
         for name in ("first", "second"):
             textures = np.array(getattr(self, name), np.float32)
-            if textures.shape[1:] != (*self.chart.shape, 3):
-                raise ValueError(f"textures {textures.shape[1:]} do not fit a map of {self.chart.shape} texels")
+            if textures.shape[1:] != (*self.hemisphere_map.shape, 3):
+                raise ValueError(
+                    f"textures {textures.shape[1:]} do not fit a map of {self.hemisphere_map.shape} texels"
+                )
             if not np.isfinite(textures).all():
                 raise ValueError("the textures hold numbers that are not finite")
             textures.flags.writeable = False
@@ -86,7 +88,9 @@ class SeparableFactors:
         if not 1 <= terms <= self.terms:
             raise ValueError(f"there are {self.terms} terms, not {terms}")
         parts = (self.first[:terms], self.second[:terms])
-        return SeparableFactors(self.chart, self.parametrisation, *parts, self.isotropic, self.reciprocal, self.name)
+        return SeparableFactors(
+            self.hemisphere_map, self.parametrisation, *parts, self.isotropic, self.reciprocal, self.name
+        )
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         """Values (..., 3) ≥ 0 in 1/sr without the cosine, for unit directions (..., 3) that broadcast."""
@@ -98,7 +102,15 @@ class SeparableFactors:
         values = np.empty(wi.shape)
         pairs = (np.ascontiguousarray(side).reshape(-1, 3) for side in (wi, wo))
         half = self.parametrisation == "half-diff"
-        _sum(self.chart.number, self.chart.size, half, self._first, self._second, *pairs, values.reshape(-1, 3))
+        _sum(
+            self.hemisphere_map.number,
+            self.hemisphere_map.size,
+            half,
+            self._first,
+            self._second,
+            *pairs,
+            values.reshape(-1, 3),
+        )
         return values
 
     def negative_energy(self, wi: Vectors, wo: Vectors) -> float:

@@ -23,7 +23,7 @@ from engine.brdf.brdf import Brdf
 from engine.core.steps import Step, Steps, part, relayed
 from engine.factor.data import COUNT, MAX_THETA, SEED, FactorData, factor_data
 from engine.factor.errors import PAIRS, Factorisation, Metrics, Reference, metrics, reference
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.projection_search import search
 from engine.factor.projections import PARAMETRISATIONS, Parametrisation, mccool_projections
 from engine.factor.separable import separate
@@ -77,8 +77,8 @@ def separable_of_bytes(
     Orthographic of light and viewer; of half and difference vector polar, whose pole has many texels for a highlight.
     """
     terms = max(1, size_bytes // (2 * SEPARABLE_SIZE**2 * _TEXEL_BYTES))
-    chart = DirectionMap("polar" if parametrisation == "half-diff" else "orthographic", SEPARABLE_SIZE)
-    found = yield from separate(brdf, chart, terms, parametrisation=parametrisation, reference=pairs)
+    hemisphere_map = HemisphereMap("polar" if parametrisation == "half-diff" else "orthographic", SEPARABLE_SIZE)
+    found = yield from separate(brdf, hemisphere_map, terms, parametrisation=parametrisation, reference=pairs)
     return found.factors
 
 

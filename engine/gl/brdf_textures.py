@@ -106,8 +106,8 @@ class SeparableTextures:
         self._textures = [layers(context, side) for side in (factors.first, factors.second)]
         self._values = {
             "brdf_terms": factors.terms,
-            "brdf_map": factors.chart.number,
-            "brdf_size": factors.chart.size,
+            "brdf_map": factors.hemisphere_map.number,
+            "brdf_size": factors.hemisphere_map.size,
             "brdf_of_half": int(factors.parametrisation == "half-diff"),
         }
 

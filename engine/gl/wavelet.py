@@ -44,8 +44,8 @@ class Textures:
         self.definitions |= {"PLANES": str(len(numbers) // factors.terms)}
         self.definitions |= {} if factors.isotropic else {"BRUSHED": "1"}
         self._values = {
-            "brdf_map": factors.chart.number,
-            "brdf_size": factors.chart.size,
+            "brdf_map": factors.hemisphere_map.number,
+            "brdf_size": factors.hemisphere_map.size,
             "term_count": factors.terms,
             "flat_row": relit.flat_vertex * factors.terms,
             "flat_factor": relit.transport.ground_albedo / math.pi,

@@ -9,7 +9,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.brdf.half_difference import classical_frame, cole_frame, directions, half_difference, polar
 from engine.brdf.table import bin_centres
 from engine.core.directions import normalize, surface_direction, world_from_tangent
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.homomorphic import LogSpace
 from engine.factor.solvers.quaternions import Pair, canonical, compose, matrix, multiply, power, unit
 from engine.factor.solvers.svd import svd, symmetric
@@ -91,8 +91,10 @@ def _bins_are_their_own() -> Found:
 
 
 def _corner_texels() -> Found:
-    charts = DirectionMap("orthographic", 48), DirectionMap("parabolic", 48), DirectionMap("polar", 48)
-    return float(sum(np.count_nonzero(~np.isfinite(chart.directions)) for chart in charts)), 0.0
+    hemisphere_maps = HemisphereMap("orthographic", 48), HemisphereMap("parabolic", 48), HemisphereMap("polar", 48)
+    return float(
+        sum(np.count_nonzero(~np.isfinite(hemisphere_map.directions)) for hemisphere_map in hemisphere_maps)
+    ), 0.0
 
 
 def _frames_at_the_pole() -> Found:

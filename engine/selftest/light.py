@@ -8,7 +8,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.brdf.models.diffuse import Lambert
 from engine.core.directions import normalize, world_from_tangent
 from engine.core.steps import drain
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
@@ -170,10 +170,10 @@ def _sums_never_overflow() -> Found:
     words = np.full((count, kept), pack(np.array([1023, 1023, 511])), np.uint32)
     indices = np.tile(np.arange(6, 6 + kept, dtype=np.uint16), (count, 1))
     vectors = Vectors16(indices, words, np.ones((count, 3), np.float32), np.full(count, kept, np.uint16))
-    chart = DirectionMap("orthographic", 4)
+    hemisphere_map = HemisphereMap("orthographic", 4)
     flat = np.ones((1, 4, 4, 3), np.float32)
     transport = WaveletTransport(
-        mesh, count, SeparableFactors(chart, "in-out", flat, flat, True, True), 0.0, 16, vectors
+        mesh, count, SeparableFactors(hemisphere_map, "in-out", flat, flat, True, True), 0.0, 16, vectors
     )
     codes = np.full((6 * 16 * 16, 3), 32767, np.int16)
     found = relit(transport, WaveletLight(np.zeros((6, 3)), codes, 1.0, 0.0, 0.0))

@@ -77,8 +77,8 @@ def wavelet_maker(surface: Mesh, first: int, factors: SeparableFactors, edge: in
     ground = np.ones((1, 1, 1), np.float32)
 
     def make(vertices: Indices, counts: NDArray[np.uint8]) -> Mapping[str, NDArray[Any]]:
-        chart, shown = (factors.chart, maps) if vertices[0] < first else (DIFFUSE, ground)
-        return transport_vectors(frames[vertices], counts, FINE**2, texels, chart, shown, coefficients)
+        hemisphere_map, shown = (factors.hemisphere_map, maps) if vertices[0] < first else (DIFFUSE, ground)
+        return transport_vectors(frames[vertices], counts, FINE**2, texels, hemisphere_map, shown, coefficients)
 
     return make
 

@@ -66,7 +66,7 @@ def knobs(work: wavelet_bake.Work, settings: WaveletSettings) -> dict[str, Any]:
         "coefficients": work.settings.coefficients,
         "fine": work.settings.fine,
         "occluder_cells": work.settings.occluder_cells,
-        "map": work.factors.chart.kind,
+        "map": work.factors.hemisphere_map.kind,
         "weighting": settings.weighting,
         "blend": list(settings.blend),
         "albedo": settings.albedo,

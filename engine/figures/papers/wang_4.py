@@ -15,7 +15,7 @@ from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.core.colour import to_display8
 from engine.core.steps import Step, Steps, part
 from engine.factor.errors import reference as pairs_of
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable import separate
 from engine.factor.separable_factors import SeparableFactors
 from engine.figures.contact_sheet import Panel, Row
@@ -87,9 +87,9 @@ def _curves(brdf: Brdf, settings: Settings) -> Steps[tuple[list[dict[str, Any]],
     most, sizes = (SHOWN, (16, MAP_SIZE)) if settings.quick else (MOST, SIZES)
     table, shown = [], None
     for number, size in enumerate(sizes):
-        chart = DirectionMap("orthographic", size)
+        hemisphere_map = HemisphereMap("orthographic", size)
         share = number / len(sizes), (number + 1) / len(sizes)
-        found = yield from part(separate(brdf, chart, most, reference=pairs), *share)
+        found = yield from part(separate(brdf, hemisphere_map, most, reference=pairs), *share)
         shown = found.factors if size == MAP_SIZE else shown
         for terms in range(1, found.factors.terms + 1):
             rms, _ = pairs.rms(found.factors.truncated(terms))
@@ -113,9 +113,9 @@ def _texture(factors: SeparableFactors, term: int) -> Panel:
     if term >= factors.terms:
         return Panel(None, f"no term {term + 1}: the others are exact")
     values = np.abs(factors.second[term])
-    inside = values[factors.chart.mask]
+    inside = values[factors.hemisphere_map.mask]
     white = max(float(np.quantile(inside, 0.98)), 1e-30)
-    shown = np.where(factors.chart.mask[..., None], values / white, 0.0)[::-1]
+    shown = np.where(factors.hemisphere_map.mask[..., None], values / white, 0.0)[::-1]
     pixels = cv2.resize(to_display8(shown), (_EDGE, _EDGE), interpolation=cv2.INTER_NEAREST)
     return Panel(np.asarray(pixels, np.uint8), f"term {term + 1}, white is {white:.2g}")
 

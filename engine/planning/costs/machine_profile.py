@@ -22,7 +22,7 @@ from engine.brdf.models.diffuse import Lambert
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps, drain, part
 from engine.core.stopwatch import others, shortest, spent
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
@@ -232,10 +232,10 @@ def _bounce_s(place: _Place, work: Work) -> float:
 
 def factors_of(terms: int) -> SeparableFactors:
     """Factors of the usual size with numbers of no meaning."""
-    chart = DirectionMap("orthographic", wavelet_bake.MAP_SIZE)
-    size = (terms, chart.size, chart.size, 1)
+    hemisphere_map = HemisphereMap("orthographic", wavelet_bake.MAP_SIZE)
+    size = (terms, hemisphere_map.size, hemisphere_map.size, 1)
     maps = np.repeat(np.random.default_rng(0).random(size, np.float32), 3, axis=3)
-    return SeparableFactors(chart, "in-out", maps, maps, True, True, "calibration")
+    return SeparableFactors(hemisphere_map, "in-out", maps, maps, True, True, "calibration")
 
 
 def _wavelets(place: _Place, tables: Tables) -> None:
@@ -244,7 +244,7 @@ def _wavelets(place: _Place, tables: Tables) -> None:
 
     def row_s(edge: int, kept: int) -> float:
         counts, texels = place.counts[edge], cube_texels(edge)
-        run = partial(transport_vectors, frames, counts, 16, texels, factors.chart, maps, kept)
+        run = partial(transport_vectors, frames, counts, 16, texels, factors.hemisphere_map, maps, kept)
         return shortest(run) / (4 * len(place.vertices))
 
     tables["wavelet-fixed"], tables["file-byte"] = _once(_fixed_s()), _once(_written_s())

@@ -173,7 +173,7 @@ def _transport(
     """The wavelets of the chosen points alone, as if they were the mesh."""
     sample = scene.fine
     arrays = transport_vectors(
-        sample.frames[rows], visible, 1, cube_texels(sample.edge), factors.chart, light_maps(factors), kept
+        sample.frames[rows], visible, 1, cube_texels(sample.edge), factors.hemisphere_map, light_maps(factors), kept
     )
     surface, chosen = sample.surface, sample.vertices[rows]
     some = Mesh(
@@ -193,5 +193,5 @@ def _of_lamps(scene: Scenery, rows: NDArray[np.int64], factors: SeparableFactors
         lit = np.flatnonzero((local[:, 2] > 0.0) & sample.lamp_lit[rows, number])
         incident = local[lit, 2:] * sample.lamp_irradiance[number]
         for k in range(factors.terms):
-            total[lit, k] += factors.chart.look_up(factors.second[k], local[lit]) * incident
+            total[lit, k] += factors.hemisphere_map.look_up(factors.second[k], local[lit]) * incident
     return total.reshape(-1, 3)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from engine.core.steps import Steps
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.cost_model import Cost, CostModel, Load
@@ -76,7 +76,7 @@ def drawn(_kind: str, knob: int, mesh: Mesh) -> RelitWavelets:
     """So many terms."""
     count = len(mesh.positions)
     rows, maps = count * knob, np.ones((knob, 48, 48, 3), np.float32)
-    factors = SeparableFactors(DirectionMap("orthographic", 48), "in-out", maps, maps, True, True, "frames")
+    factors = SeparableFactors(HemisphereMap("orthographic", 48), "in-out", maps, maps, True, True, "frames")
     nothing = Vectors16(
         np.zeros((rows, 1), np.uint16),
         np.zeros((rows, 1), np.uint32),

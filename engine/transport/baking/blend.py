@@ -100,12 +100,15 @@ def blend_from_text(text: str) -> tuple[str, str]:
 def together(bases: Sequence[SeparableFactors]) -> SeparableFactors:
     """All terms of `bases` as if they were of one reflectance, their sum; UsageError where their maps differ."""
     first = bases[0]
-    if any((other.chart, other.parametrisation) != (first.chart, first.parametrisation) for other in bases):
+    if any(
+        (other.hemisphere_map, other.parametrisation) != (first.hemisphere_map, first.parametrisation)
+        for other in bases
+    ):
         raise UsageError("factors over different maps cannot be mixed; give their reflectances, or equal maps")
     if len(bases) == 1:
         return first
     return SeparableFactors(
-        first.chart,
+        first.hemisphere_map,
         first.parametrisation,
         np.concatenate([each.first for each in bases]),
         np.concatenate([each.second for each in bases]),

@@ -29,7 +29,7 @@ from engine.brdf.sampling_lobes import CosineLobe, Mixture, Sampler, TabulatedLo
 from engine.core.directions import Vectors
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.transport.sh import kernel as sh_kernel
 from engine.transport.sh.basis import bands, checked_order, cosine_zonal, evaluate, recurrence
 
@@ -71,7 +71,7 @@ class BrdfTable:
     Attributes
     ----------
     values : (R, order², 3) float64 of an isotropic reflectance, at φ_o = 0 and tan(θ_o/2) = r/(R − 1); or
-        (S, S, order², 3), the texels of a parabolic `DirectionMap`.
+        (S, S, order², 3), the texels of a parabolic `HemisphereMap`.
     error_rel : of the sums, root mean square relative to all coefficients.
     diffuse : whether the reflectance is Lambert's: its radiance is then known from the irradiance alone.
     """
@@ -97,10 +97,10 @@ class BrdfTable:
         if self.isotropic:
             sh_kernel.isotropic_rows(self.order, self.values, directions, out)
         else:
-            chart = DirectionMap("parabolic", self.values.shape[0])
+            hemisphere_map = HemisphereMap("parabolic", self.values.shape[0])
             up = directions[:, 2] > 0.0
             flat = self.values.reshape(*self.values.shape[:2], -1)
-            out[up] = chart.look_up(flat, directions[up]).reshape(-1, self.order**2, 3)
+            out[up] = hemisphere_map.look_up(flat, directions[up]).reshape(-1, self.order**2, 3)
             out[~up] = 0.0
         return out
 
@@ -122,9 +122,9 @@ class BrdfTable:
             cosine, weight = _cosines(len(self.values))
             zonal = np.where(np.arange(self.order**2) == bands(self.order) * (bands(self.order) + 1), 1.0, 0.0)
             return np.asarray(np.einsum("r,ric->ic", 2.0 * cosine * weight, self.values) * zonal[:, None])
-        chart = DirectionMap("parabolic", self.values.shape[0])
-        share = chart.directions[:, 2] * chart.solid_angles
-        return np.asarray(np.einsum("n,nic->ic", share / share.sum(), self.values[chart.mask]))
+        hemisphere_map = HemisphereMap("parabolic", self.values.shape[0])
+        share = hemisphere_map.directions[:, 2] * hemisphere_map.solid_angles
+        return np.asarray(np.einsum("n,nic->ic", share / share.sum(), self.values[hemisphere_map.mask]))
 
     @property
     def even_albedo(self) -> Floats:
@@ -150,12 +150,12 @@ def tabulate(brdf: Brdf, order: int) -> Steps[BrdfTable]:
         halves[:, :, _negative(order)] = 0.0
         halves[:, 0, bands(order) * (bands(order) + 1) != np.arange(order**2)] = 0.0
         return _table(order, halves.mean(axis=0), _difference(halves))
-    chart = DirectionMap("parabolic", MAP_SIZE)
-    chosen, fill = _quarter(brdf, chart, order)
+    hemisphere_map = HemisphereMap("parabolic", MAP_SIZE)
+    chosen, fill = _quarter(brdf, hemisphere_map, order)
     samples = SAMPLES_OF_MAP * (1 if order <= LOW_ORDER else 2)
-    halves = yield from _project(brdf, order, chart.directions[chosen], samples)
-    values = np.zeros((*chart.shape, order**2, 3))
-    values[chart.mask] = fill(halves.mean(axis=0))
+    halves = yield from _project(brdf, order, hemisphere_map.directions[chosen], samples)
+    values = np.zeros((*hemisphere_map.shape, order**2, 3))
+    values[hemisphere_map.mask] = fill(halves.mean(axis=0))
     return _table(order, values, _difference(halves))
 
 
@@ -214,16 +214,16 @@ def _parity(order: int) -> tuple[Floats, Floats]:
     return np.sign(here * across), np.sign(here * along)
 
 
-def _quarter(brdf: Brdf, chart: DirectionMap, order: int) -> tuple[NDArray[np.intp], Any]:
+def _quarter(brdf: Brdf, hemisphere_map: HemisphereMap, order: int) -> tuple[NDArray[np.intp], Any]:
     """The texels that have to be worked out, and what makes all of theirs: a quarter where both axes are mirrors."""
-    texels = np.arange(len(chart.directions))
-    if chart.flips is None or not _mirrored(brdf):
+    texels = np.arange(len(hemisphere_map.directions))
+    if hemisphere_map.flips is None or not _mirrored(brdf):
         return texels, lambda values: values
-    across, along = chart.flips
+    across, along = hemisphere_map.flips
     first = np.minimum(np.minimum(texels, across), np.minimum(along, across[along]))
     chosen, place = np.unique(first, return_inverse=True)
     x_sign, y_sign = _parity(order)
-    at_x, at_y = chart.directions[:, 0], chart.directions[:, 1]
+    at_x, at_y = hemisphere_map.directions[:, 0], hemisphere_map.directions[:, 1]
     mirror_x = at_x * at_x[first] < 0.0
     mirror_y = at_y * at_y[first] < 0.0
 

@@ -21,7 +21,7 @@ from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
 from engine.core.params import check_values
 from engine.core.steps import Step, Steps, part
 from engine.factor.errors import reference
-from engine.factor.hemisphere_map import DirectionMap, MapKind
+from engine.factor.hemisphere_map import HemisphereMap, MapKind
 from engine.factor.normalised import normalised
 from engine.factor.separable import Weighting, separate
 from engine.factor.separable_factors import SeparableFactors
@@ -136,16 +136,16 @@ def factors_for(
     if isinstance(brdf, SeparableFactors):
         check_factors(brdf)
         return brdf.truncated(min(terms, brdf.terms))
-    chart, pairs = DirectionMap(kind, MAP_SIZE), reference(brdf)
+    hemisphere_map, pairs = HemisphereMap(kind, MAP_SIZE), reference(brdf)
     share = 0.5 if terms == 1 else 1.0
-    found = yield from part(separate(brdf, chart, terms, weighting=weighting, reference=pairs), 0.0, share)
+    found = yield from part(separate(brdf, hemisphere_map, terms, weighting=weighting, reference=pairs), 0.0, share)
     factors = found.factors
     if terms == 1:
-        positive = yield from part(normalised(brdf, chart, "in-out", pairs), share, 1.0)
+        positive = yield from part(normalised(brdf, hemisphere_map, "in-out", pairs), share, 1.0)
         factors = min(factors, positive, key=lambda each: pairs.rms(each)[0])
     name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
     words = (factors.isotropic, factors.reciprocal, name)
-    return SeparableFactors(chart, "in-out", factors.first, factors.second, *words)
+    return SeparableFactors(hemisphere_map, "in-out", factors.first, factors.second, *words)
 
 
 def prepare(
@@ -174,8 +174,8 @@ def prepare(
             "ground_vertex": first,
             "ground_albedo": ground.albedo if ground else 0.0,
             "brdf": factors.name[:1000],
-            "map": factors.chart.kind,
-            "map_size": factors.chart.size,
+            "map": factors.hemisphere_map.kind,
+            "map_size": factors.hemisphere_map.size,
             "isotropic": factors.isotropic,
             "reciprocal": factors.reciprocal,
             **({} if mixture is None else {"bases": list(mixture.terms)}),
@@ -242,7 +242,7 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
 
 def recipe_of(work: Work, of: Receivers) -> Recipe:
     """Data that all chunks of `work` share, for `maker`; `of` are its vertices as receivers."""
-    chart, settings = work.factors.chart, work.settings
+    hemisphere_map, settings = work.factors.hemisphere_map, work.settings
     return {
         "positions": of.caster.positions,
         "faces": of.caster.faces,
@@ -252,7 +252,7 @@ def recipe_of(work: Work, of: Receivers) -> Recipe:
         "frames": vertex_frames(work.surface, work.factors.isotropic),
         "bounds": vertex_bounds(work.vertices, work.ground_vertex, settings.edge),
         "ground_vertex": work.ground_vertex,
-        "map": (chart.kind, chart.size),
+        "map": (hemisphere_map.kind, hemisphere_map.size),
         "light_maps": light_maps(work.factors),
         "edge": settings.edge,
         "fine": settings.fine,
@@ -272,7 +272,7 @@ class _Baker:
     def __init__(self, recipe: Recipe, of: Receivers) -> None:
         self._recipe, self._of = recipe, of
         self._texels = cube_texels(recipe["edge"])
-        self._chart = DirectionMap(*recipe["map"])
+        self._hemisphere_map = HemisphereMap(*recipe["map"])
 
     def __call__(self, number: int) -> Chunk:
         """The chunk of that number."""
@@ -297,7 +297,7 @@ class _Baker:
             np.ascontiguousarray(counts),
             recipe["fine"] ** 2,
             self._texels,
-            self._chart if of_model else DIFFUSE,
+            self._hemisphere_map if of_model else DIFFUSE,
             recipe["light_maps"] if of_model else np.ones((1, 1, 1), np.float32),
             recipe["coefficients"],
         )
@@ -328,9 +328,9 @@ def transport_of(file: TransportFile) -> WaveletTransport:
 
 def _transport_of(file: TransportFile) -> WaveletTransport:
     settings = file.settings
-    chart = DirectionMap(settings["map"], settings["map_size"])
+    hemisphere_map = HemisphereMap(settings["map"], settings["map_size"])
     words = (bool(settings["isotropic"]), bool(settings["reciprocal"]), str(settings["brdf"]))
-    factors = SeparableFactors(chart, "in-out", file.arrays["view_maps"], file.arrays["light_maps"], *words)
+    factors = SeparableFactors(hemisphere_map, "in-out", file.arrays["view_maps"], file.arrays["light_maps"], *words)
     transport = WaveletTransport(
         file.mesh,
         int(settings["ground_vertex"]),

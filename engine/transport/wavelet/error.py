@@ -85,7 +85,7 @@ def _transport(work: Work, chosen: NDArray[np.int64], visible: NDArray[np.uint8]
         visible,
         work.settings.fine**2,
         cube_texels(work.settings.edge),
-        work.factors.chart,
+        work.factors.hemisphere_map,
         light_maps(work.factors),
         work.settings.coefficients,
     )

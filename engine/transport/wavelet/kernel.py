@@ -141,7 +141,7 @@ def transfer(
     frames : (B, 3, 3) float64 with columns tangent, bitangent, normal.
     visible : (B, M) uint8, how many of the `full` parts of each texel see the sky.
     direction : (M, 3) float64 of the texels, face by face. area : (M,) float64 their solid angles.
-    kind, size : of the map of the light maps (`DirectionMap`). maps : (K, P, texels) float32; P is 1 where all colours
+    kind, size : of the map of the light maps (`HemisphereMap`). maps : (K, P, texels) float32; P is 1 where all colours
         are alike, else 3.
     room : of candidates for the strongest coefficients (`haar.candidates`).
     indices, words, peaks, counts : filled, (B, K, N_l) uint16, (B, K, N_l) uint32, (B, K, 3) float32, (B, K) uint16.

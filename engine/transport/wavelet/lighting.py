@@ -109,6 +109,6 @@ def lamp_tuples(transport: WaveletTransport, lights: DistantLights) -> NDArray[n
         on_model = lit < first
         chosen = lit[on_model]
         for k in range(terms):
-            model[chosen, k] += factors.chart.look_up(factors.second[k], local[chosen]) * incident[on_model]
+            model[chosen, k] += factors.hemisphere_map.look_up(factors.second[k], local[chosen]) * incident[on_model]
         rows[first * terms + lit[~on_model] - first] += incident[~on_model]
     return rows

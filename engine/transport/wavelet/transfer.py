@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from engine.core.directions import Vectors, dot, frames_along, normalize, world_from_tangent
 from engine.core.errors import UsageError
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import cube_directions, cube_solid_angles
@@ -203,7 +203,7 @@ def light_maps(factors: SeparableFactors) -> NDArray[np.float32]:
 
 
 #: The map of the ground's light map, which is 1 everywhere.
-DIFFUSE = DirectionMap("orthographic", 1)
+DIFFUSE = HemisphereMap("orthographic", 1)
 
 
 def transport_vectors(
@@ -211,14 +211,14 @@ def transport_vectors(
     visible: NDArray[np.uint8],
     full: int,
     texels: Texels,
-    chart: DirectionMap,
+    hemisphere_map: HemisphereMap,
     maps: NDArray[np.float32],
     coefficients: int,
 ) -> dict[str, NDArray[Any]]:
     """The arrays of `Vectors16` for vertices with `frames` (B, 3, 3), B · K rows.
 
-    `visible` (B, 6 N²) tells how many of the `full` parts of each texel light arrives from; `chart` is the map of the
-    light maps `maps` (see `light_maps`).
+    `visible` (B, 6 N²) counts the parts, of `full`, of each texel that light arrives from; `hemisphere_map` is that of
+    the light maps `maps` (see `light_maps`).
     """
     shape = (len(frames), len(maps))
     found: dict[str, NDArray[Any]] = {
@@ -233,8 +233,8 @@ def transport_vectors(
         full,
         texels.direction,
         texels.area,
-        chart.number,
-        chart.size,
+        hemisphere_map.number,
+        hemisphere_map.size,
         maps,
         candidates(coefficients),
         *found.values(),
@@ -293,10 +293,10 @@ def signed_radiance(
     value = np.zeros((len(vertices), 3))
     model = np.flatnonzero(seen & (vertices < first))
     if model.size:
-        chart = transport.factors.chart
+        hemisphere_map = transport.factors.hemisphere_map
         tuples = rows[: first * terms].reshape(first, terms, 3)[vertices[model]]
         for k in range(terms):
-            value[model] += chart.look_up(transport.factors.first[k], local[model]) * tuples[:, k]
+            value[model] += hemisphere_map.look_up(transport.factors.first[k], local[model]) * tuples[:, k]
     ground = np.flatnonzero(seen & (vertices >= first))
     value[ground] = rows[first * terms + vertices[ground] - first] * (transport.ground_albedo / math.pi)
     return value

@@ -157,4 +157,4 @@ def test_the_map_follows_the_directions_for_everyone_unless_one_is_chosen(lighta
     assert result(lightarc(*typed))["map"] == "polar"
     assert result(lightarc(*typed, "--map", "parabolic"))["map"] == "parabolic"
     made = drain(solve(brdf_from_text("lambert"), FactorSettings(parametrisation="half-diff", side=6, samples=50)))
-    assert made.factors.chart.kind == "polar"
+    assert made.factors.hemisphere_map.kind == "polar"

@@ -38,7 +38,7 @@ from engine.bundle.bundle import (
 from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import drain
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.scene.material import Material
 from engine.shading.power_law import PowerLawMap
@@ -139,9 +139,9 @@ def test_a_bundle_restores_the_material(tmp_path: Path, name: str) -> None:
 
 @TARGETS
 def test_factors_are_kept_as_a_table(tmp_path: Path, name: str) -> None:
-    chart = DirectionMap("orthographic", 4)
-    textures = np.full((1, *chart.shape, 3), 0.5, np.float32)
-    factors = SeparableFactors(chart, "in-out", textures, textures, True, True, "quarter")
+    hemisphere_map = HemisphereMap("orthographic", 4)
+    textures = np.full((1, *hemisphere_map.shape, 3), 0.5, np.float32)
+    factors = SeparableFactors(hemisphere_map, "in-out", textures, textures, True, True, "quarter")
     again = open_bundle(save(tmp_path / name, dataclasses.replace(make_material(), measured=factors)))
     assert isinstance(again.measured, HalfDifferenceTable)
     assert again.measured.name == "quarter"

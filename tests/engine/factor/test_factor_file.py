@@ -67,7 +67,7 @@ def test_factors_are_opened_like_any_brdf(made: dict[str, Factorisation], tmp_pa
 def test_a_folder_of_factors_is_replaced_and_no_other(made: dict[str, Factorisation], tmp_path: Path) -> None:
     write_factors(tmp_path / "factors", made["symmetric"])
     write_factors(tmp_path / "factors", made["polar"])
-    assert read_factors(tmp_path / "factors").factors.chart.kind == "polar"
+    assert read_factors(tmp_path / "factors").factors.hemisphere_map.kind == "polar"
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "thesis.txt").write_text("mine")
     with pytest.raises(OutputError, match=r"factors\.json"):

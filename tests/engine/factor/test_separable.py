@@ -14,7 +14,7 @@ from engine.core.directions import dot
 from engine.core.steps import drain
 from engine.factor.brdf_matrix import brdf_matrix
 from engine.factor.errors import reference, rms_cosine_weighted
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable import Separated, separate, texel_weights
 from engine.factor.separable_factors import SeparableFactors
 
@@ -40,12 +40,12 @@ class Skewed:
 
 def separated(brdf: Any, terms: int = 6, kind: Any = "orthographic", size: int = 12, **more: Any) -> Separated:
     brdf = brdf_from_text(brdf) if isinstance(brdf, str) else brdf
-    return drain(separate(brdf, DirectionMap(kind, size), terms, **{"weighting": "plain", **more}))
+    return drain(separate(brdf, HemisphereMap(kind, size), terms, **{"weighting": "plain", **more}))
 
 
-def whole(brdf: Any, chart: DirectionMap) -> np.ndarray:
+def whole(brdf: Any, hemisphere_map: HemisphereMap) -> np.ndarray:
     """(3, n, n): every entry of the matrix, by brute force."""
-    return np.moveaxis(brdf.f(chart.directions[None], chart.directions[:, None]), -1, 0)
+    return np.moveaxis(brdf.f(hemisphere_map.directions[None], hemisphere_map.directions[:, None]), -1, 0)
 
 
 @pytest.mark.parametrize("text", [PAINT, BRUSHED, "oren-nayar", "skewed"])
@@ -54,14 +54,14 @@ def whole(brdf: Any, chart: DirectionMap) -> np.ndarray:
 @pytest.mark.parametrize("weighting", ["plain", "cosine"])
 def test_W3_W6_the_factors_are_those_of_eckart_and_young(text: str, method: str, kind: Any, weighting: Any) -> None:
     brdf = Skewed() if text == "skewed" else brdf_from_text(text)
-    chart = DirectionMap(kind, 12)
+    hemisphere_map = HemisphereMap(kind, 12)
     if text == "skewed" and method == "symmetric":
         return
     found = separated(brdf, 5, kind, 12, method=method, weighting=weighting)
-    rows, columns = texel_weights(chart, "in-out", weighting)
-    matrix = whole(brdf, chart) * rows[:, None] * columns
+    rows, columns = texel_weights(hemisphere_map, "in-out", weighting)
+    matrix = whole(brdf, hemisphere_map) * rows[:, None] * columns
     factors = found.factors
-    inside = np.broadcast_to(chart.mask, (factors.terms, 12, 12))
+    inside = np.broadcast_to(hemisphere_map.mask, (factors.terms, 12, 12))
     first, second = (
         side[:, -12:][inside].reshape(factors.terms, -1, 3).astype(float) for side in (factors.first, factors.second)
     )
@@ -80,7 +80,7 @@ def test_X3_the_asymmetry_is_measured_and_decides_the_method() -> None:
     assert found.asymmetry <= 1e-12
     found = separated(Skewed())
     assert (found.method, found.factors.reciprocal) == ("svd", False)
-    matrix = whole(Skewed(), DirectionMap("orthographic", 12))
+    matrix = whole(Skewed(), HemisphereMap("orthographic", 12))
     wanted = np.linalg.norm(matrix - matrix.transpose(0, 2, 1)) / np.linalg.norm(matrix)
     assert found.asymmetry == pytest.approx(wanted, rel=1e-12)
     with pytest.raises(ValueError, match="not symmetric"):
@@ -97,16 +97,16 @@ def test_the_optimum_of_matrices_too_large_for_lapack_is_known_too(monkeypatch: 
 
 
 def test_mirrors_are_found_and_save_three_quarters_of_the_rows() -> None:
-    chart = DirectionMap("orthographic", 12)
-    texels = len(chart.directions)
+    hemisphere_map = HemisphereMap("orthographic", 12)
+    texels = len(hemisphere_map.directions)
     for brdf, parts in ((brdf_from_text(BRUSHED), 4), (Skewed(), 1)):
-        matrix = drain(brdf_matrix(brdf, chart, "in-out"))
+        matrix = drain(brdf_matrix(brdf, hemisphere_map, "in-out"))
         assert matrix.rows.shape == (3, texels // parts, texels)
         ones = np.ones(texels)
         everything = np.concatenate(
             [np.linalg.svd(sector.matrix, compute_uv=False) for sector in matrix.sectors(0, ones, ones)]
         )
-        wanted = np.linalg.svd(whole(brdf, chart)[0], compute_uv=False)
+        wanted = np.linalg.svd(whole(brdf, hemisphere_map)[0], compute_uv=False)
         assert np.sort(everything)[::-1] == pytest.approx(wanted, abs=1e-12 * wanted[0])
 
 
@@ -192,9 +192,9 @@ def test_half_difference_factors_agree_with_the_matrix_at_texel_centres() -> Non
     from engine.brdf.half_difference import classical_frame
 
     brdf = brdf_from_text(BRUSHED)
-    chart = DirectionMap("orthographic", 6)
+    hemisphere_map = HemisphereMap("orthographic", 6)
     factors = separated(brdf, 32, size=6, parametrisation="half-diff").factors
-    half, difference = np.repeat(chart.directions, 32, axis=0), np.tile(chart.directions, (32, 1))
+    half, difference = np.repeat(hemisphere_map.directions, 32, axis=0), np.tile(hemisphere_map.directions, (32, 1))
     x_axis, y_axis = classical_frame(half)
     aside = difference[:, :1] * x_axis + difference[:, 1:2] * y_axis
     wi, wo = difference[:, 2:] * half + aside, difference[:, 2:] * half - aside
@@ -235,7 +235,7 @@ def test_textures_that_do_not_fit_are_refused() -> None:
     factors = separated(PAINT, 2).factors
     assert isinstance(factors, SeparableFactors)
     for wrong in (
-        {"chart": DirectionMap("orthographic", 11)},
+        {"hemisphere_map": HemisphereMap("orthographic", 11)},
         {"first": factors.first[:1]},
         {"first": np.full_like(factors.first, np.nan)},
         {"parametrisation": "square"},
@@ -247,7 +247,7 @@ def test_textures_that_do_not_fit_are_refused() -> None:
 @pytest.mark.parametrize("weighting", ["plain", "cosine"])
 def test_W2_a_constant_has_one_term_whatever_its_sectors_round_to(weighting: Any) -> None:
     found = drain(
-        separate(brdf_from_text("lambert:albedo=0.5"), DirectionMap("orthographic", 24), 8, weighting=weighting)
+        separate(brdf_from_text("lambert:albedo=0.5"), HemisphereMap("orthographic", 24), 8, weighting=weighting)
     )
     assert found.factors.terms == 1
     assert found.condition_number == 1.0

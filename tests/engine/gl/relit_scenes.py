@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 
 from engine.core.directions import normalize
-from engine.factor.hemisphere_map import DirectionMap, MapKind
+from engine.factor.hemisphere_map import HemisphereMap, MapKind
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground, with_ground
@@ -37,10 +37,10 @@ def smooth(positions: np.ndarray, count: int, seed: int) -> np.ndarray:
 
 def factors(terms: int, kind: MapKind = "orthographic", *, isotropic: bool = True, size: int = 16) -> SeparableFactors:
     """View maps that are smooth functions of the direction, some of them negative."""
-    chart = DirectionMap(kind, size)
-    values = smooth(chart.directions, terms, 7)
-    maps = np.stack([chart.picture(values[:, k]) for k in range(terms)]).astype(np.float32)
-    return SeparableFactors(chart, "in-out", maps, maps, isotropic=isotropic)
+    hemisphere_map = HemisphereMap(kind, size)
+    values = smooth(hemisphere_map.directions, terms, 7)
+    maps = np.stack([hemisphere_map.picture(values[:, k]) for k in range(terms)]).astype(np.float32)
+    return SeparableFactors(hemisphere_map, "in-out", maps, maps, isotropic=isotropic)
 
 
 def relit_wavelets(mesh: Mesh, of: SeparableFactors, ground: Ground | None = None, seed: int = 3) -> RelitWavelets:

@@ -11,7 +11,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.factor import projections
 from engine.factor.factor import factor
-from engine.factor.hemisphere_map import KINDS, DirectionMap
+from engine.factor.hemisphere_map import KINDS, HemisphereMap
 from engine.factor.homomorphic import HomomorphicFactors, LogSpace
 from engine.factor.projections import (
     DIFFERENCE,
@@ -69,11 +69,11 @@ def directions(count: int = 20_000) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("size", [1, 5, 16])
 def test_separable_factors_agree_with_python_to_1e_5(kind: Any, form: Any, size: int, gl: Any, shader: Any) -> None:
     """Random textures: neighbours differ by all they can, so an error of position shows most."""
-    chart = DirectionMap(kind, size)
+    hemisphere_map = HemisphereMap(kind, size)
     rng = np.random.default_rng(size)
-    values = rng.normal(size=(2, 3, len(chart.directions), 3))
-    first, second = (np.stack([chart.picture(term) for term in side]).astype(np.float32) for side in values)
-    factors = SeparableFactors(chart, form, first, second)
+    values = rng.normal(size=(2, 3, len(hemisphere_map.directions), 3))
+    first, second = (np.stack([hemisphere_map.picture(term) for term in side]).astype(np.float32) for side in values)
+    factors = SeparableFactors(hemisphere_map, form, first, second)
     wi, wo = directions()
     expected = factors.f(wi, wo)
     on_gpu = evaluate(gl, factors, wi, wo, shader)

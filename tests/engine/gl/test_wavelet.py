@@ -48,7 +48,7 @@ def per_fragment(relit: RelitWavelets, camera: Camera) -> tuple[np.ndarray, np.n
     tuples = relit.rows[: first * terms].reshape(first, terms, 3)
 
     def product(view: np.ndarray, tuple_: np.ndarray) -> np.ndarray:
-        maps = (transport.factors.chart.look_up(one, view) for one in transport.factors.first)
+        maps = (transport.factors.hemisphere_map.look_up(one, view) for one in transport.factors.first)
         return sum(one * tuple_[:, k] for k, one in enumerate(maps))
 
     view = np.einsum("nk,nki->ni", weights, views[corners])
@@ -86,7 +86,7 @@ def test_fragments_look_their_terms_up(gl: Any, kind: MapKind, terms: int) -> No
 def test_maps_without_colour_are_packed_and_give_the_same(gl: Any, terms: int) -> None:
     coloured = factors(terms)
     maps = np.repeat(coloured.first[..., :1], 3, axis=-1)
-    relit = relit_wavelets(ball(3), SeparableFactors(coloured.chart, "in-out", maps, maps, isotropic=True))
+    relit = relit_wavelets(ball(3), SeparableFactors(coloured.hemisphere_map, "in-out", maps, maps, isotropic=True))
     camera = seen_from(relit.mesh, (1.4, 0.9, 2.0))
     if terms <= MOST_TERMS:
         pixels, expected, _ = per_fragment(relit, camera)

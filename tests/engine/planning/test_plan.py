@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.models.diffuse import Lambert
 from engine.core.steps import drain
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.ground import Ground
 from engine.planning import bake as planned
@@ -285,9 +285,9 @@ def test_the_nearest_to_a_budget_is_the_cheapest_of_those_as_near() -> None:
 
 @pytest.mark.parametrize(("parametrisation", "terms"), [("half-diff", 1), ("in-out", MOST_TERMS + 1)])
 def test_factors_that_wavelets_refuse_are_planned_without_them(parametrisation: Any, terms: int) -> None:
-    chart = DirectionMap("orthographic", 8)
-    texture = np.full((terms, *chart.shape, 3), 0.3 / np.sqrt(terms), np.float32)
-    factors = SeparableFactors(chart, parametrisation, texture, texture, True, True)
+    hemisphere_map = HemisphereMap("orthographic", 8)
+    texture = np.full((terms, *hemisphere_map.shape, 3), 0.3 / np.sqrt(terms), np.float32)
+    factors = SeparableFactors(hemisphere_map, parametrisation, texture, texture, True, True)
     scene = scenery(ball(), factors, gradient_sky())
     assert plan_of(scene, COSTS, 1e-9, None).mode != "wavelet"
     with pytest.raises(ValueError, match="no mode is left"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from engine.core.steps import drain
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
@@ -23,7 +23,7 @@ def quad(terms: int = 2) -> tuple[WaveletTransport, np.ndarray]:
     mesh = Mesh(positions, normals, np.zeros((4, 2), np.float32), faces, "quad")
     rng = np.random.default_rng(4)
     maps = rng.random((terms, 16, 16, 3)).astype(np.float32)
-    factors = SeparableFactors(DirectionMap("orthographic", 16), "in-out", maps, maps, isotropic=True)
+    factors = SeparableFactors(HemisphereMap("orthographic", 16), "in-out", maps, maps, isotropic=True)
     empty = np.zeros((4 * terms, 8))
     vectors = Vectors16(
         empty.astype(np.uint16), empty.astype(np.uint32), empty[:, :3].astype(np.float32), empty[:, 0].astype(np.uint16)

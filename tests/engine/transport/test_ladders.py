@@ -26,7 +26,7 @@ from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.core.directions import Vectors, normalize
 from engine.core.steps import drain
 from engine.factor.errors import PAIRS, reference
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable import separate
 from engine.factor.separable_factors import SeparableFactors
 from engine.figures.figure import coarse_bust
@@ -169,7 +169,7 @@ class Wavelets:
     def error(self, factors: SeparableFactors, coefficients: int, edge: int = 64) -> float:
         place = self.place
         maps, texels = light_maps(factors), cube_texels(edge)
-        words = (place.frames, self.visible[edge], FINE**2, texels, factors.chart, maps, coefficients)
+        words = (place.frames, self.visible[edge], FINE**2, texels, factors.hemisphere_map, maps, coefficients)
         transport = WaveletTransport(place.some, VERTICES, factors, 0.0, edge, vectors_of(transport_vectors(*words)))
         vars(transport).update(frames=place.frames, receivers=place.here)  # those of the whole mesh
         lights = [tuples(transport, lighting) for lighting in lightings(place.environment, edge)]
@@ -212,8 +212,8 @@ def test_T7_texels_of_factors_do_not_raise_the_error(glossy: Wavelets) -> None:
     """Over 80,000 random pairs of directions, as Wang et al. 2004, section 4.3, and at vertices."""
     pairs, over_pairs, at_vertices = reference(glossy.brdf), [], []
     for size in (16, 32, 64):
-        chart = DirectionMap("orthographic", size)
-        factors = drain(separate(glossy.brdf, chart, 8, reference=pairs)).factors
+        hemisphere_map = HemisphereMap("orthographic", size)
+        factors = drain(separate(glossy.brdf, hemisphere_map, 8, reference=pairs)).factors
         over_pairs.append(pairs.rms(factors)[0])
         at_vertices.append(glossy.error(factors, 384))
     assert PAIRS == 80_000

@@ -15,7 +15,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.errors import OutputError
 from engine.core.steps import Step, Steps, drain
 from engine.factor.errors import reference
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable import separate
 from engine.figures import figure as figures
 from engine.figures.figure import Figure, Settings, Shown, ShownRow, coarse_bust, error_text, records, sheet_of
@@ -128,8 +128,8 @@ def test_curves_are_the_errors_of_the_factors_that_they_are_about() -> None:
     figure = drain(wang_4(small()))
     [text] = {line["brdf"] for line in figure.table}
     rms = {(line["map_size"], line["terms"]): line["rms_cosine_weighted"] for line in figure.table}
-    brdf, chart = brdf_from_text(text), DirectionMap("orthographic", 16)
-    factors = drain(separate(brdf, chart, 3, reference=reference(brdf))).factors
+    brdf, hemisphere_map = brdf_from_text(text), HemisphereMap("orthographic", 16)
+    factors = drain(separate(brdf, hemisphere_map, 3, reference=reference(brdf))).factors
     wi, wo = np.abs(np.random.default_rng(5).standard_normal((2, 20_000, 3)))
     signs = np.random.default_rng(6).choice([-1.0, 1.0], (2, 20_000, 2))
     wi[:, :2] *= signs[0]

@@ -12,7 +12,7 @@ import pytest
 from engine.brdf.brdf import brdf_from_text
 from engine.core.errors import InputError
 from engine.core.steps import drain
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
@@ -128,7 +128,7 @@ def test_texts_without_a_source_are_refused(text: str) -> None:
 
 def test_what_cannot_be_mixed_is_refused(factors: list[SeparableFactors], tmp_path: Path) -> None:
     mesh, even = small_sphere(), np.ones((1, 4, 4, 3), np.float32)
-    other = SeparableFactors(DirectionMap("orthographic", 4), "in-out", even, even)
+    other = SeparableFactors(HemisphereMap("orthographic", 4), "in-out", even, even)
     with pytest.raises(ValueError, match="different maps"):
         together([factors[0], other])
     with pytest.raises(ValueError, match="does not fit"):

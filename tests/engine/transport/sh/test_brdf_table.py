@@ -15,7 +15,7 @@ from engine.brdf.models.diffuse import Lambert
 from engine.brdf.readers.read import open_brdf
 from engine.core.directions import normalize
 from engine.core.steps import drain
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.transport.sh.basis import cosine_zonal, evaluate
 from engine.transport.sh.brdf_table import GRAZING, BrdfTable, tabulate
 
@@ -101,7 +101,7 @@ class Leaning:
 def test_what_has_no_mirrors_is_worked_out_everywhere(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("engine.transport.sh.brdf_table.MAP_SIZE", 16)
     table = drain(tabulate(Leaning(), 4))
-    for wo in DirectionMap("parabolic", 16).directions[[20, 70, 110, 160]]:
+    for wo in HemisphereMap("parabolic", 16).directions[[20, 70, 110, 160]]:
         expected = brute(Leaning(), 4, wo)
         assert (
             np.linalg.norm(table.at(wo[None])[0] - expected) / np.linalg.norm(expected) < 4.0 * table.error_rel < 0.05

@@ -12,7 +12,7 @@ import pytest
 from engine.brdf.brdf import brdf_from_text
 from engine.core.errors import InputError
 from engine.core.steps import drain
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
@@ -37,9 +37,9 @@ COARSE = BakeSettings(16, 40, 2)
 
 
 def diffuse(albedo: float = 0.5) -> SeparableFactors:
-    chart = DirectionMap("orthographic", 4)
+    hemisphere_map = HemisphereMap("orthographic", 4)
     even = np.full((1, 4, 4, 3), math.sqrt(albedo / math.pi), np.float32)
-    return SeparableFactors(chart, "in-out", even, even, isotropic=True, reciprocal=True, name="even")
+    return SeparableFactors(hemisphere_map, "in-out", even, even, isotropic=True, reciprocal=True, name="even")
 
 
 @pytest.fixture
@@ -112,8 +112,8 @@ def test_factors_are_taken_as_they_are_or_made_as_asked() -> None:
     phong = drain(factors_for(brdf_from_text("phong:exponent=5"), 3))
     assert (phong.terms, phong.parametrisation, phong.isotropic) == (3, "in-out", True)
     one = drain(factors_for(brdf_from_text("ashikhmin-shirley:nu=10,nv=100"), 1, kind="polar"))
-    assert (one.terms, one.chart.kind, one.isotropic) == (1, "polar", False)
-    half = SeparableFactors(given.chart, "half-diff", given.first, given.second)
+    assert (one.terms, one.hemisphere_map.kind, one.isotropic) == (1, "polar", False)
+    half = SeparableFactors(given.hemisphere_map, "half-diff", given.first, given.second)
     with pytest.raises(ValueError, match="in-out"):
         drain(factors_for(half, 2))
 

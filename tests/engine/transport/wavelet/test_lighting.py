@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from engine.core.directions import normalize
-from engine.factor.hemisphere_map import DirectionMap
+from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import cube_of
@@ -29,7 +29,7 @@ EDGE = 16
 def diffuse() -> SeparableFactors:
     """Of albedo ½."""
     even = np.full((1, 4, 4, 3), math.sqrt(0.5 / math.pi), np.float32)
-    return SeparableFactors(DirectionMap("orthographic", 4), "in-out", even, even, isotropic=True, reciprocal=True)
+    return SeparableFactors(HemisphereMap("orthographic", 4), "in-out", even, even, isotropic=True, reciprocal=True)
 
 
 def sky(rows: int = 64) -> EnvironmentMap:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from engine.core.directions import normalize, world_from_tangent
-from engine.factor.hemisphere_map import DirectionMap, MapKind
+from engine.factor.hemisphere_map import HemisphereMap, MapKind
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import sphere
@@ -36,10 +36,12 @@ TEXELS = 6 * EDGE * EDGE
 
 def random_factors(terms: int, kind: MapKind = "orthographic", grey: bool = False) -> SeparableFactors:
     rng = np.random.default_rng(terms)
-    chart = DirectionMap(kind, 12)
-    first, second = rng.standard_normal((2, terms, *chart.shape, 1 if grey else 3))
+    hemisphere_map = HemisphereMap(kind, 12)
+    first, second = rng.standard_normal((2, terms, *hemisphere_map.shape, 1 if grey else 3))
     return SeparableFactors(
-        chart, "in-out", *cast(Any, (np.broadcast_to(side, (terms, *chart.shape, 3)) for side in (first, second)))
+        hemisphere_map,
+        "in-out",
+        *cast(Any, (np.broadcast_to(side, (terms, *hemisphere_map.shape, 3)) for side in (first, second))),
     )
 
 
@@ -59,7 +61,7 @@ def brute_transport(factors: SeparableFactors, frames: np.ndarray, visible: np.n
         up = np.flatnonzero(local[:, 2] > 0.0)
         factor = local[up, 2] * visible[b, up] / 16.0 * area[up]
         for k in range(factors.terms):
-            result[b, k, up] = factors.chart.look_up(factors.second[k], local[up]) * factor[:, None]
+            result[b, k, up] = factors.hemisphere_map.look_up(factors.second[k], local[up]) * factor[:, None]
     return result
 
 
@@ -70,7 +72,7 @@ def test_vectors_are_the_strongest_coefficients_of_the_sum_over_texels(kind: Map
     frames, visible = frames_and_visibility(11)
     maps = light_maps(factors)
     assert maps.shape[1] == (1 if grey else 3)
-    found = transport_vectors(frames, visible, 16, cube_texels(EDGE), factors.chart, maps, 40)
+    found = transport_vectors(frames, visible, 16, cube_texels(EDGE), factors.hemisphere_map, maps, 40)
     expected = brute_transport(factors, frames, visible).reshape(33, 6, EDGE, EDGE, 3)
     for row, image in enumerate(expected):
         coefficients = cube_coefficients(image)
@@ -87,7 +89,7 @@ def test_vectors_are_the_strongest_coefficients_of_the_sum_over_texels(kind: Map
 def test_Z4_vectors_do_not_depend_on_the_number_of_threads() -> None:
     factors = random_factors(2)
     frames, visible = frames_and_visibility(37)
-    arguments = (frames, visible, 16, cube_texels(EDGE), factors.chart, light_maps(factors), 30)
+    arguments = (frames, visible, 16, cube_texels(EDGE), factors.hemisphere_map, light_maps(factors), 30)
     together = transport_vectors(*arguments)
     before = numba.get_num_threads()
     numba.set_num_threads(1)
@@ -103,7 +105,7 @@ def transport(factors: SeparableFactors, mesh: Mesh, visible: np.ndarray | None 
     count = len(mesh.positions)
     seen = np.full((count, TEXELS), 16, np.uint8) if visible is None else visible
     frames = vertex_frames(mesh, factors.isotropic)
-    arrays = transport_vectors(frames, seen, 16, cube_texels(EDGE), factors.chart, light_maps(factors), kept)
+    arrays = transport_vectors(frames, seen, 16, cube_texels(EDGE), factors.hemisphere_map, light_maps(factors), kept)
     return WaveletTransport(mesh, count, factors, 0.0, EDGE, vectors_of(arrays))
 
 
@@ -117,9 +119,9 @@ def small_sphere(count: int = 60) -> Mesh:
 
 
 def lambert() -> SeparableFactors:
-    chart = DirectionMap("orthographic", 4)
+    hemisphere_map = HemisphereMap("orthographic", 4)
     even = np.full((1, 4, 4, 3), math.sqrt(0.5 / math.pi), np.float32)
-    return SeparableFactors(chart, "in-out", even, even, isotropic=True, reciprocal=True)
+    return SeparableFactors(hemisphere_map, "in-out", even, even, isotropic=True, reciprocal=True)
 
 
 def sky(seed: int = 1) -> np.ndarray:
@@ -237,7 +239,7 @@ def test_transport_that_does_not_fit_is_refused() -> None:
     some = transport(factors, mesh)
     with pytest.raises(ValueError, match="do not belong"):
         WaveletTransport(mesh, len(mesh.positions) - 1, random_factors(2), 0.0, EDGE, some.vectors)
-    half = SeparableFactors(factors.chart, "half-diff", factors.first, factors.second)
+    half = SeparableFactors(factors.hemisphere_map, "half-diff", factors.first, factors.second)
     with pytest.raises(ValueError, match="in-out"):
         WaveletTransport(mesh, len(mesh.positions), half, 0.0, EDGE, some.vectors)
     with pytest.raises(ValueError, match="does not fit transport"):
