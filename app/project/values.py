@@ -57,7 +57,7 @@ CLASSES = {
     "engine.capture.report": ("Quality",),
     "engine.capture.stack": ("ImageStack",),
     "engine.core.health": ("Finding", "Health"),
-    "engine.factor.hemisphere_map": ("DirectionMap",),
+    "engine.factor.hemisphere_map": ("HemisphereMap",),
     "engine.factor.homomorphic": ("HomomorphicFactors", "LogSpace"),
     "engine.factor.projections": ("FixedProjection", "LinearProjection"),
     "engine.factor.separable_factors": ("SeparableFactors",),
