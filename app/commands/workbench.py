@@ -105,6 +105,7 @@ class Workbench(QObject):
         self.jobs = Jobs(self)
         self.importing: Job | None = None
         self.building: Job | None = None
+        self.loading: Job | None = None
 
     def open(self, paths: Sequence[Path], *, lighting: bool = False) -> None:
         """Open `paths` by their content: photographs, a stack, a mesh, a bundle, a BRDF, factors, or an environment.
@@ -206,9 +207,12 @@ class Workbench(QObject):
         self.said.emit("Material built")
 
     def load_model(self, name_or_path: str) -> None:
-        """Show the material on a built-in model or on a mesh from a file."""
+        """Show the material on a built-in model or on a mesh from a file, and cancel a model that is still loading."""
+        if self.loading is not None:
+            self.jobs.cancel(self.loading)
         job = self.jobs.submit("Loading the model", lambda: load_shape(name_or_path), heavy=name_or_path not in SHAPES)
         job.succeeded.connect(lambda mesh: self.document.change(f"Model {mesh.name}", mesh=mesh))
+        self.loading = job
 
     def load_environment(self, name_or_path: str) -> None:
         """Light the model by a built-in environment or by one from a file."""
