@@ -203,6 +203,7 @@ class ViewPictures(QObject):
 
     def _improved(self) -> None:
         self._lay_over()
+        self._collect()  # the last picture that was awaited may be the one that the reference covers now
         self.progressed.emit()
         self._compare()
 
