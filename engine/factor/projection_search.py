@@ -194,7 +194,8 @@ class _Search:
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             while asked:
                 tried = [linear_of_pair(pair, self.settings.extent) for pair in asked.values()]
-                errors = list(pool.map(level.error, tried))
+                every = pool.map if len(tried) > 1 else map  # another thread would cost more than it saves
+                errors = list(every(level.error, tried))
                 self.evaluations += len(tried)
                 for index, error, projection in zip(list(asked), errors, tried, strict=True):
                     if error < lowest:

@@ -7,6 +7,7 @@ a threshold too. Interreflection and gloss: `test_plan`; what varies over a surf
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -166,11 +167,16 @@ def test_T6_what_costs_nothing_is_left_out_only_where_it_is_hardly_there(
     assert real.error(real.radiance(simplified(brdf).f), real.radiance(brdf.f))[0] <= NOISE
 
 
-@pytest.mark.parametrize("text", ["lambert:albedo=0.5", PAINT])
-@pytest.mark.parametrize("sky", [gradient_sky, lamp_sky])
-@pytest.mark.parametrize("contrast", [0.05, 0.6])
+#: Contrast, light and BRDF.
+THREADS = tuple(itertools.product((0.05, 0.6), (gradient_sky, lamp_sky), ("lambert:albedo=0.5", PAINT)))
+
+
+@pytest.mark.parametrize(
+    ("contrast", "sky", "text"),
+    [THREADS[-1], *(pytest.param(*row, marks=pytest.mark.long) for row in THREADS[:-1])],
+)
 def test_T6_mesostructure_is_what_pictures_without_it_lose(
-    text: str, sky: Callable[[], EnvironmentMap], contrast: float
+    contrast: float, sky: Callable[[], EnvironmentMap], text: str
 ) -> None:
     predicted = mesostructure(scenery(textured_ball(), brdf_from_text(text), sky(), material=woven(contrast)))
     assert 0.83 <= predicted.error_rel / apart_by_threads(contrast, sky(), text) <= 3.0

@@ -4,6 +4,9 @@ Both give a mean and a variance for each pixel; the difference is tested against
 the whole picture (Šidák), and 99.75 % of the pixels must pass, as Mitsuba's own tests of renderings ask. Environment
 maps are constant over each texel here and bilinear there, so Mitsuba gets them finer. Triangles are flat where
 normals that turn away from the viewer would be treated differently. A test that fails leaves the pictures.
+
+The ordinary suite renders constant light, a rotated map, a directional light, interreflection with the ground, and a
+metal under a disc lamp and a map; what these have in part, and a measured BRDF, take --long.
 """
 
 from __future__ import annotations
@@ -203,6 +206,7 @@ def test_self_shadowing_knot_in_a_turned_map(mitsuba: Any, tmp_path: Path) -> No
     assert_alike(mitsuba, tmp_path, scene, diffuse(0.5))
 
 
+@pytest.mark.long
 def test_metal_in_a_map(mitsuba: Any, tmp_path: Path) -> None:
     brdf = brdf_from_text("metallic-roughness:base_color=0.8/0.6/0.3,metallic=1,roughness=0.5")
     scene = seen(flat(shape("torus-knot")), brdf, environment=lit_hall())
@@ -217,6 +221,7 @@ METAL = {
 }
 
 
+@pytest.mark.long
 def test_disc_lamp_casts_soft_shadows(mitsuba: Any, tmp_path: Path) -> None:
     lamp = Lamp(tuple(world_direction(0.8, 0.5)), (3.0, 2.0, 1.0), 0.15)
     scene = seen(
@@ -231,7 +236,7 @@ def test_directional_lights_cast_hard_shadows(mitsuba: Any, tmp_path: Path) -> N
     assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), diffuse(0.5))
 
 
-@pytest.mark.parametrize("max_depth", [2, 5])
+@pytest.mark.parametrize("max_depth", [pytest.param(2, marks=pytest.mark.long), 5])
 def test_light_goes_back_and_forth_between_model_and_ground(mitsuba: Any, tmp_path: Path, max_depth: int) -> None:
     scene = seen(
         flat(shape("torus-knot")),
@@ -251,6 +256,7 @@ def test_metal_mirrors_the_ground(mitsuba: Any, tmp_path: Path) -> None:
     assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), METAL, 3)
 
 
+@pytest.mark.long
 def test_measured_brdf(mitsuba: Any, tmp_path: Path, shared_data: Callable[[str], Path]) -> None:
     path = shared_data("brdf/rgl/satin_rosaline_rgb.bsdf")
     scene = seen(flat(shape("torus-knot")), Swapped(read_rgl(path)), environment=lit_hall())

@@ -7,6 +7,7 @@ import dataclasses
 import io
 import json
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -25,7 +26,7 @@ from engine.geometry.mesh import Mesh, read_mesh
 from engine.geometry.shapes import shape
 from engine.light.environment_file import open_environment
 from engine.planning.costs.setting import Setting
-from engine.render.reference import reference
+from engine.render.reference import ReferencePicture, reference
 from engine.render.transported import picture_of
 from engine.scene.scene import Scene
 from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relit
@@ -38,6 +39,7 @@ from engine.transport.sh import bake as sh_bake
 from engine.transport.wavelet import bake as wavelet_bake
 from tests.engine.scenes import weave
 from tests.engine.tradeoff.points import point
+from tests.engine.transport.gaussian.gaussian_lobes import icosphere
 
 SIZE, SMALL = (32, 24), (24, 18)
 
@@ -129,7 +131,7 @@ def test_bakes_on_shared_rays_are_those_of_bakes_alone(scene: Scene, mesh: Mesh,
     assert cast(Any, relit(bakes[0], scene)).rows.shape == (bakes[0].transport.rows, 3)
 
 
-@pytest.mark.parametrize("on_ground", [False, True])
+@pytest.mark.parametrize("on_ground", [pytest.param(False, marks=pytest.mark.long), True])
 def test_a_picture_needs_no_other_vertices_than_those_it_shows(scene: Scene, on_ground: bool) -> None:
     scene = dataclasses.replace(scene, ground=Ground(cells=6) if on_ground else None)
     shown = shown_vertices(scene, SIZE, SAMPLES)
@@ -150,7 +152,8 @@ def test_a_picture_needs_no_other_vertices_than_those_it_shows(scene: Scene, on_
 
 def test_lobes_of_what_is_shown_draw_nearly_the_same(scene: Scene) -> None:
     """Each vertex is fitted beside those that were fitted before, and these are others."""
-    glossy = dataclasses.replace(scene, brdf=brdf_from_text("ggx:kd=0.3,alpha=0.4,f0=0.3"), ground=Ground(cells=4))
+    brdf = brdf_from_text("ggx:kd=0.3,alpha=0.4,f0=0.3")
+    glossy = dataclasses.replace(scene, mesh=icosphere(1), brdf=brdf, ground=Ground(cells=4))
     setting = Setting("gaussian")
     whole, _ = drain(bake_alone(glossy, setting))
     some, _ = drain(bake_alone(glossy, setting, shown=shown_vertices(glossy, SIZE, SAMPLES)))
@@ -218,8 +221,16 @@ def moved(picture: NDArray[np.float32]) -> NDArray[np.float32]:
     return wrong
 
 
+@lru_cache(maxsize=1)
+def seeded(scene: Scene, samples: int, count: int) -> list[ReferencePicture]:
+    return [drain(reference(scene, SMALL, samples=samples, seed=seed)) for seed in range(count)]
+
+
 @pytest.mark.parametrize("spoilt", [brighter, moved])
-@pytest.mark.parametrize(("samples", "count"), [(8, 60), (16, 40), (64, 40)])
+@pytest.mark.parametrize(
+    ("samples", "count"),
+    [(16, 40), *(pytest.param(*rung, marks=pytest.mark.long) for rung in ((8, 60), (64, 40)))],
+)
 def test_T8_the_reported_error_covers_the_true_one(
     scene: Scene,
     truth: NDArray[np.float32],
@@ -229,7 +240,7 @@ def test_T8_the_reported_error_covers_the_true_one(
 ) -> None:
     """Against references of few paths by other random numbers, and seldom by far too much."""
     wrong = spoilt(truth)
-    references = [drain(reference(scene, SMALL, samples=samples, seed=seed)) for seed in range(count)]
+    references = seeded(scene, samples, count)
     mask = np.logical_and.reduce([each.picture[..., 3] >= 0.999 for each in references])
     picked, right = (picture[mask][:, :3].astype(float) for picture in (wrong, truth))
     true = np.linalg.norm(picked - right) / np.linalg.norm(right)
@@ -239,7 +250,7 @@ def test_T8_the_reported_error_covers_the_true_one(
     assert np.median([error.uncertainty for error in errors]) < 2.0 * true
 
 
-@pytest.mark.parametrize("terms", [1, 3])
+@pytest.mark.parametrize("terms", [1, pytest.param(3, marks=pytest.mark.long)])
 def test_T8_the_error_of_factors_holds_on_directions_that_they_were_not_fitted_to(terms: int) -> None:
     """80,000 random pairs each time, as Wang et al. 2004, section 4.3, within what so many pairs leave open."""
     brdf = brdf_from_text("phong:exponent=10")

@@ -34,8 +34,17 @@ def load_of(surface: Mesh, model: Mesh, brdf: Any) -> Load:
     return Load(vertices, 1, len(surface.faces), 1.0, *look, ground=vertices - first)
 
 
-@pytest.mark.parametrize("text", ["lambert:albedo=0.5", GLOSSY, "ward:alpha_x=0.1,alpha_y=0.4"])
-@pytest.mark.parametrize("ground", [None, Ground(cells=16)])
+@pytest.mark.parametrize(
+    ("text", "ground"),
+    [
+        ("lambert:albedo=0.5", None),
+        ("lambert:albedo=0.5", Ground(cells=16)),
+        (GLOSSY, Ground(cells=16)),
+        ("ward:alpha_x=0.1,alpha_y=0.4", None),
+        pytest.param(GLOSSY, None, marks=pytest.mark.long),
+        pytest.param("ward:alpha_x=0.1,alpha_y=0.4", Ground(cells=16), marks=pytest.mark.long),
+    ],
+)
 def test_T7_sizes_of_harmonics_are_those_of_their_files(text: str, ground: Ground | None) -> None:
     mesh, brdf = balls(1.2), brdf_from_text(text)
     for order, bounces in ((3, 0), (5, 2)):

@@ -59,8 +59,14 @@ SCENES: tuple[tuple[str, Callable[[], Mesh], Callable[[], EnvironmentMap], str, 
     ("dents, sky, brushed", dented, gradient_sky, "ward:alpha_x=0.1,alpha_y=0.4", "sh gaussian"),
 )
 
+#: Every mode once; the other scenes take --long.
+ORDINARY = ("ball, softbox, paint", "dents, sky, brushed")
 
-@pytest.mark.parametrize(("place", "sky", "text", "modes"), [row[1:] for row in SCENES], ids=[row[0] for row in SCENES])
+
+@pytest.mark.parametrize(
+    ("place", "sky", "text", "modes"),
+    [pytest.param(*row[1:], id=row[0], marks=[] if row[0] in ORDINARY else [pytest.mark.long]) for row in SCENES],
+)
 def test_T7_errors_of_modes_are_those_of_their_bakes(
     place: Callable[[], Mesh], sky: Callable[[], EnvironmentMap], text: str, modes: str
 ) -> None:

@@ -37,8 +37,8 @@ def looked_at(mesh: Mesh, sky: EnvironmentMap, *texts: str, brdf: str = BRDF) ->
     ("place", "sky", "text"),
     [
         (even_ball, lamp_sky, "alpha=0.1:0.6:y"),
-        (even_ball, gradient_sky, "kd=0.1:0.8:x"),
-        (bowl, lamp_sky, "f0=0.02:0.9:z"),
+        pytest.param(even_ball, gradient_sky, "kd=0.1:0.8:x", marks=pytest.mark.long),
+        pytest.param(bowl, lamp_sky, "f0=0.02:0.9:z", marks=pytest.mark.long),
         (bowl, gradient_sky, "kd=0.28:0.32:y"),
     ],
 )

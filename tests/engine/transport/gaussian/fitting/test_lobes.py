@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from engine.light.cube_map import cube_directions, cube_solid_angles
+from engine.light.cube_map import cube_directions, cube_solid_angles, direction_on_face
 from engine.light.gaussian_prefilter import gaussian_integral
 from engine.transport.gaussian.fitting.lobes import NARROWEST, Lobes, gaussian
 
@@ -30,7 +30,8 @@ def test_G4_the_floor_is_half_a_texel_and_keeps_the_energy() -> None:
     edge = 2048  # texels half as wide as the Gaussian
     solid = cube_solid_angles(edge)
     corner = slice(edge // 2 - 24, edge // 2 + 24)
-    some = cube_directions(edge)[0, corner, corner]
+    centres = (np.arange(edge)[corner] + 0.5) / edge
+    some = direction_on_face(np.zeros(1, np.int64), centres[None], centres[:, None])
     for mean in (some[24, 24], some[24, 24] + some[24, 25], some[20, 30]):
         unit = mean / np.linalg.norm(mean)
         summed = (gaussian(some, unit, NARROWEST) * solid[corner, corner]).sum()
