@@ -45,7 +45,7 @@ def prepare(
         raise UsageError(f"the mode {plan.mode} is not baked")
     method = transport.method_of(plan.mode)
     base = method.settings() if settings is None else settings
-    own = {**method.planned, **plan.setting.knobs, **({} if fine is None else {"fine": fine})}
+    own = {**plan.setting.knobs, **({} if fine is None else {"fine": fine})}
     varying = tuple(variations) if plan.shows("spatially-varying-gloss") else ()
     subject = Subject(mesh, brdf_of(plan, brdf), ground, varying)
     return (yield from planning_of(plan.mode).prepare(plan, subject, method.with_values(own, base)))

@@ -105,7 +105,7 @@ class _Rays:
 def settings_of(setting: Setting) -> Any:
     """The settings of a bake with the knobs of `setting`."""
     method = method_of(setting.mode)
-    return method.with_values({**method.planned, **setting.knobs})
+    return method.with_values(setting.knobs)
 
 
 def _sharing(setting: Setting) -> Sharing:

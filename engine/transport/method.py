@@ -46,9 +46,6 @@ if TYPE_CHECKING:
 #: Of parameters that vary: as many as there are.
 ANY_NUMBER = 1 << 20
 
-#: Order of the diffuse part beside Gaussians in what is planned.
-DIFFUSE_ORDER = 8
-
 
 @dataclass(frozen=True, eq=False)
 class Subject:
@@ -164,7 +161,6 @@ class Method:
     near_light : lamps may stand near the model.
     shares_rays : bakes of several settings can share their rays; `baking` is then a `shared_rays.Sharing` too.
     dear : the knob that costs most, about whose cheapest value a sweep turns all others as well.
-    planned : settings, beside the knobs, that a plan and a sweep take in place of the defaults.
     frames : kinds of frames whose rates a machine profile holds, each with the knobs at which it is measured: the
         numbers of coefficients, terms or lobes with which the cost of a frame grows.
     mark : of its points in plots (pyqtgraph's name of it, and the sign that is nearest to it).
@@ -189,7 +185,6 @@ class Method:
     near_light: bool = False
     shares_rays: bool = False
     dear: str = ""
-    planned: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     mark: tuple[str, str] = ("+", "+")
     frames: Mapping[str, tuple[int, ...]] = field(default_factory=lambda: MappingProxyType({}))
 
@@ -285,7 +280,6 @@ METHODS: tuple[Method, ...] = (
         _GLOSSY | {"self-shadowing", "interreflection", "all-frequency-light", "spatially-varying-gloss"},
         always=frozenset({"self-shadowing", "glossy", "anisotropy"}),
         variations=ANY_NUMBER,
-        planned=MappingProxyType({"order": DIFFUSE_ORDER}),
         mark=("t1", "▲"),
         frames=MappingProxyType({"gaussian": (1, 6)}),
     ),

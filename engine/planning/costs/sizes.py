@@ -12,12 +12,15 @@ from dataclasses import dataclass
 from engine.planning.costs.load import Load
 from engine.planning.costs.setting import Setting
 from engine.transport.baking.file_header import PAGE
+from engine.transport.baking.settings import GaussianSettings
 from engine.transport.gaussian.fitting.views import VIEWS
-from engine.transport.method import DIFFUSE_ORDER as DIFFUSE_ORDER
 from engine.transport.sh import bake as sh_bake
 from engine.transport.sh import brdf_table
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.haar import FACES
+
+#: Order of the diffuse part beside Gaussians, in a plan as in a bake.
+DIFFUSE_ORDER = GaussianSettings.order
 
 #: Bytes of a Gaussian for one view: three heights, its mean and its width, in float32.
 LOBE_BYTES = 28

@@ -163,7 +163,7 @@ class GaussianSettings:
     )
     views: int = whole(92, 92, 92, doc="directions of view, an icosahedron cut in three")
     samples: int = whole(128, 16, 1 << 14, doc="directions that each highlight is tabulated at")
-    order: int = whole(5, 3, 15, doc="bands of the spherical harmonics of the diffuse part")
+    order: int = whole(8, 3, 15, doc="bands of the spherical harmonics of the diffuse part")
     cube: int | None = whole(None, 4, 256, doc=_CUBE)
     fine: int = whole(4, 1, 15, doc=_FINE)
     weights: Literal["auto", "plain", "preserving"] = choice(

@@ -15,7 +15,6 @@ from engine.light.environment_file import open_environment
 from engine.planning.costs import sizes
 from engine.planning.costs.load import Load
 from engine.planning.costs.setting import Setting
-from engine.planning.costs.sizes import DIFFUSE_ORDER
 from engine.transport.gaussian import bake as gaussian_bake
 from engine.transport.relit import relit_gaussians
 from engine.transport.sh import bake as sh_bake
@@ -75,7 +74,7 @@ def test_T7_sizes_of_wavelets_are_those_of_their_files(ground: Ground | None, te
 @pytest.mark.parametrize("bounces", [False, True])
 def test_T7_sizes_of_gaussians_are_those_of_their_files(tmp_path: Path, bounces: bool) -> None:
     mesh, brdf = ball(4), brdf_from_text(GLOSSY)
-    settings = gaussian_bake.BakeSettings(2, bounces, samples=16, order=DIFFUSE_ORDER, weights="plain", relaxations=0)
+    settings = gaussian_bake.BakeSettings(2, bounces, samples=16, weights="plain", relaxations=0)
     work = drain(gaussian_bake.prepare(mesh, brdf, settings, probes=2))
     made = drain(gaussian_bake.bake(tmp_path / "lobes.transport", work))
     setting = Setting("gaussian", {"lobes": 2, "interreflection": int(bounces)})

@@ -19,6 +19,7 @@ from engine.light.cube_map import cube_of
 from engine.light.environment_file import open_environment
 from engine.transport.baking.diffuse_specular import diffuse_part
 from engine.transport.baking.file import open_transport
+from engine.transport.baking.settings import GaussianSettings
 from engine.transport.baking.spatially_varying import Variation
 from engine.transport.gaussian import bake as gaussian_bake
 from engine.transport.gaussian.bake import BakeSettings, Work, bake, estimate_s, prepare, transport_of
@@ -120,8 +121,11 @@ def test_the_diffuse_part_is_the_sum_over_the_light(file: Path) -> None:
     area = np.tile(cube_solid_angles(32).reshape(-1), 6)
     incident = cube.radiance.reshape(-1, 3) * area[:, None]
     exact = (diffuse.f(wi, wo / np.linalg.norm(wo)) * np.maximum(wi[:, 2:], 0.0) * incident).sum(axis=0)
-    found = diffuse_radiance(transport, project(cube, 5))[vertex] * diffuse_gain(transport, eye)[vertex]
-    assert np.abs(found / exact - 1.0).max() < 0.03  # order 5
+    found = (
+        diffuse_radiance(transport, project(cube, GaussianSettings.order))[vertex]
+        * diffuse_gain(transport, eye)[vertex]
+    )
+    assert np.abs(found / exact - 1.0).max() < 0.03
 
 
 def test_a_better_fit_is_chosen_by_the_error_of_radiance(work: Work) -> None:
