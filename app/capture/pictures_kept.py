@@ -10,6 +10,8 @@ import numpy as np
 
 from app.jobs.jobs import Job, Jobs, Work
 from app.widgets.image_view import ImageView, Picture, photograph
+from engine.capture.stack import ImageStack
+from engine.core.colour import to_display8
 from engine.core.steps import Step, Steps
 
 #: The pictures used last are kept up to this size together, and always so many.
@@ -17,6 +19,9 @@ KEPT_BYTES, KEPT_ALWAYS = 512 * 2**20, 3
 
 #: Dark photographs are brightened for marking until this share of the white level is reached by their bright parts.
 BRIGHT, MOST_EV = 0.7, 7.0
+
+#: Largest side of a thumbnail, in pixels.
+THUMBNAIL_SIDE = 128
 
 Key = tuple[Hashable, ...]
 
@@ -75,3 +80,15 @@ def as_taken(path: Path, transfer: Any = "auto", *, brighten: bool = False) -> S
         bright = float(np.percentile(radiance[::4, ::4], 98.0))
         exposure_ev = min(MOST_EV, max(0.0, float(np.log2(BRIGHT / max(bright, 1e-6)))))
     return (yield from photograph(radiance, exposure_ev=exposure_ev))
+
+
+def thumbnails(stack: ImageStack) -> Steps[None]:
+    """A small picture of each photograph of a stack that was not just imported: the steps bring name and uint8 sRGB.
+
+    No more than the rows that are shown are read from the disk.
+    """
+    height, width = stack.radiance.shape[1:3]
+    step = max(1, max(height, width) // THUMBNAIL_SIDE)
+    for place, name in enumerate(stack.sources):
+        rows = [stack.radiance[place, row][::step] for row in range(0, height, step)]
+        yield Step((place + 1) / len(stack.sources), name, (name, to_display8(np.stack(rows))))

@@ -13,7 +13,7 @@ from app.capture.import_panel import is_upright
 from app.capture.panel import CapturePanel, first_to_mark
 from app.capture.photograph_list import PhotographColumn, file_name, rows_of
 from app.capture.picture_bar import PictureBar
-from app.capture.pictures_kept import Shelf, as_taken
+from app.capture.pictures_kept import Shelf, as_taken, thumbnails
 from app.capture.points_tool import PointsTool
 from app.capture.sphere_tool import SphereTool
 from app.commands.workbench import Workbench
@@ -23,7 +23,9 @@ from app.widgets import theme
 from app.widgets.image_view import Picture, photograph, rgb_image
 from app.widgets.panels import EmptyState, side_by_side, with_empty_state
 from app.widgets.plots import ElevationPlot
+from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
+from engine.core.steps import Step
 
 if TYPE_CHECKING:
     from engine.capture.import_stack import ThumbnailReady
@@ -184,6 +186,10 @@ class CaptureTab(QWidget):
         self._show_choices(new)
         self._show_tool(old, new)
         self._update_buttons()
+        if new.stack is not old.stack:
+            if new.sources is not old.sources:
+                self.list.photographs.thumbnails.clear()
+            self._bring_thumbnails(new.stack)
 
     def _show_tool(self, old: Project, new: Project) -> None:
         """Let the tool in use follow the project, and leave it where there is nothing to set by hand."""
@@ -271,6 +277,19 @@ class CaptureTab(QWidget):
             if name in names:
                 self.list.choose(names.index(name))
                 self._show_small()
+
+    def _bring_thumbnails(self, stack: ImageStack | None) -> None:
+        """Read thumbnails from a stack that came without its import, as that of an opened project."""
+        if stack is None or all(name in self.list.photographs.thumbnails for name in stack.sources):
+            return
+
+        def show(step: Step) -> None:
+            if step.partial is not None and self.bench.document.project.stack is stack:
+                name, image = step.partial
+                self.list.photographs.show_thumbnail(name, rgb_image(image))
+
+        job = self.bench.jobs.submit("Reading thumbnails", lambda: thumbnails(stack), heavy=False)
+        job.progressed.connect(show)
 
     def _show_source(self, name: str) -> None:
         names = [row.name for row in self.list.photographs.rows]

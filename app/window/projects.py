@@ -76,7 +76,9 @@ class Projects(QObject):
         elif found.missing:
             self.bench.said.emit(f"{path.name} is open; what was made from the sources is gone, and can be made again")
         elif was_interrupted:
-            self.bench.said.emit(f"Lightarc ended unexpectedly; {path.stem} is as it was after the last change")
+            self.bench.said.emit(
+                f"Lightarc ended unexpectedly; {found.current.name} is as it was after the last change"
+            )
 
     def copy_to(self, path: Path) -> None:
         """Go on in a copy of the project at `path`; the old one stays as it is."""

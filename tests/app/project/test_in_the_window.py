@@ -1,0 +1,63 @@
+"""The project of a window: on disk at once, opened again as it was, copied and renamed without a question."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from app.project.project_file import data_folder, read
+from app.window.main_window import MainWindow
+
+
+def test_a_project_is_left_and_opened_again_as_it_was(
+    window: MainWindow, qtbot: Any, drop: Any, photographs: Path, tmp_path: Path
+) -> None:
+    document, projects = window.bench.document, window.projects
+    drop(window, [photographs])
+    qtbot.waitUntil(lambda: document.project.has_map, timeout=120_000)
+    document.change("Gain", look=document.project.look.__class__(gain=2.0))
+    steps, first = document.undo_stack.count(), projects.path
+    qtbot.waitUntil(lambda: projects.is_saved, timeout=60_000)
+    window.new()
+    assert projects.path != first
+    assert document.project.stack is None
+    window.open_project(first)
+    assert document.undo_stack.count() == document.undo_stack.index() == steps
+    assert document.project.look.gain == 2.0
+    assert document.project.stack is not None
+    assert document.project.recipe == document.project.built_from
+    names = set(document.project.stack.sources)
+    qtbot.waitUntil(lambda: set(window.capture.list.photographs.thumbnails) == names, timeout=60_000)
+    window.undo.trigger()
+    assert document.project.look.gain == 1.0
+    projects.copy_to(tmp_path / "Felt.lap")
+    qtbot.waitUntil(lambda: projects.path == tmp_path / "Felt.lap", timeout=60_000)
+    assert read(tmp_path / "Felt.lap").current.look.gain == 1.0
+    assert "Felt" in window.windowTitle()
+    window.redo.trigger()
+    qtbot.waitUntil(lambda: projects.is_saved, timeout=60_000)
+    assert read(tmp_path / "Felt.lap").current.look.gain == 2.0
+    assert read(first).current.look.gain == 1.0
+
+
+def test_a_project_that_cannot_be_written_is_said_kept_and_written_later(
+    window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: Any
+) -> None:
+    from engine.storage import atomic
+
+    def full(operation: str, _path: Path) -> None:
+        if operation == "create":
+            raise OSError(28, "No space left on device")
+
+    document, projects = window.bench.document, window.projects
+    qtbot.waitUntil(lambda: projects.is_saved, timeout=60_000)
+    monkeypatch.setattr("app.project.recording.AGAIN_S", 0.05)
+    monkeypatch.setattr(atomic, "fault", full)
+    window.bench.load_model("sphere")
+    qtbot.waitUntil(lambda: projects.problem != "", timeout=60_000)
+    assert "not saved" in window.title.text()
+    monkeypatch.setattr(atomic, "fault", None)
+    qtbot.waitUntil(lambda: projects.problem == "" and projects.is_saved, timeout=60_000)
+    assert read(projects.path).current.mesh is not None
+    assert any((data_folder(projects.path) / "arrays").iterdir())
+    assert document.project.mesh is not None
