@@ -9,7 +9,7 @@ import numpy as np
 from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.figures.figure import Settings, coarse_bust
-from engine.figures.papers.gaussian_lobes import coarse_knot, fitted, without_shadows
+from engine.figures.papers.gaussian_lobes import ORDER, coarse_knot, fitted, without_shadows
 from engine.figures.papers.green_6 import green_6
 from engine.figures.papers.green_7 import green_7
 from engine.geometry.camera import frame
@@ -43,7 +43,7 @@ def corner() -> Mesh:
 def test_lobes_in_memory_are_those_of_the_bake(tmp_path: Path) -> None:
     brdf = brdf_from_text("ggx:kd=0.2,alpha=0.4,f0=0.5")
     mesh = corner()
-    settings = gaussian_bake.BakeSettings(samples=48, weights="plain")
+    settings = gaussian_bake.BakeSettings(samples=48, weights="plain", order=ORDER)
     work = drain(gaussian_bake.prepare(mesh, brdf, settings, probes=2))
     expected = drain(gaussian_bake.bake(tmp_path / "a.transport", work)).transport
     own = drain(fitted(glossy_surface(mesh, brdf), 1, 48))

@@ -172,7 +172,7 @@ def test_parameters_that_vary_move_the_width_of_lobes(tmp_path: Path) -> None:
     bright = lobes.energy().sum(axis=2).argmax(axis=1)
     sigma = lobes.sigma[np.arange(len(bright)), bright, 0]
     assert sigma[0] > 3.0 * sigma[-1]  # the top against the bottom
-    flat = diffuse_radiance(transport, project(cube_of(open_environment("overcast"), 32), 5))
+    flat = diffuse_radiance(transport, project(cube_of(open_environment("overcast"), 32), made.settings.order))
     assert flat[0].min() > 0.0
     assert abs(flat[-1]).max() == 0.0
     assert json.loads(json.dumps(open_transport(tmp_path / "a").settings["variations"])) == [
