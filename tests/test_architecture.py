@@ -57,6 +57,7 @@ EXCEPTIONS = {
     "engine/storage/scratch.py np.memmap": "an unnamed file that vanishes with the process",
     "app/session/settings.py base.mkdir": WORKING,
     "app/session/settings.py tempfile.mkdtemp": WORKING,
+    "app/window/projects.py tempfile.mkdtemp": "a project whose own folder cannot be written",
     "app/session/settings.py shutil.rmtree": WORKING,
     "app/bench/window.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
     "app/bench/soak.py tempfile.TemporaryDirectory": "models and settings of a window that is soaked, removed with it",

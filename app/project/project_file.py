@@ -10,8 +10,8 @@ runs with a rollback journal, because the write-ahead log needs shared memory, w
     value(name, text)                a value (`app.project.values`)
     array(name, content)             an array that cannot be made again, as .npy
 
-Names are hashes of contents. Arrays that can be made again lie in `NAME.lap-data/arrays`, stacks in
-`NAME.lap-data/stacks`; both may be deleted.
+Names are hashes of contents. Arrays that can be made again lie in `NAME.lap-data/arrays`, stacks of
+photographs in `NAME.lap-data/stack-N`; both may be deleted.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ KEPT_STEPS = 200
 #: Writes until what no state needs any more is removed.
 TIDY_EVERY = 200
 
-#: Largest array within a file, and largest file of one beside it.
+#: Largest file of an array beside the project that is read, in bytes.
 MOST_ARRAY = 4 * 2**30
 
 _TABLES = """
@@ -359,9 +359,7 @@ def _forget_unused(connection: sqlite3.Connection, folder: Path) -> None:
         used = {row[0] for row in connection.execute("SELECT old FROM step UNION SELECT new FROM step")}
         used |= {row[0] for row in connection.execute("SELECT value FROM meta WHERE name = 'current'")}
         _keep_only(connection, "state", used)
-        held: set[str] = set()
-        arrays: set[str] = set()
-        stacks: set[str] = set()
+        held, arrays = set[str](), set[str]()
         waiting = [
             name for (parts,) in connection.execute("SELECT parts FROM state") for name in json.loads(parts).values()
         ]
@@ -372,7 +370,10 @@ def _forget_unused(connection: sqlite3.Connection, folder: Path) -> None:
             held.add(name)
             row = connection.execute("SELECT text FROM value WHERE name = ?", (name,)).fetchone()
             for kind, content in names_in(json.loads(row[0])) if row else ():
-                (waiting.append if kind == "value" else arrays.add if kind == "array" else stacks.add)(content)
+                if kind == "value":
+                    waiting.append(content)
+                elif kind == "array":
+                    arrays.add(content)
         _keep_only(connection, "value", held)
         _keep_only(connection, "array", arrays)
     connection.execute("PRAGMA incremental_vacuum").fetchall()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -57,7 +58,12 @@ class Projects(QObject):
         """A new project, with nothing in it."""
         self.finish()
         path = places.new_path(self.folder)
-        places.claim(path)
+        try:
+            places.claim(path)
+        except FileError as error:
+            log.warning("%s. Until then the project lies in the folder for temporary files", error)
+            path = places.new_path(Path(tempfile.mkdtemp(prefix="lightarc-")))
+            places.claim(path)
         self._show(path, None, read_only=False)
 
     def open(self, path: Path) -> None:
@@ -102,7 +108,7 @@ class Projects(QObject):
             return
         for job in self.bench.jobs.active:
             self.bench.jobs.cancel(job)
-        written = self._recording.close() or self.is_read_only
+        written = self._recording.close()
         self._recording = None
         if not written:
             self._rescue()

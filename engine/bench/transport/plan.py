@@ -214,7 +214,7 @@ def _places() -> Iterator[_Place]:
     yield _Place("few balls", _balls(FEWER_ROWS), glossy, lobes)
     large = (Setting("sh"), Setting("wavelet", {"terms": 2, "cube": 16}), Setting("direct", {"directions": 16}))
     yield _Place("cloth", _cloth(), glossy, large, (1, 3))
-    yield _Place("matt cloth", _cloth(), diffuse, (Setting("sh", {"order": 8}),))
+    yield _Place("diffuse cloth", _cloth(), diffuse, (Setting("sh", {"order": 8}),))
 
 
 def _balls(rows: int) -> Mesh:

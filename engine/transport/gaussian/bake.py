@@ -162,7 +162,7 @@ class Baked:
     """An open transport and what it took.
 
     `bake_s` are the seconds of all of it, `visibility_s` those in which transport was tabulated, rays among them, and
-    `matt_s` those of the diffuse part; `figures` are those of the file (`figures_of`).
+    `diffuse_s` those of the diffuse part; `figures` are those of the file (`figures_of`).
     """
 
     transport: GaussianTransport

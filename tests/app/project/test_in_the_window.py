@@ -61,3 +61,17 @@ def test_a_project_that_cannot_be_written_is_said_kept_and_written_later(
     assert read(projects.path).current.mesh is not None
     assert any((data_folder(projects.path) / "arrays").iterdir())
     assert document.project.mesh is not None
+
+
+def test_without_a_folder_for_projects_the_window_opens_and_keeps_them_elsewhere(
+    window: MainWindow, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    window.projects.folder = tmp_path / "file"
+    window.projects.begin()
+    assert not window.projects.path.is_relative_to(tmp_path / "file")
+    window.bench.document.change("Name", name="Kept")
+    path = window.projects.path
+    assert window.projects._recording is not None
+    assert window.projects._recording.wait(30.0)
+    assert read(path).current.name == "Kept"
