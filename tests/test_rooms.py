@@ -120,6 +120,7 @@ SHORT_FILES = {
     "engine/gl/light_texture.py": "a texture of its own",
     "engine/images/codes.py": "a kernel that the decoder child alone compiles",
     "engine/planning/bake.py": "the bake that a plan calls for, whatever the method",
+    "engine/planning/ceilings.py": "one value: what a plan may cost",
     "engine/planning/costs/planned.py": "what the planning module of a method offers",
     "engine/render/display.py": "what both renderers are told of the picture",
     "engine/selftest/case.py": "what every case of the self-test is",

@@ -31,7 +31,7 @@ from app.widgets.status_bar import size_text
 from app.widgets.theme import ROW, STEP
 
 if TYPE_CHECKING:
-    from engine.planning.plan import Effect, EffectsPlan
+    from engine.planning.plan import Beyond, Effect, EffectsPlan
 
 #: Requests that a person can make for an effect, and their labels.
 WISHES = (("", "Auto"), ("on", "On"), ("off", "Off"))
@@ -182,16 +182,11 @@ class EffectsDock(QDockWidget):
             self.words.setText(self.planning.words)
             enable(self.apply, self.planning.words or "There is no plan yet")
             return
-        within = "" if plan.satisfied else "Nothing keeps within the budget. Nearest is "
+        within = "" if plan.satisfied else "Nothing keeps within the budget. Best for its cost is "
         error, frame = share_text(plan.predicted_error_rel), frame_text(plan.predicted_frame_s)
         about = f"about {error} and {frame}".replace(" ", "\u00a0")
-        slow, hint = plan.reference, ""
-        if slow is not None:
-            within = "No quick mode keeps within the budget. Nearest is "
-            samples = f"{slow.samples:,}".replace(",", "\u202f")
-            hint = f"The reference keeps within it with {samples} samples, at {frame_text(slow.frame_s)} a picture."
         self.words.setText(f"{within}{setting_text(plan.setting)}: {about}.")
-        self.words.setToolTip(hint)
+        self.words.setToolTip("" if plan.beyond is None else _beyond_text(plan.beyond))
         is_shown = plan.setting == self.view.setting
         enable(self.apply, "The plan is what is shown" if is_shown else "")
 
@@ -229,6 +224,14 @@ class _Table(QTableWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self.resized.emit()
+
+
+def _beyond_text(beyond: Beyond) -> str:
+    """The setting that keeps within the budget beyond the ceilings of a plan, and its cost."""
+    cost = beyond.cost
+    takes = [f"{frame_text(cost.frame_s)} a picture"]
+    takes += [f"{cost.bake_s:.0f} s to bake", f"{size_text(cost.memory_bytes)} of memory"] if cost.bake_s > 0.0 else []
+    return f"{setting_text(beyond.setting)} keeps within it, but takes {', '.join(takes)}."
 
 
 def row_text(effect: Effect) -> str:

@@ -112,7 +112,8 @@ def measured(
     """The sweep of all ladders of some modes; slow modules are imported on the thread that asks for it."""
     yield Step(0.0, "preparing kernels")
     from app.session.machine_profile import cost_model
-    from engine.tradeoff.sweep import settings_of, sweep
+    from engine.tradeoff.agenda import settings_of
+    from engine.tradeoff.sweep import sweep
 
     settings = settings_of(scene, modes, bases, bounces=bounces > 0)
     costs = yield from part(cost_model(), 0.0, 0.05)

@@ -163,6 +163,7 @@ def planned(asked: Asked, pixels: int) -> Steps[EffectsPlan | str]:
     """The plan of a scene, or why there can be none; the first of a machine measures its costs."""
     yield Step(0.0, "preparing kernels")
     from app.session.machine_profile import cost_model
+    from engine.planning.ceilings import usual
     from engine.planning.plan import plan
 
     scene, budget = asked.scene, asked.budget
@@ -183,7 +184,7 @@ def planned(asked: Asked, pixels: int) -> Steps[EffectsPlan | str]:
             rotation=scene.environment_rotation,
             material=scene.material,
             pixels=max(1, pixels),
-            memory_bytes=int(budget.bytes) if budget.bytes is not None else None,
+            ceilings=usual(memory_bytes=budget.bytes),
         )
     except UsageError as reason:  # wishes that no mode can have, or a memory that none fits in
         return str(reason)

@@ -22,6 +22,7 @@ from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
+from engine.planning.ceilings import Ceilings
 from engine.planning.costs.cost_model import Cost, CostModel, Load
 from engine.planning.costs.load import Rays, covered, rays_of, shaded
 from engine.planning.costs.planned import planning_of
@@ -55,11 +56,11 @@ def probed(mesh: Mesh, brdf: Any, depth: int, **place: Any) -> float:
 #: Frames over which a bake is spread, and over which a changed light is.
 FRAMES, LIGHTS = 20_000, 50
 
-#: Seconds of a bake that is long, and pictures up to which a reference is a mode as any other.
-LONG_S, FEW_FRAMES = 1200.0, 1
+#: Pictures up to which a reference is a mode as any other, and a frame may take as long as it does.
+FEW_FRAMES = 1
 
-#: Seconds that a person waits for one of many pictures.
-PATIENCE_S = 10.0
+#: Seconds of a frame that a byte which is held counts as: ten milliseconds for a gigabyte.
+BYTE_S = 1e-11
 
 #: Share of an error budget that all effects together that are left out may take.
 SHARE = 0.5
@@ -111,20 +112,25 @@ class Choice:
         return self.told()
 
     @property
-    def is_slow(self) -> bool:
-        """True for a reference too slow for the number of frames wanted."""
-        is_often = self.setting.mode == "reference" and self.frames > FEW_FRAMES
-        return is_often and self.cost.frame_s > PATIENCE_S
-
-    @property
     def price(self) -> float:
-        return self.cost.frame_s + self.cost.relight_s / LIGHTS + self.cost.bake_s / self.frames
+        """Seconds of a frame with its share of the bake and of a changed light, and what memory counts for."""
+        cost = self.cost
+        return cost.frame_s + cost.relight_s / LIGHTS + cost.bake_s / self.frames + BYTE_S * cost.memory_bytes
 
     @property
-    def rank(self) -> tuple[int, float]:
+    def effort(self) -> float:
+        """error² · price: half an error is worth four times the price, as it is of the reference."""
+        return self.error**2 * self.price
+
+    @property
+    def rank(self) -> tuple[bool, float]:
         """Sort key of options within the budget of error, first choice first."""
-        last = self.setting.mode == "reference" and self.frames > FEW_FRAMES
-        return 2 if last else int(self.cost.bake_s > LONG_S), self.price
+        return self.setting.mode == "reference" and self.frames > FEW_FRAMES, self.price
+
+    def exceeded(self, ceilings: Ceilings) -> tuple[str, ...]:
+        """The ceilings that it is beyond; a single picture may take as long as it does."""
+        found = ceilings.exceeded(self.cost)
+        return found if self.frames > FEW_FRAMES else tuple(name for name in found if name != "frame_s")
 
 
 @dataclass(frozen=True, eq=False)

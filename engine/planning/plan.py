@@ -6,28 +6,24 @@ half of an error budget, so that a larger budget offers every choice of a smalle
     budget of error   the cheapest within it, a bake being spread over `FRAMES` frames and a light over `LIGHTS`
     budget of time    the least error whose frame is within it
 
-What does not fit into free memory is never offered. A bake of more than `LONG_S` is chosen only where nothing else
-meets the budget of error, and the reference, whose samples follow from the noise of a tiny picture, where no other mode
-does. Where more than `FEW_FRAMES` are wanted, nobody waits longer than `PATIENCE_S` for each of them: a reference that
-takes longer is not the plan then, but named beside it as what would keep to the budget.
-
-An effect whose estimate is 0 is always left out, one that the user forces never. Where nothing satisfies the budget,
-the plan is the nearest to it and says so: of all whose error is hardly above the least, the cheapest.
+Only what keeps below the `ceilings` is offered, while there is any of it; the reference is chosen where no other mode
+meets the budget. An effect whose estimate is 0 is always left out, one that the user forces never. Where nothing
+satisfies the budget, error is weighed against cost (`Choice.effort`), the plan says so, and names what would meet it
+beyond the ceilings.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
-
-import psutil
 
 from engine.core.errors import UsageError
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
+from engine.planning.ceilings import Ceilings, usual
 from engine.planning.choices import (
     FRAMES,
     HIGH,
@@ -58,11 +54,8 @@ from engine.transport import method as transport
 from engine.transport.baking.spatially_varying import Variation, with_parameters
 from engine.transport.sh.transfer import is_diffuse
 
-#: Errors up to so many times the least are as near to a budget that nothing meets.
-AS_NEAR = 1.05
-
-#: Share of free memory that a setting may take.
-MEMORY_SHARE = 0.75
+#: Factor on the least cost of all, below which settings are offered where none keeps below a ceiling.
+RAISED = 2.0
 
 #: Effects that change the cost of a setting.
 COSTING = ("self-shadowing", "interreflection", "glossy", "anisotropy", "sun-split", "spatially-varying-gloss")
@@ -93,23 +86,28 @@ class Effect:
 
 
 @dataclass(frozen=True)
-class SlowReference:
-    """A reference of so many `samples` that would meet a budget of error, in `frame_s` a picture."""
+class Beyond:
+    """A setting that would meet the budget of error, but is beyond the ceilings named in `exceeded`.
 
-    samples: int
+    `max_depth` are points of the surface that light of a reference may touch.
+    """
+
+    setting: Setting
     max_depth: int
     error_rel: float
-    frame_s: float
+    cost: Cost
+    exceeded: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class EffectsPlan:
     """Plan of a scene: the effects that it calls for, and the setting that shows them.
 
-    `predicted_error_rel` holds what is left out too. `satisfied` tells whether the budget is met, and `reference` is
-    then one that meets it, where there is one for which frames are too many. `free_share` of the vertices see their
-    whole hemisphere: they need no rays and no visibility, whatever the others need. `mean` is what parameters that vary
-    over the surface stand at where that is left out.
+    `predicted_error_rel` holds what is left out too. `satisfied` tells whether the budget is met; `exceeded` names
+    the `ceilings` that the setting is beyond, because every other is too. Where the budget is not met, `beyond` is what
+    would meet it. `free_share` of the vertices see their whole hemisphere: they need no rays and no
+    visibility, whatever the others need. `mean` is what parameters that vary over the surface stand at where that is
+    left out.
     """
 
     effects: tuple[Effect, ...]
@@ -118,7 +116,9 @@ class EffectsPlan:
     cost: Cost
     satisfied: bool
     free_share: float
-    reference: SlowReference | None = None
+    ceilings: Ceilings
+    exceeded: tuple[str, ...] = ()
+    beyond: Beyond | None = None
     mean: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
@@ -164,12 +164,12 @@ def plan(
     pixels: int = PIXELS,
     aspect: float = 1.0,
     frames: int = FRAMES,
-    memory_bytes: int | None = None,
+    ceilings: Ceilings | None = None,
 ) -> EffectsPlan:
     """The plan for a budget: `error` relative (0.01 where neither is given) or `time_ms` of a frame.
 
     `variations` move parameters of the reflectance over the mesh. `modes` narrows the choice. A bake is spread over
-    `frames`, and `memory_bytes` may be taken, most of what is free where that is None. UsageError for both budgets,
+    `frames`; `ceilings` are the usual ones where they are None. UsageError for both budgets,
     budgets that are not positive, and effects that are not known or both forced and skipped. Less than a second for
     50,000 vertices once mesh and reflectance are known, half as much again where no cheap method meets the budget.
     """
@@ -187,7 +187,7 @@ def plan(
         return probed(mesh, brdf, depth, **place)
 
     wishes = frozenset(force), frozenset(skip)
-    return plan_of(scene, cost, budget, time_ms, *wishes, modes, pixels, frames, memory_bytes, noise, aspect)
+    return plan_of(scene, cost, budget, time_ms, *wishes, modes, pixels, frames, ceilings, noise, aspect)
 
 
 def check_effects(force: Collection[str], skip: Collection[str]) -> None:
@@ -210,7 +210,7 @@ def plan_of(
     modes: Collection[str] | None = None,
     pixels: int = PIXELS,
     frames: int = FRAMES,
-    memory_bytes: int | None = None,
+    ceilings: Ceilings | None = None,
     noise: Callable[[int], float] | None = None,
     aspect: float = 1.0,
 ) -> EffectsPlan:
@@ -222,17 +222,21 @@ def plan_of(
     wishes = Wishes(force, skip, modes, pixels, aspect, frames)
     _check_varied(scene, force, skip)
     found = estimates(scene)
-    room = int(MEMORY_SHARE * psutil.virtual_memory().available) if memory_bytes is None else memory_bytes
     offers = Choices(scene, found, cost, wishes, noise)
-    choices = [each for each in offers.all(error) if each.cost.memory_bytes <= room]
-    if not choices:
-        raise UsageError(f"no mode is left to choose from in {room / 1e9:.2g} GB of memory")
-    offered = [each for each in choices if not each.is_slow] or choices
-    chosen, satisfied = _best(offered, error, None if time_ms is None else 1e-3 * time_ms)
-    slow = None if satisfied or error is None else _slow_reference(choices, error)
+    limits = usual() if ceilings is None else ceilings
+    time_s = None if time_ms is None else 1e-3 * time_ms
+    if time_s is not None and time_s > limits.frame_s:
+        limits = replace(limits, frame_s=time_s)  # whoever asks for slow frames has them
+    choices = list(offers.all(error))
+    fitting = [each for each in choices if "memory_bytes" not in each.exceeded(limits)]
+    if not fitting:
+        raise UsageError(f"no mode is left to choose from in {limits.memory_bytes / 1e9:.2g} GB of memory")
+    chosen, satisfied = _best(_offered(fitting, limits), error, time_s)
+    exceeded = chosen.exceeded(limits)
+    beyond = None if satisfied or error is None else _beyond(choices, error, limits)
     effects = tuple(_effect(name, found[name], chosen, offers, force, skip) for name in EFFECTS)
     told = (chosen.setting, chosen.error, chosen.cost, satisfied, scene.sample.free_share)
-    return EffectsPlan(effects, *told, slow, scene.mean)
+    return EffectsPlan(effects, *told, limits, exceeded, beyond, scene.mean)
 
 
 def _check_varied(scene: Scenery, force: frozenset[str], skip: frozenset[str]) -> None:
@@ -245,6 +249,13 @@ def _check_varied(scene: Scenery, force: frozenset[str], skip: frozenset[str]) -
             raise UsageError(f"{name} cannot be forced on a reflectance that varies and does not have it")
 
 
+def _offered(choices: list[Choice], ceilings: Ceilings) -> list[Choice]:
+    """Those below the ceilings; a ceiling that none keeps below is raised to `RAISED` times what it takes at least."""
+    least = {name: min(getattr(each.cost, name) for each in choices) for name in ("bake_s", "frame_s")}
+    room = {name: max(getattr(ceilings, name), RAISED * value) for name, value in least.items()}
+    return [each for each in choices if not each.exceeded(replace(ceilings, **room))] or choices
+
+
 def _best(choices: list[Choice], error: float | None, time_s: float | None) -> tuple[Choice, bool]:
     if time_s is not None:
         within = [each for each in choices if each.cost.frame_s <= time_s]
@@ -254,17 +265,16 @@ def _best(choices: list[Choice], error: float | None, time_s: float | None) -> t
     for each in sorted(choices, key=lambda each: each.rank):
         if error is not None and each.error <= error:
             return each, True
-    least = min(each.error for each in choices)
-    return min((each for each in choices if each.error <= AS_NEAR * least), key=lambda each: each.rank), False
+    return min(choices, key=lambda each: each.effort), False
 
 
-def _slow_reference(choices: list[Choice], error: float) -> SlowReference | None:
-    """The quickest of the references that nobody waits for, but that meet a budget of error."""
-    meeting = [each for each in choices if each.is_slow and each.error <= error]
-    if not meeting:
-        return None
-    best = min(meeting, key=lambda each: each.cost.frame_s)
-    return SlowReference(best.setting["samples"], depth_of(best.skipped), best.error, best.cost.frame_s)
+def _beyond(choices: list[Choice], error: float, ceilings: Ceilings) -> Beyond | None:
+    """The cheapest of all that meet a budget of error, whatever ceilings it is beyond."""
+    for each in sorted(choices, key=lambda each: each.rank):
+        if each.exceeded(ceilings) and each.error <= error:
+            told = (each.setting, depth_of(each.skipped), each.error, each.cost, each.exceeded(ceilings))
+            return Beyond(*told)
+    return None
 
 
 def _effect(

@@ -1,7 +1,9 @@
 """Measures many settings on one scene against one reference, the quick ones first, within a number of seconds.
 
-First a rough reference, then pictures without a bake, then bakes, coarse ones first; what is left of the time refines
-the reference, and all errors are told anew. Every step from the first picture on carries the `Tradeoff` so far.
+Settings that are one for the scene are measured once. First a rough reference; then what somebody asks for first, as
+the choice of a plan, and the cheapest setting of every mode; then pictures without a bake, then bakes, coarse ones
+first; what is left of the time refines the reference, and all errors are told anew. What is under way when the time is
+over is left out. Every step from the first picture on carries the `Tradeoff` so far.
 """
 
 from __future__ import annotations
@@ -19,20 +21,18 @@ from numpy.typing import NDArray
 from engine.core.steps import Step, Steps, part
 from engine.core.stopwatch import shortest
 from engine.planning.costs.cost_model import CostModel
-from engine.planning.costs.setting import AT_ONCE as UNBAKED
-from engine.planning.costs.setting import Setting, knobs_of, ladder
+from engine.planning.costs.setting import Setting, knobs_of
 from engine.render.path import check_scene
 from engine.render.reference import BYTES_PER_PIXEL, reference
 from engine.scene.scene import Scene, Source
 from engine.shading.power_law import PowerLawMap
+from engine.tradeoff.agenda import effort_of, in_order, reduced
 from engine.tradeoff.bake_group import (
     Bake,
     Factors,
     LeftOut,
     bake_alone,
     bake_group,
-    groups,
-    is_apart,
     relit,
     too_long,
 )
@@ -42,11 +42,12 @@ from engine.tradeoff.point import Point
 from engine.tradeoff.predict import Predictions
 from engine.tradeoff.reference_error import FEW_PASSES, QUIET, Refining, Truth
 from engine.transport import method as transport
+from engine.transport.wavelet.bake import factors_for
 
 #: Shares of the time that the first reference and the last refinement of it may take.
 FIRST, LAST = 0.15, 0.2
 
-#: Share of the time by which modes without a bake are measured, where there are others.
+#: Share of the time in which modes without a bake are measured after the first settings, where there are others.
 AT_ONCE = 0.25
 
 #: The reference may take so many seconds beforehand at most, and so many at the end.
@@ -116,56 +117,6 @@ def ladders_of(points: Sequence[Point], mode: str, knob: str) -> list[list[Point
     return [some for some in ordered if len(some) > 1]
 
 
-def modes_of(scene: Scene) -> tuple[str, ...]:
-    """The modes that draw all of a scene: with a material, those that look it up."""
-    if scene.material is not None and scene.shading is not None:
-        return ("shading-map", "direct", "reference")
-    return (*transport.names(), "direct", "reference")
-
-
-def _dear(mode: str) -> str:
-    """The knob of a mode that costs most, about whose cheapest value all others are turned as well."""
-    if mode in transport.names():
-        return transport.method_of(mode).dear
-    return "directions" if "power_law" in knobs_of(mode) else ""
-
-
-def settings_of(
-    scene: Scene, modes: Sequence[str], bases: Sequence[Setting] = (), *, bounces: bool = False
-) -> list[Setting]:
-    """The ladders of all knobs of some modes about `bases` (about the defaults where a mode has none), each once.
-
-    They are climbed about the coarsest cube map and the fewest directions as well: on a large model there may be time
-    for no other.
-    Knobs that change nothing of this scene stay where they are: directions without an environment, light from the model
-    itself without `bounces` in the reference, a power law that the material does not have.
-    """
-    found: dict[Setting, None] = {}
-    for mode in modes:
-        base = next((base for base in bases if base.mode == mode), Setting(mode))
-        if bounces and "interreflection" in knobs_of(mode):
-            base = base.replaced(interreflection=1)
-        dear = _dear(mode)
-        coarse = (
-            [base.replaced(**{dear: knobs_of(mode)[dear].ladder[0]})] if dear and _matters(scene, dear, bounces) else []
-        )
-        for start in (base, *coarse):
-            found |= dict.fromkeys([start])
-            for knob in knobs_of(mode):
-                if _matters(scene, knob, bounces):
-                    found |= dict.fromkeys(ladder(mode, knob, start))
-    return list(found)
-
-
-def _matters(scene: Scene, knob: str, bounces: bool) -> bool:
-    if knob == "directions":
-        return scene.environment is not None
-    if knob == "power_law":
-        material = scene.material
-        return material is not None and None not in (material.shading_map, material.power_law)
-    return bounces if knob == "interreflection" else True
-
-
 def sweep(
     scene: Scene,
     settings: Sequence[Setting],
@@ -175,8 +126,9 @@ def sweep(
     max_depth: int = 1,
     seed: int = 0,
     costs: CostModel | None = None,
+    first: Sequence[Setting] = (),
 ) -> Steps[Tradeoff]:
-    """Measure `settings` on `scene` in pictures of `size` (width, height), in about so many `seconds`.
+    """Measure `settings` on `scene` in pictures of `size` (width, height), in about so many `seconds`, some `first`.
 
     `max_depth` is the number of points of the surface that light of the reference may touch. With `costs` every point
     has what they predict of it. ValueError where the scene has no reference, or shows nothing.
@@ -184,7 +136,7 @@ def sweep(
     check_scene(scene)
     with closing(Refining(scene, size, max_depth, seed)) as refining, drawing(size) as drawer:
         run = _Run(scene, size, refining, drawer, seconds, max_depth, seed, costs)
-        yield from _without_pictures(run.measure(settings))
+        yield from _without_pictures(run.measure(settings, first))
         return run.result()
 
 
@@ -224,6 +176,8 @@ class _Run:
     has_bakes: bool = False
     factors: Factors = field(default_factory=dict)
     baked: float = 1.0
+    told_s: float = 0.0
+    at_once: float = AT_ONCE
 
     @cached_property
     def shown(self) -> NDArray[np.int64]:
@@ -256,7 +210,7 @@ class _Run:
             self.baked,
         )
 
-    def measure(self, settings: Sequence[Setting]) -> Steps[None]:
+    def measure(self, settings: Sequence[Setting], first: Sequence[Setting] = ()) -> Steps[None]:
         """Everything, quick settings first."""
         plain = dataclasses.replace(self.scene, material=None, relit=None, directions=4)
         covered = yield from part(self.drawer.draw(plain), 0.0, 0.01)
@@ -264,19 +218,54 @@ class _Run:
         self.refining.covered = covered.picture[..., 3] >= 0.999
         first_s = min(FIRST * self.seconds, FIRST_S)
         self.truth = yield from part(self.refining.refine(first_s, 10.0 * QUIET, FEW_PASSES), 0.01, FIRST)
-        at_once = sorted((setting for setting in settings if setting.mode in UNBAKED), key=_effort)
-        shared = _jobs(settings)
-        self.has_bakes = bool(shared)
-        jobs = len(at_once) + 4 * len(shared)
-        done, share = FIRST, (1.0 - FIRST - LAST) / max(jobs, 1)
-        for setting in at_once:
-            yield from part(self._unbaked(setting), done, done + share)
-            done += share
-        for group in shared:
-            yield from part(self._group(group), done, done + 4 * share)
-            done += 4 * share
+        asked = yield from self._distinct([*first, *settings])
+        leaders = list(dict.fromkeys([*asked[: len(set(first))], *self._cheapest(asked)]))
+        early, late = in_order(leaders), in_order([each for each in asked if each not in leaders])
+        self.has_bakes = any(job[0].mode in transport.names() for job in (*early, *late))
+        weights = [4 if job[0].mode in transport.names() else 1 for job in (*early, *late)]
+        done, share = FIRST, (1.0 - FIRST - LAST) / max(sum(weights), 1)
+        for number, (job, weight) in enumerate(zip((*early, *late), weights, strict=True)):
+            is_early = number < len(early)
+            if is_early or not self.has_bakes:
+                self.at_once = 1.0 - LAST
+            elif number == len(early):
+                self.at_once = min(1.0 - LAST, AT_ONCE + 1.0 - self.left_s() / self.seconds)
+            yield from part(self._in_time(job, self._job(job)), done, done + weight * share)
+            done += weight * share
         if self.found:
             yield from part(self._again(), 1.0 - LAST, 1.0)
+
+    def _distinct(self, settings: Sequence[Setting]) -> Steps[list[Setting]]:
+        """The settings, those that are one for this BRDF told by the least of their knobs, each once."""
+        most = max((each["terms"] for each in settings if "terms" in each.knobs), default=1)
+        if most > 1:
+            if most not in self.factors:
+                self.factors[most] = yield from factors_for(self.scene.brdf, most)
+            most = self.factors[most].terms
+        return list(dict.fromkeys(reduced(each, most) for each in settings))
+
+    def _cheapest(self, settings: Sequence[Setting]) -> list[Setting]:
+        """One setting of each mode: that which costs least, as far as it can be told."""
+
+        def cost(setting: Setting) -> tuple[float, ...]:
+            told = self._predicted(setting)
+            return told.get("bake_s", 0.0) + told.get("frame_s", 0.0), *setting.knobs.values()
+
+        modes = dict.fromkeys(each.mode for each in settings)
+        return [min((each for each in settings if each.mode == mode), key=cost) for mode in modes]
+
+    def _job(self, job: Sequence[Setting]) -> Steps[None]:
+        return self._group(job) if job[0].mode in transport.names() else self._unbaked(job[0])
+
+    def _in_time(self, job: Sequence[Setting], steps: Steps[None]) -> Steps[None]:
+        """The steps until the time for measuring is over; of the job, what is not measured by then is left out."""
+        with closing(steps):
+            for step in steps:
+                yield step
+                if self.found and self.left_s(1.0 - LAST) <= 0.0:
+                    told = {each.point.setting for each in self.found} | {each.setting for each in self.left_out}
+                    self._too_late([each for each in job if each not in told], 1.0 - LAST)
+                    return
 
     def _step(self, note: str) -> Step:
         return Step(0.0, note, self.result())
@@ -297,8 +286,7 @@ class _Run:
         return too_long(takes_s, "its picture") if takes_s > 0.0 else "the time was over"
 
     def _unbaked(self, setting: Setting) -> Steps[None]:
-        share = AT_ONCE if self.has_bakes else 1.0 - LAST
-        if self.found and self._too_late([setting], share, self._expected_s(setting)):
+        if self.found and self._too_late([setting], self.at_once, self._expected_s(setting)):
             return
         if setting.mode == "reference":
             yield from self._reference(setting)
@@ -314,7 +302,7 @@ class _Run:
         """Seconds that measuring a mode without a bake takes, from what less of it took."""
         before = [each.point for each in self.found if each.point.mode == setting.mode]
         frames = 1.0 if setting.mode == "reference" else 2.5
-        return frames * before[-1].frame_s * _effort(setting) / _effort(before[-1].setting) if before else 0.0
+        return frames * before[-1].frame_s * effort_of(setting) / effort_of(before[-1].setting) if before else 0.0
 
     def _reference(self, setting: Setting) -> Steps[None]:
         """A picture of a few samples, by other random numbers than those of the truth."""
@@ -370,8 +358,10 @@ class _Run:
         size_bytes: int,
     ) -> Steps[None]:
         assert self.truth is not None
+        before = time.monotonic()
         flip = yield from self.truth.flip(picture)
         error = self.truth.error(picture)
+        self.told_s = max(self.told_s, time.monotonic() - before)
         costs = (frame_s, relight_s, bake_s, int(memory_bytes), int(size_bytes))
         point = Point(setting, error.rmse_rel, flip, error.uncertainty, *costs, self._predicted(setting))
         self.found.append(_Measured(point, picture))
@@ -385,8 +375,8 @@ class _Run:
         assert self.truth is not None
         baked = [each.point.error_rmse_rel for each in self.found if each.point.mode != "reference"]
         noise = max(QUIET, 0.5 * min(baked, default=0.0))
-        if self.truth.noise > noise:
-            seconds = min(max(self.left_s(), 0.0), LAST_S)
+        seconds = min(self.left_s() - len(self.found) * self.told_s, LAST_S)
+        if self.truth.noise > noise and seconds > 0.0:
             self.truth = yield from part(self.refining.refine(seconds, noise), 0.0, 0.8)
             for number, each in enumerate(self.found):
                 yield from part(self._told_again(number, each), 0.8, 0.8 + 0.2 * (number + 1) / len(self.found))
@@ -400,28 +390,6 @@ class _Run:
             each.point, error_rmse_rel=error.rmse_rel, error_uncertainty=error.uncertainty, error_flip=flip
         )
         self.found[number] = _Measured(point, each.picture)
-
-
-def _jobs(settings: Sequence[Setting]) -> list[list[Setting]]:
-    """Bakes that are made together, cheap ones first: one lobe is cheaper than high orders, several are dearer."""
-    shared = groups(settings)
-    together = {setting for group in shared for setting in group}
-    alone = [each for each in dict.fromkeys(settings) if each.mode in transport.names() and each not in together]
-    low = [group for group in shared if not is_apart(group[0])]
-    high = [group for group in shared if is_apart(group[0])]
-    cheap = [[setting] for setting in alone if _is_cheapest(setting)]
-    return low + cheap + high + [[setting] for setting in alone if not _is_cheapest(setting)]
-
-
-def _is_cheapest(setting: Setting) -> bool:
-    """True for the first step of the ladder of the first knob."""
-    name, knob = next(iter(knobs_of(setting.mode).items()))
-    return setting.knobs[name] == knob.ladder[0]
-
-
-def _effort(setting: Setting) -> int:
-    """The knob that the time of a frame without a bake grows with."""
-    return setting["samples"] if setting.mode == "reference" else setting["directions"]
 
 
 def scene_of(setting: Setting, scene: Scene) -> Scene:

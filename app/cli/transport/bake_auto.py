@@ -80,7 +80,8 @@ def lines(result: dict[str, Any]) -> list[str]:
         f"{setting}: with {', '.join(shown) or 'no effect'}, "
         f"an error of about {100.0 * result['predicted_error_rel']:.2g} %"
     ]
-    return found if result["satisfied"] else [*found, "No mode meets the budget; this is the nearest to it."]
+    nearest = "No mode meets the budget below the ceilings; this one has the least error for what it costs."
+    return found if result["satisfied"] else [*found, nearest]
 
 
 def _names(result: dict[str, Any]) -> set[str]:

@@ -15,7 +15,8 @@ from engine.core.errors import UsageError
 from engine.core.steps import Step, drain, part
 
 if TYPE_CHECKING:
-    from engine.planning.plan import EffectsPlan
+    from engine.planning.ceilings import Ceilings
+    from engine.planning.plan import Beyond, EffectsPlan
 
 HELP = "List the effects that a scene needs, with the error and saving of leaving each out, and the best mode."
 EXAMPLE = "lightarc plan torus-knot --brdf ggx:alpha=0.3 --env studio --error 0.02"
@@ -76,6 +77,11 @@ def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> Non
     budget.add_argument("--error", type=float, metavar="E", help="allowed relative error (0.01)")
     budget.add_argument("--time-ms", type=float, metavar="MS", help="allowed time of a frame")
     parser.add_argument(
+        "--max-memory-mb", type=float, metavar="MB", help="memory that a setting may take (a quarter of what is free)"
+    )
+    parser.add_argument("--max-bake-s", type=float, metavar="S", help="time that a bake may take (600)")
+    parser.add_argument("--max-frame-ms", type=float, metavar="MS", help="time that a frame may take (100)")
+    parser.add_argument(
         "--force",
         type=str,
         action="append",
@@ -135,15 +141,33 @@ def plan_for(
     anew: bool = False,
     **options: Any,
 ) -> EffectsPlan:
-    """The plan for the budget and the wishes of `arguments`; wrong usage where they cannot be."""
+    """The plan for the budget, the ceilings and the wishes of `arguments`; wrong usage where they cannot be."""
     from app.session.machine_profile import cost_model
     from engine.planning.plan import check_effects, plan
 
     check_effects(arguments.force, arguments.skip)
+    options["ceilings"] = ceilings_of(arguments)
     model = drain(part(cost_model(anew=anew), 0.0, 0.8), show)
     show(Step(0.9, "looking at the scene"))
     budget = {"error": arguments.error, "time_ms": arguments.time_ms}
     return plan(mesh, brdf, environment, cost=model, force=arguments.force, skip=arguments.skip, **budget, **options)
+
+
+def ceilings_of(arguments: argparse.Namespace) -> Ceilings:
+    """The usual ceilings, with those that were given in their place."""
+    from engine.planning.ceilings import usual
+
+    names = ("max_memory_mb", "max_bake_s", "max_frame_ms")
+    for name in names:
+        value = getattr(arguments, name)
+        if value is not None and not 0.0 < value < math.inf:
+            raise UsageError(f"--{name.replace('_', '-')} {value} is not above 0")
+    memory_mb, bake_s, frame_ms = (getattr(arguments, name) for name in names)
+    return usual(
+        memory_bytes=None if memory_mb is None else 1e6 * memory_mb,
+        bake_s=bake_s,
+        frame_s=None if frame_ms is None else 1e-3 * frame_ms,
+    )
 
 
 def record(found: EffectsPlan) -> dict[str, Any]:
@@ -163,9 +187,21 @@ def record(found: EffectsPlan) -> dict[str, Any]:
         "predicted_memory_bytes": found.cost.memory_bytes,
         "predicted_size_bytes": found.cost.size_bytes,
         "satisfied": found.satisfied,
-        "reference": asdict(found.reference) if found.reference else None,
+        "ceilings": asdict(found.ceilings),
+        "exceeded": list(found.exceeded),
+        "beyond": _beyond_record(found.beyond),
         "free_vertices_share": found.free_share,
     }
+
+
+def _beyond_record(beyond: Beyond | None) -> dict[str, Any] | None:
+    """The setting that would meet the budget beyond the ceilings, as JSON."""
+    from dataclasses import asdict
+
+    if beyond is None:
+        return None
+    told = {"max_depth": beyond.max_depth, "error_rel": beyond.error_rel, "exceeded": list(beyond.exceeded)}
+    return {**beyond.setting.as_json(), **told, **asdict(beyond.cost)}
 
 
 def report(result: dict[str, Any]) -> str:
@@ -187,7 +223,7 @@ def report(result: dict[str, Any]) -> str:
         f"{_time(result['predicted_relight_s'])} for a rotated environment, "
         f"{result['predicted_bake_s']:.1f} s to bake, {result['predicted_size_bytes'] / 1e6:.1f} MB",
     ]
-    lines += _shortfall(result)
+    lines += [*_ceilings(result), *_shortfall(result)]
     return "\n".join([*lines, *result["warnings"]])
 
 
@@ -196,21 +232,64 @@ def _time(seconds: float) -> str:
     return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
 
 
+#: Ceilings as people read them: what is limited, the flag that raises it, and units in a second or a byte.
+CEILINGS = {
+    "memory_bytes": ("memory", "--max-memory-mb", 1e-6),
+    "bake_s": ("the bake", "--max-bake-s", 1.0),
+    "frame_s": ("a frame", "--max-frame-ms", 1e3),
+}
+
+
+def _ceilings(result: dict[str, Any]) -> list[str]:
+    """The ceilings that the choice keeps below, or is beyond because everything is."""
+    limits = result["ceilings"]
+    words = (
+        f"{limits['memory_bytes'] / 1e9:.2g} GB of memory, {limits['bake_s']:.4g} s of bake and "
+        f"{1e3 * limits['frame_s']:.4g} ms a frame"
+    )
+    if result["exceeded"]:
+        what = " and ".join(CEILINGS[name][0] for name in result["exceeded"])
+        return [f"Every mode is beyond the ceilings of {words}; this one by {what}."]
+    return [f"Ceilings: {words} ({', '.join(flag for _, flag, _ in CEILINGS.values())})."]
+
+
 def _shortfall(result: dict[str, Any]) -> list[str]:
     """The sentences about a budget that is not met: by how much, and which setting would meet it."""
     if result["satisfied"]:
         return []
     if result.get("time_ms") is not None:
         return [f"No mode draws a frame in {result['time_ms']:.3g} ms; this is the quickest."]
-    slow = result["reference"]
-    if slow is None:
-        return ["No mode meets the budget; this is the nearest to it."]
-    takes = f"{slow['frame_s']:.0f} s" if slow["frame_s"] < 120.0 else f"{slow['frame_s'] / 60.0:,.0f} min"
+    nearest = "No mode meets the budget below the ceilings; this one has the least error for what it costs."
+    return [nearest, *_beyond(result["beyond"])]
+
+
+def _beyond(beyond: dict[str, Any] | None) -> list[str]:
+    """The setting that would meet the budget, and the flags that allow it."""
+    from engine.planning.costs.setting import setting_of
+    from engine.planning.effects.estimates import percent
+
+    if beyond is None:
+        return []
+    error = percent(beyond["error_rel"])
+    if beyond["mode"] == "reference":
+        seconds, samples = beyond["frame_s"], beyond["knobs"]["samples"]
+        takes = f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:,.0f} min"
+        return [
+            f"The reference meets it with {samples:,} paths for each pixel, in about {takes} a picture: "
+            f"lightarc render --mode reference --samples {samples} --max-depth {beyond['max_depth']}."
+        ]
+    flags = (_raised(beyond, name) for name in beyond["exceeded"])
     return [
-        f"No mode that draws frames meets the budget; this is the nearest to it. The reference meets it with "
-        f"{slow['samples']:,} paths for each pixel, in about {takes} a picture: lightarc render --mode reference "
-        f"--samples {slow['samples']} --max-depth {slow['max_depth']}."
+        f"With {' '.join(flags)} {setting_of(beyond)} meets it: {error}, {_time(beyond['frame_s'])} a frame, "
+        f"{beyond['bake_s']:.0f} s to bake, {beyond['memory_bytes'] / 1e6:.0f} MB of memory."
     ]
+
+
+def _raised(beyond: dict[str, Any], name: str) -> str:
+    """'--max-bake-s 1600': the flag that allows what a setting takes, rounded up to two digits."""
+    value = beyond[name] * CEILINGS[name][2]
+    step = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return f"{CEILINGS[name][1]} {math.ceil(value / step) * step:.12g}"
 
 
 def _check(arguments: argparse.Namespace) -> None:

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 #: The modes that need no bake.
 MODES = ("direct", "reference")
 
+#: Options of the budget.
+BUDGET = ("error", "time_ms", "max_memory_mb", "max_bake_s", "max_frame_ms", "force", "skip")
+
 
 def add_arguments(parser: Any) -> None:
     add_budget(parser)
@@ -25,7 +28,7 @@ def add_arguments(parser: Any) -> None:
 def check(arguments: argparse.Namespace) -> None:
     """UsageError for what a plan has no room for, and for a budget without --mode auto."""
     if arguments.mode != "auto":
-        given = [name for name in ("error", "time_ms", "force", "skip") if getattr(arguments, name)]
+        given = [name for name in BUDGET if getattr(arguments, name)]
         if given:
             raise UsageError(f"--{given[0].replace('_', '-')} needs --mode auto")
         return
@@ -55,7 +58,7 @@ def planned(
         pixels=arguments.width * arguments.height,
         frames=1,
     )
-    spent: dict[str, Any] = {"mode": found.mode, "error": None, "time_ms": None, "force": [], "skip": []}
+    spent: dict[str, Any] = {"mode": found.mode, **dict.fromkeys(BUDGET), "force": [], "skip": []}
     chosen = argparse.Namespace(**{**vars(arguments), **spent})
     if found.mode == "reference":
         chosen.samples, chosen.max_depth = found.setting["samples"], found.max_depth

@@ -17,7 +17,9 @@ from engine.core.steps import Step, drain, part
 from engine.transport import method as transport
 
 if TYPE_CHECKING:
+    from engine.planning.costs.cost_model import CostModel
     from engine.planning.costs.setting import Setting
+    from engine.planning.plan import EffectsPlan
     from engine.scene.scene import Scene
     from engine.tradeoff.front import Budget
     from engine.tradeoff.sweep import Tradeoff
@@ -33,6 +35,9 @@ NAMED = 12
 
 #: Most pixels: pictures of all settings are kept until the end.
 MOST_PIXELS = 1 << 20
+
+#: Sub-pixels of each pixel, as pictures of a sweep are drawn.
+SUBPIXELS = 4
 
 AXES = ("frame", "relight", "bake", "memory")
 
@@ -142,8 +147,10 @@ def _measured(
     from engine.tradeoff.write import write
 
     costs = drain(part(cost_model(), 0.0, 0.05), show)
+    planned = _planned(arguments, scene, costs, budget)
     latest: list[Tradeoff] = []
     options = {"seconds": arguments.budget_s, "max_depth": arguments.max_depth, "seed": arguments.seed, "costs": costs}
+    options["first"] = [planned.setting] if planned else []
 
     def keep(step: Step) -> None:
         if step.partial is not None and step.partial.points:
@@ -166,6 +173,7 @@ def _measured(
         "env": arguments.env,
         "max_depth": arguments.max_depth,
         "cancelled": is_cancelled,
+        "plan": {**planned.setting.as_json(), "predicted_error_rel": planned.predicted_error_rel} if planned else None,
     }
     record = drain(write(found, arguments.output, _title(arguments), **about), show)
     chosen = _chosen(found, budget, arguments.axis)
@@ -174,8 +182,41 @@ def _measured(
     return {"output": str(arguments.output), **record, **chosen, "warnings": warnings, "exit_code": exit_code}
 
 
+def _planned(
+    arguments: argparse.Namespace, scene: Scene, costs: CostModel, budget: Budget | None
+) -> EffectsPlan | None:
+    """The plan for the same budget; None where there can be none."""
+    from engine.planning.ceilings import usual
+    from engine.planning.costs.setting import modes
+    from engine.planning.plan import plan
+
+    if scene.environment is None or scene.irradiance != 1.0:
+        return None
+    error, time_s, room = (None, None, None) if budget is None else (budget.error, budget.time_s, budget.bytes)
+    try:
+        return plan(
+            scene.mesh,
+            scene.brdf,
+            scene.environment,
+            cost=costs,
+            error=error,
+            time_ms=None if time_s is None or error is not None else 1e3 * time_s,
+            skip=("interreflection",) if arguments.max_depth == 1 else (),
+            modes=_modes(arguments) or modes(),
+            ground=scene.ground,
+            rotation=scene.environment_rotation,
+            material=scene.material,
+            pixels=SUBPIXELS * arguments.width * arguments.height,
+            aspect=arguments.width / arguments.height,
+            ceilings=usual(memory_bytes=room, frame_s=time_s),
+        )
+    except UsageError:
+        return None
+
+
 def report(result: dict[str, Any]) -> str:
     from engine.planning.costs.setting import setting_of
+    from engine.planning.effects.estimates import percent
 
     lines = [f"{'':1} {'setting':46} {'error':>16} {'frame':>10} {'relight':>10} {'bake':>9} {'memory':>10}"]
     for point in sorted(result["points"], key=lambda point: point["frame_s"]):
@@ -196,6 +237,9 @@ def report(result: dict[str, Any]) -> str:
         )
     lines.append(_ladders(result["ladders"]))
     lines += _predictions(result["predictions"])
+    if result["plan"]:
+        told = percent(result["plan"]["predicted_error_rel"])
+        lines.append(f"A plan chooses {setting_of(result['plan'])}, with an error of {told}.")
     if "choice_reason" in result:
         chosen = setting_of(result["choice"]) if result["choice"] else "none"
         lines.append(f"Choice: {chosen} ({result['choice_reason']})")
@@ -256,11 +300,16 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--seed {arguments.seed} is negative")
 
 
+def _modes(arguments: argparse.Namespace) -> list[str]:
+    """The modes that were asked for."""
+    return list(dict.fromkeys(name for text in arguments.modes or () for name in text.replace(",", " ").split()))
+
+
 def _settings(arguments: argparse.Namespace, scene: Scene) -> list[Setting]:
     from engine.planning.costs.setting import modes as all_modes
-    from engine.tradeoff.sweep import modes_of, settings_of
+    from engine.tradeoff.agenda import modes_of, settings_of
 
-    modes = list(dict.fromkeys(name for text in arguments.modes or () for name in text.replace(",", " ").split()))
+    modes = _modes(arguments)
     strange = [mode for mode in modes if mode not in all_modes()]
     if strange:
         raise UsageError(f"{strange[0]!r} is not a mode; known are {', '.join(all_modes())}")

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+import psutil
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -21,11 +22,12 @@ from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.ground import Ground
 from engine.planning import bake as planned
-from engine.planning.choices import FRAMES, LIGHTS, PATIENCE_S, SHARE
+from engine.planning.ceilings import BAKE_S, FRAME_S, NONE, Ceilings, usual
+from engine.planning.choices import BYTE_S, FRAMES, LIGHTS, SHARE
 from engine.planning.costs.cost_model import CostModel
 from engine.planning.effects.estimates import EFFECTS, Scenery, estimates, scenery
 from engine.planning.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise
-from engine.planning.plan import AS_NEAR, EffectsPlan, brdf_of, plan, plan_of
+from engine.planning.plan import EffectsPlan, brdf_of, plan, plan_of
 from engine.transport.baking import visibility
 from engine.transport.sh.lighting import project
 from engine.transport.sh.transfer import transferred
@@ -44,7 +46,8 @@ COSTS = every_rate()
 
 
 def price(found: EffectsPlan) -> float:
-    return found.cost.frame_s + found.cost.relight_s / LIGHTS + found.cost.bake_s / FRAMES
+    cost = found.cost
+    return cost.frame_s + cost.relight_s / LIGHTS + cost.bake_s / FRAMES + BYTE_S * cost.memory_bytes
 
 
 @settings(max_examples=40)
@@ -257,30 +260,68 @@ def test_T3_suns_are_split_only_where_there_are_any(costs: CostModel) -> None:
 
 
 def test_a_budget_that_no_frame_meets_names_the_reference_that_does() -> None:
-    """Many frames: the nearest mode and the reference beside it. A single one: the reference itself, however long."""
+    """Many frames: the best mode and the reference beside it. A single one: the reference itself, however long."""
     scene, options = looked_at(), {"noise": lambda depth: 0.25}
     often, once = (plan_of(scene, COSTS, 1e-3, None, frames=frames, **cast(Any, options)) for frames in (FRAMES, 1))
     assert not often.satisfied
     assert often.mode != "reference"
     assert often.predicted_error_rel > 1e-3
-    assert often.reference is not None
-    assert often.reference.frame_s > PATIENCE_S
-    assert often.reference.error_rel <= 1e-3
-    assert (once.mode, once.satisfied, once.reference) == ("reference", True, None)
-    assert once.setting["samples"] == often.reference.samples
-    assert (once.max_depth, once.cost.frame_s) == (often.reference.max_depth, often.reference.frame_s)
+    assert often.beyond is not None
+    assert often.beyond.setting.mode == "reference"
+    assert often.beyond.exceeded == ("frame_s",)
+    assert often.beyond.error_rel <= 1e-3
+    assert (once.mode, once.satisfied, once.beyond) == ("reference", True, None)
+    assert once.setting == often.beyond.setting
+    assert (once.max_depth, once.cost) == (often.beyond.max_depth, often.beyond.cost)
     only = plan_of(scene, COSTS, 1e-3, None, modes=("reference",), **cast(Any, options))
-    assert (only.mode, only.satisfied) == ("reference", True)
-    assert plan_of(scene, COSTS, 1e-9, None, **cast(Any, options)).reference is None  # so many samples are not possible
+    assert (only.mode, only.satisfied, only.exceeded) == ("reference", True, ("frame_s",))
+    assert plan_of(scene, COSTS, 1e-9, None, **cast(Any, options)).beyond is None  # so many samples are not possible
 
 
-def test_the_nearest_to_a_budget_is_the_cheapest_of_those_as_near() -> None:
+def test_a_budget_that_nothing_meets_weighs_error_against_cost() -> None:
+    """A least error that costs too much is not chosen for being the least."""
     scene = looked_at()
-    found = plan_of(scene, COSTS, 1e-9, None)
-    best = plan_of(scene, COSTS, None, 1e9)
+    found = plan_of(scene, COSTS, 1e-9, None, ceilings=NONE)
+    best = plan_of(scene, COSTS, None, 1e9, ceilings=NONE)
     assert not found.satisfied
-    assert best.predicted_error_rel <= found.predicted_error_rel <= AS_NEAR * best.predicted_error_rel
-    assert price(found) <= price(best)
+    assert best.predicted_error_rel < found.predicted_error_rel
+    assert found.predicted_error_rel**2 * price(found) < best.predicted_error_rel**2 * price(best)
+
+
+@pytest.mark.parametrize("name", ["memory_bytes", "bake_s", "frame_s"])
+def test_nothing_beyond_a_ceiling_is_chosen_but_what_meets_the_budget_there_is_named(name: str) -> None:
+    scene = looked_at()
+    exact = plan_of(scene, COSTS, None, 1e9, ceilings=NONE)
+    budget = 1.01 * exact.predicted_error_rel
+    free = plan_of(scene, COSTS, budget, None, ceilings=NONE)
+    assert free.satisfied
+    room = replace(NONE, **{name: 0.99 * getattr(free.cost, name)})
+    held = plan_of(scene, COSTS, budget, None, ceilings=room)
+    assert getattr(held.cost, name) <= getattr(room, name)
+    assert held.exceeded == ()
+    if not held.satisfied:
+        assert held.beyond is not None
+        assert held.beyond.error_rel <= budget
+        assert held.beyond.exceeded == (name,)
+
+
+def test_the_usual_ceilings_are_a_quarter_of_memory_ten_minutes_and_a_tenth_of_a_second() -> None:
+    memory = psutil.virtual_memory()
+    found = usual()
+    assert (found.bake_s, found.frame_s) == (BAKE_S, FRAME_S) == (600.0, 0.1)
+    assert 0.2 * memory.available < found.memory_bytes < 0.3 * memory.total
+    assert usual(bake_s=2.0, frame_s=3.0, memory_bytes=4.0) == Ceilings(4.0, 2.0, 3.0)
+    with pytest.raises(ValueError, match="not above 0"):
+        Ceilings(0.0)
+
+
+def test_where_everything_is_beyond_a_ceiling_the_quick_ones_are_offered_and_the_plan_says_so() -> None:
+    """A reference of minutes is no way out of frames that take a little too long."""
+    quickest = plan_of(looked_at(), COSTS, None, 1e-9, ceilings=NONE).cost.frame_s
+    options: dict[str, Any] = {"ceilings": replace(NONE, frame_s=0.5 * quickest), "noise": lambda depth: 0.25}
+    held = plan_of(looked_at(), COSTS, 1e-3, None, **options)
+    assert held.exceeded == ("frame_s",)
+    assert held.cost.frame_s <= 2.0 * quickest
 
 
 @pytest.mark.parametrize(("parametrisation", "terms"), [("half-diff", 1), ("in-out", MOST_TERMS + 1)])

@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import io
 import json
+import time
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from engine.accuracy.compare import DEVIATIONS
 from engine.brdf.brdf import brdf_from_text
-from engine.core.steps import Step, drain
+from engine.core.steps import Step, Steps, drain
 from engine.factor.errors import reference as random_pairs
 from engine.geometry.camera import frame
 from engine.geometry.ground import Ground
@@ -29,11 +30,12 @@ from engine.planning.costs.setting import Setting
 from engine.render.reference import ReferencePicture, reference
 from engine.render.transported import picture_of
 from engine.scene.scene import Scene
+from engine.tradeoff.agenda import modes_of, reduced, settings_of
 from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relit
 from engine.tradeoff.draw import SAMPLES, shown_vertices
 from engine.tradeoff.front import front
 from engine.tradeoff.reference_error import Truth
-from engine.tradeoff.sweep import Tradeoff, ladders_of, modes_of, settings_of, sweep
+from engine.tradeoff.sweep import Tradeoff, ladders_of, sweep
 from engine.tradeoff.write import label_of, write
 from engine.transport.sh import bake as sh_bake
 from engine.transport.wavelet import bake as wavelet_bake
@@ -70,7 +72,7 @@ def found(scene: Scene) -> Tradeoff:
         Setting("reference", {"samples": 4}),
     ]
     steps: list[Step] = []
-    result = drain(sweep(scene, settings, SIZE, seconds=60.0), steps.append)
+    result = drain(sweep(scene, settings, SIZE, seconds=300.0), steps.append)
     shown = [step.partial for step in steps if step.partial is not None]
     assert all(isinstance(partial, Tradeoff) for partial in shown)
     assert [len(partial.points) for partial in shown] == sorted(len(partial.points) for partial in shown)
@@ -80,11 +82,54 @@ def found(scene: Scene) -> Tradeoff:
     return result
 
 
-def test_what_needs_no_bake_comes_first_and_takes_none(found: Tradeoff) -> None:
+def test_one_of_each_mode_comes_first_and_then_what_needs_no_bake(found: Tradeoff) -> None:
     baked = [each.bake_s > 0.0 for each in found.points]
-    assert baked == sorted(baked)
+    assert {each.mode for each in found.points[:4]} == {each.mode for each in found.points}
+    assert baked[:4] == sorted(baked[:4])
+    assert baked[4:] == sorted(baked[4:])
     assert [each.size_bytes > 0 for each in found.points] == baked
     assert baked == [each.mode in ("sh", "wavelet") for each in found.points]
+
+
+def test_settings_that_are_one_are_measured_once(mesh: Mesh) -> None:
+    """Of a Lambertian BRDF, factors have a single term, and 4 and 8 are the same bake of the same size."""
+    scene = Scene(mesh, frame(mesh.positions, 4 / 3), brdf_from_text("lambert"), environment=open_environment("sky"))
+    many = [Setting("wavelet", {"terms": terms, "cube": 16, "coefficients": 24}) for terms in (8, 4, 1)]
+    result = drain(sweep(scene, many, SMALL, seconds=300.0))
+    (only,) = result.points
+    assert only.setting == many[-1]
+    assert not result.left_out
+    assert reduced(Setting("wavelet", {"coefficients": 4000, "cube": 16}), 8)["coefficients"] == 6 * 16**2
+
+
+def test_what_a_plan_chooses_is_measured_first(scene: Scene) -> None:
+    chosen = Setting("sh", {"order": 4})
+    settings = [
+        Setting("direct", {"directions": 4}),
+        Setting("direct", {"directions": 16}),
+        Setting("sh", {"order": 3}),
+    ]
+    result = drain(sweep(scene, settings, SMALL, seconds=300.0, first=[chosen]))
+    assert {each.setting for each in result.points[:3]} == {chosen, settings[0], settings[2]}
+
+
+def test_a_budget_holds_also_where_a_bake_takes_longer_than_it_said(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A bake that would never end is given up in time, and said to be left out."""
+
+    def endless(*_: Any) -> Steps[Any]:
+        while True:
+            time.sleep(0.02)
+            yield Step(0.0, "baking")
+
+    monkeypatch.setattr("engine.tradeoff.sweep.bake_alone", endless)
+    lobes = Setting("gaussian")
+    started = time.monotonic()
+    result = drain(sweep(scene, [Setting("direct", {"directions": 4}), lobes], SMALL, seconds=4.0))
+    assert [each.setting for each in result.left_out] == [lobes]
+    assert [each.mode for each in result.points] == ["direct"]
+    assert result.time_s < time.monotonic() - started
 
 
 def test_the_noise_of_a_reference_halves_with_four_times_the_samples(found: Tradeoff) -> None:

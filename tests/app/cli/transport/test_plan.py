@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import app.session.machine_profile
+from app.cli.transport.plan import report
 from app.command_line import main
 from engine.planning.costs.cost_model import load_model, machine_name, save
 from engine.planning.effects.estimates import EFFECTS
@@ -68,18 +69,36 @@ def test_a_reference_that_nobody_waits_for_is_named_and_not_chosen(
     found = record(words, capsys)
     assert not found["satisfied"]
     assert found["mode"] != "reference"
-    assert found["reference"].keys() == {"samples", "max_depth", "error_rel", "frame_s"}
+    assert found["beyond"]["mode"] == "reference"
+    assert found["beyond"]["exceeded"] == ["frame_s"]
     assert main(words) == 0
     shown = capsys.readouterr().out
     assert "The reference meets it" in shown
-    assert f"--samples {found['reference']['samples']}" in shown
+    assert f"--samples {found['beyond']['knobs']['samples']}" in shown
     once = record([*words, "--frames", "1"], capsys)
-    assert (once["mode"], once["satisfied"], once["reference"]) == ("reference", True, None)
+    assert (once["mode"], once["satisfied"], once["beyond"]) == ("reference", True, None)
+
+
+def test_ceilings_are_told_and_raised_by_flags(mesh: str, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["plan", mesh, *LOOK, "--error", "0.01", "--max-frame-ms", "100000"]
+    assert main(words) == 0
+    said = "600 s of bake and 1e+05 ms a frame (--max-memory-mb, --max-bake-s, --max-frame-ms)"
+    assert said in capsys.readouterr().out
+    free = record(words, capsys)
+    assert (free["ceilings"]["bake_s"], free["ceilings"]["frame_s"], free["exceeded"]) == (600.0, 100.0, [])
+    low = {"max_depth": 1, "error_rel": 0.01, "frame_s": 0.02, "bake_s": 1234.0, "memory_bytes": 5e6}
+    beyond = {"mode": "sh", "knobs": {"order": 8}, **low, "exceeded": ["bake_s"]}
+    shown = report({**free, "satisfied": False, "beyond": beyond})
+    assert "No mode meets the budget below the ceilings" in shown
+    assert "With --max-bake-s 1300 sh, order 8 meets it: 1 %, 20.0 ms a frame, 1234 s to bake" in shown
+    assert main([*words[:-2], "--max-frame-ms", "0.000001"]) == 0
+    assert "Every mode is beyond the ceilings" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
     "words",
     [
+        ["--max-bake-s", "0"],
         ["--error", "0"],
         ["--error", "nan"],
         ["--time-ms", "-3"],

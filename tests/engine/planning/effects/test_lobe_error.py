@@ -14,7 +14,8 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.steps import drain
 from engine.geometry.camera import frame
 from engine.planning import bake as planned
-from engine.planning.choices import LONG_S, MARGIN, PATIENCE_S, probed
+from engine.planning.ceilings import BAKE_S, FRAME_S, NONE
+from engine.planning.choices import MARGIN, probed
 from engine.planning.costs.setting import Setting
 from engine.planning.effects.estimates import Scenery, scenery
 from engine.planning.effects.lobe_error import lobe_error
@@ -51,32 +52,35 @@ def test_sharp_highlights_take_gaussians_and_not_matrices_of_high_order() -> Non
 
 def test_what_does_not_fit_into_memory_is_never_chosen() -> None:
     scene = shiny()
-    free = plan_of(scene, COSTS, 0.001, None, modes=("sh", "gaussian"), memory_bytes=1 << 40)
+    free = plan_of(scene, COSTS, 0.001, None, modes=("sh", "gaussian"), ceilings=NONE)
     room = free.cost.memory_bytes - 1
-    chosen = plan_of(scene, COSTS, 0.001, None, modes=("sh", "gaussian"), memory_bytes=room)
+    chosen = plan_of(scene, COSTS, 0.001, None, modes=("sh", "gaussian"), ceilings=replace(NONE, memory_bytes=room))
     assert chosen.cost.memory_bytes <= room
     with pytest.raises(ValueError, match="of memory"):
-        plan_of(scene, COSTS, 0.001, None, modes=("sh", "gaussian"), memory_bytes=1000)
+        plan_of(scene, COSTS, 0.001, None, modes=("sh", "gaussian"), ceilings=replace(NONE, memory_bytes=1000))
 
 
-def test_a_long_bake_is_chosen_only_where_nothing_else_meets_the_budget() -> None:
+def test_a_long_bake_is_named_and_not_chosen() -> None:
     """Gaussians draw for nothing here, and take an hour."""
     scene = shiny()
     vertices = len(scene.sample.surface.positions)
-    tables = {**COSTS.tables, "gaussian-fit": ((1.0, 2.0 * LONG_S / vertices),)}
+    tables = {**COSTS.tables, "gaussian-fit": ((1.0, 2.0 * BAKE_S / vertices),)}
     tables |= {f"gaussian-{share}": ((1.0, 0.0),) for share in ("base", "vertex", "pixel")}
     costs = replace(COSTS, tables=tables)
     errors = mode_errors(scene)
+    held = replace(NONE, bake_s=BAKE_S)
     budget = 1.01 * max(errors.of(Setting("sh", {"order": 15})), errors.of(Setting("gaussian", {"lobes": 3})))
-    assert plan_of(scene, costs, budget, None, modes=("gaussian",)).satisfied
-    assert plan_of(scene, costs, budget, None, modes=("sh", "gaussian")).mode == "sh"
-    assert plan_of(scene, costs, budget, None, modes=("gaussian", "direct")).mode in ("gaussian", "direct")
+    free, alone = (plan_of(scene, costs, budget, None, modes=("gaussian",), ceilings=each) for each in (NONE, held))
+    assert free.satisfied
+    assert (free.exceeded, alone.exceeded) == ((), ("bake_s",))
+    assert plan_of(scene, costs, budget, None, modes=("sh", "gaussian"), ceilings=held).mode == "sh"
 
 
 def test_the_reference_is_taken_where_nothing_else_meets_the_budget() -> None:
     scene = shiny()
-    found = plan_of(scene, COSTS, 1e-3, None, pixels=10, noise=lambda depth: 0.25)
-    assert found.cost.frame_s <= PATIENCE_S
+    quick = replace(COSTS, tables={**COSTS.tables, **dict.fromkeys(COSTS.tables, ((1.0, 1e-09),))})
+    found = plan_of(scene, quick, 1e-3, None, pixels=10, noise=lambda depth: 0.25)
+    assert found.cost.frame_s <= FRAME_S
     assert found.mode == "reference"
     assert found.satisfied
     assert 0 <= found.setting["samples"] - math.ceil((0.25 / 1e-3) ** 2) <= 1

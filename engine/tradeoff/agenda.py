@@ -1,0 +1,98 @@
+"""Settings that a sweep measures, in order: ladders of knobs, settings that are one, bakes that are made together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from engine.planning.costs.setting import AT_ONCE as UNBAKED
+from engine.planning.costs.setting import Setting, knobs_of, ladder
+from engine.scene.scene import Scene
+from engine.tradeoff.bake_group import groups, is_apart
+from engine.transport import method as transport
+from engine.transport.wavelet.haar import FACES
+
+
+def modes_of(scene: Scene) -> tuple[str, ...]:
+    """The modes that draw all of a scene: with a material, those that look it up."""
+    if scene.material is not None and scene.shading is not None:
+        return ("shading-map", "direct", "reference")
+    return (*transport.names(), "direct", "reference")
+
+
+def _dear(mode: str) -> str:
+    """The knob of a mode that costs most, about whose cheapest value all others are turned as well."""
+    if mode in transport.names():
+        return transport.method_of(mode).dear
+    return "directions" if "power_law" in knobs_of(mode) else ""
+
+
+def settings_of(
+    scene: Scene, modes: Sequence[str], bases: Sequence[Setting] = (), *, bounces: bool = False
+) -> list[Setting]:
+    """The ladders of all knobs of some modes about `bases` (about the defaults where a mode has none), each once.
+
+    They are climbed about the coarsest cube map and the fewest directions as well: on a large model there may be time
+    for no other.
+    Knobs that change nothing of this scene stay where they are: directions without an environment, light from the model
+    itself without `bounces` in the reference, a power law that the material does not have.
+    """
+    found: dict[Setting, None] = {}
+    for mode in modes:
+        base = next((base for base in bases if base.mode == mode), Setting(mode))
+        if bounces and "interreflection" in knobs_of(mode):
+            base = base.replaced(interreflection=1)
+        dear = _dear(mode)
+        coarse = (
+            [base.replaced(**{dear: knobs_of(mode)[dear].ladder[0]})] if dear and _matters(scene, dear, bounces) else []
+        )
+        for start in (base, *coarse):
+            found |= dict.fromkeys([start])
+            for knob in knobs_of(mode):
+                if _matters(scene, knob, bounces):
+                    found |= dict.fromkeys(ladder(mode, knob, start))
+    return list(found)
+
+
+def _matters(scene: Scene, knob: str, bounces: bool) -> bool:
+    if knob == "directions":
+        return scene.environment is not None
+    if knob == "power_law":
+        material = scene.material
+        return material is not None and None not in (material.shading_map, material.power_law)
+    return bounces if knob == "interreflection" else True
+
+
+def in_order(settings: Sequence[Setting]) -> list[list[Setting]]:
+    """Settings that are measured together: pictures without a bake one by one, quick ones first, and then bakes."""
+    at_once = sorted((setting for setting in settings if setting.mode in UNBAKED), key=effort_of)
+    return [[setting] for setting in at_once] + _jobs(settings)
+
+
+def reduced(setting: Setting, terms: int) -> Setting:
+    """The least setting that is the same where a BRDF has so many terms, and maps as many coefficients as they have."""
+    if "terms" not in setting.knobs:
+        return setting
+    kept = min(setting["coefficients"], FACES * setting["cube"] ** 2)
+    return setting.replaced(terms=min(setting["terms"], terms), coefficients=kept)
+
+
+def _jobs(settings: Sequence[Setting]) -> list[list[Setting]]:
+    """Bakes that are made together, cheap ones first: one lobe is cheaper than high orders, several are dearer."""
+    shared = groups(settings)
+    together = {setting for group in shared for setting in group}
+    alone = [each for each in dict.fromkeys(settings) if each.mode in transport.names() and each not in together]
+    low = [group for group in shared if not is_apart(group[0])]
+    high = [group for group in shared if is_apart(group[0])]
+    cheap = [[setting] for setting in alone if _is_cheapest(setting)]
+    return low + cheap + high + [[setting] for setting in alone if not _is_cheapest(setting)]
+
+
+def _is_cheapest(setting: Setting) -> bool:
+    """True for the first step of the ladder of the first knob."""
+    name, knob = next(iter(knobs_of(setting.mode).items()))
+    return setting.knobs[name] == knob.ladder[0]
+
+
+def effort_of(setting: Setting) -> int:
+    """The knob that the time of a frame without a bake grows with."""
+    return setting["samples"] if setting.mode == "reference" else setting["directions"]
