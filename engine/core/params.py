@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal, TypeVar, cast
 
 from engine.core.errors import UsageError
@@ -177,6 +178,11 @@ def _declared(default: Any, low: int, high: int, doc: str, kind: str, **more: An
 
 def parameters(of: Any) -> tuple[Parameter, ...]:
     """The declared parameters of a dataclass (type or instance), in order of declaration."""
+    return _parameters(of if isinstance(of, type) else type(of))
+
+
+@cache
+def _parameters(of: type) -> tuple[Parameter, ...]:
     return tuple(
         Parameter(name=field.name, default=cast("float | Colour", field.default), **field.metadata["parameter"])
         for field in dataclasses.fields(of)

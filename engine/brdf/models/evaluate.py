@@ -25,6 +25,9 @@ Floats = NDArray[np.float64]
 #: Pairs of directions per block.
 BLOCK = 8192
 
+#: Blocks from which on it pays to start threads.
+MANY = 4
+
 #: A cosine up to this counts as the horizon: below it the squares and fourth powers of cosines leave float64.
 HORIZON = 1e-30
 
@@ -53,7 +56,7 @@ def evaluate(formula: Callable[[Floats, Floats], Floats], wi: ArrayLike, wo: Arr
         result[block] = np.where(visible, formula(incident, outgoing), 0.0).T
 
     starts = range(0, len(wi), BLOCK)
-    if len(starts) < 2:
+    if len(starts) < MANY:
         for start in starts:
             fill(start)
     else:

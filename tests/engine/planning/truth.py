@@ -2,12 +2,15 @@
 
 Nothing of `engine.planning` is used: points come from random places on triangles weighted by area, taken to their
 nearest corner; views are random over the sphere and weighted by n · wo; light is summed over all texels of a cube map.
+
+Models and skies are made once: the program remembers what it found of the same object.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache, lru_cache
 from typing import Any, cast
 
 import numpy as np
@@ -69,6 +72,7 @@ class Truth:
         return tuple(float(np.sqrt((apart * w).sum() / (whole * w).sum())) for w in pairs)  # type: ignore[return-value]
 
 
+@lru_cache(maxsize=4)
 def truth(mesh: Mesh, environment: EnvironmentMap, seed: int = 7) -> Truth:
     rng = np.random.default_rng(seed)
     a, b, c = (mesh.positions[mesh.faces[:, corner]] for corner in range(3))
@@ -108,12 +112,14 @@ def bounced_share(mesh: Mesh, brdf: Brdf, environment: EnvironmentMap, side: int
     return float(np.sqrt(max(part, 0.0) / whole))
 
 
+@cache
 def gradient_sky(slope: float = 0.6) -> EnvironmentMap:
     """Radiance 1 + slope · y: nothing above the band l = 1."""
     y = texel_directions(32, 64)[..., 1:2]
     return EnvironmentMap((1.0 + slope * y * np.ones(3)).astype(np.float32), "gradient")
 
 
+@cache
 def lamp_sky(radius: float = 0.3, level: float = 40.0) -> EnvironmentMap:
     """A round softbox high on one side of a dim room."""
     towards = texel_directions(64, 128)
@@ -121,6 +127,7 @@ def lamp_sky(radius: float = 0.3, level: float = 40.0) -> EnvironmentMap:
     return EnvironmentMap(np.where(inside[..., None], level, 0.2).astype(np.float32) * np.ones(3, np.float32), "lamp")
 
 
+@cache
 def sunny_sky(sun: float) -> EnvironmentMap:
     """A gradient with one texel as bright as `sun`."""
     radiance = gradient_sky().radiance.copy()
@@ -128,6 +135,7 @@ def sunny_sky(sun: float) -> EnvironmentMap:
     return EnvironmentMap(radiance, "sunny")
 
 
+@cache
 def bowl(depth: float = 0.5, rows: int = 14) -> Mesh:
     """The inside and the outside of a cap of a sphere, whose rim is at the share `depth` of the polar angle."""
     theta = np.pi * depth * (np.arange(rows) + 0.5) / rows
@@ -148,6 +156,7 @@ def bowl(depth: float = 0.5, rows: int = 14) -> Mesh:
     return Mesh(both, normals, np.zeros((len(both), 2), np.float32), np.ascontiguousarray(whole), "bowl")
 
 
+@cache
 def ball(rows: int = 16) -> Mesh:
     """A closed convex sphere."""
     theta, phi = np.meshgrid(np.pi * np.arange(1, rows) / rows, np.pi * np.arange(2 * rows) / rows, indexing="ij")
@@ -162,6 +171,7 @@ def ball(rows: int = 16) -> Mesh:
     return Mesh(points, points.astype(np.float32), uv, np.concatenate([*faces, *caps]).astype(np.int32), "ball")
 
 
+@cache
 def balls(apart: float) -> Mesh:
     """Two of them, so far apart between their middles."""
     one = ball()
@@ -170,6 +180,7 @@ def balls(apart: float) -> Mesh:
     return Mesh(points, np.concatenate([one.normals] * 2), np.concatenate([one.uv] * 2), faces, "balls")
 
 
+@cache
 def spots(count: int = 24, radius: float = 0.03, level: float = 1500.0) -> EnvironmentMap:
     """Small lamps all around in a dim room, none of which is a sun beside the others."""
     towards = texel_directions(128, 256)
@@ -179,12 +190,14 @@ def spots(count: int = 24, radius: float = 0.03, level: float = 1500.0) -> Envir
     return EnvironmentMap(np.where(lit[..., None], level, 0.2).astype(np.float32) * np.ones(3, np.float32), "spots")
 
 
+@cache
 def even_ball(count: int = 800) -> Mesh:
     """A sphere whose vertices stand for equal areas."""
     towards = _spiral(count)
     return _around(towards, towards)
 
 
+@cache
 def dented(count: int = 1200) -> Mesh:
     """A ball with deep dents, whose vertices stand for nearly equal areas."""
     towards = _spiral(10_000)

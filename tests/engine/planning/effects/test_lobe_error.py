@@ -113,7 +113,7 @@ def test_the_noise_of_a_small_picture_tells_that_of_a_large_one() -> None:
 
 
 def test_a_plan_of_gaussians_is_baked_at_the_predicted_size(tmp_path: Path) -> None:
-    mesh, brdf = ball(6), brdf_from_text(SHARP)
+    mesh, brdf = ball(3), brdf_from_text(SHARP)
     found = plan_of(scenery(mesh, brdf, lamp_sky()), COSTS, 0.5, None, modes=("gaussian",))
     ready = drain(planned.prepare(found, mesh, brdf))
     baked = drain(ready.start(tmp_path / "ball.transport"))

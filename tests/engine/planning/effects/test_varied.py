@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ NAME = "spatially-varying-gloss"
 BRDF = "ggx:kd=0.3,alpha=0.3,f0=0.2"
 
 
+@lru_cache(maxsize=4)
 def looked_at(mesh: Mesh, sky: EnvironmentMap, *texts: str, brdf: str = BRDF) -> Scenery:
     return scenery(mesh, brdf_from_text(brdf), sky, variations=[variation_from_text(text) for text in texts])
 
