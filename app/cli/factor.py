@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ from engine.core.steps import Step, drain
 from engine.factor.settings import HOMOMORPHIC_KNOBS, SEPARABLE_KNOBS, FactorSettings
 
 if TYPE_CHECKING:
-    from engine.factor.errors import Factorisation, TermError
+    from engine.factor.errors import Factorisation
 
 HELP = "Factor a BRDF into textures: sums of products, or products of projections."
 EXAMPLE = "lightarc factor lafortune:preset=blue-paint --terms 4 -o paint-factors --json"
@@ -29,7 +29,8 @@ _COLUMNS = (
     ("textures", 10),
     ("RMS·cos 1/sr", 14),
     ("sq. log", 10),
-    ("abs. log", 10),
+    ("held out: RMS", 14),
+    ("sq. log", 14),
     ("size", 12),
     ("time", 10),
 )
@@ -140,8 +141,11 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "evaluations": found.evaluations,
         "projections": [_projection(each) for each in found.projections],
         "terms": [_rung(rung) for rung in found.ladder],
+        "terms_not_stored": [_rung(rung) for rung in found.left_out],
+        "best_terms": found.best_terms,
+        "held_out_by": found.held_out_by or None,
+        "unmeasured": found.unmeasured or None,
         "terms_share_time": settings.separable,
-        "lowest_rms_terms": _lowest(found.ladder).terms if found.ladder else None,
         "elevation_bands_deg": np.linspace(0.0, 90.0, BANDS + 1).tolist(),
         "samples": settings.samples,
         "max_theta_deg": settings.max_theta_deg,
@@ -193,11 +197,6 @@ def _rung(rung: Any) -> dict[str, Any]:
     return {**_flat(asdict(rung)), "rms_by_elevation_band": list(rung.rms_by_elevation_band)}
 
 
-def _lowest(ladder: Sequence[TermError]) -> TermError:
-    """The number of terms with the lowest cosine-weighted error, the fewest where several have it."""
-    return min(ladder, key=lambda rung: rung.rms_cosine_weighted)
-
-
 def _projection(projection: Any) -> dict[str, Any]:
     rows = getattr(projection, "rows", None)
     return {"kind": projection.name} if rows is None else {"kind": projection.name, "rows": rows.tolist()}
@@ -210,28 +209,19 @@ def report(result: dict[str, Any]) -> str:
     form = {"in-out": "light and viewer", "half-diff": "half and difference vector"}[result["parametrisation"]]
     title = f"{result['method']}, {form}, textures of {result['size']}²"
     lines = [f"{title}, {result['map']} map" if result["map"] else title]
-    lines.append(
-        f"{'terms':>6}{'textures':>10}{'RMS·cos 1/sr':>14}{'sq. log':>10}{'abs. log':>10}{'size':>12}{'time':>10}"
-    )
-    lines += [
-        f"{rung['terms']:6d}{rung['textures']:10d}{rung['rms_cosine_weighted']:14.5g}{rung['sq_log']:10.4g}"
-        f"{rung['abs_log']:10.4g}{rung['size_bytes'] / 1024:8.1f} KiB{rung['time_s']:8.2f} s"
-        for rung in result["terms"]
-    ]
+    lines.append("".join(f"{word:>{width}}" for word, width in _COLUMNS))
+    lines += [_line(rung) for rung in result["terms"]]
+    lines += [f"{_line(rung)}  not stored" for rung in result["terms_not_stored"]]
     lines.append(
         f"RMS over 80,000 pairs of the hemisphere; logarithms over {result['samples']:,} samples up to "
         f"{result['max_theta_deg']:g}° of a formula, or the measured ones"
     )
+    lines += _on_held_out(result)
     if result["terms"]:
         bands = "  ".join(f"{rms:.3g}" for rms in result["terms"][-1]["rms_by_elevation_band"])
         lines.append(f"RMS of all terms by the viewer's elevation, from 0° upwards in bands of 10°: {bands}")
     if result["terms_share_time"] and len(result["terms"]) > 1:
         lines.append("All terms come from one decomposition and have its time.")
-    if result["projections"] and result["lowest_rms_terms"] not in (None, result["terms"][-1]["terms"]):
-        lines.append(
-            f"The cosine-weighted RMS is lowest with {result['lowest_rms_terms']}: further terms make the logarithm "
-            "better and not the RMS; compare --metric sq."
-        )
     if result["optimum_ratio"]:
         lines.append(
             f"asymmetry of the matrix {result['asymmetry']:.2g}; truncation error over the optimum "
@@ -251,6 +241,34 @@ def report(result: dict[str, Any]) -> str:
     if result["output"]:
         lines.append(f"written to {result['output']}")
     return "\n".join(lines)
+
+
+def _line(rung: dict[str, Any]) -> str:
+    held = [rung[name] for name in ("held_out_rms_cosine_weighted", "held_out_sq_log")]
+    columns = "".join(f"{value:14.4g}" if value is not None else f"{'–':>14}" for value in held)
+    return (
+        f"{rung['terms']:6d}{rung['textures']:10d}{rung['rms_cosine_weighted']:14.5g}{rung['sq_log']:10.4g}{columns}"
+        f"{rung['size_bytes'] / 1024:8.1f} KiB{rung['time_s']:8.2f} s"
+    )
+
+
+def _on_held_out(result: dict[str, Any]) -> list[str]:
+    """Sentences on what held-out errors leave out and choose, and on where nothing was measured."""
+    lines = []
+    if result["held_out_by"] == "regions":
+        lines.append("Held-out errors are those at samples of whole regions of directions that were left out in turn.")
+    elif result["held_out_by"]:
+        lines.append("The factors are made at the centres of texels alone: errors between them are held-out ones.")
+    else:
+        lines.append("Too few measurements to leave out regions of them: nothing is known between the samples.")
+    best = result["best_terms"]
+    if best is not None:
+        by = "RMS" if result["map"] else "RMS and logarithm"
+        further = "; more make it worse and are not stored" if result["terms_not_stored"] else ""
+        lines.append(f"Best with {best} term{'s'[: best != 1]} by the held-out {by}{further}.")
+    if result["unmeasured"]:
+        lines.append(result["unmeasured"])
+    return lines
 
 
 def _report_table(rows: list[dict[str, Any]]) -> str:

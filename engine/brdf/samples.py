@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -85,6 +85,11 @@ class BrdfSamples:
             expected = (count, len(self.wavelengths_nm))
             if self.spectra.shape != expected or not np.isfinite(self.spectra).all():
                 raise ValueError(f"spectra must be finite and of the shape {expected}")
+
+    def part(self, kept: NDArray[np.bool_]) -> BrdfSamples:
+        """The samples of this mask (N,), of which there must be some."""
+        spectra = None if self.spectra is None else self.spectra[kept]
+        return replace(self, wi=self.wi[kept], wo=self.wo[kept], value=self.value[kept], spectra=spectra)
 
     @property
     def positive_from_srgb(self) -> Floats:

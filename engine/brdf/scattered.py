@@ -172,12 +172,13 @@ class ScatteredBrdf:
         return values
 
 
-def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0) -> Steps[ScatteredBrdf]:
+def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0, shape: Shape | None = None) -> Steps[ScatteredBrdf]:
     """The smooth BRDF through `samples`.
 
     `smoothing` ≥ 0 is added to the diagonal of the interpolation matrix, whose own diagonal is about 1: the result
     then minimises Σ (log residual)² + smoothing · ‖log f‖² in the norm of the kernel, and no longer meets the samples.
-    Takes 1 to 15 s; the generator returns the BRDF. Raises ValueError for a negative `smoothing`.
+    `shape` is chosen by the samples where none is given. Takes 1 to 15 s; the generator returns the BRDF. Raises
+    ValueError for a negative `smoothing`.
     """
     if not 0.0 <= smoothing < np.inf:
         raise ValueError(f"smoothing must be at least 0 and finite, not {smoothing}")
@@ -185,7 +186,8 @@ def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0) -> Steps[Scatter
     lit = values[values > 0.0]
     offset = max(_OFFSET * float(np.median(lit)), _LEAST_OFFSET) if len(lit) else 1.0
     logs = np.log(values + offset)
-    shape = yield from _chosen_shape(samples, logs, smoothing)
+    if shape is None:
+        shape = yield from _chosen_shape(samples, logs, smoothing)
     points, logs_kept, merged = _merged(coordinates(samples.wi, samples.wo, shape), logs, shape)
     mean = logs_kept.mean(axis=0)
     targets = logs_kept - mean

@@ -67,6 +67,40 @@ def metrics(approximation: ArrayLike, data: FactorData, epsilon: float = EPSILON
     )
 
 
+@dataclass(frozen=True)
+class HeldOut:
+    """Two errors at samples, each foretold by factors made without its region (`engine.factor.solvers.regions`).
+
+    Attributes
+    ----------
+    rms_cosine_weighted : root mean square of (f − f') cos θ_i over samples and channels, in 1/sr.
+    sq_log : mean square of the difference in log((f + εA)/A).
+    """
+
+    rms_cosine_weighted: float
+    sq_log: float
+
+    @property
+    def score(self) -> float:
+        """Both at once: half of either is worth as much as half of the other."""
+        return self.rms_cosine_weighted * self.sq_log
+
+    def no_worse(self, other: HeldOut) -> bool:
+        """True if neither error is larger, but for rounding."""
+        return self.rms_cosine_weighted <= other.rms_cosine_weighted * ROUNDED and self.sq_log <= other.sq_log * ROUNDED
+
+
+#: Errors of the same factors may differ by this factor.
+ROUNDED = 1.0 + 1e-9
+
+
+def held_out_errors(foretold: ArrayLike, data: FactorData, epsilon: float = EPSILON) -> HeldOut:
+    """The errors of values (N, 3) that were foretold for all samples of `data`, each by factors that never saw it."""
+    foretold = np.asarray(foretold, np.float64)
+    missed = (foretold - data.value) * data.wi[:, 2:]
+    return HeldOut(float(np.sqrt((missed * missed).mean())), metrics(foretold, data, epsilon).sq_log)
+
+
 @dataclass(frozen=True, eq=False)
 class Reference:
     """A BRDF's values at random pairs, evaluated once and compared with many approximations.
@@ -123,6 +157,8 @@ class TermError:
     time_s : from the start of the factorisation until this term was there. The terms of a sum of products come all at
         once, from one decomposition, and have one time.
     size_bytes : of the textures, as float32.
+    held_out_rms_cosine_weighted, held_out_sq_log : as `HeldOut` has them; None where too little was measured.
+    smoothing : λ of the textures of projections, else 0.
     """
 
     terms: int
@@ -132,6 +168,15 @@ class TermError:
     metrics: Metrics
     time_s: float
     size_bytes: int
+    held_out_rms_cosine_weighted: float | None = None
+    held_out_sq_log: float | None = None
+    smoothing: float = 0.0
+
+    @property
+    def held_out(self) -> HeldOut | None:
+        if self.held_out_rms_cosine_weighted is None or self.held_out_sq_log is None:
+            return None
+        return HeldOut(self.held_out_rms_cosine_weighted, self.held_out_sq_log)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +187,12 @@ class Factorisation:
     ----------
     factors : SeparableFactors or HomomorphicFactors.
     method : the name of the method that made it.
-    ladder : the errors of 1, 2, … terms.
+    ladder : the errors of each number of terms that is stored.
+    left_out : the errors of numbers of terms that were tried and are not stored, because fewer terms are better.
+    held_out_by : what the held-out errors leave out: "regions" of the measured sphere or, of sums that are made of
+        values at texel centres alone, all pairs "between texels"; "" where there are none.
+    best_terms : the number of terms that is best by held-out errors; None where they are not known.
+    unmeasured : a sentence on pairs of directions near which nothing was measured; else "".
     asymmetry : ‖M − Mᵀ‖/‖M‖ of the BRDF's matrix; 0 where no matrix is formed.
     condition_number : of the last least-squares problem, as far as it is known, else 0.
     optimum_ratio : truncation error over the Eckart–Young optimum; 0 where there is no such optimum.
@@ -166,6 +216,10 @@ class Factorisation:
     weighting: str = ""
     converged: bool = True
     negative_energy: float = 0.0
+    left_out: tuple[TermError, ...] = ()
+    held_out_by: str = ""
+    unmeasured: str = ""
+    best_terms: int | None = None
 
 
 #: Error relative to the reflectance itself above which its highlight counts as too narrow for the factors.

@@ -12,16 +12,20 @@ import time
 from dataclasses import replace
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.brdf.scattered import ScatteredBrdf
+from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps, part
 from engine.factor.data import FactorData, factor_data
-from engine.factor.errors import Factorisation, Reference, TermError, metrics, reference
+from engine.factor.errors import Factorisation, HeldOut, Reference, TermError, held_out_errors, metrics, reference
+from engine.factor.held_out import SIZES, chosen, ladder_judged, sums_foretold
 from engine.factor.hemisphere_map import KINDS, HemisphereMap, MapKind
 from engine.factor.normalised import normalised
 from engine.factor.projection_search import search
 from engine.factor.separable import METHODS, SeparableMethod, Separated, separate
 from engine.factor.separable_factors import PARAMETRISATIONS, Parametrisation, SeparableFactors
 from engine.factor.settings import DEFAULT, FactorSettings
+from engine.factor.solvers.regions import Parts, gaps, parts_of
 from engine.factor.textures import THESIS, SearchSettings, mccool
 
 
@@ -37,22 +41,73 @@ def factor(brdf: Brdf, settings: FactorSettings = DEFAULT, resume: Factorisation
     yield Step(0.0, "sampling")
     data = factor_data(brdf, settings.samples, settings.max_theta, settings.seed)
     pairs = reference(brdf, seed=settings.seed)
+    parts = parts_of(data.wi, data.wo, data.measurement)
     if settings.separable:
-        return (yield from _separable(brdf, settings, data, pairs))
-    name = _name(brdf)
-    if settings.method == "homomorphic":
-        found = mccool(data, settings.size, settings.reciprocal, epsilon=settings.epsilon, reference=pairs)
-        terms = min(settings.textures, len(found.ladder))
-        found = replace(found, factors=found.factors.truncated(terms), ladder=found.ladder[:terms])
+        found = yield from _separable(brdf, settings, data, pairs, parts)
+    elif settings.method == "homomorphic":
+        found = yield from _fixed(settings, data, pairs, parts)
     else:
-        if resume is not None and resume.method != "search":
+        found = yield from _searched(_name(brdf), settings, data, pairs, parts, resume)
+    unmeasured = _unmeasured(brdf, data, pairs)
+    return replace(found, factors=replace(found.factors, name=_name(brdf)), unmeasured=unmeasured)
+
+
+def _unmeasured(brdf: Brdf, data: FactorData, pairs: Reference) -> str:
+    """A sentence on pairs of directions that a measurement leaves out; "" for formulas."""
+    if not isinstance(brdf, (ScatteredBrdf, HalfDifferenceTable, DirectionTable)):
+        return ""
+    found = gaps((data.wi, data.wo, data.measurement), pairs.wi, pairs.wo)
+    return found.sentence if found is not None else ""
+
+
+def _fixed(settings: FactorSettings, data: FactorData, pairs: Reference, parts: Parts | None) -> Steps[Factorisation]:
+    """McCool's textures, up to the number that is best."""
+    found = mccool(data, settings.size, settings.reciprocal, epsilon=settings.epsilon, reference=pairs)
+    terms = min(settings.textures, len(found.ladder))
+    found = replace(found, factors=found.factors.truncated(terms), ladder=found.ladder[:terms])
+    if parts is None:
+        return found
+    found = yield from part(ladder_judged(data, search_settings(settings), found, parts), 0.5, 1.0)
+    return _cut(found)
+
+
+def _searched(
+    name: str,
+    settings: FactorSettings,
+    data: FactorData,
+    pairs: Reference,
+    parts: Parts | None,
+    resume: Factorisation | None,
+) -> Steps[Factorisation]:
+    """Textures that the search proposes and regions left out choose; those proposed where the thesis is asked for."""
+    asked = search_settings(settings)
+    if resume is not None:
+        if resume.method != "search":
             raise UsageError(f"a search cannot go on from factors of the method {resume.method}")
-        if resume is not None and resume.factors.name not in ("", "factors", name):
+        if resume.factors.name not in ("", "factors", name):
             raise UsageError(f"these factors are of {resume.factors.name}, and cannot go on as factors of {name}")
-        found = yield from search(data, search_settings(settings), reference=pairs, resume=resume)
-    found = replace(found, factors=replace(found.factors, name=name))
-    yield Step(1.0, "done", found)
-    return found
+        size = len(resume.factors.textures[0])
+        if resume.best_terms is not None and size in SIZES and size < asked.size:
+            asked = replace(asked, size=size, low_size=min(asked.low_size, size))
+    by_regions = parts is not None and settings.preset == "default"
+    # λ is chosen by regions afterwards
+    proposing = replace(asked, held_out=0.0) if by_regions else asked
+    steps = search(data, proposing, reference=pairs, resume=resume)
+    proposed = yield from part(steps, 0.0, 0.7 if parts is not None else 1.0)
+    if parts is None or proposed is resume:
+        return proposed
+    if not by_regions:
+        return (yield from part(ladder_judged(data, asked, proposed, parts), 0.7, 1.0))
+    steps = chosen(
+        data,
+        asked,
+        proposed,
+        parts,
+        sizes=[size for size in SIZES if size < asked.size],
+        reference=pairs,
+        before=resume if resume is not None and resume.held_out_by else None,
+    )
+    return (yield from part(steps, 0.7, 1.0))
 
 
 def search_settings(settings: FactorSettings) -> SearchSettings:
@@ -74,21 +129,23 @@ def search_settings(settings: FactorSettings) -> SearchSettings:
     )
 
 
-def _separable(brdf: Brdf, settings: FactorSettings, data: FactorData, pairs: Reference) -> Steps[Factorisation]:
-    """The best of the maps and parametrisations that are to be tried, and its errors."""
+def _separable(
+    brdf: Brdf, settings: FactorSettings, data: FactorData, pairs: Reference, parts: Parts | None
+) -> Steps[Factorisation]:
+    """The best of the maps and parametrisations that are to be tried, up to the number of terms that is best."""
     started = time.perf_counter()
     forms = PARAMETRISATIONS if settings.parametrisation == "auto" else (settings.parametrisation,)
     hemisphere_maps = [(kind, form) for form in forms for kind in _maps(settings, form)]
     tried: list[tuple[float, Separated]] = []
     for index, (kind, form) in enumerate(hemisphere_maps):
-        share = 0.7 / len(hemisphere_maps)
+        share = 0.5 / len(hemisphere_maps)
         steps = _one(brdf, settings, HemisphereMap(kind, settings.side), form, pairs)
         found = yield from part(steps, index * share, (index + 1) * share)
         tried.append((pairs.rms(found.factors)[0], found))
     found = min(tried, key=lambda one: one[0])[1]
     made = time.perf_counter() - started
     result = Factorisation(
-        replace(found.factors, name=_name(brdf)),
+        found.factors,
         found.method,
         (),
         asymmetry=found.asymmetry,
@@ -97,12 +154,51 @@ def _separable(brdf: Brdf, settings: FactorSettings, data: FactorData, pairs: Re
         weighting=found.weighting,
         converged=found.converged,
         negative_energy=found.factors.negative_energy(pairs.wi, pairs.wo),
+        held_out_by="between texels",
     )
     for terms in range(1, found.factors.terms + 1):
         rung = _rung(result.factors.truncated(terms), data, pairs, made, settings)
         result = replace(result, ladder=(*result.ladder, rung))
-        yield Step(0.7 + 0.3 * terms / found.factors.terms, f"comparing {terms} terms", result)
-    return result
+        yield Step(0.5 + 0.2 * terms / found.factors.terms, f"comparing {terms} terms", result)
+    if isinstance(brdf, ScatteredBrdf):
+        errors: list[HeldOut | None] = [None] * len(result.ladder)
+        if parts is not None and found.method != "normalised":
+            words = found.method, found.weighting
+            foretold = yield from part(sums_foretold(brdf, found.factors, *words, data, parts, settings.seed), 0.7, 1.0)
+            errors = [held_out_errors(values, data, settings.epsilon) for values in foretold]
+        ladder = tuple(_with(rung, each) for rung, each in zip(result.ladder, errors, strict=True))
+        result = replace(result, ladder=ladder, held_out_by="regions" if errors[0] is not None else "")
+    result = _cut(result)
+    return replace(result, negative_energy=result.factors.negative_energy(pairs.wi, pairs.wo))
+
+
+def _with(rung: TermError, errors: HeldOut | None) -> TermError:
+    rms, log = (errors.rms_cosine_weighted, errors.sq_log) if errors is not None else (None, None)
+    return replace(rung, held_out_rms_cosine_weighted=rms, held_out_sq_log=log)
+
+
+def _cut(found: Factorisation) -> Factorisation:
+    """The terms up to the number that is best by held-out errors: further ones make it worse and are not stored.
+
+    That is the one with the least RMS of a sum, whose terms come in the order of that norm, and with the least product
+    of both errors of a product, whose textures are fitted to logarithms.
+    """
+    errors = [rung.held_out for rung in found.ladder]
+    if any(each is None for each in errors):
+        return found
+    of_sum = isinstance(found.factors, SeparableFactors)
+    scores = [each.rms_cosine_weighted if of_sum else each.score for each in errors if each is not None]
+    best = scores.index(min(scores))
+    terms = found.ladder[best].terms
+    factors = found.factors.truncated(terms)
+    return replace(
+        found,
+        factors=factors,
+        ladder=found.ladder[: best + 1],
+        left_out=found.ladder[best + 1 :],
+        projections=getattr(factors, "projections", ()),
+        best_terms=terms,
+    )
 
 
 def _maps(settings: FactorSettings, form: Parametrisation) -> tuple[MapKind, ...]:
@@ -142,13 +238,17 @@ def _name(brdf: Brdf) -> str:
 def _rung(
     factors: SeparableFactors, data: FactorData, pairs: Reference, made: float, settings: FactorSettings
 ) -> TermError:
+    """The errors of `factors`; held-out ones are the same, because samples and pairs lie between the texels."""
     rms, bands = pairs.rms(factors)
+    errors = metrics(factors.f(data.wi, data.wo), data, settings.epsilon)
     return TermError(
         terms=factors.terms,
         textures=2 * factors.terms,
         rms_cosine_weighted=rms,
         rms_by_elevation_band=bands,
-        metrics=metrics(factors.f(data.wi, data.wo), data, settings.epsilon),
+        metrics=errors,
         time_s=made,
         size_bytes=factors.size_bytes,
+        held_out_rms_cosine_weighted=rms,
+        held_out_sq_log=errors.sq_log,
     )

@@ -16,7 +16,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -107,11 +107,14 @@ class _Rung(_Strict):
     metrics: dict[Literal["abs_log", "sq_log", "max_log", "abs", "sq", "max"], _Positive]
     time_s: _Positive
     size_bytes: Annotated[int, Field(ge=0)]
+    held_out_rms_cosine_weighted: _Positive | None = None
+    held_out_sq_log: _Positive | None = None
+    smoothing: _Positive = 0.0
 
 
 class _Record(_Strict):
     format: Literal["lightarc-factors"] = FORMAT
-    version: Literal[1] = 1
+    version: Literal[1, 2] = 2
     name: _Text
     method: _Text
     unit: Literal["1/sr, without the cosine"] = "1/sr, without the cosine"
@@ -125,6 +128,10 @@ class _Record(_Strict):
     converged: bool
     negative_energy: _Positive
     ladder: Annotated[list[_Rung], Field(max_length=_MOST_TERMS)]
+    left_out: Annotated[list[_Rung], Field(max_length=_MOST_TERMS)] = []
+    held_out_by: Literal["", "regions", "between texels"] = ""
+    best_terms: Annotated[int, Field(ge=1, le=_MOST_TERMS)] | None = None
+    unmeasured: _Text = ""
     sha256: dict[_Text, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]]
 
 
@@ -133,7 +140,7 @@ def write_factors(folder: str | os.PathLike[str], factorisation: Factorisation) 
 
     A folder of factors is replaced, any other that is not empty is refused.
     """
-    pictures, ladder = dict(_pictures(factorisation.factors)), factorisation.ladder
+    pictures = dict(_pictures(factorisation.factors))
     record = _Record(
         name=factorisation.factors.name[:1000],
         method=factorisation.method,
@@ -146,7 +153,11 @@ def write_factors(folder: str | os.PathLike[str], factorisation: Factorisation) 
         weighting=factorisation.weighting,  # type: ignore[arg-type]
         converged=factorisation.converged,
         negative_energy=factorisation.negative_energy,
-        ladder=[_Rung(**asdict(rung) | {"rms_by_elevation_band": [*rung.rms_by_elevation_band]}) for rung in ladder],
+        ladder=_rungs(factorisation.ladder),
+        left_out=_rungs(factorisation.left_out),
+        held_out_by=factorisation.held_out_by,  # type: ignore[arg-type]
+        best_terms=factorisation.best_terms,
+        unmeasured=factorisation.unmeasured[:1000],
         sha256={name: _fingerprint(picture) for name, picture in pictures.items()},
     )
     text = json.dumps(record.model_dump(), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
@@ -163,7 +174,7 @@ def read_factors(folder: str | os.PathLike[str]) -> Factorisation:
     value = read_json(read_bytes(path / MEMBER, _JSON_LIMIT_BYTES), path, MEMBER, _REMEDY)
     if not isinstance(value, dict) or value.get("format") != FORMAT:
         raise InputError(path, f"{MEMBER} does not describe factors", _REMEDY)
-    if isinstance(value.get("version"), int) and value["version"] > 1:
+    if isinstance(value.get("version"), int) and value["version"] > 2:
         raise InputError(path, f"was written by a newer Lightarc (version {value['version']})", "Update Lightarc")
     try:
         record = _Record.model_validate(value)
@@ -281,6 +292,10 @@ def _factorisation(record: _Record, pictures: dict[str, NDArray[np.float32]]) ->
         weighting=record.weighting,
         converged=record.converged,
         negative_energy=record.negative_energy,
+        left_out=tuple(_rung(rung) for rung in record.left_out),
+        held_out_by=record.held_out_by,
+        best_terms=record.best_terms,
+        unmeasured=record.unmeasured,
     )
 
 
@@ -325,6 +340,10 @@ def _projection(described: _Projection) -> Projection:
             raise ValueError("a linear projection needs rows and an extent")
         return LinearProjection(np.array(described.rows), described.extent)
     return FixedProjection(described.kind)
+
+
+def _rungs(ladder: Sequence[TermError]) -> list[_Rung]:
+    return [_Rung(**asdict(rung) | {"rms_by_elevation_band": [*rung.rms_by_elevation_band]}) for rung in ladder]
 
 
 def _rung(rung: _Rung) -> TermError:

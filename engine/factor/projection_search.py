@@ -241,7 +241,7 @@ class _Search:
         self.fit = trial.keep(projection)
         factors = trial.factors(self.ladder.factors)
         level.forget()
-        rung = self.ladder.rung(factors)
+        rung = self.ladder.rung(factors, trial.smoothing)
         shown, metric = self.partial, self.settings.metric
         if shown is not None and shown.searching and len(shown.ladder) == number:
             before = shown.ladder[-1]

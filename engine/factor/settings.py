@@ -69,7 +69,7 @@ class FactorSettings:
     )
     side: int = whole(48, 1, 96, slider=(8, 64), option="size", doc="texels along a side of each map")
     products: int = whole(8, 1, MOST_PRODUCTS, slider=(1, 24), option="terms", doc="most products of two maps")
-    size: int = whole(16, SMALLEST_SIZE, LARGEST_SIZE, slider=(4, 32), doc="texels along a side of each texture")
+    size: int = whole(16, SMALLEST_SIZE, LARGEST_SIZE, slider=(4, 32), doc="most texels along a side of a texture")
     textures: int = whole(5, 1, MOST_TEXTURES, slider=(1, 8), option="terms", doc="most textures")
     reciprocal: bool = flag(False, doc="enforce reciprocity exactly (homomorphic and search)")
     restarts: int = whole(6, 0, 1000, slider=(0, 12), doc="random starts of the search for each texture")
@@ -96,7 +96,7 @@ class FactorSettings:
         "default",
         ("default", "thesis"),
         offered=(("default", "Ours"), ("thesis", "As in the thesis")),
-        doc="settings of the search: Lightarc's (default) or Cole's (thesis)",
+        doc="default: terms, smoothness and size that are best on regions left out; thesis: Cole's search",
     )
     seed: int = whole(1, 0, 2**31 - 1, slider=(0, 20), doc="seed of samples and starts: equal seeds give equal factors")
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from engine.core.errors import UsageError
 from engine.core.params import check_values
 from engine.factor.data import FactorData
-from engine.factor.errors import Factorisation, Reference, TermError, metrics
+from engine.factor.errors import Factorisation, HeldOut, Reference, TermError, metrics
 from engine.factor.homomorphic import EPSILON, HomomorphicFactors, LogSpace
 from engine.factor.projections import (
     KINDS,
@@ -40,7 +40,8 @@ from engine.factor.projections import (
     texture_mask,
 )
 from engine.factor.settings import SMALLEST_SIZE, FactorSettings
-from engine.factor.solvers.least_squares import DENSE_LIMIT, Fit, Term, solve, term, with_smoothing
+from engine.factor.solvers.least_squares import DENSE_LIMIT, Fit, Term, solve, with_smoothing
+from engine.factor.solvers.least_squares import term as made_term
 from engine.factor.solvers.least_squares_rows import Rows, predicted, rows_of, touched
 
 Mask = NDArray[np.bool_]
@@ -195,7 +196,7 @@ class Level:
         read = look_ups(projection, self.points, self.settings.parametrisation, self.settings.reciprocal)
         return rows_of(read, self.size)
 
-    def _kept_rows(self, projection: Projection) -> Rows:
+    def kept_rows(self, projection: Projection) -> Rows:
         """Rows of a projection that is used again and again."""
         if id(projection) not in self._rows:
             self._rows[id(projection)] = projection, self.rows(projection)
@@ -205,23 +206,23 @@ class Level:
         """Let go of the rows of projections that were shown and not chosen: some megabytes each."""
         self._rows = {id(each): self._rows[id(each)] for each in self.chosen if id(each) in self._rows}
 
-    def _term(self, projection: Projection, rows: Rows, target: Floats) -> Term:
+    def term(self, projection: Projection, rows: Rows, target: Floats) -> Term:
         parametrisation, reciprocal = self.settings.parametrisation, self.settings.reciprocal
         mask = texture_mask(projection, parametrisation, reciprocal, self.size)
-        return term(rows, target, mask, self.smoothing)
+        return made_term(rows, target, mask, self.smoothing)
 
     def prepare(self) -> None:
         """Take the textures that stay as they are from the target, and set up those that are solved anew."""
         free = len(self.chosen) - min(self.settings.together - 1, len(self.chosen))
         self._base = self.target.copy()
         for projection, texture in zip(self.chosen[:free], self.textures[:free], strict=True):
-            self._base -= predicted(self._kept_rows(projection), texture)
-        self._prior = [self._term(each, self._kept_rows(each), self._base) for each in self.chosen[free:]]
+            self._base -= predicted(self.kept_rows(projection), texture)
+        self._prior = [self.term(each, self.kept_rows(each), self._base) for each in self.chosen[free:]]
 
     def error(self, projection: Projection) -> float:
         """The metric with `projection` as one more term."""
         rows = self.rows(projection)
-        terms = [*self._prior, self._term(projection, rows, self._base)]
+        terms = [*self._prior, self.term(projection, rows, self._base)]
         fit = solve(terms, self._base)
         residual = self._base.copy()
         for one, texture in zip(terms, fit.textures, strict=True):
@@ -242,7 +243,7 @@ class Level:
         if self.settings.refit:
             self.chosen.append(projection)
             return self.solve_all()
-        terms = [*self._prior, self._term(projection, self.rows(projection), self._base)]
+        terms = [*self._prior, self.term(projection, self.rows(projection), self._base)]
         fit = solve(terms, self._base, refine=True)
         self.chosen.append(projection)
         self.textures = [*self.textures[: len(self.chosen) - len(terms)], *fit.textures]
@@ -255,11 +256,11 @@ class Level:
         """
         other = self.beside()
         held = held_out(self.measurement, self.settings.held_out, self.settings.seed)
-        rows = [self._kept_rows(each) for each in self.chosen]
+        rows = [self.kept_rows(each) for each in self.chosen]
         if held.any() and self.settings.smoothing > 0.0 and sum(map(touched, rows)) <= DENSE_LIMIT:
             target, known = self.target[~held], [part_of(one, held) for one in rows]
             pairs = zip(self.chosen, rows, strict=True)
-            terms = [self._term(each, part_of(one, ~held), target) for each, one in pairs]
+            terms = [self.term(each, part_of(one, ~held), target) for each, one in pairs]
             other.smoothing *= smoothing_share(terms, target, known, self.target[held], self.measurement[held])
         return other, other.solve_all()
 
@@ -271,7 +272,7 @@ class Level:
 
     def solve_all(self) -> Fit:
         """All textures of the chosen projections together."""
-        terms = [self._term(each, self._kept_rows(each), self.target) for each in self.chosen]
+        terms = [self.term(each, self.kept_rows(each), self.target) for each in self.chosen]
         fit = solve(terms, self.target, refine=True)
         self.textures = list(fit.textures)
         return fit
@@ -279,7 +280,7 @@ class Level:
     def chosen_error(self) -> float:
         residual = self.target.copy()
         for projection, texture in zip(self.chosen, self.textures, strict=True):
-            residual -= predicted(self._kept_rows(projection), texture)
+            residual -= predicted(self.kept_rows(projection), texture)
         return self._metric(residual)
 
     def factors(self, shorter: tuple[HomomorphicFactors, ...]) -> HomomorphicFactors:
@@ -302,7 +303,7 @@ class Ladder:
         self.factors: tuple[HomomorphicFactors, ...] = ()
         self.errors: tuple[TermError, ...] = ()
 
-    def rung(self, factors: HomomorphicFactors) -> TermError:
+    def rung(self, factors: HomomorphicFactors, smoothing: float) -> TermError:
         rms, bands = self.reference.rms(factors)
         return TermError(
             terms=factors.terms,
@@ -312,11 +313,21 @@ class Ladder:
             metrics=metrics(factors.f(self.data.wi, self.data.wo), self.data, self.settings.epsilon),
             time_s=time.perf_counter() - self.started,
             size_bytes=factors.size_bytes,
+            smoothing=smoothing,
         )
 
     def add(self, level: Level) -> None:
         factors = level.factors(self.factors)
-        self.factors, self.errors = (*self.factors, factors), (*self.errors, self.rung(factors))
+        self.factors, self.errors = (*self.factors, factors), (*self.errors, self.rung(factors, level.smoothing))
+
+    def judge_last(self, errors: HeldOut) -> None:
+        """Say what the held-out errors of the last factors are."""
+        rung = replace(
+            self.errors[-1],
+            held_out_rms_cosine_weighted=errors.rms_cosine_weighted,
+            held_out_sq_log=errors.sq_log,
+        )
+        self.errors = (*self.errors[:-1], rung)
 
     def factorisation(self, method: str, fit: Fit | None, evaluations: int) -> Factorisation:
         factors = self.factors[-1]

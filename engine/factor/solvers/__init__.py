@@ -1,1 +1,1 @@
-"""Least squares, singular values, direct search and rotations, which know nothing of a BRDF."""
+"""Least squares, singular values, direct search, rotations and regions of directions, which know nothing of a BRDF."""

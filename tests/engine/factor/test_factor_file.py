@@ -86,7 +86,7 @@ def changed(folder: Path, **values: Any) -> None:
     ("values", "words"),
     [
         ({"format": "other"}, "does not describe factors"),
-        ({"version": 2}, "newer"),
+        ({"version": 3}, "newer"),
         ({"method": 3}, "method"),
         ({"extra": 1}, "extra"),
         ({"factors": {"size": 10**9}}, "size"),
