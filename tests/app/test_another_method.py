@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.cli.transport.tradeoff import MOST_S
 from app.window.main_window import MainWindow
 from engine.core.steps import Step, Steps
 from engine.light.environment_file import open_environment
@@ -65,7 +66,8 @@ def test_it_is_baked_and_drawn_by_the_command_line(lightarc: Command, mesh: Path
 
 
 def test_a_sweep_measures_it(lightarc: Command, mesh: Path, tmp_path: Path) -> None:
-    words = ("--width", "24", "--height", "18", "--modes", NAME, "direct", "--budget-s", "20", "--json")
+    """Within a day, so that nothing is left out on whatever machine: the sweep ends when all is measured."""
+    words = ("--width", "24", "--height", "18", "--modes", NAME, "direct", "--budget-s", MOST_S, "--json")
     found = lightarc("tradeoff", mesh, "--brdf", "lambert", "--env", "studio", "-o", tmp_path / "out", *words)
     assert found.code == 0, found.err
     record = json.loads(found.out)
