@@ -46,6 +46,8 @@ _BANDS = 64
 #: Most directories of a RAW file; cameras write some 10.
 _DIRECTORIES_LIMIT = 100
 
+_WITHOUT_DATA = "is an incomplete RAW file: it has rows without data"
+
 _CONVERT = "Convert it to DNG, for example with Adobe DNG Converter"
 
 logging.getLogger("tifffile").setLevel(logging.CRITICAL)
@@ -196,19 +198,22 @@ def _check_filled(
     """Refuse a picture with rows that were never filled: bands of one value, or of zeros where black is above 0.
 
     Bands at the black level or at white are left alone, as a picture without noise may have them, unless they are
-    zeros at its end.
+    zeros at its end. So is a picture of one value, unless that is 0 where black is above 0: no sensor gives it, and
+    LibRaw does for a file that ends before its picture begins.
     """
     bands = np.array_split(samples, min(_BANDS, samples.shape[0]))
     lowest, highest = ([int(extreme(band)) for band in bands] for extreme in (np.min, np.max))
-    if min(lowest) == max(highest):
+    if min(lowest) == max(highest) and (max(highest) > 0 or black.min() <= 0):
         return
+    if max(highest) == 0:
+        raise InputError(name, _WITHOUT_DATA, AGAIN)
     for number, (low, high) in enumerate(zip(lowest, highest, strict=True)):
         last = number == len(bands) - 1
         if low == high < white.min() and (low not in black or (last and low == 0)) and bands[number].size > 1:
             where = "its last rows" if last else "some of its rows"
             raise InputError(name, f"is an incomplete RAW file: {where} all hold the value {low}", AGAIN)
     if black.min() > 0 and any(np.count_nonzero(band) < band.size / 2 for band in bands):
-        raise InputError(name, "is an incomplete RAW file: it has rows without data", AGAIN)
+        raise InputError(name, _WITHOUT_DATA, AGAIN)
 
 
 def _multipliers(raw: rawpy.RawPy, choice: WhiteBalance, warnings: list[str]) -> NDArray[np.float64]:

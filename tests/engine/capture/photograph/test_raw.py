@@ -179,6 +179,17 @@ def test_R12_rows_that_were_never_filled_are_an_error(
         read(mosaic)
 
 
+@pytest.mark.parametrize("filled", [0, 1, 20])
+def test_R12_a_file_without_its_picture_is_refused_as_one_with_a_part_of_it(
+    read: Callable[..., Any], filled: int
+) -> None:
+    """LibRaw gives zeros for all that is missing, and they lie below the black level."""
+    mosaic = np.zeros((96, 128), np.uint16)
+    mosaic[:filled] = noise((96, 128))[:filled]
+    with pytest.raises(InputError, match="is an incomplete RAW file"):
+        read(mosaic)
+
+
 @pytest.mark.parametrize("value", [64, 4095])
 def test_R12_rows_at_black_or_at_white_are_no_damage(read: Callable[..., Any], value: int) -> None:
     mosaic = noise((96, 128))
