@@ -114,7 +114,7 @@ def test_modes_that_cannot_vary_are_offered_only_where_the_mean_will_do(costs: C
     assert plan_of(three, costs, 1e-3, None, modes=("gaussian",)).mode == "gaussian"
 
 
-@pytest.mark.parametrize("effect", ["glossy", "fresnel"])
+@pytest.mark.parametrize("effect", ["glossy", pytest.param("fresnel", marks=pytest.mark.long)])
 def test_what_a_user_leaves_out_takes_the_variation_along(costs: CostModel, effect: str) -> None:
     scene = looked_at(bowl(), lamp_sky(), "alpha=0.1:0.6:y")
     found = plan_of(scene, costs, 1e-3, None, skip=frozenset({effect}))
