@@ -278,8 +278,14 @@ def test_tiles_fit_together(gl: Any, monkeypatch: pytest.MonkeyPatch, samples: i
     assert np.array_equal(shown(gl, what, Display(), samples=samples)[45, 60], displayed(tiled, Display())[45, 60])
 
 
-@pytest.mark.parametrize("lookup", LOOKUPS)
-@pytest.mark.parametrize("samples", [1, 2])
+@pytest.mark.parametrize(
+    ("lookup", "samples"),
+    [
+        pytest.param(lookup, samples, marks=[] if (number + samples) % 2 else [pytest.mark.long])
+        for number, lookup in enumerate(LOOKUPS)
+        for samples in (1, 2)
+    ],
+)
 def test_a_picture_in_bands_is_the_picture_to_the_bit(
     gl: Any, monkeypatch: pytest.MonkeyPatch, lookup: str, samples: int
 ) -> None:

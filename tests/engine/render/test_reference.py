@@ -145,9 +145,17 @@ def test_furnace_diffuse_knot_of_albedo_1_vanishes_in_even_light() -> None:
     assert inside.mean() == pytest.approx(1.0, abs=1e-3)
 
 
-@pytest.mark.parametrize("theta_deg", [0.0, 60.0, 80.0])
+FURNACE = ("ggx:kd=0,alpha=0.4,f0=1", "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=100", "ward:kd=0.2,ks=0.4")
+
+
 @pytest.mark.parametrize(
-    "text", ["ggx:kd=0,alpha=0.4,f0=1", "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=100", "ward:kd=0.2,ks=0.4"]
+    ("text", "theta_deg"),
+    [
+        *zip(FURNACE, (80.0, 60.0, 0.0), strict=True),
+        *(pytest.param(FURNACE[0], theta, marks=pytest.mark.long) for theta in (0.0, 60.0)),
+        *(pytest.param(FURNACE[1], theta, marks=pytest.mark.long) for theta in (0.0, 80.0)),
+        *(pytest.param(FURNACE[2], theta, marks=pytest.mark.long) for theta in (60.0, 80.0)),
+    ],
 )
 def test_furnace_shows_the_albedo(text: str, theta_deg: float) -> None:
     """A plane in even light shows the integral of f cos, here over a grid of directions."""

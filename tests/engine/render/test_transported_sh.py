@@ -50,9 +50,9 @@ def smooth_sky() -> EnvironmentMap:
 @pytest.mark.parametrize(
     ("text", "depth", "bound"),
     [
-        ("lambert:albedo=0.7/0.5/0.3", 1, 0.02),
+        pytest.param("lambert:albedo=0.7/0.5/0.3", 1, 0.02, marks=pytest.mark.long),
         ("lambert:albedo=0.7/0.5/0.3", 3, 0.02),
-        ("ggx:alpha=0.4", 1, 0.02),
+        pytest.param("ggx:alpha=0.4", 1, 0.02, marks=pytest.mark.long),
         ("ggx:alpha=0.4", 3, 0.02),
     ],
 )

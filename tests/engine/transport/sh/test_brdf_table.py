@@ -146,7 +146,7 @@ def test_fewer_coefficients_are_those_of_a_lower_order() -> None:
         table.of_order(4).radiance(np.zeros((1, 25, 3)), views(1))  # H12
 
 
-@pytest.mark.parametrize("name", ["satin_rosaline", "cc_ibiza_sunset"])
+@pytest.mark.parametrize("name", ["satin_rosaline", pytest.param("cc_ibiza_sunset", marks=pytest.mark.long)])
 def test_measured_lobes_are_the_integral_down_to_the_horizon(shared_data: Callable[[str], Path], name: str) -> None:
     """A lone direction of light on the edge of a lobe's table must not outweigh all others."""
     brdf = open_brdf(str(shared_data(f"brdf/rgl/{name}_rgb.bsdf")))
