@@ -34,6 +34,7 @@ from app.widgets.panels import Panel, Rows, Segments, button, enable, text
 from app.widgets.param_form import ParamForm
 from app.widgets.theme import ROW, STEP, role
 from engine.brdf.brdf import MODELS, model_name
+from engine.core.figure_text import percent
 from engine.core.params import parameters
 from engine.core.steps import Step
 
@@ -129,7 +130,7 @@ class FitSection(Rows):
 
     def _show_errors(self, now: FitSoFar) -> None:
         self.error.show()
-        self.error.setText(f"Error {percent(now.before.rmse_rel)} → {percent(now.after.rmse_rel)}")
+        self.error.setText(f"Error {percent(now.before.rmse_rel, 3)} → {percent(now.after.rmse_rel, 3)}")
         self.plot.show()
         self.plot.show_errors(now.now.edges, now.start.rms, now.now.rms, theme.current().accent)
 
@@ -143,11 +144,6 @@ class FitSection(Rows):
             note = Fitted(of.name, weighting, found.before.rmse_rel, found.after.rmse_rel)
             add(self.bench, f"{BRDF_NAMES.get(model, model)} to {of.name}", found.brdf, fitted=note)
         self.changed.emit()
-
-
-def percent(share: float) -> str:
-    """A relative error in words."""
-    return f"{100.0 * share:.3g} %"
 
 
 IDENTITY = Qt.ItemDataRole.UserRole
@@ -277,7 +273,7 @@ class Inspector(Panel):
         self._show_form(entry.brdf if entry is not None and model else None)
         self._show_measured(entry if not model else None)
         fitted = entry.fitted if entry is not None else None
-        self._row(self.fitted, f"{percent(fitted.before)} → {percent(fitted.after)}" if fitted else None)
+        self._row(self.fitted, f"{percent(fitted.before, 3)} → {percent(fitted.after, 3)}" if fitted else None)
         if new:
             self.show_facts(None)
 
@@ -304,7 +300,7 @@ class Inspector(Panel):
         self._row(self.samples, samples)
         condition, left_out = getattr(brdf, "condition_number", None), getattr(brdf, "leave_one_out", None)
         self._row(self.condition, None if condition is None else f"{condition:.2g}")
-        self._row(self.left_out, None if left_out is None else percent(left_out))
+        self._row(self.left_out, None if left_out is None else percent(left_out, 3))
         warnings = brdf.health.warnings if brdf is not None else []
         self.warnings.setText("\n".join(warnings))
         self.warnings.setVisible(bool(warnings))
@@ -320,7 +316,7 @@ class Inspector(Panel):
         self.largest.setText(f"{max(largest.albedo):.3f} at {np.degrees(largest.theta):.0f}°")
         role(self.largest, "warning" if max(largest.albedo) > 1.005 else "")
         error = facts.reciprocity.rms
-        self.reciprocity.setText("exact" if error < 1e-12 else f"{percent(error)} off")
+        self.reciprocity.setText("exact" if error < 1e-12 else f"{percent(error, 3)} off")
 
     def _row(self, figure: Any, words: str | None) -> None:
         """Show a figure and its caption, or hide both."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import TABLE, Input, Output
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.core.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -283,9 +284,9 @@ def report(result: dict[str, Any]) -> str:
     if "fitted" in result:
         bands = result["residual_by_angle"]["theta_h"]
         lines = [f"{result['fitted']}"]
-        lines += [f"error {100 * result['rmse_rel_before']:.3g} % before, {100 * result['rmse_rel_after']:.3g} % after"]
+        lines += [f"error {percent(result['rmse_rel_before'], 3)} before, {percent(result['rmse_rel_after'], 3)} after"]
         lines += [
-            f"  theta_h {band['from_deg']:2.0f} to {band['to_deg']:2.0f} deg: {100 * band['rmse_rel']:7.3g} %"
+            f"  theta_h {band['from_deg']:2.0f} to {band['to_deg']:2.0f} deg: {percent(band['rmse_rel'], 3):>9}"
             for band in bands
             if band["samples"]
         ]

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, picture_by, software
+from engine.core.figure_text import percent
 from engine.core.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 
 def report(result: dict[str, Any]) -> str:
-    relative = "–" if result["rmse_rel"] is None else f"{100 * result['rmse_rel']:.3g} %"
+    relative = "–" if result["rmse_rel"] is None else percent(result["rmse_rel"], 3)
     figures = f"relative RMSE {relative}, FLIP {result['flip']:.4f}, largest difference {result['max_abs']:.4g}"
     return "\n".join([f"{figures}, {result['pixels']} pixels", *result["warnings"]])
 

@@ -14,6 +14,7 @@ from app.arguments.results import FACTORS, Input, Output
 from app.cli.brdf import BRDF_HELP
 from app.process import ending
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.core.params import Parameter, parameters
 from engine.core.steps import Step, drain
 from engine.factor.settings import HOMOMORPHIC_KNOBS, SEPARABLE_KNOBS, FactorSettings
@@ -230,9 +231,7 @@ def report(result: dict[str, Any]) -> str:
     if not result["converged"]:
         lines.append("The iteration stopped before it converged; these are its best terms.")
     if result["negative_energy_rel"]:
-        lines.append(
-            f"Sums below 0 are taken as 0, which adds {100 * result['negative_energy_rel']:.2g} % to the energy."
-        )
+        lines.append(f"Sums below 0 are taken as 0, which adds {percent(result['negative_energy_rel'])} to the energy.")
     if result["projections"]:
         lines.append(f"projections: {', '.join(each['kind'] for each in result['projections'])}")
     lines += result["uses"]

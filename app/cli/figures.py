@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, figures_in
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent_within
 from engine.core.steps import Step, drain, part
 from engine.figures.papers.catalogue import FIGURES
 
@@ -95,8 +96,8 @@ def report(result: dict[str, Any]) -> str:
 def _line(picture: dict[str, Any]) -> str:
     if picture["error_rmse_rel"] is None:
         return ""
-    error, spread = 100.0 * picture["error_rmse_rel"], 100.0 * picture["error_uncertainty"]
-    return f"  {picture['panel']:60} {error:8.2f} % ± {spread:.2f}"
+    error = percent_within(picture["error_rmse_rel"], picture["error_uncertainty"])
+    return f"  {picture['panel']:60} {error:>16}"
 
 
 def _chosen(names: list[str]) -> list[str]:

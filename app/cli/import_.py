@@ -10,6 +10,7 @@ from typing import Any
 
 from app.arguments.results import STACK, Input, Output
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.core.steps import Step, drain
 
 HELP = "Import photographs of a material under a moving lamp: decode, align, crop and report."
@@ -164,7 +165,7 @@ def report(result: dict[str, Any]) -> str:
         f"angles from {result['angle_source']}, {result['time_s']:.1f} s",
         "elevation   mean radiance   clipped     black   residual",
         *(
-            f"{angle:8.1f}°   {mean:13.5f}   {clipped:7.2%}   {black:7.2%}   "
+            f"{angle:8.1f}°   {mean:13.5f}   {percent(clipped):>7}   {percent(black):>7}   "
             + ("       –" if residual is None else f"{residual:5.2f} px")
             for angle, mean, clipped, black, residual in rows
         ),

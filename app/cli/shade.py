@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, material_at, picture_by, software
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, Steps, drain, part
 
 if TYPE_CHECKING:
@@ -129,19 +130,19 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 
 def report(result: dict[str, Any]) -> str:
-    size = f"{result['size_bytes_slices'] / 2**20:.1f} MiB"
+    size = size_text(result["size_bytes_slices"])
     lines = [f"{len(result['slice_mean_radiance'])} slices, {size}, linearised in {result['linearise_s']:.2f} s"]
     if result["seam_error"] is not None:
         tile = f"{result['tile_width_px']} x {result['tile_height_px']} texels"
         lines.append(f"tile of {tile}, steps across its seams are {result['seam_error']:.2f} times those within")
     if result["rms"] is not None:
-        compressed = f"{result['size_bytes_compressed'] / 2**20:.1f} MiB"
+        compressed = size_text(result["size_bytes_compressed"])
         lines.append(f"power law, {compressed}, fitted in {result['fit_s']:.2f} s, RMS error {result['rms']:.4f}")
     if result["exponent_bits"] not in (None, 32):
         change = f"{result['quantisation_error_radiance']:.2g}, at most {result['quantisation_bound_radiance']:.2g}"
         lines.append(f"exponents in {result['exponent_bits']} bits change radiance by {change}")
     if result["kept_tile_fraction"] is not None:
-        kept = f"{100 * result['kept_tile_fraction']:.1f} % of the tiles keep their slices"
+        kept = f"{percent(result['kept_tile_fraction'], 3)} of the tiles keep their slices"
         lines.append(f"{kept}, no texel's error reaches {result['max_error_radiance']:.3g}")
     return "\n".join(lines)
 

@@ -15,6 +15,7 @@ from app.document.comparison import MARKERS, Entry, Fitted
 from app.jobs.jobs import Job
 from app.widgets.labels import BRDF_NAMES
 from engine.brdf.brdf import MODELS, brdf_from_text, brdf_to_text, model_name
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.gl.brdf_textures import factor_source
 
@@ -144,7 +145,7 @@ def _write(brdf: Any, path: Path, inputs: Sequence[str]) -> Steps[str]:
     table: Any = brdf
     if not kept and (merl or not isinstance(brdf, DirectionTable)):
         table = yield from part(resample(brdf), 0.0, 0.95)
-        lost = f"; as a table it has an error of {100.0 * table.health.figures['resampling_rms_rel']:.2g} % RMS"
+        lost = f"; as a table it has an error of {percent(table.health.figures['resampling_rms_rel'])} RMS"
     yield Step(0.96, "writing")
     if merl:
         write_merl(path, table)

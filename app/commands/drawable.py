@@ -11,6 +11,7 @@ from app.commands.brdf_figures import drawable
 from app.jobs.jobs import Jobs
 from app.jobs.newest import Latest
 from engine.brdf.table import HalfDifferenceTable
+from engine.core.figure_text import percent
 
 
 class Drawable(QObject):
@@ -37,8 +38,8 @@ class Drawable(QObject):
                 self.latest.ask(lambda: drawable(brdf), lambda table: self._keep(brdf, table))
             return None
         table = self._made[1]
-        error = 100.0 * table.health.figures["resampling_rms_rel"]
-        self.note = f"as a table: {error:.2g} % RMS off{'' if brdf.isotropic else ', mean over azimuths'}"
+        error = percent(table.health.figures["resampling_rms_rel"])
+        self.note = f"as a table: {error} RMS off{'' if brdf.isotropic else ', mean over azimuths'}"
         return table
 
     def _keep(self, brdf: Any, table: HalfDifferenceTable) -> None:

@@ -14,12 +14,10 @@ from app.document.document import Project
 from app.document.measured import (
     Accuracy,
     accuracy_of,
-    frame_text,
     measured,
     same_key,
     scene_key,
     setting_text,
-    share_text,
     size_of,
 )
 from app.document.modes import mode_named, modes, why_not
@@ -28,6 +26,7 @@ from app.view.tab import ViewTab
 from app.widgets.panels import Rows, button, enable, text
 from app.widgets.theme import PADDING, STEP, role
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent, time_text
 from engine.core.steps import Step
 from engine.tradeoff.front import Choice, budget_from_text, choose
 
@@ -183,7 +182,7 @@ class AccuracyDock(QDockWidget):
             if point is None:
                 self.words.setText(f"{self.choice.reason}.")
             else:
-                error = f"{share_text(point.error_rmse_rel)} in {frame_text(point.frame_s)}"
+                error = f"{percent(point.error_rmse_rel)} in {time_text(point.frame_s)}"
                 self.words.setText(f"{setting_text(point.setting)}: {error}. Enter applies it.")
             return
         self.words.setText(self._state())

@@ -22,13 +22,13 @@ from PySide6.QtWidgets import (
 
 from app.commands.workbench import Workbench
 from app.document.document import Look
-from app.document.measured import frame_text, setting_text, share_text
+from app.document.measured import setting_text
 from app.view.tab import ViewTab
 from app.widgets import theme
 from app.widgets.labels import LEAST_ERROR, NAMES
 from app.widgets.panels import button, enable, sheet, text
-from app.widgets.status_bar import size_text
 from app.widgets.theme import ROW, STEP
+from engine.core.figure_text import percent, size_text, time_text
 
 if TYPE_CHECKING:
     from engine.planning.plan import Beyond, Effect, EffectsPlan
@@ -183,7 +183,7 @@ class EffectsDock(QDockWidget):
             enable(self.apply, self.planning.words or "There is no plan yet")
             return
         within = "" if plan.satisfied else "Nothing keeps within the budget. Best for its cost is "
-        error, frame = share_text(plan.predicted_error_rel), frame_text(plan.predicted_frame_s)
+        error, frame = percent(plan.predicted_error_rel), time_text(plan.predicted_frame_s)
         about = f"about {error} and {frame}".replace(" ", "\u00a0")
         self.words.setText(f"{within}{setting_text(plan.setting)}: {about}.")
         self.words.setToolTip("" if plan.beyond is None else _beyond_text(plan.beyond))
@@ -229,7 +229,7 @@ class _Table(QTableWidget):
 def _beyond_text(beyond: Beyond) -> str:
     """The setting that keeps within the budget beyond the ceilings of a plan, and its cost."""
     cost = beyond.cost
-    takes = [f"{frame_text(cost.frame_s)} a picture"]
+    takes = [f"{time_text(cost.frame_s)} a picture"]
     takes += [f"{cost.bake_s:.0f} s to bake", f"{size_text(cost.memory_bytes)} of memory"] if cost.bake_s > 0.0 else []
     return f"{setting_text(beyond.setting)} keeps within it, but takes {', '.join(takes)}."
 
@@ -241,7 +241,7 @@ def row_text(effect: Effect) -> str:
 
 def row_forms(effect: Effect) -> tuple[str, ...]:
     """The same and shorter, the longest first."""
-    error = share_text(effect.estimated_error_rel) if effect.estimated_error_rel >= LEAST_ERROR else "no loss"
+    error = percent(effect.estimated_error_rel) if effect.estimated_error_rel >= LEAST_ERROR else "no loss"
     short = (f"{effect.decision}, {error}", error)
     if effect.on:
         return (f"{effect.decision}, {error} without it", *short)

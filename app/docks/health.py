@@ -29,9 +29,9 @@ from app.jobs.jobs import Job
 from app.view.tab import ViewTab
 from app.widgets import theme
 from app.widgets import theme as icons
-from app.widgets.number_field import plain
 from app.widgets.panels import button, sheet, text
-from app.widgets.status_bar import VERDICTS, size_text
+from app.widgets.status_bar import VERDICTS
+from engine.core.figure_text import number, size_text
 from engine.core.health import Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.storage.untrusted import protection
@@ -114,9 +114,9 @@ def figures_of(health: Health) -> Iterator[tuple[str, str, bool]]:
 
 def _valued(value: float, unit: str) -> str:
     """A number with its unit, in digits that are read at a glance."""
-    if not isfinite(value):
-        return "not known" if value != value else "infinite"
-    return size_text(value) if unit == "B" else f"{plain(float(f'{value:.4g}'))} {unit}".strip()
+    if unit == "B":
+        return size_text(value)
+    return f"{number(value, 4)} {unit}".strip() if isfinite(value) else number(value)
 
 
 def _named(name: str) -> tuple[str, str]:

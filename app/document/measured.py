@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from app.document.bake_request import BakeChoices, setting_for
 from app.document.document import Look
 from app.document.modes import mode_named
-from app.widgets.number_field import plain
+from engine.core.figure_text import percent_within, size_text, time_text
 from engine.core.steps import Step, Steps, part
 from engine.planning.costs.setting import Setting, knobs_of
 from engine.scene.scene import Scene
@@ -121,23 +121,6 @@ def measured(
     return (yield from part(steps, 0.05, 1.0))
 
 
-def share_text(value: float) -> str:
-    """'1.2 %'."""
-    return f"{100.0 * value:.2g} %" if value < 0.995 else f"{100.0 * value:.0f} %"
-
-
-def frame_text(seconds: float) -> str:
-    """'8.2 ms', '130 ms', '1.3 s' or '4 min'."""
-    if seconds >= 120.0:
-        return f"{seconds / 60.0:.0f} min"
-    return f"{_two(1e3 * seconds)} ms" if seconds < 0.995 else f"{_two(seconds)} s"
-
-
-def _two(value: float) -> str:
-    """Two digits, or the whole part where that has more."""
-    return plain(float(f"{value:.2g}")) if value < 99.5 else f"{value:.0f}"
-
-
 def setting_text(setting: Setting) -> str:
     """'SH, order 15, interreflection'."""
     knobs = [FLAGS.get(name, f"{name} {value}") for name, value in setting.knobs.items() if value]
@@ -147,17 +130,17 @@ def setting_text(setting: Setting) -> str:
 def _predicted_text(point: Point) -> str:
     """The seconds that the cost model predicted: 'frame 8.2 ms, bake 4.1 s'."""
     words = {"frame_s": "frame", "relight_s": "relighting", "bake_s": "bake"}
-    return ", ".join(f"{words[name]} {frame_text(said)}" for name, said in point.predicted.items() if name in words)
+    return ", ".join(f"{words[name]} {time_text(said)}" for name, said in point.predicted.items() if name in words)
 
 
 def describe(point: Point, accuracy: Accuracy | None = None) -> str:
     """A point in a few lines: its setting, its error and its costs."""
-    error = f"error {100.0 * point.error_rmse_rel:.2f} ± {100.0 * point.error_uncertainty:.2f} %"
+    error = f"error {percent_within(point.error_rmse_rel, point.error_uncertainty)}"
     lines = [
         setting_text(point.setting),
         f"{error}, FLIP {point.error_flip:.3f}",
         f"frame {1e3 * point.frame_s:.1f} ms, relighting {1e3 * point.relight_s:.1f} ms",
-        f"bake {point.bake_s:.1f} s, memory {point.memory_bytes / 1e6:.1f} MB",
+        f"bake {point.bake_s:.1f} s, memory {size_text(point.memory_bytes)}",
     ]
     if point.predicted:
         lines.append(f"predicted: {_predicted_text(point)}")

@@ -17,9 +17,9 @@ from app.jobs.newest import Latest
 from app.view.tab import ViewTab
 from app.widgets.image_view import ImageView, Picture, rgb_image
 from app.widgets.panels import EmptyState, Panel, Rows, button, enable, side_by_side, text, with_empty_state
-from app.widgets.status_bar import size_text
 from app.widgets.theme import ROW, STEP, role
 from engine.core.errors import OutputError
+from engine.core.figure_text import size_text
 from engine.core.steps import Steps
 from engine.shading.power_law import PowerLawMap
 

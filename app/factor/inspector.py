@@ -27,8 +27,8 @@ from app.widgets import theme
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Panel, button, enable, text
 from app.widgets.plots import Plot
-from app.widgets.status_bar import size_text
 from app.widgets.theme import ROW, STEP
+from engine.core.figure_text import size_text
 from engine.factor.settings import MOST_PRODUCTS, MOST_TEXTURES
 
 NUMBER = Qt.ItemDataRole.UserRole

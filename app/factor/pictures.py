@@ -28,6 +28,7 @@ from app.widgets.labels import DISKS, projection_name, shares
 from app.widgets.number_field import plain
 from app.widgets.theme import PADDING, STEP, role
 from engine.core.colour import luminance, srgb_encode
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
 from engine.render.display import diverging
 
@@ -276,7 +277,7 @@ def rows_of(factors: Any) -> list[tuple[Any, str, str]]:
         remark = "fixed"
         if projection.name == "linear":
             parts = zip(shares(projection), DISKS[factors.parametrisation], strict=True)
-            remark = ", ".join(f"{100 * share:.0f} % {disk}" for share, disk in parts)
+            remark = ", ".join(f"{percent(share)} {disk}" for share, disk in parts)
         found.append((projection, f"{number}  {name[:1].upper()}{name[1:]}", remark))
     return found
 

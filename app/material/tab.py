@@ -28,8 +28,8 @@ from app.widgets.panels import (
 from app.widgets.param_form import Slider
 from app.widgets.plots import ColourBar, RadiancePlot, TexelPlot, colour_table
 from app.widgets.report import Report
-from app.widgets.status_bar import size_text
 from app.widgets.theme import PADDING, STEP, role
+from engine.core.figure_text import percent, size_text
 from engine.core.health import Health
 from engine.core.steps import Step, Steps
 from engine.figures.contact_sheet import repeated
@@ -241,14 +241,14 @@ class MaterialTab(QWidget):
         self.size_pair.setText(size_text(pair_bytes) if power_law is not None else "–")
         self.size_slices.setText(size_text(shading_map.slices.nbytes) if shading_map is not None else "–")
         both = shading_map is not None and power_law is not None
-        self.saved.setText(f"{100 * (1 - pair_bytes / shading_map.slices.nbytes):.0f} %" if both else "–")  # type: ignore[union-attr]
+        self.saved.setText(f"{percent(1 - pair_bytes / shading_map.slices.nbytes)}" if both else "–")  # type: ignore[union-attr]
         if shading_map is not None:
             deviation = np.abs(shading_map.mean_radiance - shading_map.target_radiance).max() / shading_map.r_max
-            self.deviation.setText(f"{100 * deviation:.4f} %" if deviation > 5e-7 else "exact")
+            self.deviation.setText(f"{percent(deviation)}" if deviation > 5e-7 else "exact")
         else:
             self.deviation.setText("–")
         self.rms.setText(f"{power_law.rms:.4f}" if power_law is not None else "–")
-        self.relative.setText(f"{100 * power_law.rms / power_law.r_max:.1f} %" if power_law is not None else "–")
+        self.relative.setText(f"{percent(power_law.rms / power_law.r_max, 3)}" if power_law is not None else "–")
         self.worst.setText(f"{float(power_law.error_map.max()):.3f}" if power_law is not None else "–")
         self.show_what.disable("slices", "" if shading_map is not None else "The bundle holds no slices")
         for value in ("power-law", "error"):
@@ -261,7 +261,7 @@ class MaterialTab(QWidget):
         rounded = storage is not None and storage.exponent_bits < 32
         self.rounding.setText(f"≤ {storage.bound:.2g}" if storage is not None and rounded else "none")
         kept = power_law.kept if power_law is not None else None
-        self.kept.setText("none" if kept is None else f"{100 * float((kept.place >= 0).mean()):.1f} %")
+        self.kept.setText("none" if kept is None else percent(float((kept.place >= 0).mean()), 3))
 
     def _show_plots(self, project: Project) -> None:
         shading_map = project.material.shading_map

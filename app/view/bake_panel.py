@@ -7,13 +7,12 @@ from typing import Any
 from PySide6.QtWidgets import QComboBox
 
 from app.document.bake_request import Wanted
-from app.document.measured import share_text
 from app.view.baking import Baking
 from app.view.planning import LOOKING
 from app.widgets.labels import LEAST_ERROR, NAMES
-from app.widgets.number_field import plain
 from app.widgets.panels import Rows, button, enable, line, text
 from app.widgets.theme import STEP
+from engine.core.figure_text import percent, size_text, time_text
 from engine.core.params import Parameter, parameters
 from engine.transport.method import Method
 
@@ -101,7 +100,7 @@ def left_out_text(wanted: Wanted) -> str:
     """'The plan leaves out shadows, and gloss at 0.2 %.': the effects left out, and the error of leaving them out."""
     parts = [
         NAMES[effect.effect].lower()
-        + (f" ({share_text(effect.estimated_error_rel)})" if effect.estimated_error_rel >= LEAST_ERROR else "")
+        + (f" ({percent(effect.estimated_error_rel)})" if effect.estimated_error_rel >= LEAST_ERROR else "")
         for effect in wanted.left_out
     ]
     return f"Left out as planned: {', '.join(parts)}." if parts else ""
@@ -109,14 +108,3 @@ def left_out_text(wanted: Wanted) -> str:
 
 def _shown(baking: Baking) -> str:
     return "the previous bake" if baking.is_drawn else "direct light without shadows"
-
-
-def time_text(seconds: float) -> str:
-    """'12 s' or '2:10 min'."""
-    whole = max(1, round(seconds))
-    return f"{whole} s" if whole < 60 else f"{whole // 60}:{whole % 60:02d} min"
-
-
-def size_text(size_bytes: int) -> str:
-    """'84 MB'."""
-    return f"{plain(float(f'{size_bytes / 1e6:.2g}'))} MB" if size_bytes < 1e9 else f"{size_bytes / 1e9:.1f} GB"

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
-from app.document.measured import share_text
 from app.view.picture_error import PictureError
+from engine.core.figure_text import percent
 
 if TYPE_CHECKING:
     from app.view.tab import ViewTab
@@ -55,7 +55,7 @@ class ErrorLine(QObject):
         why_not, predicted = self.view.pictures.why_no_error, self.view.planning.predicted(self.view.setting)
         if predicted is not None:
             coming = "" if why_not or not self.view.pictures.measuring else " It is measured once the picture rests."
-            return f"≈ {share_text(predicted)} predicted", f"The error that the plan predicts for this setting.{coming}"
+            return f"≈ {percent(predicted)} predicted", f"The error that the plan predicts for this setting.{coming}"
         if why_not:
             return "–", f"There is no reference to compare with. {why_not}."
         if not self.view.pictures.measuring:

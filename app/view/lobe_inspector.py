@@ -22,6 +22,7 @@ from app.widgets.plots import colour_table
 from app.widgets.theme import PADDING, ROW, STEP, role
 from engine.brdf.brdf import Brdf
 from engine.core.directions import normalize
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
@@ -187,7 +188,7 @@ class LobeInspector(QDockWidget):
             found.picture, found.highest, "Tabulated transport", f"to {found.highest:.3g} / sr"
         )
         for picture, each in zip(self.pictures[1:], found.approximations, strict=True):
-            error = f"error {100.0 * each.error_rel:.0f} %"
+            error = f"error {percent(each.error_rel)}"
             picture.show_values(each.picture, found.highest, f"{each.name}, {each.numbers} numbers", error)
 
     def apply_theme(self) -> None:

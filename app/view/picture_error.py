@@ -17,7 +17,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.jobs.jobs import Jobs
 from app.jobs.newest import Latest
-from app.view.reference import share_text
+from engine.core.figure_text import percent_within
 from engine.core.steps import Step, Steps
 
 Pixels = NDArray[np.float32]
@@ -52,12 +52,8 @@ class PictureError:
 
     @property
     def text(self) -> str:
-        """'1.2 % ± 0.1': as many digits as are certain, at most two behind the point."""
-        if self.uncertainty <= 0.0:
-            return share_text(self.rmse_rel)
-        off = max(100.0 * self.uncertainty, 0.01)
-        digits = max(0, -math.floor(math.log10(off)))
-        return f"{100.0 * self.rmse_rel:.{digits}f} % ± {off:.{digits}f}"
+        """'1.2 ± 0.1 %': as many digits as are certain, at most two behind the point."""
+        return percent_within(self.rmse_rel, self.uncertainty)
 
 
 @dataclass(frozen=True, eq=False)

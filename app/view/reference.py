@@ -14,6 +14,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.jobs.jobs import Job, Jobs
 from app.viewport.refining import same
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
 from engine.scene.scene import Scene
 
@@ -166,10 +167,4 @@ def progress_text(found: ReferencePicture | None) -> str:
         return "preparing…"
     noise = found.uncertainty_rmse_rel
     words = f"{found.samples} sample{'s' * (found.samples != 1)}"
-    return words if noise is None else f"{words}, ± {share_text(noise)}"
-
-
-def share_text(share: float) -> str:
-    """A relative error in per cent with two digits that mean something."""
-    percent = 100.0 * share
-    return f"{percent:.2f} %" if percent < 0.1 else f"{percent:.1f} %" if percent < 10.0 else f"{percent:.0f} %"
+    return words if noise is None else f"{words}, ± {percent(noise)}"

@@ -29,6 +29,7 @@ from app.widgets.panels import Fitting, Panel, Segments, enable, side_by_side, t
 from app.widgets.param_form import ParamForm
 from app.widgets.theme import PADDING, STEP, role
 from engine.brdf.brdf import Brdf
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
@@ -321,7 +322,7 @@ class ViewTab(QWidget):
 
     def _show_error(self, project: Project, scene: Scene, error: float) -> None:
         if self.bench.document.project is project and self.viewport.camera == scene.camera:
-            self.lights.error.setText(f"{100 * error:.1f} %" if error > 0.00095 else "< 0.1 %")
+            self.lights.error.setText(f"{percent(error, 3)}" if error > 0.00095 else "< 0.1 %")
 
     def choose_mode(self, value: str) -> None:
         """Show another mode; where it is the one compared with, the two change places."""

@@ -12,6 +12,7 @@ from app.widgets import theme
 from app.widgets import theme as icons
 from app.widgets.panels import text
 from app.widgets.theme import PADDING, STEP, role
+from engine.core.figure_text import percent, size_text
 from engine.core.health import Health, Verdict
 
 HEIGHT = 30
@@ -98,7 +99,7 @@ class StatusBar(QWidget):
 
     def show_error(self, rms: float | None, r_max: float = 1.0) -> None:
         """Error of the compression as a share of the brightest slice's mean."""
-        self._of_material = "" if rms is None else f"error {100 * rms / r_max:.1f} %"
+        self._of_material = "" if rms is None else f"error {percent(rms / r_max, 3)}"
         self._show_error()
 
     def show_picture_error(self, words: str | None, hint: str = "") -> None:
@@ -180,14 +181,6 @@ def describe(job: Job) -> str:
     words = f"{note[:1].upper()}{note[1:]}"
     left = job.left_s
     return f"{words} · {left:.0f} s left" if left is not None and left >= 1 else words
-
-
-def size_text(size_bytes: float) -> str:
-    """Bytes for people, in decimal units."""
-    for unit, scale in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if size_bytes >= scale:
-            return f"{size_bytes / scale:.{0 if size_bytes >= 100 * scale else 1}f} {unit}"
-    return f"{size_bytes:.0f} B"
 
 
 def figure(hint: str, widest: str) -> QLabel:

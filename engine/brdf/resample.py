@@ -19,6 +19,7 @@ from engine.brdf.brdf import MODELS, Brdf
 from engine.brdf.half_difference import half_difference
 from engine.brdf.table import LARGEST, HalfDifferenceTable, bin_directions, fill_holes
 from engine.core.directions import Vectors, surface_direction
+from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, drain, part
 
@@ -107,7 +108,7 @@ def _model_name(brdf: Brdf) -> str:
 def _health(brdf: Brdf, table: HalfDifferenceTable) -> Health:
     wi, wo = random_pairs(PAIRS)
     rms, worst = _errors(table.f(wi, wo), brdf.f(wi, wo))
-    findings = [Finding(Verdict.NOTE, f"Resampling to a table has an error of {100 * rms:.2g} % RMS.")]
+    findings = [Finding(Verdict.NOTE, f"Resampling to a table has an error of {percent(rms)} RMS.")]
     if not brdf.isotropic:
         text = "The BRDF is anisotropic; the table is its mean over the azimuths of the half vector."
         findings.append(Finding(Verdict.WARNING, text))

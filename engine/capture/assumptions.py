@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
+from engine.core.figure_text import percent
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps
 
@@ -58,8 +59,7 @@ class AzimuthCheck:
         lights = f"Lit from {' and '.join(f'{angle:.0f}°' for angle in self.azimuths_deg)} of azimuth, pictures"
         if not math.isfinite(self.overall):
             return Finding(Verdict.WARNING, f"{lights} of equal mean radiance are clipped and cannot be compared")
-        percent = 100 * self.overall
-        told = f"{lights} of equal mean radiance differ by {percent:.{0 if percent >= 10 else 1}f} %"
+        told = f"{lights} of equal mean radiance differ by {percent(self.overall)}"
         if self.overall <= HOLDS:
             return Finding(Verdict.GOOD, f"{told}: isotropic and of small relief, as the method assumes")
         if self.overall <= BREAKS:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.registration.texture import slope
+from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 
 #: Luminance below this part of the white level counts as black: less than one step of an 8-bit sRGB code.
@@ -133,11 +134,11 @@ def _about_light(names: Sequence[str], qualities: Sequence[Quality]) -> list[Fin
     for name, quality in zip(names, qualities, strict=True):
         if quality.clipped_fraction > 0.005:
             verdict = Verdict.WARNING if quality.clipped_fraction > 0.02 else Verdict.NOTE
-            text = f"{_percent(quality.clipped_fraction)} of the pixels are clipped; a shorter exposure would keep them"
+            text = f"{percent(quality.clipped_fraction)} of the pixels are clipped; a shorter exposure would keep them"
             findings.append(Finding(verdict, text, name))
         if quality.black_fraction > 0.05:
             verdict = Verdict.WARNING if quality.black_fraction > 0.9 else Verdict.NOTE
-            findings.append(Finding(verdict, f"{_percent(quality.black_fraction)} of the pixels are black", name))
+            findings.append(Finding(verdict, f"{percent(quality.black_fraction)} of the pixels are black", name))
     return findings or [Finding(Verdict.GOOD, "Hardly a pixel is clipped or black")]
 
 
@@ -153,9 +154,9 @@ def _about_noise(names: Sequence[str], means: NDArray[np.float64], qualities: Se
 
 def _about_focus(names: Sequence[str], qualities: Sequence[Quality]) -> list[Finding]:
     usual = float(np.median([quality.sharpness for quality in qualities]))
-    text = "looks blurred: {:.0f} % of the usual sharpness of this stack"
+    text = "looks blurred: {} of the usual sharpness of this stack"
     return [
-        Finding(Verdict.WARNING, text.format(100 * quality.sharpness / usual), name)
+        Finding(Verdict.WARNING, text.format(percent(quality.sharpness / usual)), name)
         for name, quality in zip(names, qualities, strict=True)
         if quality.sharpness < 0.6 * usual
     ]
@@ -183,14 +184,10 @@ def _about_order(names: Sequence[str], means: NDArray[np.float64]) -> Finding:
 def _about_prediction(names: Sequence[str], qualities: Sequence[Quality]) -> list[Finding]:
     errors = [(quality.leave_one_out_error or 0.0, name) for name, quality in zip(names, qualities, strict=True)]
     worst, name = max(errors)
-    text = f"is predicted from the others with an error of {_percent(worst)} of its mean radiance, the worst of all"
+    text = f"is predicted from the others with an error of {percent(worst)} of its mean radiance, the worst of all"
     verdict = Verdict.WARNING if worst > 0.5 else Verdict.NOTE if worst > 0.2 else Verdict.GOOD
     return [Finding(verdict, text, name)]
 
 
 def _named(names: Sequence[str], places: Sequence[int]) -> str:
     return ", ".join(names[place] for place in places)
-
-
-def _percent(fraction: float) -> str:
-    return f"{100 * fraction:.2g} %" if fraction < 0.995 else "100 %"

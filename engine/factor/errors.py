@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.core.directions import Vectors, surface_direction
+from engine.core.figure_text import percent
 from engine.factor.data import FactorData
 from engine.factor.homomorphic import EPSILON, LogSpace
 from engine.factor.separable_factors import SeparableFactors
@@ -241,7 +242,7 @@ def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, .
         if share > TOO_SPECULAR:
             sentences.append(
                 "The highlight is too narrow for these factors, which are off by "
-                f"{100.0 * share:.0f} % of the reflectance (RMS): {_GAUSSIAN}."
+                f"{percent(share)} of the reflectance (RMS): {_GAUSSIAN}."
             )
     return tuple(sentences)
 

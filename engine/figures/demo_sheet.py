@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
 from engine.core.colour import to_display8
+from engine.core.figure_text import percent, size_text
 from engine.figures.contact_sheet import Panel, Picture, Row, draw_sheet, panel_width, plot, with_colour_bar
 from engine.scene.scene import Source
 from engine.shading.power_law import PowerLawMap
@@ -91,13 +92,13 @@ def _subtitle(shown: Shown, time_s: float) -> str:
         parts.append(f"{count} photographs of {width} × {height} pixels on the virtual light arc")
     if shown.power_law is not None and shown.shading_map is not None:
         before, after = shown.shading_map.slices.nbytes, shown.power_law.scale.nbytes + shown.power_law.exponent.nbytes
-        parts.append(f"{before / 2**20:.1f} MiB of slices become {after / 2**20:.1f} MiB")
+        parts.append(f"{size_text(before)} of slices become {size_text(after)}")
     return "   ·   ".join([*parts, f"made in {time_s:.1f} s"])
 
 
 def _per_cent(shown: Shown) -> str:
     assert shown.power_law is not None
-    return f"RMS {100 * shown.power_law.rms / shown.power_law.r_max:.1f} % of r max"
+    return f"RMS {percent(shown.power_law.rms / shown.power_law.r_max, 3)} of r max"
 
 
 def _picture(radiance: NDArray[np.float32], gain: float) -> Picture:

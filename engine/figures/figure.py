@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.accuracy.compare import ErrorEstimate, error_against
+from engine.core.figure_text import percent_within
 from engine.core.steps import Steps
 from engine.figures.contact_sheet import Panel, Row, draw_sheet, panel_width
 from engine.figures.plot import Curve
@@ -204,10 +205,7 @@ def error_text(error: ErrorEstimate) -> str:
     """`12.3 ± 0.4 %`, with as many digits as the uncertainty allows; an exact error stands alone."""
     if not math.isfinite(error.rmse_rel):
         return "no relative error: black"
-    if error.uncertainty == 0.0:
-        return f"{100.0 * error.rmse_rel:.1f} %"
-    digits = 1 if error.uncertainty >= 5e-4 or error.rmse_rel >= 0.1 else 2
-    return f"{100.0 * error.rmse_rel:.{digits}f} ± {max(100.0 * error.uncertainty, 10.0**-digits):.{digits}f} %"
+    return percent_within(error.rmse_rel, error.uncertainty)
 
 
 def file_name(row: int, column: int, shown: Shown) -> str:

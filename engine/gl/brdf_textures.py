@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.brdf import Brdf
 from engine.brdf.resample import SHAPE, table_from, whole_turn
 from engine.brdf.table import HalfDifferenceTable
+from engine.core.figure_text import percent
 from engine.core.steps import drain
 from engine.gl.context import Limits
 
@@ -54,7 +55,7 @@ class TableTexture:
             else:
                 lattice, error = drain(whole_turn(brdf, _shape(brdf)))
                 self.turn = 2.0 * np.pi
-            self.messages.append(f"The measured BRDF is drawn from a table with an error of {100.0 * error:.2g} % RMS.")
+            self.messages.append(f"The measured BRDF is drawn from a table with an error of {percent(error)} RMS.")
         if not brdf.isotropic:
             self.messages.append(
                 "The BRDF is anisotropic and is drawn as its mean over all azimuths; "

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
+from engine.core.figure_text import size_text
 from engine.images.exif import Exif
 
 Transfer = Literal["srgb", "linear"]
@@ -51,9 +52,7 @@ def check_size(name: str, width: int, height: int, bytes_per_pixel: int, file_by
         raise InputError(name, problem, "Scale it down, or export it again if it is smaller than that")
     size_bytes = pixels * bytes_per_pixel
     if size_bytes > DECODED_LIMIT_BYTES:
-        raise InputError(
-            name, f"needs {size_bytes / 2**30:.1f} GiB decoded, more than the limit of 4 GiB", "Scale it down"
-        )
+        raise InputError(name, f"needs {size_text(size_bytes)} decoded, more than the limit of 4 GiB", "Scale it down")
     if size_bytes > max(_RATIO_FREE_BYTES, _RATIO_LIMIT * file_bytes):
         problem = f"says it has {width} × {height} pixels, which {file_bytes} bytes cannot hold"
         raise InputError(name, problem, "Export it again")

@@ -20,6 +20,7 @@ from types import MappingProxyType
 from typing import Any
 
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent, size_text
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
@@ -40,7 +41,7 @@ from engine.planning.choices import (
 )
 from engine.planning.costs.cost_model import Cost, CostModel
 from engine.planning.costs.setting import Setting, shows
-from engine.planning.effects.estimates import EFFECTS, Estimate, Scenery, estimates, percent, scenery
+from engine.planning.effects.estimates import EFFECTS, Estimate, Scenery, estimates, scenery
 from engine.planning.effects.simplified import (
     Brushed,
     GlossyLambert,
@@ -230,7 +231,7 @@ def plan_of(
     choices = list(offers.all(error))
     fitting = [each for each in choices if "memory_bytes" not in each.exceeded(limits)]
     if not fitting:
-        raise UsageError(f"no mode is left to choose from in {limits.memory_bytes / 1e9:.2g} GB of memory")
+        raise UsageError(f"no mode is left to choose from in {size_text(limits.memory_bytes)} of memory")
     chosen, satisfied = _best(_offered(fitting, limits), error, time_s)
     exceeded = chosen.exceeded(limits)
     beyond = None if satisfied or error is None else _beyond(choices, error, limits)

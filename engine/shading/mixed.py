@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 from types import MappingProxyType
 
+from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Steps
 from engine.shading.kept_tiles import cut_tiles, tile_maxima
@@ -48,6 +49,6 @@ def _health(power_law: PowerLawMap, fraction: float, bound: float) -> Health:
     }
     findings = power_law.health.findings
     if fraction > 0.5:
-        text = f"{100 * fraction:.0f} % of the tiles keep their slices; a power law describes this material badly"
+        text = f"{percent(fraction)} of the tiles keep their slices; a power law describes this material badly"
         findings = (*findings, Finding(Verdict.NOTE, text))
     return Health(MappingProxyType(figures), findings)

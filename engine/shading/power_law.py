@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.shading.kept_tiles import KeptTiles, grid_shape
@@ -198,9 +199,9 @@ def _health(outcomes: NDArray[np.int64], left_out: NDArray[np.bool_]) -> Health:
     figures["excluded_sample_fraction"] = float(left_out.mean()) if left_out.size else 0.0
     findings = []
     if figures["flat_or_darkening_fraction"] > 0.01:
-        share = f"{100 * figures['flat_or_darkening_fraction']:.1f} % of texels and channels"
+        share = f"{percent(figures['flat_or_darkening_fraction'], 3)} of texels and channels"
         findings.append(Finding(Verdict.NOTE, f"{share} do not brighten with the light; the error map shows them"))
     if figures["black_fraction"] > 0.01:
-        share = f"{100 * figures['black_fraction']:.1f} % of texels and channels"
+        share = f"{percent(figures['black_fraction'], 3)} of texels and channels"
         findings.append(Finding(Verdict.NOTE, f"{share} are black in every slice"))
     return Health(MappingProxyType(figures), tuple(findings))

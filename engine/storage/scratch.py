@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from engine.core.errors import OutputError
+from engine.core.figure_text import size_text
 from engine.storage.file_array import FileArray
 
 #: Larger arrays go to a file.
@@ -40,7 +41,7 @@ def scratch_array(shape: tuple[int, ...], dtype: DTypeLike, folder: Path | None 
             _reserve(file, size_bytes)
             return np.memmap(file, dtype=dtype, mode="r+", shape=shape)
     except OSError as error:
-        problem = f"there is no room for {size_bytes / 2**20:.0f} MiB of intermediate results ({error.strerror})"
+        problem = f"there is no room for {size_text(size_bytes)} of intermediate results ({error.strerror})"
         raise OutputError(place, problem, "Free some space or reduce the resolution") from None
 
 

@@ -34,6 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
+from engine.core.figure_text import size_text
 from engine.storage.sandbox import Protection
 from engine.storage.shared_memory import SharedFile, shared_file
 
@@ -188,7 +189,7 @@ def _check_kind(path: str | os.PathLike[str], status: os.stat_result, limit_byte
 
 
 def _too_large(path: str | os.PathLike[str], size_bytes: int, limit_bytes: int) -> InputError:
-    problem = f"has {size_bytes / 1e6:.0f} MB, more than the limit of {limit_bytes / 1e6:.0f} MB"
+    problem = f"has {size_text(size_bytes)}, more than the limit of {size_text(limit_bytes)}"
     return InputError(path, problem, "Make it smaller")
 
 

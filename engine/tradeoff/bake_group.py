@@ -27,6 +27,7 @@ import psutil
 from numpy.typing import NDArray
 
 from engine.core.errors import UsageError
+from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps, part
 from engine.planning.costs.setting import Setting
 from engine.scene.scene import Scene
@@ -230,7 +231,7 @@ def _prepared(scene: Scene, group: Sequence[Setting], known: Factors) -> Steps[t
             left_out.append(LeftOut(setting, str(reason)))
             continue
         if work.size_bytes > room:
-            needs = f"it needs {work.size_bytes / 1e9:.1f} GB of memory, more than is free"
+            needs = f"it needs {size_text(work.size_bytes)} of memory, more than is free"
             left_out.append(LeftOut(setting, needs))
             continue
         room -= work.size_bytes

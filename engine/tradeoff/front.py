@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent_within
 from engine.tradeoff.point import Point
 from engine.transport import method as transport
 
@@ -153,8 +154,7 @@ def _why_none(points: Sequence[Point], budget: Budget, axis: str) -> str:
 
 
 def _error(point: Point) -> str:
-    share, unsure = 100.0 * point.error_rmse_rel, 100.0 * point.error_uncertainty
-    return f"{share:.2g} ± {unsure:.1g} %" if unsure > 0.0 else f"{share:.2g} %"
+    return percent_within(point.error_rmse_rel, point.error_uncertainty)
 
 
 _SECONDS = (("µs", 1e-6), ("ms", 1e-3), ("s", 1.0))

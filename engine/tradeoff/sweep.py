@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.core.stopwatch import shortest
 from engine.planning.costs.cost_model import CostModel
@@ -365,7 +366,7 @@ class _Run:
         costs = (frame_s, relight_s, bake_s, int(memory_bytes), int(size_bytes))
         point = Point(setting, error.rmse_rel, flip, error.uncertainty, *costs, self._predicted(setting))
         self.found.append(_Measured(point, picture))
-        yield self._step(f"{setting}: {100.0 * error.rmse_rel:.2g} %")
+        yield self._step(f"{setting}: {percent(error.rmse_rel)}")
 
     def _predicted(self, setting: Setting) -> dict[str, float]:
         return {} if self.predictions is None else self.predictions.of(setting)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, Steps
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import cube_of
@@ -121,18 +122,18 @@ def figures(work: gaussian_bake.Work, baked: gaussian_bake.Baked, _prepared_s: f
 def lines(result: dict[str, Any]) -> list[str]:
     """The errors and the size in sentences."""
     words = {"plain": "nearest to the highlights", "preserving": "with all their energy"}
-    plain, preserving = 100.0 * result["error_plain_rmse_rel"], 100.0 * result["error_preserving_rmse_rel"]
+    plain, preserving = (percent(result[f"error_{name}_rmse_rel"], 3) for name in words)
     found = [
         *error_lines(result),
-        f"Gaussians {words[result['weights_taken']]}: error {plain:.1f} % plain, {preserving:.1f} % with all energy; "
-        f"off the highlights themselves by {100.0 * result['direct_error_rel_mean']:.0f} % on average, "
-        f"{100.0 * result['direct_error_rel_worst']:.0f} % for the worst hundredth",
+        f"Gaussians {words[result['weights_taken']]}: error {plain} plain, {preserving} with all energy; "
+        f"off the highlights themselves by {percent(result['direct_error_rel_mean'])} on average, "
+        f"{percent(result['direct_error_rel_worst'])} for the worst hundredth",
     ]
     if "compressed_bytes" in result:
-        before, after = (result[name] / 1e6 for name in ("uncompressed_bytes", "compressed_bytes"))
+        before, after = (size_text(result[name]) for name in ("uncompressed_bytes", "compressed_bytes"))
         found.append(
-            f"Gaussians take {after:.1f} MB instead of {before:.1f} MB, which changes the radiance by "
-            f"{100.0 * result['compression_error_rel']:.2g} %"
+            f"Gaussians take {after} instead of {before}, which changes the radiance by "
+            f"{percent(result['compression_error_rel'])}"
         )
     return found
 

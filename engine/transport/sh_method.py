@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.core.steps import Steps, part
 from engine.factor.factor_file import open_reflectance
 from engine.geometry.camera import Vector
@@ -110,7 +111,7 @@ def lines(result: dict[str, Any]) -> list[str]:
         grid = " × ".join(map(str, result["tables"]))
         found.append(
             f"the reflectance varies over {grid} tables; between them it is off by up to "
-            f"{100.0 * result['interpolation_rel']:.1f} %"
+            f"{percent(result['interpolation_rel'], 3)}"
         )
     return found
 
@@ -209,7 +210,7 @@ def _warnings(told: dict[str, Any]) -> tuple[str, ...]:
     error = told.get("near_error_rel", 0.0)
     if error <= 1.5 * TOLERANCE:
         return ()
-    return (f"Between the points where it was found, the light of near lamps is off by {100.0 * error:.1f} % RMS.",)
+    return (f"Between the points where it was found, the light of near lamps is off by {percent(error, 3)} RMS.",)
 
 
 def _with_brdf(transport: ShTransport, named: str, asked: ShLight) -> Steps[ShTransport]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.factor.factor_file import open_reflectance
 from engine.light.environment import EnvironmentMap
@@ -110,7 +111,7 @@ def lines(result: dict[str, Any]) -> list[str]:
     if "occluder_faces" in result:
         found.append(
             f"shadows from {result['occluder_faces']:,} triangles: the open share of the sky is off by "
-            f"{100.0 * result['occluder_open_rms']:.2g} % RMS, rays take {result['occluder_time_rel']:.2f} of the time"
+            f"{percent(result['occluder_open_rms'])} RMS, rays take {result['occluder_time_rel']:.2f} of the time"
         )
     return found
 

@@ -15,11 +15,12 @@ from app.arguments.results import TRANSPORT, Input, Output
 from app.cli.brdf import BRDF_HELP
 from app.cli.transport import bake_auto
 from app.cli.transport import options as vary
-from app.cli.transport.bake_report import carry_out, subject_of, words_of_time
+from app.cli.transport.bake_report import carry_out, subject_of
 from app.cli.transport.method_options import add_options, options, strange_options
 from app.cli.transport.options import variations_of
 from app.process.ending import SENTENCE
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent, size_text, time_text
 from engine.core.steps import Step, drain, part
 from engine.transport import method as transport
 from engine.transport.method import Method
@@ -145,11 +146,11 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
 def report(result: dict[str, Any]) -> str:
     if result["cancelled"]:
         return _cancelled(result)
-    size = f"{result['size_bytes'] / 1e6:.1f} MB"
-    share = 100.0 * result["visibility_s"] / result["bake_s"] if result["bake_s"] > 0.0 else 0.0
+    size = size_text(result["size_bytes"])
+    share = result["visibility_s"] / result["bake_s"] if result["bake_s"] > 0.0 else 0.0
     lines = [
-        f"{result['output']}: {result['vertices']:,} vertices, {size}, {words_of_time(result['bake_s'])}, "
-        f"{share:.0f} % of it for visibility",
+        f"{result['output']}: {result['vertices']:,} vertices, {size}, {time_text(result['bake_s'])}, "
+        f"{percent(share)} of it for visibility",
         *_lines(result),
     ]
     if result["chunks_resumed"]:
@@ -166,7 +167,7 @@ def _lines(result: dict[str, Any]) -> list[str]:
 def _cancelled(result: dict[str, Any]) -> str:
     if result["unfinished"] is None:
         return SENTENCE
-    left, size = result["unfinished"], f"{result['unfinished_bytes'] / 1e6:.1f} MB"
+    left, size = result["unfinished"], size_text(result["unfinished_bytes"])
     return f"Cancelled; the same command goes on from here, with {left} ({size}), which --restart discards."
 
 

@@ -11,6 +11,7 @@ from app.cli.transport.bake_report import carry_out, subject_of
 from app.cli.transport.options import variations_of
 from app.cli.transport.plan import add_budget, plan_for, record
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.core.steps import Step, drain, part
 
 #: Options of the methods that a plan takes too.
@@ -77,8 +78,7 @@ def lines(result: dict[str, Any]) -> list[str]:
         result["mode"], {name: result["knobs"][name] for name in result["knobs"] if name in _names(result)}
     )
     found = [
-        f"{setting}: with {', '.join(shown) or 'no effect'}, "
-        f"an error of about {100.0 * result['predicted_error_rel']:.2g} %"
+        f"{setting}: with {', '.join(shown) or 'no effect'}, an error of about {percent(result['predicted_error_rel'])}"
     ]
     nearest = "No mode meets the budget below the ceilings; this one has the least error for what it costs."
     return found if result["satisfied"] else [*found, nearest]

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
+from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, Steps, drain, part
 from engine.transport.method import Baked, Subject, Work
 
@@ -47,7 +48,7 @@ def carry_out(
     from app.arguments.usage import CANCELLED, DONE
     from engine.storage.resumable import discard_unfinished, unfinished
 
-    expected = f"{work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB, about {words_of_time(estimated_s)}"
+    expected = f"{work.vertices:,} vertices, {size_text(work.size_bytes)}, about {time_text(estimated_s)}"
     print(expected, file=sys.stderr, flush=True)
     knobs = {"mode": arguments.mode, "brdf": arguments.brdf, "ground_albedo": arguments.ground, **knobs}
     record = {
@@ -83,10 +84,6 @@ def carry_out(
         "cancelled": False,
         "exit_code": DONE,
     }
-
-
-def words_of_time(seconds: float) -> str:
-    return f"{seconds:.1f} s" if seconds < 120.0 else f"{seconds / 60.0:.1f} min"
 
 
 def _skipped(done: Baked, work: Work) -> list[str]:

@@ -12,6 +12,7 @@ from app.arguments.results import Input
 from app.cli.brdf import BRDF_HELP
 from app.cli.transport import options as vary
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent, size_text, time_text
 from engine.core.steps import Step, drain, part
 
 if TYPE_CHECKING:
@@ -206,12 +207,11 @@ def _beyond_record(beyond: Beyond | None) -> dict[str, Any] | None:
 
 def report(result: dict[str, Any]) -> str:
     from engine.planning.costs.setting import Setting
-    from engine.planning.effects.estimates import percent
 
     lines = [f"{'effect':24} {'decision':10} {'without it':>10} {'saves':>10} {'':>10}"]
     for effect in result["effects"]:
         saves = f"{effect['saves_s']:.1f} s" if effect["saves_s"] >= 0.05 else "–"
-        size = f"{effect['saves_bytes'] / 1e6:.1f} MB" if effect["saves_bytes"] >= 50_000 else "–"
+        size = size_text(effect["saves_bytes"]) if effect["saves_bytes"] >= 50_000 else "–"
         error = percent(effect["estimated_error_rel"])
         lines.append(f"{effect['effect']:24} {effect['decision']:10} {error:>10} {saves:>10} {size:>10}")
         lines += textwrap.wrap(effect["reason"], 100, initial_indent="    ", subsequent_indent="    ")
@@ -219,17 +219,12 @@ def report(result: dict[str, Any]) -> str:
     lines += [
         "",
         f"Draw with {setting}: an error of {percent(result['predicted_error_rel'])}, "
-        f"{_time(result['predicted_frame_s'])} a frame, "
-        f"{_time(result['predicted_relight_s'])} for a rotated environment, "
-        f"{result['predicted_bake_s']:.1f} s to bake, {result['predicted_size_bytes'] / 1e6:.1f} MB",
+        f"{time_text(result['predicted_frame_s'])} a frame, "
+        f"{time_text(result['predicted_relight_s'])} for a rotated environment, "
+        f"{time_text(result['predicted_bake_s'])} to bake, {size_text(result['predicted_size_bytes'])}",
     ]
     lines += [*_ceilings(result), *_shortfall(result)]
     return "\n".join([*lines, *result["warnings"]])
-
-
-def _time(seconds: float) -> str:
-    """'4.2 ms' or '31.4 s'."""
-    return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
 
 
 #: Ceilings as people read them: what is limited, the flag that raises it, and units in a second or a byte.
@@ -244,7 +239,7 @@ def _ceilings(result: dict[str, Any]) -> list[str]:
     """The ceilings that the choice keeps below, or is beyond because everything is."""
     limits = result["ceilings"]
     words = (
-        f"{limits['memory_bytes'] / 1e9:.2g} GB of memory, {limits['bake_s']:.4g} s of bake and "
+        f"{size_text(limits['memory_bytes'])} of memory, {limits['bake_s']:.4g} s of bake and "
         f"{1e3 * limits['frame_s']:.4g} ms a frame"
     )
     if result["exceeded"]:
@@ -266,7 +261,6 @@ def _shortfall(result: dict[str, Any]) -> list[str]:
 def _beyond(beyond: dict[str, Any] | None) -> list[str]:
     """The setting that would meet the budget, and the flags that allow it."""
     from engine.planning.costs.setting import setting_of
-    from engine.planning.effects.estimates import percent
 
     if beyond is None:
         return []
@@ -280,8 +274,8 @@ def _beyond(beyond: dict[str, Any] | None) -> list[str]:
         ]
     flags = (_raised(beyond, name) for name in beyond["exceeded"])
     return [
-        f"With {' '.join(flags)} {setting_of(beyond)} meets it: {error}, {_time(beyond['frame_s'])} a frame, "
-        f"{beyond['bake_s']:.0f} s to bake, {beyond['memory_bytes'] / 1e6:.0f} MB of memory."
+        f"With {' '.join(flags)} {setting_of(beyond)} meets it: {error}, {time_text(beyond['frame_s'])} a frame, "
+        f"{time_text(beyond['bake_s'])} to bake, {size_text(beyond['memory_bytes'])} of memory."
     ]
 
 

@@ -13,6 +13,7 @@ from app.cli.transport import render_auto, render_transport
 from app.cli.transport.options import LIGHT_DEG, angles_argument, lamp_argument
 from app.cli.transport.render_output import ON_PROCESSOR, off_screen, record_of, write_picture
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, drain
 from engine.transport import method as transport
 
@@ -193,7 +194,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 def report(result: dict[str, Any]) -> str:
     warnings = "".join(f"\n{warning}" for warning in result["warnings"])
     if "noise" in result:
-        noise = "unknown" if result["noise"] is None else f"{result['noise']:.2%}"
+        noise = "unknown" if result["noise"] is None else percent(result["noise"])
         return f"{result['image']}: {result['samples']} samples, noise {noise}, {result['frame_s']:.1f} s{warnings}"
     device = "the processor" if result["gl_renderer"].startswith("none") else result["gl_renderer"]
     return f"{result['image']}: {1e3 * result['frame_s']:.0f} ms a frame on {device}{warnings}"
@@ -274,7 +275,7 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
     needed, available = size[0] * size[1] * BYTES_PER_PIXEL, psutil.virtual_memory().available
     if needed > available:
         raise UsageError(
-            f"A reference of {size[0]} × {size[1]} pixels needs {needed / 1e9:.1f} GB of memory, more than free"
+            f"A reference of {size[0]} × {size[1]} pixels needs {size_text(needed)} of memory, more than free"
         )
     check_scene(scene)
     start = time.perf_counter()

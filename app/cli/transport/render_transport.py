@@ -13,6 +13,7 @@ from app.cli.transport.method_options import add_options, strange_options
 from app.cli.transport.options import light_of, near_lamp_argument
 from app.cli.transport.render_output import ON_PROCESSOR, off_screen, record_of, write_picture
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.core.steps import Step, drain, part
 from engine.transport import method as transport
 from engine.transport.method import Method
@@ -159,4 +160,4 @@ def _draw(relit: Relit, camera: Camera, arguments: argparse.Namespace, show: Cal
 def _negative(negative_rel: float, remedy: str) -> list[str]:
     if negative_rel < 0.01:
         return []
-    return [f"Sums below 0 were taken as 0, which adds {100.0 * negative_rel:.1f} % to the light; {remedy}."]
+    return [f"Sums below 0 were taken as 0, which adds {percent(negative_rel, 3)} to the light; {remedy}."]

@@ -13,6 +13,7 @@ from app.arguments.results import Input, Output, sweep_in
 from app.cli.brdf import BRDF_HELP
 from app.process import ending
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent, percent_within, size_text, time_text
 from engine.core.steps import Step, drain, part
 from engine.transport import method as transport
 
@@ -216,11 +217,10 @@ def _planned(
 
 def report(result: dict[str, Any]) -> str:
     from engine.planning.costs.setting import setting_of
-    from engine.planning.effects.estimates import percent
 
     lines = [f"{'':1} {'setting':46} {'error':>16} {'frame':>10} {'relight':>10} {'bake':>9} {'memory':>10}"]
     for point in sorted(result["points"], key=lambda point: point["frame_s"]):
-        error = f"{100.0 * point['error_rmse_rel']:.2f} ± {100.0 * point['error_uncertainty']:.2f} %"
+        error = percent_within(point["error_rmse_rel"], point["error_uncertainty"])
         mark = "●" if point["on_front"] else " "
         lines.append(
             f"{mark} {setting_of(point)!s:46} {error:>16} {1e3 * point['frame_s']:7.1f} ms "
@@ -231,9 +231,9 @@ def report(result: dict[str, Any]) -> str:
         times = "frame" if frames == 1 else "frames"
         lines.append(f"Against the reference at equal error, {name} has paid off after {frames} {times}.")
     if result["baked_share"] < 1.0:
-        share = 100.0 * result["baked_share"]
         lines.append(
-            f"The pictures show {share:.0f} % of the vertices; only these were baked; times are for all vertices."
+            f"The pictures show {percent(result['baked_share'])} of the vertices; only these were baked; "
+            "times are for all vertices."
         )
     lines.append(_ladders(result["ladders"]))
     lines += _predictions(result["predictions"])
@@ -268,7 +268,8 @@ def _predictions(found: dict[str, Any]) -> list[str]:
         return []
     lines = [f"{found['within']} of {found['compared']} costs were predicted within a factor of {found['factor']}."]
     for miss in found["misses"][:MISSES]:
-        predicted, measured = (_amount(miss["figure"], miss[name]) for name in ("predicted", "measured"))
+        amount = size_text if miss["figure"].endswith("_bytes") else time_text
+        predicted, measured = (amount(miss[name]) for name in ("predicted", "measured"))
         more = "more" if miss["measured"] > miss["predicted"] else "less"
         what = FIGURE_WORDS[miss["figure"]]
         lines.append(
@@ -277,13 +278,6 @@ def _predictions(found: dict[str, Any]) -> list[str]:
         )
     rest = len(found["misses"]) - MISSES
     return [*lines, f"Wrong: {rest} more, see tradeoff.json"] if rest > 0 else lines
-
-
-def _amount(figure: str, value: float) -> str:
-    """'4.2 ms', '12 s' or '3.1 MB'."""
-    if figure.endswith("_bytes"):
-        return f"{value / 1e6:.3g} MB"
-    return f"{1e3 * value:.3g} ms" if value < 1.0 else f"{value:.3g} s"
 
 
 def _check(arguments: argparse.Namespace) -> None:

@@ -19,6 +19,7 @@ import numpy as np
 from engine.bench.measure import Accuracy, Measure, best_of
 from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.core.errors import MissingCapability
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, drain
 from engine.core.stopwatch import DISTURBED, others, shortest, spent
 from engine.geometry.camera import frame
@@ -191,7 +192,7 @@ def _accuracy(
 ) -> Accuracy:
     what = f"{setting}" + (f", depth {depth}" if setting.mode == "reference" else "")
     words = f"{place.name}: {what}: {name} predicted {expected:.4g}, measured {value:.4g}"
-    words += f" ({MARK} {100.0 * taken:.0f} %)" if taken > DISTURBED and not name.endswith("_bytes") else ""
+    words += f" ({MARK} {percent(taken)})" if taken > DISTURBED and not name.endswith("_bytes") else ""
     return Accuracy(f"cost-{place.name}-{what}-{name}", abs(math.log(expected / value)), words)
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from engine.accuracy.compare import ErrorEstimate
 from engine.brdf.brdf import brdf_from_text
 from engine.core.errors import UsageError
+from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps, part
 from engine.figures.figure import (
     Figure,
@@ -93,7 +94,7 @@ def _check_memory(mesh: Mesh, columns: list[Column]) -> None:
     needed = len(mesh.positions) * sum(light.size for *_, light in columns) * 4
     if needed > SHARE * psutil.virtual_memory().available:
         raise UsageError(
-            f"the light at {len(mesh.positions):,} vertices needs {needed / 1e9:.1f} GB of memory, more than is free"
+            f"the light at {len(mesh.positions):,} vertices needs {size_text(needed)} of memory, more than is free"
         )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import world_direction
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.figures.figure import Figure, Settings, ShownRow, compared, error_curve, truth_of
 from engine.figures.papers.vertex_pictures import view_of
@@ -54,7 +55,7 @@ def wang_3(settings: Settings) -> Steps[Figure]:
         value = signed_radiance(transport, rows, view.local(transport.frames), everything)
         share = 100.0 * coefficients / (6 * settings.edge**2)
         knobs = {"coefficients": coefficients, "cube": settings.edge, "share_percent": share}
-        panels.append((f"N = {coefficients} ({share:.1f} %)", knobs, view.picture(value)))
+        panels.append((f"N = {coefficients} ({percent(share / 100.0, 3)})", knobs, view.picture(value)))
         yield Step(0.95 + 0.05 * len(panels) / len(ladder), "drawing")
     pictures = compared(panels, truth, "reference")
     plot = curves(

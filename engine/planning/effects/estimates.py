@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.colour import luminance
+from engine.core.figure_text import percent
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
@@ -196,11 +197,6 @@ def estimates(scene: Scenery) -> Mapping[str, Estimate]:
     )
     found = [function(scene) for function in functions]
     return MappingProxyType({each.effect: each for each in found})
-
-
-def percent(value: float) -> str:
-    """A share as people read it."""
-    return f"{100.0 * value:.2g} %" if value < 0.1 else f"{100.0 * value:.0f} %"
 
 
 def self_shadowing(scene: Scenery) -> Estimate:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.core.directions import Vectors, normalize
+from engine.core.figure_text import percent
 from engine.core.steps import Steps
 from engine.light.cube_map import CubeMap, cube_of
 from engine.light.environment import EnvironmentMap
@@ -113,8 +114,8 @@ def error_lines(result: dict[str, Any]) -> list[str]:
     if "error_rmse_rel" not in result:
         return []
     mean = result.get("error_mean_rel", 0.0)
-    brighter = f"; {100.0 * abs(mean):.1f} % {'brighter' if mean > 0.0 else 'darker'} in the mean"
+    brighter = f"; {percent(abs(mean), 3)} {'brighter' if mean > 0.0 else 'darker'} in the mean"
     return [
-        f"error under {result['error_env']}: {100.0 * result['error_rmse_rel']:.1f} % of the radiance "
+        f"error under {result['error_env']}: {percent(result['error_rmse_rel'], 3)} of the radiance "
         f"(RMS, {result['error_pairs']:,} pairs of vertex and view){brighter if abs(mean) >= 1e-3 else ''}"
     ]

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
 from engine.core.errors import UsageError
+from engine.core.figure_text import size_text
 from engine.core.params import check_values
 from engine.core.steps import Step, Steps, part
 from engine.geometry.ground import Ground, with_ground
@@ -230,7 +231,7 @@ def bake(
     its workers make the chunks (`engine.transport.baking.chunks`). OutputError where the file cannot be written.
     Closing the generator keeps the chunks that are done for the next run; bounces are followed anew.
     """
-    yield Step(0.0, f"preparing {work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB")
+    yield Step(0.0, f"preparing {work.vertices:,} vertices, {size_text(work.size_bytes)}")
     started = time.perf_counter()
     of = receivers_of(work) if of is None else of
     with writing(path, work.plan) as writer:

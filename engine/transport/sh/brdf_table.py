@@ -27,6 +27,7 @@ from engine.brdf.models.diffuse import Lambert
 from engine.brdf.sampling import sampler_of
 from engine.brdf.sampling_lobes import CosineLobe, Mixture, Sampler, TabulatedLobe
 from engine.core.directions import Vectors
+from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.factor.hemisphere_map import HemisphereMap
@@ -195,7 +196,7 @@ def _table(order: int, values: Floats, error: float) -> BrdfTable:
     figures = MappingProxyType({"table_error_rel": error})
     findings: tuple[Finding, ...] = ()
     if error > LARGE_ERROR:
-        text = f"Its spherical harmonics have an error of {100.0 * error:.1f} %: the BRDF is too narrow or too uneven."
+        text = f"Its spherical harmonics have an error of {percent(error, 3)}: the BRDF is too narrow or too uneven."
         findings = (Finding(Verdict.WARNING, text),)
     return BrdfTable(order, values, error, health=Health(figures, findings))
 

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from engine.brdf.brdf import Brdf
 from engine.core.directions import Vectors
 from engine.core.errors import UsageError
+from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part, relayed
 from engine.geometry.mesh import Mesh
@@ -120,7 +121,7 @@ class VariedTable:
         figures = {"table_error_rel": self.error_rel, "interpolation_rel": self.interpolation_rel}
         findings = next((table.health.findings for table in self.tables if table.health.findings), ())
         if self.interpolation_rel > 2.0 * TOLERANCE:
-            text = f"Between its tables the varied BRDF has an error of up to {100.0 * self.interpolation_rel:.1f} %."
+            text = f"Between its tables the varied BRDF has an error of up to {percent(self.interpolation_rel, 3)}."
             findings = (*findings, Finding(Verdict.WARNING, text))
         return Health(MappingProxyType(figures), findings)
 

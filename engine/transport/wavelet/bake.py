@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.core.figure_text import size_text
 from engine.core.params import check_values
 from engine.core.steps import Step, Steps, part
 from engine.factor.errors import reference
@@ -223,7 +224,7 @@ def bake(path: str | os.PathLike[str], work: Work, cluster: str | None = None) -
     With the address of a `cluster`, its workers make the chunks (`engine.transport.baking.chunks`). OutputError where
     the file cannot be written. Closing the generator keeps what is done for the next run.
     """
-    yield Step(0.0, f"preparing {work.vertices:,} vertices, {work.size_bytes / 1e6:.1f} MB")
+    yield Step(0.0, f"preparing {work.vertices:,} vertices, {size_text(work.size_bytes)}")
     started = time.perf_counter()
     of = work.occluder.receivers(work.surface)
     with writing(path, work.plan) as writer:

@@ -15,7 +15,6 @@ from app.document.measured import (
     Accuracy,
     choices_with,
     describe,
-    frame_text,
     look_with,
     scene_key,
     setting_of,
@@ -23,6 +22,7 @@ from app.document.measured import (
 )
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
+from engine.core.figure_text import time_text
 from engine.light.environment_file import open_environment
 from engine.planning.costs.setting import Setting
 from engine.tradeoff.point import COSTS, Point
@@ -180,7 +180,7 @@ def test_settings_go_to_the_window_and_back() -> None:
     assert setting_of("wavelet", look, turned) == wanted
     for setting in (Setting("direct", {"directions": 16}), Setting("shading-map", {"directions": 4, "power_law": 1})):
         assert setting_of(setting.mode, dataclasses.replace(look, **look_with(setting, look)), choices) == setting
-    assert "± 0.10 %" in describe(POINTS[0])
+    assert "20.0 ± 0.1 %" in describe(POINTS[0])
     assert "predicted" not in describe(POINTS[0])
     point = dataclasses.replace(POINTS[2], predicted={"frame_s": 0.0082, "bake_s": 4.1, "size_bytes": 2e6})
     assert "predicted: frame 8.2 ms, bake 4.1 s" in describe(point)
@@ -188,10 +188,10 @@ def test_settings_go_to_the_window_and_back() -> None:
 
 @pytest.mark.parametrize(
     ("seconds", "words"),
-    [(0.0082, "8.2 ms"), (0.1309, "131 ms"), (0.9949, "995 ms"), (1.26, "1.3 s"), (250.0, "4 min")],
+    [(0.0082, "8.2 ms"), (0.1309, "131 ms"), (0.9949, "995 ms"), (1.26, "1.3 s"), (250.0, "4.2 min")],
 )
 def test_frames_of_all_lengths_are_reported_in_plain_digits(seconds: float, words: str) -> None:
-    assert frame_text(seconds) == words
+    assert time_text(seconds) == words
 
 
 def test_settings_are_reported_in_words() -> None:

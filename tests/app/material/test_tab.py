@@ -40,7 +40,7 @@ def test_mixed_mode_keeps_slices_where_the_bound_is_reached(filled: MainWindow, 
     power_law = filled.bench.document.project.material.power_law
     assert power_law is not None
     assert power_law.kept is not None
-    assert tab.kept.text() == "100.0 %"
+    assert tab.kept.text() == "100 %"
     assert power_law.error_map.max() == 0.0
     assert tab.texel_figures.residual.text() == "0, slices kept"
     filled.undo.trigger()

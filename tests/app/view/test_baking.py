@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.view.bake_panel import size_text, time_text
 from app.view.baking import Baking
 from app.window.main_window import MainWindow
+from engine.core.figure_text import size_text, time_text
 from engine.geometry.mesh import Mesh
 from engine.light.environment_file import open_environment
 
@@ -147,5 +147,5 @@ def test_baked_light_is_measured_against_the_reference(view: MainWindow, qtbot: 
 
 
 def test_times_and_sizes_are_reported_in_few_digits() -> None:
-    assert [time_text(seconds) for seconds in (0.2, 12.4, 130.0)] == ["1 s", "12 s", "2:10 min"]
-    assert [size_text(size) for size in (84_123_456, 3_100_000, 2_100_000_000)] == ["84 MB", "3.1 MB", "2.1 GB"]
+    assert [time_text(seconds) for seconds in (0.2, 12.4, 130.0)] == ["200 ms", "12 s", "2.2 min"]
+    assert [size_text(size) for size in (84_123_456, 3_100_000, 2_100_000_000)] == ["84.1 MB", "3.1 MB", "2.1 GB"]

@@ -259,7 +259,7 @@ def test_the_error_of_two_modes_is_that_of_their_pictures(view: MainWindow, qtbo
     assert error.rmse_rel == pytest.approx(1.0 - 0.1 / reflectance, rel=1e-3)
     assert error.max_abs == pytest.approx(reflectance - 0.1, rel=1e-3)
     assert error.uncertainty == 0.0
-    assert view.view.compare.error.text() == f"{100 * error.rmse_rel:.0f} %"
+    assert view.view.compare.error.text() == error.text
     assert view.status.error.text() == f"error {view.view.compare.error.text()}"
     assert "Shading map against Direct" in view.status.error.toolTip()
     assert float(view.view.compare.flip.text().strip("≈ ")) > 0.01

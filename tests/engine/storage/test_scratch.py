@@ -41,7 +41,7 @@ def test_a_full_disk_is_reported_before_anything_is_computed(monkeypatch: pytest
 
     monkeypatch.setattr(scratch, "IN_MEMORY_BYTES", 100)
     monkeypatch.setattr(cast(Any, scratch).os, "posix_fallocate", full, raising=False)
-    with pytest.raises(OutputError, match="no room for 4 MiB"):
+    with pytest.raises(OutputError, match=r"no room for 4\.19 MB"):
         scratch_array((1024, 1024), np.float32, tmp_path)
 
 

@@ -74,4 +74,4 @@ def test_it_names_only_limits_that_none_keeps() -> None:
     assert "smallest" not in tight
     assert "not all of them together" in choose(points, Budget(error=0.03, time_s=0.05)).reason
     unsure = point(0.0095, error_uncertainty=0.001)
-    assert choose([unsure], Budget(error=0.01)).reason.endswith("the least error is 0.95 ± 0.1 %")
+    assert choose([unsure], Budget(error=0.01)).reason.endswith("the least error is 0.95 ± 0.10 %")

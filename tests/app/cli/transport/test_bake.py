@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from app.cli.transport import bake
+from engine.core.figure_text import size_text
 from engine.core.steps import Step
 from tests.app.command import Command, result
 from tests.present import present
@@ -26,7 +27,7 @@ def test_a_model_is_baked_and_drawn_under_any_light(lightarc: Command, mesh: Pat
     found = result(made)
     assert {"vertices", "bake_s", "visibility_s", "size_bytes", "knobs", "skipped"} <= set(found)
     assert found["size_bytes"] == output.stat().st_size
-    assert f"{found['size_bytes'] / 1e6:.1f} MB" in made.err
+    assert size_text(found["size_bytes"]) in made.err
     assert found["vertices"] == 12 + 25
     assert found["knobs"]["terms"] == 2
     for number, light in enumerate((("--env", "sky"), ("--light-deg", "20,30"), ("--lamp", "theta_deg=10"))):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from engine.core.figure_text import percent, size_text
 from tests.app.command import Command, result
 
 pytestmark = pytest.mark.usefixtures("coarse")
@@ -22,7 +23,7 @@ def test_a_model_is_baked_and_drawn_under_any_light_and_with_another_brdf(
     found = result(made)
     assert {"vertices", "bake_s", "visibility_s", "size_bytes", "knobs", "skipped"} <= set(found)
     assert found["size_bytes"] == output.stat().st_size
-    assert f"{found['size_bytes'] / 1e6:.1f} MB" in made.err
+    assert size_text(found["size_bytes"]) in made.err
     assert found["stored"] == "matrices"
     lights = ("--env", "sky"), ("--light-deg", "20,30"), ("--lamp", "theta_deg=10,radius_deg=20", "--window", "hanning")
     for light in lights:
@@ -114,7 +115,7 @@ def test_lamps_nearby_fall_off_with_the_distance(lightarc: Command, mesh: Path, 
     coarse = result(lightarc("render", output, "--near-lamp", "x=2,y=2,z=2", "--near-points", "1", "-o", image, *SMALL))
     assert coarse["near_error_rel"] > 0.1
     [reported] = [text for text in coarse["warnings"] if "near lamps" in text]
-    assert f"{100.0 * coarse['near_error_rel']:.1f} %" in reported
+    assert percent(coarse["near_error_rel"], 3) in reported
     for words, reason in {
         ("--near-lamp", "x=0.2,y=0.2,z=0.2,radius=0.5"): "touches the model",
         ("--near-lamp", "w=1"): "known are x, y, z",

@@ -1,0 +1,85 @@
+"""Figures as people read them: the one place where a number becomes part of a message.
+
+A figure has a few significant digits, never loses one before the point, has no zeros at its end that say nothing, and
+commas between thousands from 1,000 on. Below 1e-4 and from 1e9 on it has an exponent.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+_SIZES = (("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12))
+_TIMES = (("µs", 1e-6), ("ms", 1e-3), ("s", 1.0), ("min", 60.0), ("h", 3600.0))
+
+#: Minutes and hours are taken from this many of them on: 90 s are read more easily than 1.5 min.
+_ENOUGH = 2.0
+
+
+def number(value: float, digits: int = 2) -> str:
+    """`value` with `digits` significant digits: '0.012', '1.2', '116', '1,071', '3e-7', '2.5e12'.
+
+    'not known' and 'infinite' for what is not finite.
+    """
+    if not math.isfinite(value):
+        return "not known" if math.isnan(value) else "infinite"
+    size = abs(value)
+    if size and not 1e-4 <= size < 1e9:
+        mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+        return f"{_bare(mantissa)}e{int(exponent)}"
+    rounded = float(f"{value:.{digits - 1}e}")
+    places = digits - 1 - math.floor(math.log10(abs(rounded))) if rounded else 0
+    return _bare(f"{rounded if places > 0 else value:,.{max(0, places)}f}")
+
+
+def percent(share: float, digits: int = 2) -> str:
+    """`share` of 1 in per cent: '0.012 %', '12 %', '116 %', '1,071 %'.
+
+    What is less than all by a millionth or more is never '100 %', but '99.9 %'.
+    """
+    if not math.isfinite(share):
+        return number(share)
+    missing = 1.0 - share
+    if 1e-6 <= missing < 0.1:
+        # Digits behind the point until the first one of what is missing.
+        places = math.ceil(-math.log10(100.0 * missing)) if missing < 1e-2 else 0
+        digits = max(digits, 2 + places)
+    return f"{number(100.0 * share, digits)} %"
+
+
+def percent_within(share: float, uncertainty: float) -> str:
+    """'12.3 ± 0.4 %': to the first digit of the uncertainty, but two of the share; at most two behind the point.
+
+    A share without uncertainty stands alone.
+    """
+    if not uncertainty > 0.0:
+        return percent(share)
+    value, off = 100.0 * share, max(100.0 * uncertainty, 0.01)
+    certain = -math.floor(math.log10(off))
+    two_digits = min(2, 1 - math.floor(math.log10(abs(value)))) if value else 0
+    places = max(0, certain, two_digits)
+    return f"{value:,.{places}f} ± {off:,.{places}f} %"
+
+
+def size_text(size_bytes: float) -> str:
+    """Bytes in decimal units: '192 B', '3.14 MB', '84 MB'."""
+    return _in_units(size_bytes, _SIZES, 3)
+
+
+def time_text(seconds: float, digits: int = 2) -> str:
+    """A time: '820 µs', '8.2 ms', '12 s', '4 min', '7.3 h'."""
+    return _in_units(seconds, _TIMES, digits)
+
+
+def _in_units(value: float, units: Sequence[tuple[str, float]], digits: int) -> str:
+    """`value` in the largest unit of which there is at least one, after rounding."""
+    rounded = float(f"{value:.{digits - 1}e}")
+    fitting = [unit for unit in units if rounded >= (_ENOUGH if unit[0] in ("min", "h") else 1.0) * unit[1]]
+    name, scale = fitting[-1] if fitting else units[0]
+    return f"{number(value / scale, digits)} {name}"
+
+
+def _bare(text: str) -> str:
+    """`text` without zeros at the end of its decimals, and 0 without a sign."""
+    bare = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0" if bare == "-0" else bare
