@@ -172,7 +172,7 @@ def wait_for_model(window: MainWindow) -> None:
 
 
 def factored(window: MainWindow) -> None:
-    """The reflectance of the material as textures, by two methods."""
+    """The BRDF of the material as textures, by two methods."""
     window.show_workspace("factor")
     for method in ("svd", "homomorphic"):
         window.factor.settings.edited.emit(FactorSettings(method=method), True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import re
+import tokenize
 from pathlib import Path
 
 import pytest
@@ -24,3 +26,29 @@ def test_docstrings_and_comments_begin_with_what_a_thing_is(folder: str) -> None
         if QUESTION.match(line)
     ]
     assert questions == []
+
+
+#: Words of names that the field has a term for; the term stands beside each.
+OLD_WORDS = {
+    "matt": "diffuse",
+    "creep": "shading drift",
+    "told": "predicted, reported",
+    "tells": "reports",
+    "truth": "reference, ground truth",
+    "harmonics": "spherical_harmonics",
+}
+
+#: Names that stored files and published JSON have, and standard terms that hold such a word.
+KEPT = {"matt", "matt_s", "truth", "spherical_harmonics", "visibility_harmonics"}
+
+
+@pytest.mark.parametrize("folder", ["app", "engine", "lightarc"])
+def test_names_are_terms_of_the_field(folder: str) -> None:
+    names = {
+        (path.relative_to(PROJECT).as_posix(), token.string)
+        for path in sorted((PROJECT / folder).rglob("*.py"))
+        for token in tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline)
+        if token.type == tokenize.NAME and token.string.strip("_") not in KEPT
+    }
+    old = [f"{path}: {name}" for path, name in sorted(names) if OLD_WORDS.keys() & set(name.lower().split("_"))]
+    assert old == []

@@ -285,7 +285,7 @@ def read(path: Path) -> Opened:
 
 
 def _state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -> Project:
-    """The document of one state; parts whose data are gone are as in a new document, and told in `missing`."""
+    """The document of one state; parts whose data are gone are as in a new document, and listed in `missing`."""
     key = f"state {name}"
     if key in finder.made:
         return cast(Project, finder.made[key])

@@ -94,7 +94,7 @@ class Recording(QObject):
 
     def _write(self) -> None:
         """The thread: write the newest history, again and again where that fails, until the end."""
-        writer, told = Writer(self.path), False
+        writer, reported = Writer(self.path), False
         while True:
             with self._wake:
                 self._wake.wait_for(lambda: self._next is not None or self._ends)
@@ -104,18 +104,18 @@ class Recording(QObject):
             try:
                 writer.write(history)
             except Exception as error:  # the border of the thread: what a person does shall go on
-                if not told:
+                if not reported:
                     is_expected = isinstance(error, FileError)
                     log.warning("%s", error, exc_info=None if is_expected else error)
                     self.failed.emit(str(error) if is_expected else f"A fault of the program keeps {UNSAVED}: {error}")
-                told = True
+                reported = True
                 with self._wake:
                     if self._ends:
                         break
                     self._next = self._next or history
                     self._wake.wait(AGAIN_S)
                 continue
-            told = False
+            reported = False
             with self._wake:
                 if self._next is None:
                     self._is_idle = True

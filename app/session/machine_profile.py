@@ -40,10 +40,11 @@ def cost_model(*, anew: bool = False) -> Steps[CostModel]:
         yield Step(1.0, "the machine profile is known")
         return kept
     model = yield from calibrate()
-    if model.others > BUSY:
+    if model.background_load > BUSY:
         words = "Other programs used %.0f %% of the processors during this measurement, so predicted times are too long"
         log.warning(
-            f"{words}. Measure it again when it is idle, with: lightarc plan … --calibrate", 100.0 * model.others
+            f"{words}. Measure it again when it is idle, with: lightarc plan … --calibrate",
+            100.0 * model.background_load,
         )
     if path is not None:
         try:

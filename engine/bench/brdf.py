@@ -1,4 +1,4 @@
-"""A million evaluations of every reflectance model, beside a copy of the bytes that each reads and writes."""
+"""A million evaluations of every BRDF model, beside a copy of the bytes that each reads and writes."""
 
 from __future__ import annotations
 

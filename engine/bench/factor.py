@@ -1,6 +1,6 @@
 """Cole's search: one inner evaluation of the thesis's size, and whole searches beside McCool's fixed projections.
 
-Separable factors of the size that Wang2004 use, beside sampling the reflectance alone.
+Separable factors of the size that Wang2004 use, beside sampling the BRDF alone.
 """
 
 from __future__ import annotations

@@ -42,7 +42,7 @@ LIMIT_S = 2.0
 #: Length in bytes at which every fill is tried, how many of each place are tried further, and at which two lengths.
 BRIEF, WORST, LENGTHS = 1 << 15, 2, (1 << 18, 1 << 20)
 
-#: Processor time below this is told too roughly by systems, and is too little, to say how it grows.
+#: Processor time below this is reported too roughly by systems, and is too little, to say how it grows.
 _CERTAIN_S = 0.05
 
 FILLS = {

@@ -22,7 +22,7 @@ from engine.core.params import parameters, parse, unparse
 
 
 class Brdf(Protocol):
-    """A reflectance function. `energy_conserving` may depend on the parameters, the other two never do."""
+    """A BRDF. `energy_conserving` may depend on the parameters, the other two never do."""
 
     @property
     def isotropic(self) -> bool: ...

@@ -2,7 +2,7 @@
 
 The table is reciprocal and isotropic by its nature. Of a BRDF that is not reciprocal it holds the mean of both ways;
 of an anisotropic one the mean over azimuths of the half vector, with a warning. Bins whose directions lie below the
-horizon, or within 0.3° of it, are missing and filled as all others are: reflectance may grow there without bound, and
+horizon, or within 0.3° of it, are missing and filled as all others are: BRDF may grow there without bound, and
 one such bin would shine into all that is interpolated from it.
 """
 

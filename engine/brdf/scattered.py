@@ -200,10 +200,10 @@ def fit_scattered(samples: BrdfSamples, smoothing: float = 0.0, shape: Shape | N
     patches = Patches.of(points, fitted, shape.signs)
     residual = blended_residual(points, fitted)
     predicted = np.clip(np.exp(logs_kept - residual) - offset, 0.0, values.max(axis=0))
-    truth = np.exp(logs_kept) - offset
-    scale = float(np.linalg.norm(truth))
+    left_out_values = np.exp(logs_kept) - offset
+    scale = float(np.linalg.norm(left_out_values))
     condition = max(expansion.condition for expansion in fitted)
-    left_out = float(np.linalg.norm(predicted - truth)) / scale if scale else 0.0
+    left_out = float(np.linalg.norm(predicted - left_out_values)) / scale if scale else 0.0
     left_out_log = float(np.sqrt((residual**2).mean()))
     figures = {
         "condition number": condition,

@@ -1,4 +1,4 @@
-"""Compiled look-ups in tables of reflectance, and the filling of their holes.
+"""Compiled look-ups in tables of BRDF, and the filling of their holes.
 
 `look_up_half` is bound by arithmetic (three arc tangents and eight corners of three values), `look_up_directions` by
 the sixteen corners it fetches: some 0.3 and 0.5 µs on a core. Neither depends on the order of the pairs.

@@ -89,7 +89,7 @@ def save_bundle(
 ) -> Steps[Path]:
     """Write `material` as a bundle; an existing bundle is replaced in one step, anything else is refused.
 
-    Factors are sampled into a table first, the one form of measured reflectance that a bundle has.
+    Factors are sampled into a table first, the one form of measured BRDF that a bundle has.
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ def _material(archive: Archive, manifest: Manifest) -> Material:
 
 
 def _measured(archive: Archive, manifest: Manifest) -> Table | None:
-    """The measured reflectance of a bundle; None where it holds none."""
+    """The measured BRDF of a bundle; None where it holds none."""
     if TABLE not in manifest.members:
         return None
     content = archive.read(TABLE, _SMALL_LIMIT_BYTES)

@@ -41,7 +41,7 @@ _UNIFORM = re.compile(r"^uniform (float|vec3) brdf_(\w+);$", re.MULTILINE)
 
 
 def brdf_json(material: Material) -> str:
-    """The reflectance as JSON: its text, model, parameters, and the sigma that goes with it.
+    """The BRDF as JSON: its text, model, parameters, and the sigma that goes with it.
 
     Where a measured table lies beside it, `measured` names that file, and the model is the one nearest to it.
     """

@@ -59,12 +59,12 @@ class AzimuthCheck:
         lights = f"Lit from {' and '.join(f'{angle:.0f}°' for angle in self.azimuths_deg)} of azimuth, pictures"
         if not math.isfinite(self.overall):
             return Finding(Verdict.WARNING, f"{lights} of equal mean radiance are clipped and cannot be compared")
-        told = f"{lights} of equal mean radiance differ by {percent(self.overall)}"
+        spread = f"{lights} of equal mean radiance differ by {percent(self.overall)}"
         if self.overall <= HOLDS:
-            return Finding(Verdict.GOOD, f"{told}: isotropic and of small relief, as the method assumes")
+            return Finding(Verdict.GOOD, f"{spread}: isotropic and of small relief, as the method assumes")
         if self.overall <= BREAKS:
-            return Finding(Verdict.NOTE, f"{told}: relief or grain shows, and lamps from other sides will look alike")
-        text = f"{told}: the material is not isotropic, or its relief not small. Keep the photographs of one azimuth"
+            return Finding(Verdict.NOTE, f"{spread}: relief or grain shows, and lamps from other sides will look alike")
+        text = f"{spread}: the material is not isotropic, or its relief not small. Keep the photographs of one azimuth"
         return Finding(Verdict.WARNING, text)
 
 

@@ -170,12 +170,12 @@ def _frame(choice: Path | str, found: Path | None) -> Path | None:
 
 
 def _decided(settings: ImportSettings, sources: Sources) -> ImportSettings:
-    told = {printable(path): pairs for path, pairs in sources.control_points.items()}
+    stated = {printable(path): pairs for path, pairs in sources.control_points.items()}
     return replace(
         settings,
         motion=settings.motion if settings.motion != "auto" else usual_motion(sources.azimuth),
         reference=settings.reference or (printable(sources.reference) if sources.reference else None),
-        control_points={name: pairs for name, pairs in {**told, **settings.control_points}.items() if len(pairs)},
+        control_points={name: pairs for name, pairs in {**stated, **settings.control_points}.items() if len(pairs)},
     )
 
 

@@ -223,7 +223,7 @@ class Factorisation:
     best_terms: int | None = None
 
 
-#: Error relative to the reflectance itself above which its highlight counts as too narrow for the factors.
+#: Error relative to the BRDF itself above which its highlight counts as too narrow for the factors.
 TOO_SPECULAR = 0.25
 
 _GAUSSIAN = "for image-based light take the Gaussian mode, which follows the highlight itself"
@@ -232,7 +232,7 @@ _GAUSSIAN = "for image-based light take the Gaussian mode, which follows the hig
 def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, ...]:
     """Uses and limits of the factors; with `brdf`, also a warning if it is too specular for them.
 
-    That is judged by the cosine-weighted error of all terms, relative to the reflectance: singular values of a narrow
+    That is judged by the cosine-weighted error of all terms, relative to the BRDF: singular values of a narrow
     highlight fall slowly, and no few terms describe it.
     """
     factors: Any = factorisation.factors
@@ -270,7 +270,7 @@ def _of_kind(factors: Any) -> tuple[str, ...]:
 
 
 def _missed(rung: TermError, brdf: Brdf) -> float:
-    """Error relative to the reflectance itself: the median over bands of the viewer's elevation.
+    """Error relative to the BRDF itself: the median over bands of the viewer's elevation.
 
     Over all pairs together the last degrees before the horizon, where some measurements grow without bound, would
     drown the rest.

@@ -198,7 +198,7 @@ def holds_factors(path: str | os.PathLike[str]) -> bool:
 
 
 def open_reflectance(text: str) -> Brdf:
-    """The reflectance that `text` names: a folder of factors, or whatever `engine.brdf.readers.read.open_brdf`
+    """The BRDF that `text` names: a folder of factors, or whatever `engine.brdf.readers.read.open_brdf`
     opens.
     """
     if holds_factors(text.strip()):

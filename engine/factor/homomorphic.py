@@ -33,7 +33,7 @@ from engine.factor.settings import FactorSettings
 #: The offset that McCool and Cole use.
 EPSILON = FactorSettings.epsilon
 
-#: exp(L) is not asked for beyond this: A is at most 1e30, and what fits there is no reflectance any more.
+#: exp(L) is not asked for beyond this: A is at most 1e30, and what fits there is no BRDF any more.
 LARGEST_LOG = 500.0
 
 

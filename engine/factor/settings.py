@@ -26,7 +26,7 @@ class FactorSettings:
     """Settings of a factorisation; a knob that a method does not read keeps its value for the other methods.
 
     UsageError for a value out of its range. Values that do not go together are allowed here, so that a person may
-    pass through them; `why_not` tells the reason, and `engine.factor.factor` refuses them.
+    pass through them; `why_not` gives the reason, and `engine.factor.factor` refuses them.
     """
 
     method: Literal["auto", "symmetric", "svd", "power", "normalised", "homomorphic", "search"] = choice(

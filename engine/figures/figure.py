@@ -147,26 +147,26 @@ def camera_of(mesh: Mesh, size: tuple[int, int]) -> Camera:
     return frame(mesh.positions, size[0] / size[1])
 
 
-def truth_of(scene: Scene, settings: Settings) -> Steps[ReferencePicture]:
+def reference_of(scene: Scene, settings: Settings) -> Steps[ReferencePicture]:
     """The reference of `scene`: direct light with shadows."""
     return (yield from reference(scene, settings.size, samples=settings.samples))
 
 
-def error_of(picture: Picture, truth: ReferencePicture) -> ErrorEstimate:
+def error_of(picture: Picture, expected: ReferencePicture) -> ErrorEstimate:
     """Of a picture against the reference, over what both cover completely; 0 where that is nothing."""
-    mask = (picture[..., 3] >= COVERED) & (truth.picture[..., 3] >= COVERED)
+    mask = (picture[..., 3] >= COVERED) & (expected.picture[..., 3] >= COVERED)
     if not mask.any():
         return ErrorEstimate(0.0, 0.0)
-    return error_against(picture, truth.picture, 0.0 if truth.variance is None else truth.variance, mask)
+    return error_against(picture, expected.picture, 0.0 if expected.variance is None else expected.variance, mask)
 
 
 def compared(
-    panels: Sequence[tuple[str, Mapping[str, Any], Picture]], truth: ReferencePicture, last: str
+    panels: Sequence[tuple[str, Mapping[str, Any], Picture]], expected: ReferencePicture, last: str
 ) -> tuple[Shown, ...]:
     """The `panels` (words, knobs, picture) with their errors, and the reference after them under the words `last`."""
-    stops = exposure_of(truth.picture)
-    shown = [Shown(words, picture, knobs, error_of(picture, truth), stops) for words, knobs, picture in panels]
-    return (*shown, Shown(last, truth.picture, exposure_ev=stops, variance=truth.variance))
+    stops = exposure_of(expected.picture)
+    shown = [Shown(words, picture, knobs, error_of(picture, expected), stops) for words, knobs, picture in panels]
+    return (*shown, Shown(last, expected.picture, exposure_ev=stops, variance=expected.variance))
 
 
 def error_curve(name: str, x: Sequence[float], pictures: Sequence[Shown]) -> Curve:
@@ -223,7 +223,7 @@ def records(figure: Figure) -> list[dict[str, Any]]:
     for number, row in enumerate(figure.rows):
         for column, shown in enumerate(row.pictures):
             later = enumerate(row.pictures[column:], column)
-            truth = next((file_name(number, place, each) for place, each in later if each.error is None), None)
+            expected = next((file_name(number, place, each) for place, each in later if each.error is None), None)
             found.append(
                 {
                     "name": figure.name,
@@ -232,7 +232,7 @@ def records(figure: Figure) -> list[dict[str, Any]]:
                     "error_rmse_rel": _finite(shown.error.rmse_rel) if shown.error else None,
                     "error_uncertainty": _finite(shown.error.uncertainty) if shown.error else None,
                     "radiance": file_name(number, column, shown),
-                    "reference": truth if shown.error else None,
+                    "reference": expected if shown.error else None,
                 }
             )
     return found

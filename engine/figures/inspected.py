@@ -1,8 +1,9 @@
-"""The glossy transport of one vertex towards one view, and what lobes, Haar wavelets and harmonics make of it.
+"""The glossy transport of one vertex towards one view, and what lobes, Haar wavelets and spherical harmonics make of
+it.
 
 The paper's Figure 5 (Green2006) at a vertex of one's own: the function is tabulated as
-luminance at the texels of a cube map, its L lobes take 7 L numbers, so many Haar coefficients are kept, and harmonics
-are of the lowest order with at least as many. Pictures show the hemisphere above the surface, by equal areas.
+luminance at the texels of a cube map, its L lobes take 7 L numbers, so many Haar coefficients are kept, and spherical
+harmonics are of the lowest order with at least as many. Pictures show the hemisphere above the surface, by equal areas.
 """
 
 from __future__ import annotations
@@ -15,7 +16,17 @@ from numpy.typing import ArrayLike, NDArray
 from engine.core.colour import luminance
 from engine.core.directions import Vectors, dot, normalize
 from engine.core.steps import Step, Steps, part
-from engine.figures.lobe_fit import NUMBERS, Floats, Sum, Tabulated, gaussians, harmonics, order_for, texels, wavelets
+from engine.figures.lobe_fit import (
+    NUMBERS,
+    Floats,
+    Sum,
+    Tabulated,
+    gaussians,
+    order_for,
+    spherical_harmonics,
+    texels,
+    wavelets,
+)
 from engine.light.cube_map import texel_numbers
 from engine.light.gaussian_prefilter import gaussian_integral
 from engine.transport.gaussian.samples import GlossySurface, transport_at
@@ -46,7 +57,7 @@ class Inspected:
     baked : whether the lobes are those of a bake, and not fitted to this function alone.
     picture : (PIXELS, PIXELS) float32 luminance of the function in 1/sr, NaN outside the disc.
     highest : its largest value.
-    approximations : lobes, Haar wavelets and harmonics.
+    approximations : lobes, Haar wavelets and spherical harmonics.
     """
 
     vertex: int
@@ -78,7 +89,7 @@ def inspect(
     numbers = NUMBERS * len(sums.sigma)
     order = order_for(numbers)
     yield Step(0.8, "keeping wavelets and spherical harmonics")
-    wavelet, coefficients = wavelets(table, [numbers])[0], harmonics(table, order)
+    wavelet, coefficients = wavelets(table, [numbers])[0], spherical_harmonics(table, order)
     ways = (
         ("Gaussian" if len(sums.sigma) == 1 else "Gaussians", numbers, sums.at(direction), sums.at(above)),
         ("Haar wavelets", numbers, wavelet, wavelet[texel_numbers(above, EDGE)]),

@@ -1,4 +1,5 @@
-"""One function on the sphere as a sum of few Gaussians, of harmonics, or of Haar wavelets: the nearest of each.
+"""One function on the sphere as a sum of few Gaussians, of spherical harmonics, or of Haar wavelets: the nearest of
+each.
 
 Green2006 section 6.3, compares them by how many numbers they take, seven for a Gaussian.
 Functions are grey and tabulated at the texels of a cube map; distances are relative, in the norm of L² on the sphere.
@@ -211,12 +212,12 @@ def wavelets(table: Tabulated, counts: list[int]) -> list[Floats]:
 
 
 def order_for(numbers: int) -> int:
-    """The lowest order of at least so many harmonics."""
+    """The lowest order of at least so many spherical harmonics."""
     return math.isqrt(max(numbers - 1, 0)) + 1
 
 
-def harmonics(table: Tabulated, order: int) -> Floats:
-    """(order²,) the coefficients of the nearest sum of harmonics of `order`."""
+def spherical_harmonics(table: Tabulated, order: int) -> Floats:
+    """(order²,) the coefficients of the nearest sum of spherical harmonics of `order`."""
     root = np.sqrt(table.area)
     basis = evaluate(order, table.direction)
     with one_thread():

@@ -85,7 +85,7 @@ class Curve:
 class Dot:
     """One setting: where it lies, the `group` that gives its colour, and a few words that tell it from others.
 
-    `spread` is drawn above and below y; `front` tells that no other is better on both axes, `current` that it is the
+    `spread` is drawn above and below y; `front` means that no other is better on both axes, `current` that it is the
     one in use.
     """
 

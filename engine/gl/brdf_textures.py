@@ -1,4 +1,4 @@
-"""A reflectance without a shader of its own, as a texture: its table in half and difference angles, in float32.
+"""A BRDF without a shader of its own, as a texture: its table in half and difference angles, in float32.
 
 Another BRDF than such a table is resampled to one first, which takes a second or, where it is scattered data, many;
 a window that must not wait makes the table beforehand (`engine.brdf.resample`). Of what is not reciprocal both ways of
@@ -8,8 +8,8 @@ messages.
 Factors on the graphics device: textures of 32-bit floats, a layer per term, that a shader looks up by hand.
 
 The twins of `engine.factor.separable_factors` and `engine.factor.homomorphic`: what the shader gives is what `f` gives,
-to the rounding of 32-bit directions. Factors are told by their `kind`, so that a window that shows none does not wait
-for the compiled kernels of those modules.
+to the rounding of 32-bit directions. Factors are recognised by their `kind`, so that a window that shows none does not
+wait for the compiled kernels of those modules.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ SOURCE = "table"
 
 
 class TableTexture:
-    """Owns the texture of one BRDF; `messages` tells where it is not the BRDF itself that is shown."""
+    """Owns the texture of one BRDF; `messages` say where it is not the BRDF itself that is shown."""
 
     def __init__(self, context: Any, brdf: Brdf, limits: Limits) -> None:
         self.messages: list[str] = []

@@ -19,7 +19,7 @@ from engine.shading.shading_map import ShadingMap
 
 
 class MaterialTextures:
-    """Owns the textures of one material; `messages` tells what had to be reduced."""
+    """Owns the textures of one material; `messages` say what had to be reduced."""
 
     def __init__(self, context: Any, shading: ShadingMap | PowerLawMap, limits: Limits) -> None:
         self.r_max = shading.r_max

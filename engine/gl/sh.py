@@ -1,4 +1,4 @@
-"""Transported spherical harmonics on the graphics device: the table of a reflectance as a texture.
+"""Transported spherical harmonics on the graphics device: the table of a BRDF as a texture.
 
 The twin of `BrdfTable.radiance` and `VariedTable.radiance`, for each vertex in every frame; between vertices radiance
 is interpolated. At order 5 that is 55 fetches for a vertex with an isotropic table, and 125 with an anisotropic one;
@@ -23,13 +23,13 @@ from engine.transport.sh.brdf_table_varying import VariedTable, tables_of
 #: Texture unit, above those of a material and the lights.
 UNIT = 5
 
-#: Coefficients of a brushed reflectance that lie beside each other in its texture, as in sh.glsl: what a vertex reads
+#: Coefficients of a brushed BRDF that lie beside each other in its texture, as in sh.glsl: what a vertex reads
 #: is then in few lines of the cache. With a layer for each, a frame takes half as long again.
 BESIDE = 32
 
 
 class Textures:
-    """Owns the table of one reflectance."""
+    """Owns the table of one BRDF."""
 
     SHADER, SOURCE = "transported", "sh.glsl"
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class EnvironmentMap:
     """Radiance arriving from every direction; `radiance` (H, W, 3) float32 linear sRGB, finite and not negative.
 
-    `health` tells what was repaired in the file it came from.
+    `health` says what was repaired in the file it came from.
     """
 
     radiance: NDArray[np.float32]
@@ -50,8 +50,8 @@ class DistantLights:
     direction: NDArray[np.float64]
     irradiance: NDArray[np.float64]
 
-    def turned(self, angle: float) -> DistantLights:
-        """The same lights turned about +Y by `angle` in radians: what came from +Z comes from +X after pi / 2."""
+    def rotated(self, angle: float) -> DistantLights:
+        """The same lights rotated about +Y by `angle` in radians: what came from +Z comes from +X after pi / 2."""
         cosine, sine = np.cos(angle), np.sin(angle)
         about_y = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
         return DistantLights(self.direction @ about_y.T, self.irradiance) if angle else self

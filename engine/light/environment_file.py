@@ -49,7 +49,7 @@ _EMPTY, _LOOSE = 1e-2, 8.0
 class CubeLayout:
     """Layout of the faces of a cube map in a picture.
 
-    `grid` are rows and columns of faces, `on_edges` tells that the outermost samples lie on the edges of the faces.
+    `grid` are rows and columns of faces, `on_edges` means that the outermost samples lie on the edges of the faces.
     """
 
     grid: tuple[int, int]

@@ -281,9 +281,9 @@ def _inverse(n: int) -> NDArray[np.float32]:
 
 @lru_cache(maxsize=16)
 def _turned(n: int) -> NDArray[np.int64]:
-    """(6, 6, 3) flat place of the first texel, and steps to the next row and column, of each face of a turned cube.
+    """(6, 6, 3) flat place of the first texel, and steps to the next row and column, of each face of a rotated cube.
 
-    The first index is the face that is turned to where +Z is (there s runs along +x and t along −y).
+    The first index is the face that is rotated to where +Z is (there s runs along +x and t along −y).
     """
     t, s = np.array([[0.5, 1.5, 0.5], [0.5, 0.5, 1.5]]) / n
     seen = direction_on_face(np.arange(6)[:, None], np.broadcast_to(s, (6, 3)), np.broadcast_to(t, (6, 3)))

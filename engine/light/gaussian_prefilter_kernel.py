@@ -74,8 +74,8 @@ def _span(a: float, c: float, reach: float, n: int) -> Any:
 
 
 @scalar
-def _gather(texels: Any, n: int, towards: Any, faces: Any, turned: Any, at: Any, reach: float, sums: Any) -> None:
-    """Sums (6, 4) at the node of each face that lies at `at` when it is turned to where +Z is, over all faces."""
+def _gather(texels: Any, n: int, towards: Any, faces: Any, rotated: Any, at: Any, reach: float, sums: Any) -> None:
+    """Sums (6, 4) at the node of each face that lies at `at` when it is rotated to where +Z is, over all faces."""
     sums[:] = 0.0
     weights = np.empty(n, np.float32)
     x, y, z = np.float32(at[0]), np.float32(at[1]), np.float32(at[2])
@@ -113,8 +113,8 @@ def _gather(texels: Any, n: int, towards: Any, faces: Any, turned: Any, at: Any,
             if left == right:
                 continue
             for own in range(6):
-                stride = 4 * turned[own, face, 2]
-                place = 4 * (turned[own, face, 0] + i * turned[own, face, 1]) + (first + left) * stride
+                stride = 4 * rotated[own, face, 2]
+                place = 4 * (rotated[own, face, 0] + i * rotated[own, face, 1]) + (first + left) * stride
                 red = green = blue = area = np.float32(0.0)
                 for j in range(left, right):
                     w = weights[j]
@@ -235,7 +235,7 @@ def convolve(
     inverse: Any,
     towards: Any,
     faces: Any,
-    turned: Any,
+    rotated: Any,
     sigma: float,
     narrow: float,
     dense: int,
@@ -246,8 +246,8 @@ def convolve(
 
     There are `dense` p nodes for every two texels. `flux` and `inverse` (N, 2, N / 2), 1 / (1 + r²), have the even
     columns before the odd ones, `texels` are the flux again, the four channels side by side. Turned to where +Z is,
-    every face has the same weights: they are computed once. `turned` (6, 6, 3) tells for each face at which flat place,
-    and with what steps along rows and columns, the faces seen from there have their texels.
+    every face has the same weights: they are computed once. `rotated` (6, 6, 3) gives for each face at which flat
+    place, and with what steps along rows and columns, the faces seen from there have their texels.
     """
     n, size = flux.shape[2], nodes.shape[1]
     step = 2.0 / n
@@ -285,7 +285,7 @@ def convolve(
                             nodes[plane % 6, line, first + k * dense, plane // 6] = sums[plane, k] * whole
                 else:
                     _shape_at(across * step - 1.0, y, sigma, narrow * step * step, at)
-                    _gather(texels, n, towards, faces, turned, at, reach, alone)
+                    _gather(texels, n, towards, faces, rotated, at, reach, alone)
                     for own in range(6):
                         for k in range(3):
                             nodes[own, line, column, k] = alone[own, k] / alone[own, 3]

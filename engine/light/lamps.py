@@ -81,9 +81,9 @@ class Lamp:
         share = 1.0 / math.cos(self.radius / 2.0) ** 2  # solid angle over pi sin^2 a
         return red * share, green * share, blue * share
 
-    def turned(self, angle: float) -> Lamp:
-        """The same lamp turned about +Y by `angle` in radians, as `DistantLights.turned`."""
-        lights = DistantLights(np.array([self.direction]), np.array([self.irradiance])).turned(angle)
+    def rotated(self, angle: float) -> Lamp:
+        """The same lamp rotated about +Y by `angle` in radians, as `DistantLights.rotated`."""
+        lights = DistantLights(np.array([self.direction]), np.array([self.irradiance])).rotated(angle)
         x, y, z = lights.direction[0]
         return Lamp((x, y, z), self.irradiance, self.radius)
 

@@ -1,8 +1,8 @@
 """Splitting the sun out of an environment map: tiny bright sources become lamps, what is left is smooth.
 
 A sun of one texel can be a million times as bright as the sky. Coefficients of the whole map are then those of the sun:
-quantised wavelets keep nothing else (Wang2004 section 3.4; spec 07, X6), harmonics ring over the whole sphere,
-and a few directional lights miss the sky. As lamps, such sources are exact at no cost.
+quantised wavelets keep nothing else (Wang2004 section 3.4; spec 07, X6), spherical harmonics ring over the whole
+sphere, and a few directional lights miss the sky. As lamps, such sources are exact at no cost.
 
 A source is a connected region above some level of luminance that is tiny (`LARGEST` from its middle, or four texels of
 coarse maps), carries a share of all light that counts, and is many times as bright as what is around it: the last
@@ -56,7 +56,7 @@ class _Source:
 def split_sun(environment: EnvironmentMap) -> tuple[EnvironmentMap, tuple[Lamp, ...]]:
     """The map without its tiny bright sources, and these as lamps, brightest first; the map itself where it has none.
 
-    The lamps are where the map shows them: turn them with it (`Lamp.turned`). About 0.1 s for 1024 × 512 texels; the
+    The lamps are where the map shows them: turn them with it (`Lamp.rotated`). About 0.1 s for 1024 × 512 texels; the
     last few are remembered.
     """
     sources = sorted(_sources(environment.radiance), key=lambda source: -_brightness(source.lamp))[:MOST_SUNS]

@@ -2,10 +2,10 @@
 
     self-shadowing   left out: no ray, no tree of the triangles; forced on: rays from every vertex, free ones too
     interreflection  left out: no bounce
-    glossy           left out: vectors instead of matrices; forced on: matrices whatever the reflectance
+    glossy           left out: vectors instead of matrices; forced on: matrices whatever the BRDF
     anisotropy       left out: one row of the table instead of a map; forced on: the map
     all-frequency    left out: spherical harmonics of a low order
-    varying gloss    left out: one reflectance, at the mean of what varies, and one table of it
+    varying gloss    left out: one BRDF, at the mean of what varies, and one table of it
 
 Whatever is decided for the whole, vertices that see their whole hemisphere have no visibility, unless it is forced.
 """

@@ -3,7 +3,7 @@
 The error is at most the sum of the errors of what is left out (`estimates`) and of the method's own (`mode_error`), by
 the triangle inequality; the cost is the model's (`cost_model`). Effects are left out from the least upwards.
 
-The noise of the reference, told from a picture of a few pixels: the samples that an error takes follow from it.
+The noise of the reference, estimated from a picture of a few pixels: the samples that an error takes follow from it.
 
 The error of a mean over n samples is that of one over √n. A thousand pixels of some samples know it to about a tenth
 unless single paths carry most of the light, and a picture framed by another camera may be noisier than this one.
@@ -71,7 +71,7 @@ LOW, HIGH = Setting("sh", {"order": LOW_ORDER}), Setting("sh", {"order": 15})
 #: Pixels of a picture where nobody says.
 PIXELS = 720 * 760
 
-#: Seconds of the tables of a reflectance that varies, beside the one that every bake makes.
+#: Seconds of the tables of a BRDF that varies, beside the one that every bake makes.
 VARIED_S = 2.0
 
 
@@ -103,13 +103,13 @@ class Choice:
 
     setting: Setting
     skipped: frozenset[str]
-    told: Callable[[], float]
+    predict: Callable[[], float]
     cost: Cost
     frames: int
 
     @cached_property
     def error(self) -> float:
-        return self.told()
+        return self.predict()
 
     @property
     def price(self) -> float:
@@ -180,8 +180,8 @@ class Choices:
                     yield self.choice(setting, skipped)
 
     def choice(self, setting: Setting, skipped: frozenset[str]) -> Choice:
-        told = partial(self._error, setting, skipped)
-        return Choice(setting, skipped, told, self.cost(setting, skipped), self.wishes.frames)
+        predict = partial(self._error, setting, skipped)
+        return Choice(setting, skipped, predict, self.cost(setting, skipped), self.wishes.frames)
 
     def cost(self, setting: Setting, skipped: frozenset[str], asked: frozenset[str] = frozenset()) -> Cost:
         """Cost of `setting`; with `asked`, effects that the scene may not have, but that are worked out."""
@@ -361,5 +361,5 @@ def scenery_without_gloss(scene: Scenery) -> Scenery:
 
 @lru_cache(maxsize=8)
 def scenery_of_the_mean(scene: Scenery) -> Scenery:
-    """The same with one reflectance for the whole surface."""
+    """The same with one BRDF for the whole surface."""
     return seen_as(scene.brdf, scene.sample, scene.fine, scene.bounced, scene.material)

@@ -104,7 +104,7 @@ class Beyond:
 class EffectsPlan:
     """Plan of a scene: the effects that it calls for, and the setting that shows them.
 
-    `predicted_error_rel` holds what is left out too. `satisfied` tells whether the budget is met; `exceeded` names
+    `predicted_error_rel` holds what is left out too. `satisfied` says whether the budget is met; `exceeded` names
     the `ceilings` that the setting is beyond, because every other is too. Where the budget is not met, `beyond` is what
     would meet it. `free_share` of the vertices see their whole hemisphere: they need no rays and no
     visibility, whatever the others need. `mean` is what parameters that vary over the surface stand at where that is
@@ -169,10 +169,10 @@ def plan(
 ) -> EffectsPlan:
     """The plan for a budget: `error` relative (0.01 where neither is given) or `time_ms` of a frame.
 
-    `variations` move parameters of the reflectance over the mesh. `modes` narrows the choice. A bake is spread over
+    `variations` move parameters of the BRDF over the mesh. `modes` narrows the choice. A bake is spread over
     `frames`; `ceilings` are the usual ones where they are None. UsageError for both budgets,
     budgets that are not positive, and effects that are not known or both forced and skipped. Less than a second for
-    50,000 vertices once mesh and reflectance are known, half as much again where no cheap method meets the budget.
+    50,000 vertices once mesh and BRDF are known, half as much again where no cheap method meets the budget.
     """
     check_effects(force, skip)
     if error is not None and time_ms is not None:
@@ -217,7 +217,7 @@ def plan_of(
 ) -> EffectsPlan:
     """As `plan`, of a scene that has been looked at.
 
-    `noise` tells that of a reference of one sample, by the points of the surface that light may touch; without it there
+    `noise` is that of a reference of one sample, by the points of the surface that light may touch; without it there
     is no reference to choose.
     """
     wishes = Wishes(force, skip, modes, pixels, aspect, frames)
@@ -236,8 +236,8 @@ def plan_of(
     exceeded = chosen.exceeded(limits)
     beyond = None if satisfied or error is None else _beyond(choices, error, limits)
     effects = tuple(_effect(name, found[name], chosen, offers, force, skip) for name in EFFECTS)
-    told = (chosen.setting, chosen.error, chosen.cost, satisfied, scene.sample.free_share)
-    return EffectsPlan(effects, *told, limits, exceeded, beyond, scene.mean)
+    summary = (chosen.setting, chosen.error, chosen.cost, satisfied, scene.sample.free_share)
+    return EffectsPlan(effects, *summary, limits, exceeded, beyond, scene.mean)
 
 
 def _check_varied(scene: Scenery, force: frozenset[str], skip: frozenset[str]) -> None:
@@ -273,8 +273,8 @@ def _beyond(choices: list[Choice], error: float, ceilings: Ceilings) -> Beyond |
     """The cheapest of all that meet a budget of error, whatever ceilings it is beyond."""
     for each in sorted(choices, key=lambda each: each.rank):
         if each.exceeded(ceilings) and each.error <= error:
-            told = (each.setting, depth_of(each.skipped), each.error, each.cost, each.exceeded(ceilings))
-            return Beyond(*told)
+            summary = (each.setting, depth_of(each.skipped), each.error, each.cost, each.exceeded(ceilings))
+            return Beyond(*summary)
     return None
 
 
@@ -339,7 +339,7 @@ def _savings(name: str, chosen: Choice, offers: Choices) -> tuple[float, int]:
 
 
 def brdf_of(chosen: EffectsPlan, brdf: Any) -> Any:
-    """The reflectance that the plan draws: without what it leaves out, and as general as what is forced on needs."""
+    """The BRDF that the plan draws: without what it leaves out, and as general as what is forced on needs."""
     if chosen.mean:
         if chosen.shows("spatially-varying-gloss"):
             return brdf

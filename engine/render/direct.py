@@ -68,7 +68,7 @@ def _vertices(scene: Scene) -> Array:
 
 
 def _of_ground(scene: Scene) -> Scene:
-    """The same with the ground's reflectance on everything."""
+    """The same with the ground's BRDF on everything."""
     assert scene.ground is not None
     return replace(scene, brdf=Lambert((scene.ground.albedo,) * 3), material=None)
 

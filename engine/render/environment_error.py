@@ -61,15 +61,15 @@ def error_ladder(
     shade = Shader(scene, size)
     row, column = _pixels(shade, size, pixels, seed)
     lights = all_lights(scene.environment, REFERENCE_ROWS)
-    dense = DistantLights(lights.direction, lights.irradiance * scene.irradiance).turned(scene.environment_rotation)
+    dense = DistantLights(lights.direction, lights.irradiance * scene.irradiance).rotated(scene.environment_rotation)
     dense = dense.beside(lights_of_all(scene.lamps))
-    truth = yield from _summed(shade, row, column, dense)
+    dense_sum = yield from _summed(shade, row, column, dense)
     size_of_reference = (2 * REFERENCE_ROWS, REFERENCE_ROWS)
     errors = []
     for count in counts:
         chosen = dataclasses.replace(scene, directions=count).lights
         shown = yield from _summed(shade, row, column, chosen)
-        errors.append(DirectionsError(count, _relative(shown, truth), len(row), size_of_reference))
+        errors.append(DirectionsError(count, _relative(shown, dense_sum), len(row), size_of_reference))
     return errors
 
 
@@ -96,6 +96,6 @@ def _summed(
     return value
 
 
-def _relative(shown: NDArray[np.float64], truth: NDArray[np.float64]) -> float:
-    size = float(np.linalg.norm(truth))
-    return float(np.linalg.norm(shown - truth)) / size if size > 0.0 else 0.0
+def _relative(shown: NDArray[np.float64], dense_sum: NDArray[np.float64]) -> float:
+    size = float(np.linalg.norm(dense_sum))
+    return float(np.linalg.norm(shown - dense_sum)) / size if size > 0.0 else 0.0

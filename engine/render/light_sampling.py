@@ -75,7 +75,7 @@ class Tables:
 
 @dataclass(frozen=True, eq=False)
 class EnvironmentSampler:
-    """An environment map times `gain`, turned by `rotation` radians about +Y (`DistantLights.turned`)."""
+    """An environment map times `gain`, rotated by `rotation` radians about +Y (`DistantLights.rotated`)."""
 
     tables: Tables
     gain: float

@@ -1,4 +1,5 @@
-"""The reference: direct or path-traced light by Monte Carlo, with its own uncertainty, against which errors are told.
+"""The reference: direct or path-traced light by Monte Carlo, with its own uncertainty, against which errors are
+measured.
 
 Samples are taken in passes whose numbers are independent of each other; inside a pass the samples of a pixel are
 stratified (`engine.render.sobol`). The mean over passes is the picture, and how passes differ tells the
@@ -68,7 +69,7 @@ class ReferencePicture:
     def uncertainty_rmse_rel(self) -> float | None:
         """The standard error of the whole picture relative to its root mean square; None before two passes.
 
-        It is what `rmse_rel` of this picture against the truth is expected to be.
+        It is what `rmse_rel` of this picture against a converged picture is expected to be.
         """
         if self.variance is None:
             return None

@@ -2,7 +2,7 @@
 
 A pixel's triangle is found by a ray. At each of its corners the radiance towards the eye is the product of the view
 maps, looked up in the frame of that corner, and the K-tuple there (`engine.transport.wavelet.transfer`), or of the
-harmonics of the reflectance and of the light there (`engine.transport.sh.transfer`); the pixel is their mean by
+spherical harmonics of the BRDF and of the light there (`engine.transport.sh.transfer`); the pixel is their mean by
 barycentric weights. At a vertex that is the vertex's own radiance, and where frames of neighbours differ, as at the one
 singularity of frames without texture coordinates, nothing has to be said about what lies between. About 2 µs for each
 sub-pixel and term. Of Gaussian transport the lobes are mixed across the triangle and looked up once for each sub-pixel

@@ -1,4 +1,4 @@
-"""A material: the mesostructure (shading map or its compression) and the reflectance that looks it up."""
+"""A material: the mesostructure (shading map or its compression) and the BRDF that looks it up."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Material:
     sigma : the factor in r = sigma f_r cos(theta_i); None means automatic (see `auto_sigma`).
     elevation_deg : elevations of the lights of the capture, which the automatic sigma needs.
     name : shown to people.
-    measured : the reflectance as it was measured, a table, or factors, which a bundle holds as a table; `brdf` is then
+    measured : the BRDF as it was measured, a table, or factors, which a bundle holds as a table; `brdf` is then
         the model nearest to it, for what holds no table.
     """
 

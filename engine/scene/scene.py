@@ -1,4 +1,4 @@
-"""Everything that one picture shows: model, ground, material, reflectance, light and camera, as one value.
+"""Everything that one picture shows: model, ground, material, BRDF, light and camera, as one value.
 
 The GL renderer (`engine.gl.direct`) and the CPU renderer (`engine.render.direct`) draw the same scene to the same
 numbers. Following Kautz2004 section 4, the light is one direction or several, chosen by importance from an
@@ -68,7 +68,7 @@ class Scene:
     irradiance : of the light on a surface that faces it; with an environment, the factor on the map's radiance. With
         0 and no environment, the lamps are the only lights.
     environment : takes the place of the light.
-    environment_rotation : radians about +Y, as `DistantLights.turned`.
+    environment_rotation : radians about +Y, as `DistantLights.rotated`.
     directions : how many lights stand for the environment; powers of two are spread best.
     source : which form of the material is looked up, where it has both.
     repeats : how often the material repeats over one unit of texture coordinates.
@@ -127,7 +127,7 @@ class Scene:
         if self.environment is None:
             return DistantLights(np.array([self.light]), np.full((1, 3), self.irradiance))
         chosen = chosen_lights(self.environment, self.directions)
-        return DistantLights(chosen.direction, chosen.irradiance * self.irradiance).turned(self.environment_rotation)
+        return DistantLights(chosen.direction, chosen.irradiance * self.irradiance).rotated(self.environment_rotation)
 
     @cached_property
     def surface(self) -> Mesh:

@@ -1,4 +1,4 @@
-"""Hard cases of reflectances, their coordinates, tangent frames, factorisations and four-dimensional rotations."""
+"""Hard cases of BRDFs, their coordinates, tangent frames, factorisations and four-dimensional rotations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hard cases of harmonics, wavelets, Gaussians, visibility, environments and drawing, and of what a plan leaves out."""
+"""Hard cases of SH, wavelets, Gaussians, visibility, environments and drawing, and of what a plan leaves out."""
 
 from __future__ import annotations
 
@@ -157,14 +157,14 @@ def _codes_never_wrap() -> Found:
 
 def _words_return() -> Found:
     rng = np.random.default_rng(0)
-    codes = np.stack(
+    quantised = np.stack(
         [rng.integers(-1024, 1024, 10_000), rng.integers(-1024, 1024, 10_000), rng.integers(-512, 512, 10_000)], -1
     )
-    return float(np.abs(unpack(pack(codes)) - codes).max()), 0.0
+    return float(np.abs(unpack(pack(quantised)) - quantised).max()), 0.0
 
 
 def _sums_never_overflow() -> Found:
-    """96 products of the largest codes, against the integers of Python."""
+    """96 products of the largest coefficients, against the integers of Python."""
     kept, mesh = 96, ball(4)
     count = len(mesh.positions)
     words = np.full((count, kept), pack(np.array([1023, 1023, 511])), np.uint32)
@@ -175,8 +175,8 @@ def _sums_never_overflow() -> Found:
     transport = WaveletTransport(
         mesh, count, SeparableFactors(hemisphere_map, "in-out", flat, flat, True, True), 0.0, 16, vectors
     )
-    codes = np.full((6 * 16 * 16, 3), 32767, np.int16)
-    found = relit(transport, WaveletLight(np.zeros((6, 3)), codes, 1.0, 0.0, 0.0))
+    quantised = np.full((6 * 16 * 16, 3), 32767, np.int16)
+    found = relit(transport, WaveletLight(np.zeros((6, 3)), quantised, 1.0, 0.0, 0.0))
     return float(np.abs(found / float(kept * 32767) - 1.0).max()), 1e-12
 
 

@@ -36,7 +36,7 @@ FAILURES = (
 def selftest(only: tuple[str, ...] = ()) -> Steps[tuple[Case, ...]]:
     """All cases, or those of the ids or groups `only`; each step's `partial` holds those that are done.
 
-    Some 20 s, of which starting compiled code takes most. A measure that is not finite is told as −1 and a problem.
+    Some 20 s, of which starting compiled code takes most. A measure that is not finite is reported as −1 and a problem.
     UsageError for an id that is not known.
     """
     known = {question.id for question in QUESTIONS} | {group_of(question.id) for question in QUESTIONS}

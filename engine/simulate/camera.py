@@ -47,8 +47,8 @@ def blurred(image: NDArray[np.float32], deviation: float, right: float = 0.0, do
     return np.maximum(moved, 0, out=moved)
 
 
-def turned(image: NDArray[np.float32], angle: float, right: float, down: float, step: int = 1) -> NDArray[np.float32]:
-    """(H / step, W / step, 3) periodic `image` turned about its middle, then moved, at every `step`-th place.
+def rotated(image: NDArray[np.float32], angle: float, right: float, down: float, step: int = 1) -> NDArray[np.float32]:
+    """(H / step, W / step, 3) periodic `image` rotated about its middle, then moved, at every `step`-th place.
 
     `angle` is in radians, counter-clockwise as seen; shifts are in texels. A result stands for the middle of its
     `step` x `step` texels.

@@ -27,7 +27,7 @@ from engine.capture.lights.mirror_sphere import Circle
 from engine.core.steps import Step, Steps, part
 from engine.simulate import height_fields, horizon, shading
 from engine.simulate.arc import LightArc, Shot, sphere
-from engine.simulate.camera import blurred, turned
+from engine.simulate.camera import blurred, rotated
 
 #: Deviation of the normals under which the lamp is seen, radians.
 GLOW = math.radians(2.0)
@@ -119,7 +119,7 @@ def photographed(table: Table, image: NDArray[np.float32], shot: Shot) -> NDArra
         image = with_ball(image, _in_texels(table.arc), light_at_sphere(table, shot.elevation, shot.azimuth))
     if shot.turn:
         still = blurred(image, LENS_BLUR_PX * FINE)
-        return turned(still, shot.turn, FINE * shot.right_px, FINE * shot.down_px, FINE)
+        return rotated(still, shot.turn, FINE * shot.right_px, FINE * shot.down_px, FINE)
     to_pixel_centre = 0.5 * (FINE - 1)
     right, down = (shift * FINE - to_pixel_centre for shift in (shot.right_px, shot.down_px))
     return np.ascontiguousarray(blurred(image, LENS_BLUR_PX * FINE, right, down)[::FINE, ::FINE])

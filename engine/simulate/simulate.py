@@ -1,4 +1,4 @@
-"""The virtual light arc: a capture of a procedural sample as a photographer would bring it home, and its truth.
+"""The virtual light arc: a capture of a procedural sample as a photographer would bring it home, and its ground truth.
 
 The sample is lit (`table`), exposed alike in all photographs of one relative exposure, dimmed towards the corners by
 the lens, and recorded by a sensor (`sensor`). A folder holds the photographs, a dark frame and a flat field where asked
@@ -197,7 +197,7 @@ def _exposures(
     """Photograph one light at all exposures; `light` holds shots and their numbers."""
     arc, shot = table.arc, light[0][1]
     radiance = yield from part(_radiance(table, gain, shot), 0.0, 0.5)
-    yield Step(0.5, f"Noting the truth about {shot.file}")
+    yield Step(0.5, f"Writing the ground truth of {shot.file}")
     write_exr(folder / "truth" / radiance_file(shot), rgb_channels(radiance), half=False)
     records: list[dict[str, Any]] = []
     for number, shot in light:

@@ -21,7 +21,7 @@ from engine.core.health import Finding, Health, Verdict
 FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
 SCHEMA_VERSION: Literal[1] = 1
 
-#: The member that holds a measured reflectance (`engine.brdf.readers.table_file`), where there is one.
+#: The member that holds a measured BRDF (`engine.brdf.readers.table_file`), where there is one.
 TABLE = "brdf_table.exr"
 
 #: Units of the numbers in a bundle, for those who read it without this program.

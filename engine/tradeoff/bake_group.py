@@ -2,7 +2,7 @@
 
 What rays cost is nearly all of a bake, so a ladder of terms, coefficients or orders takes little more than its finest
 step. Times stay those of a bake alone: its seconds are those of the shared rays, measured, and of its own vectors,
-measured; as in any bake they begin when the reflectance is tabulated or factored. That transport is made in memory; the
+measured; as in any bake they begin when the BRDF is tabulated or factored. That transport is made in memory; the
 seconds that a file would take to write are not part of it.
 Methods that share no rays are baked one setting after the other, into a file as for use.
 
@@ -39,7 +39,7 @@ from engine.transport.shared_rays import Indices, Make, Sharing, chunks, counted
 #: Share of free memory that the transport of one group may take.
 SHARE = 0.4
 
-#: Chunks from which on the time of all of them is told.
+#: Chunks from which on the time of all of them is predicted.
 TELLING = 6
 
 #: Data that outlive a setting: factors of one BRDF by their number of terms.
@@ -152,7 +152,8 @@ def bake_group(
     """The bakes of a group (see `groups`), and those settings that take too much memory or more than `seconds`.
 
     `shown` are the vertices, of model and ground, that pictures need; all of them where nothing is given. Factors of
-    the reflectance are taken from `known`, and put there. How long it takes is told from the vertices that are done.
+    the BRDF are taken from `known`, and put there. How long it takes is predicted from the vertices that are
+    done.
     """
     edge = edge_of(group[0])
     members, left_out = yield from part(_prepared(scene, group, {} if known is None else known), 0.0, 0.3)
@@ -213,8 +214,8 @@ def _dropped(members: list[_Member], rays: _Rays, done: float, deadline: float) 
 
 def too_long(seconds: float, what: str = "its bake") -> str:
     """Why a setting is left out of which something takes so many seconds."""
-    told = f"{seconds:.0f}" if seconds >= 10.0 else f"{seconds:.2g}"
-    return f"{what} takes about {told} s, for which there was no time"
+    predicted = f"{seconds:.0f}" if seconds >= 10.0 else f"{seconds:.2g}"
+    return f"{what} takes about {predicted} s, for which there was no time"
 
 
 def _prepared(scene: Scene, group: Sequence[Setting], known: Factors) -> Steps[tuple[list[_Member], list[LeftOut]]]:

@@ -148,8 +148,8 @@ def _why_none(points: Sequence[Point], budget: Budget, axis: str) -> str:
         (Budget(time_s=budget.time_s), f"the quickest takes {_amount(min(p.cost(timed) for p in points), _SECONDS)}"),
         (Budget(bytes=budget.bytes), f"the smallest takes {_amount(min(p.memory_bytes for p in points), _BYTES)}"),
     )
-    told = [words for limit, words in limits if not any(limit.allows(point, axis) for point in points)]
-    why = ", ".join(told) if told else "each limit can be kept alone, but not all of them together"
+    unmet = [words for limit, words in limits if not any(limit.allows(point, axis) for point in points)]
+    why = ", ".join(unmet) if unmet else "each limit can be kept alone, but not all of them together"
     return f"No measured setting keeps within it: {why}"
 
 

@@ -98,7 +98,7 @@ class Point:
     error_flip : mean ꟻLIP against it, in [0, 1].
     error_uncertainty : `error_rmse_rel` is right within ± this in 95 % of all cases.
     frame_s : a frame from another camera; relight_s : what comes before it under a rotated environment; bake_s :
-        what comes before any of it, from the model and the reflectance on.
+        what comes before any of it, from the model and the BRDF on.
     memory_bytes : held while frames are drawn, beside the model; size_bytes : of the file that keeps the bake.
     predicted : what the cost model said beforehand of some of these (`engine.tradeoff.point.FIGURES`).
     """

@@ -30,7 +30,7 @@ QUIET, MOST_SAMPLES = 0.002, 1 << 14
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class NoisyReference:
     """A reference, the mask (height, width) of what is compared, and its noise as relative RMSE."""
 
     reference: ReferencePicture
@@ -59,7 +59,7 @@ class Refining:
         self.covered = np.ones((size[1], size[0]), np.bool_)
         self.found: ReferencePicture | None = None
 
-    def refine(self, seconds: float, noise: float = QUIET, passes: int = PASSES) -> Steps[Truth]:
+    def refine(self, seconds: float, noise: float = QUIET, passes: int = PASSES) -> Steps[NoisyReference]:
         """Take samples for so many seconds, or until the noise is low; at least so many `passes`.
 
         UsageError where nothing is covered.
@@ -70,7 +70,7 @@ class Refining:
             if step.partial is not None:
                 self.found = step.partial
                 if self._is_known(self.found, passes) and self._is_enough(started, seconds, noise):
-                    return self.truth()
+                    return self.current()
             passed = (time.monotonic() - started) / max(seconds, 1e-9)
             yield Step(min(1.0, passed), "refining the reference")
 
@@ -80,9 +80,9 @@ class Refining:
     def _is_enough(self, started: float, seconds: float, noise: float) -> bool:
         assert self.found is not None
         late = time.monotonic() - started >= seconds
-        return late or self.found.samples >= MOST_SAMPLES or self.truth().noise <= noise
+        return late or self.found.samples >= MOST_SAMPLES or self.current().noise <= noise
 
-    def truth(self) -> Truth:
+    def current(self) -> NoisyReference:
         """As far as it is now."""
         found = self.found
         assert found is not None
@@ -90,7 +90,7 @@ class Refining:
         mask = self.covered & (found.picture[..., 3] >= COVERED)
         if not mask.any():
             raise UsageError("no pixel is covered completely: the picture is too small, or the model is out of sight")
-        return Truth(found, mask, noise_of(found.picture, found.variance, mask))
+        return NoisyReference(found, mask, noise_of(found.picture, found.variance, mask))
 
     def close(self) -> None:
         self._steps.close()

@@ -2,8 +2,8 @@
 
 Settings that are one for the scene are measured once. First a rough reference; then what somebody asks for first, as
 the choice of a plan, and the cheapest setting of every mode; then pictures without a bake, then bakes, coarse ones
-first; what is left of the time refines the reference, and all errors are told anew. What is under way when the time is
-over is left out. Every step from the first picture on carries the `Tradeoff` so far.
+first; what is left of the time refines the reference, and all errors are measured anew. What is under way when the time
+is over is left out. Every step from the first picture on carries the `Tradeoff` so far.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from engine.tradeoff.draw import LONG_ENOUGH_S, SAMPLES, Drawer, drawing, shown_
 from engine.tradeoff.front import break_even_frames, effort, front, rises
 from engine.tradeoff.point import Point
 from engine.tradeoff.predict import Predictions
-from engine.tradeoff.reference_error import FEW_PASSES, QUIET, Refining, Truth
+from engine.tradeoff.reference_error import FEW_PASSES, QUIET, NoisyReference, Refining
 from engine.transport import method as transport
 from engine.transport.wavelet.bake import factors_for
 
@@ -54,7 +54,7 @@ AT_ONCE = 0.25
 #: The reference may take so many seconds beforehand at most, and so many at the end.
 FIRST_S, LAST_S = 20.0, 60.0
 
-#: Radians by which the light is turned to see what relighting takes.
+#: Radians by which the light is rotated to see what relighting takes.
 TURN = 0.1
 
 #: Runs of the relighting that is timed.
@@ -74,7 +74,7 @@ class Tradeoff:
     left_out : settings that were not, with the reason.
     noise : of the reference, as relative RMSE; samples : of each of its pixels.
     device : what drew the pictures. size : (width, height). time_s : that it all took.
-    baked : share of the vertices that were baked, those that the pictures show; times of bakes are told for all.
+    baked : share of the vertices that were baked, those that the pictures show; times of bakes are stated for all.
     """
 
     points: tuple[Point, ...]
@@ -152,7 +152,7 @@ def _without_pictures(steps: Steps[None]) -> Steps[None]:
 
 @dataclass(frozen=True, eq=False)
 class _Measured:
-    """A point with the picture that its error is told of anew."""
+    """A point with the picture that its error is measured on anew."""
 
     point: Point
     picture: NDArray[np.float32]
@@ -173,11 +173,11 @@ class _Run:
     started: float = field(default_factory=time.monotonic)
     found: list[_Measured] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
-    truth: Truth | None = None
+    reference: NoisyReference | None = None
     has_bakes: bool = False
     factors: Factors = field(default_factory=dict)
     baked: float = 1.0
-    told_s: float = 0.0
+    measuring_s: float = 0.0
     at_once: float = AT_ONCE
 
     @cached_property
@@ -199,12 +199,12 @@ class _Run:
         return share * self.seconds - (time.monotonic() - self.started)
 
     def result(self) -> Tradeoff:
-        truth = self.truth
+        noisy = self.reference
         return Tradeoff(
             tuple(each.point for each in self.found),
             tuple(self.left_out),
-            truth.noise if truth else 0.0,
-            truth.reference.samples if truth else 0,
+            noisy.noise if noisy else 0.0,
+            noisy.reference.samples if noisy else 0,
             self.drawer.device,
             self.size,
             time.monotonic() - self.started,
@@ -218,7 +218,7 @@ class _Run:
         self.started = time.monotonic()  # modules are imported and kernels are there
         self.refining.covered = covered.picture[..., 3] >= 0.999
         first_s = min(FIRST * self.seconds, FIRST_S)
-        self.truth = yield from part(self.refining.refine(first_s, 10.0 * QUIET, FEW_PASSES), 0.01, FIRST)
+        self.reference = yield from part(self.refining.refine(first_s, 10.0 * QUIET, FEW_PASSES), 0.01, FIRST)
         asked = yield from self._distinct([*first, *settings])
         leaders = list(dict.fromkeys([*asked[: len(set(first))], *self._cheapest(asked)]))
         early, late = in_order(leaders), in_order([each for each in asked if each not in leaders])
@@ -237,7 +237,7 @@ class _Run:
             yield from part(self._again(), 1.0 - LAST, 1.0)
 
     def _distinct(self, settings: Sequence[Setting]) -> Steps[list[Setting]]:
-        """The settings, those that are one for this BRDF told by the least of their knobs, each once."""
+        """The settings, those that are one for this BRDF named by the least of their knobs, each once."""
         most = max((each["terms"] for each in settings if "terms" in each.knobs), default=1)
         if most > 1:
             if most not in self.factors:
@@ -246,11 +246,11 @@ class _Run:
         return list(dict.fromkeys(reduced(each, most) for each in settings))
 
     def _cheapest(self, settings: Sequence[Setting]) -> list[Setting]:
-        """One setting of each mode: that which costs least, as far as it can be told."""
+        """One setting of each mode: that which costs least, as far as it can be predicted."""
 
         def cost(setting: Setting) -> tuple[float, ...]:
-            told = self._predicted(setting)
-            return told.get("bake_s", 0.0) + told.get("frame_s", 0.0), *setting.knobs.values()
+            predicted = self._predicted(setting)
+            return predicted.get("bake_s", 0.0) + predicted.get("frame_s", 0.0), *setting.knobs.values()
 
         modes = dict.fromkeys(each.mode for each in settings)
         return [min((each for each in settings if each.mode == mode), key=cost) for mode in modes]
@@ -264,8 +264,8 @@ class _Run:
             for step in steps:
                 yield step
                 if self.found and self.left_s(1.0 - LAST) <= 0.0:
-                    told = {each.point.setting for each in self.found} | {each.setting for each in self.left_out}
-                    self._too_late([each for each in job if each not in told], 1.0 - LAST)
+                    reported = {each.point.setting for each in self.found} | {each.setting for each in self.left_out}
+                    self._too_late([each for each in job if each not in reported], 1.0 - LAST)
                     return
 
     def _step(self, note: str) -> Step:
@@ -293,8 +293,8 @@ class _Run:
             yield from self._reference(setting)
             return
         scene = scene_of(setting, self.scene)
-        turned = dataclasses.replace(scene, environment_rotation=scene.environment_rotation + TURN)
-        relight_s = shortest(lambda: dataclasses.replace(turned).lights, RELIGHTS, LONG_ENOUGH_S)
+        rotated = dataclasses.replace(scene, environment_rotation=scene.environment_rotation + TURN)
+        relight_s = shortest(lambda: dataclasses.replace(rotated).lights, RELIGHTS, LONG_ENOUGH_S)
         drawn = yield from self.drawer.draw(scene)
         held = scene.lights.direction.nbytes + scene.lights.irradiance.nbytes + _material_bytes(scene)
         yield from self._add(setting, drawn.picture, drawn.frame_s, relight_s, 0.0, held, 0)
@@ -306,7 +306,7 @@ class _Run:
         return frames * before[-1].frame_s * effort_of(setting) / effort_of(before[-1].setting) if before else 0.0
 
     def _reference(self, setting: Setting) -> Steps[None]:
-        """A picture of a few samples, by other random numbers than those of the truth."""
+        """A picture of a few samples, by other random numbers than those of the reference."""
         started = time.perf_counter()
         options = {"samples": setting["samples"], "max_depth": self.max_depth, "seed": self.seed + OTHER_SEED}
         with closing(reference(self.scene, self.size, **options)) as steps:
@@ -340,9 +340,9 @@ class _Run:
 
     def _baked(self, bake: Bake) -> Steps[None]:
         bare = dataclasses.replace(self.scene, material=None)
-        turned = dataclasses.replace(bare, environment_rotation=bare.environment_rotation + TURN)
+        rotated = dataclasses.replace(bare, environment_rotation=bare.environment_rotation + TURN)
         yield Step(0.0, "relighting")
-        relight_s = shortest(lambda: relit(bake, turned), RELIGHTS, LONG_ENOUGH_S)
+        relight_s = shortest(lambda: relit(bake, rotated), RELIGHTS, LONG_ENOUGH_S)
         scene = dataclasses.replace(bare, relit=relit(bake, bare))
         drawn = yield from self.drawer.draw(scene)
         held = bake.memory_bytes + scene.relit.size_bytes
@@ -358,11 +358,11 @@ class _Run:
         memory_bytes: int,
         size_bytes: int,
     ) -> Steps[None]:
-        assert self.truth is not None
+        assert self.reference is not None
         before = time.monotonic()
-        flip = yield from self.truth.flip(picture)
-        error = self.truth.error(picture)
-        self.told_s = max(self.told_s, time.monotonic() - before)
+        flip = yield from self.reference.flip(picture)
+        error = self.reference.error(picture)
+        self.measuring_s = max(self.measuring_s, time.monotonic() - before)
         costs = (frame_s, relight_s, bake_s, int(memory_bytes), int(size_bytes))
         point = Point(setting, error.rmse_rel, flip, error.uncertainty, *costs, self._predicted(setting))
         self.found.append(_Measured(point, picture))
@@ -373,20 +373,20 @@ class _Run:
 
     def _again(self) -> Steps[None]:
         """Refine the reference until it is quiet beside the least error, and tell all errors by it."""
-        assert self.truth is not None
+        assert self.reference is not None
         baked = [each.point.error_rmse_rel for each in self.found if each.point.mode != "reference"]
         noise = max(QUIET, 0.5 * min(baked, default=0.0))
-        seconds = min(self.left_s() - len(self.found) * self.told_s, LAST_S)
-        if self.truth.noise > noise and seconds > 0.0:
-            self.truth = yield from part(self.refining.refine(seconds, noise), 0.0, 0.8)
+        seconds = min(self.left_s() - len(self.found) * self.measuring_s, LAST_S)
+        if self.reference.noise > noise and seconds > 0.0:
+            self.reference = yield from part(self.refining.refine(seconds, noise), 0.0, 0.8)
             for number, each in enumerate(self.found):
-                yield from part(self._told_again(number, each), 0.8, 0.8 + 0.2 * (number + 1) / len(self.found))
+                yield from part(self._measured_again(number, each), 0.8, 0.8 + 0.2 * (number + 1) / len(self.found))
         yield self._step("measured")
 
-    def _told_again(self, number: int, each: _Measured) -> Steps[None]:
-        assert self.truth is not None
-        error = self.truth.error(each.picture)
-        flip = yield from self.truth.flip(each.picture)
+    def _measured_again(self, number: int, each: _Measured) -> Steps[None]:
+        assert self.reference is not None
+        error = self.reference.error(each.picture)
+        flip = yield from self.reference.flip(each.picture)
         point = dataclasses.replace(
             each.point, error_rmse_rel=error.rmse_rel, error_uncertainty=error.uncertainty, error_flip=flip
         )

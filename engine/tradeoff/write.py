@@ -74,7 +74,7 @@ def record_of(found: Tradeoff, **scene: Any) -> dict[str, Any]:
 
 def ladders(found: Tradeoff) -> list[dict[str, Any]]:
     """For each knob that was turned, whether the error fell along it (1 % slack), and where it did not."""
-    told = []
+    trends = []
     for mode in modes():
         for knob in knobs_of(mode):
             steps = found.ladders(mode, knob)
@@ -82,8 +82,8 @@ def ladders(found: Tradeoff) -> list[dict[str, Any]]:
                 continue
             rising = found.not_monotone(mode, knob)
             at = [[low.knobs[knob], high.knobs[knob]] for low, high in rising]
-            told.append({"mode": mode, "knob": knob, "monotone": not rising, "rises": at})
-    return told
+            trends.append({"mode": mode, "knob": knob, "monotone": not rising, "rises": at})
+    return trends
 
 
 def table_of(found: Tradeoff) -> str:
@@ -143,8 +143,8 @@ def _paid_off(found: Tradeoff) -> str:
 def label_of(point: Point, points: Sequence[Point]) -> str:
     """The knobs of a point in which settings of its mode differ: 'terms 4, kept 96, 32²'."""
     alike = [other for other in points if other.mode == point.mode]
-    told = [name for name in point.knobs if len({other.knobs[name] for other in alike}) > 1] or [*point.knobs][:1]
-    return ", ".join(_SHORT.get(name, f"{name} {{}}").format(point.knobs[name]) for name in told)
+    varied = [name for name in point.knobs if len({other.knobs[name] for other in alike}) > 1] or [*point.knobs][:1]
+    return ", ".join(_SHORT.get(name, f"{name} {{}}").format(point.knobs[name]) for name in varied)
 
 
 def write(found: Tradeoff, folder: Path, title: str = "", **scene: Any) -> Steps[dict[str, Any]]:

@@ -71,7 +71,7 @@ def bake(
 
 
 def knobs(work: gaussian_bake.Work, _settings: GaussianSettings) -> dict[str, Any]:
-    """The settings of a bake as its record tells them."""
+    """The settings of a bake as its record states them."""
     settings = work.settings
     return {
         "lobes": settings.lobes,
@@ -168,14 +168,14 @@ def illuminated(file: TransportFile, light: Light, _asked: Any, _brdf: str | Non
     transport = transport_of(file)
     yield Step(0.0, "filtering the light")
     before = time.perf_counter()
-    told: dict[str, Any] = {}
+    reported: dict[str, Any] = {}
     if light.environment is not None:
         levels = levels_under(light.environment, transport.sigma_range)
         filtered_for(light.environment, levels)
-        told = {"light_cube": levels.edge, "light_levels": len(levels.sigma)}
+        reported = {"light_cube": levels.edge, "light_levels": len(levels.sigma)}
     filtered = time.perf_counter()
     found = relit(transport, light, None)
-    told |= {
+    reported |= {
         "brdf": transport.brdf,
         "lobes": transport.lobes,
         "indirect": len(transport.components) > 1,
@@ -184,7 +184,7 @@ def illuminated(file: TransportFile, light: Light, _asked: Any, _brdf: str | Non
     }
     return Illuminated(
         found,
-        told,
+        reported,
         lambda eye: _negative_rel(radiance_towards(transport, found.light, found.diffuse, eye)),
         "bake the diffuse part with a higher --order",
     )

@@ -105,7 +105,7 @@ class Baking(Protocol):
         """Bake into the file `path`; a `Baked`."""
 
     def knobs(self, work: Any, settings: Any) -> dict[str, Any]:
-        """The settings of a bake as its record tells them."""
+        """The settings of a bake as its record states them."""
 
     def measured(self, work: Any, subject: Subject, settings: Any, tested: EnvironmentMap | None) -> Steps[Any]:
         """The record of the method's own error under `tested`; nothing where none is given and none is known."""

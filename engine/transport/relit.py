@@ -40,7 +40,7 @@ Shade = Callable[[Indices, Floats], Floats]
 
 @dataclass(frozen=True, eq=False)
 class Light:
-    """All that shines: an environment turned about +Y by `rotation` rad, times `factor`, and lamps beside it.
+    """All that shines: an environment rotated about +Y by `rotation` rad, times `factor`, and lamps beside it.
 
     `near_lamps` stand near the model; not every method takes them.
     """
@@ -146,7 +146,7 @@ class RelitWavelets:
 
 @dataclass(frozen=True, eq=False)
 class RelitSh:
-    """Transport in harmonics and what it makes of the light, `rows` (R, 3), as `sh.transfer.transferred` finds them."""
+    """Transport in SH and what it makes of the light, `rows` (R, 3), as `sh.transfer.transferred` finds them."""
 
     transport: ShTransport
     rows: NDArray[np.floating[Any]]
@@ -249,7 +249,7 @@ def relit_gaussians(
     factor: float = 1.0,
     lamps: Sequence[Lamp] = (),
 ) -> RelitGaussians:
-    """Lobes under `environment`, turned about +Y by `rotation` rad and times `factor`, with `lamps` beside it.
+    """Lobes under `environment`, rotated about +Y by `rotation` rad and times `factor`, with `lamps` beside it.
 
     Filtering the map takes some tenths of a second, and nothing where it is one of the last two.
     """

@@ -56,7 +56,7 @@ def bake(path: str | os.PathLike[str], work: sh_bake.Work, cluster: str | None =
 
 
 def knobs(work: sh_bake.Work, _settings: ShSettings) -> dict[str, Any]:
-    """The settings of a bake as its record tells them."""
+    """The settings of a bake as its record states them."""
     settings = work.settings
     return {
         "order": settings.order,
@@ -152,10 +152,10 @@ def illuminated(file: TransportFile, light: Light, asked: ShLight, brdf: str | N
     if brdf or asked.vary:
         transport = yield from part(_with_brdf(transport, named, asked), 0.0, 0.3)
     before = time.perf_counter()
-    coefficients, told = _coefficients_at(transport, light, asked)
+    coefficients, reported = _coefficients_at(transport, light, asked)
     projected = time.perf_counter()
     rows = transferred(transport, coefficients)
-    told |= {
+    reported |= {
         "brdf": named,
         "order": transport.order,
         "interreflection": transport.interreflection,
@@ -165,10 +165,10 @@ def illuminated(file: TransportFile, light: Light, asked: ShLight, brdf: str | N
     }
     return Illuminated(
         RelitSh(transport, rows),
-        told,
+        reported,
         lambda eye: _negative_rel(transport, rows, eye),
         "a higher order or --window rings less",
-        _warnings(told),
+        _warnings(reported),
     )
 
 
@@ -177,10 +177,10 @@ def _coefficients_at(
 ) -> tuple[NDArray[np.floating[Any]], dict[str, Any]]:
     """Of all light, the same for all vertices (order², 3) or at each of them (V, order², 3), and figures of it."""
     coefficients: Any = windowed(_coefficients(light, transport.order), asked.window)
-    nearby, told = _nearby(transport, light, asked.near_points)
+    nearby, reported = _nearby(transport, light, asked.near_points)
     if nearby is not None:
         coefficients = coefficients + nearby * window(transport.order, asked.window)[:, None]
-    return coefficients, told
+    return coefficients, reported
 
 
 def _coefficients(light: Light, order: int) -> NDArray[np.float64]:
@@ -202,12 +202,12 @@ def _nearby(
     places, first = transport.mesh.positions, transport.ground_vertex
     found = [near_light(light.near_lamps, some, transport.order, points) for some in (places[:first], places[first:])]
     counts = [some.points for some in found if len(some.coefficients)]
-    told = {"near_points": counts, "near_error_rel": max(some.error_rel for some in found)}
-    return np.concatenate([some.coefficients for some in found]), told
+    reported = {"near_points": counts, "near_error_rel": max(some.error_rel for some in found)}
+    return np.concatenate([some.coefficients for some in found]), reported
 
 
-def _warnings(told: dict[str, Any]) -> tuple[str, ...]:
-    error = told.get("near_error_rel", 0.0)
+def _warnings(reported: dict[str, Any]) -> tuple[str, ...]:
+    error = reported.get("near_error_rel", 0.0)
     if error <= 1.5 * TOLERANCE:
         return ()
     return (f"Between the points where it was found, the light of near lamps is off by {percent(error, 3)} RMS.",)

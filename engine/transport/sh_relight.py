@@ -1,7 +1,7 @@
-"""Harmonics under light and from views that change in turn: only what has moved is worked out anew.
+"""Spherical harmonics under light and from views that change in turn: only what has moved is worked out anew.
 
 A light that stays keeps its coefficients at the vertices (the paper's fixed light): moving the camera costs a frame and
-nothing else. A view that stays while lights change gets the reflectance turned into the world once (its fixed view): a
+nothing else. A view that stays while lights change gets the BRDF rotated into the world once (its fixed view): a
 new light is then 3 order² products for each vertex in place of order⁴, and a frame looks no table up. For 50,000
 vertices at order 5 a new light and its frame with software GL take a third of the time.
 

@@ -1,6 +1,6 @@
 """Rays shared by bakes of one surface: rays in chunks, and vectors of wavelets from the counts that rays gave.
 
-Rays are nearly all that a bake costs, so a ladder of reflectances, terms or coefficients takes little longer than its
+Rays are nearly all that a bake costs, so a ladder of BRDFs, terms or coefficients takes little longer than its
 finest step. Counts are those of `lightarc bake`, and so are the vectors.
 """
 

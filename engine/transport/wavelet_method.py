@@ -60,7 +60,7 @@ def _brdfs(brdf: Brdf, settings: WaveletSettings) -> tuple[list[Brdf], list[str]
 
 
 def knobs(work: wavelet_bake.Work, settings: WaveletSettings) -> dict[str, Any]:
-    """The settings of a bake as its record tells them."""
+    """The settings of a bake as its record states them."""
     return {
         "terms": work.factors.terms,
         "cube": work.settings.edge,
@@ -147,7 +147,7 @@ def illuminated(file: TransportFile, light: Light, asked: WaveletLight, _brdf: s
     lighting = _lighting(transport, light)
     encoded = time.perf_counter()
     rows = tuples(transport, lighting)
-    told = {
+    reported = {
         "brdf": transport.factors.name,
         "terms": transport.factors.terms,
         "cube": transport.edge,
@@ -160,7 +160,7 @@ def illuminated(file: TransportFile, light: Light, asked: WaveletLight, _brdf: s
     }
     return Illuminated(
         RelitWavelets(transport, rows),
-        told,
+        reported,
         lambda eye: radiance_from(transport, rows, eye).negative_rel,
         "bake with more terms",
     )

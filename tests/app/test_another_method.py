@@ -41,7 +41,7 @@ def _listed(monkeypatch: pytest.MonkeyPatch) -> None:
     def costs(*, anew: bool = False) -> Steps[CostModel]:
         del anew
         yield Step(1.0, "the costs of this machine are made up")
-        return CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-6),)))
+        return CostModel("test", "test", dict.fromkeys(NAMES, ((1.0, 1e-9),)))
 
     monkeypatch.setattr(transport, "METHODS", (*transport.METHODS, METHOD))
     monkeypatch.setattr("app.session.machine_profile.cost_model", costs)

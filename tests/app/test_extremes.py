@@ -1,6 +1,6 @@
 """Extreme numbers for every parameter of every verb: done, or refused in a sentence, and never a warning of Python.
 
-The parameters are walked: numbers of the verbs' own parsers, and the ranges that reflectances and lamps declare. Texts
+The parameters are walked: numbers of the verbs' own parsers, and the ranges that BRDFs and lamps declare. Texts
 that hold several numbers are written with a place for each (`TEXTS`). Pictures and models hold extreme numbers as well.
 """
 
@@ -35,7 +35,7 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no timer th
 #: Seconds of the processor after which a verb that accepted a number, and has much to do with it, is cancelled.
 PATIENCE_S = 10.0
 
-#: Cases of a round, half of them of reflectances.
+#: Cases of a round, half of them of BRDFs.
 CASES = 4
 
 EXTREMES = (
@@ -132,7 +132,7 @@ def walked() -> list[Case]:
 
 
 def reflectances() -> list[Case]:
-    """Every parameter of every analytic reflectance at its ends, and several at once."""
+    """Every parameter of every analytic BRDF at its ends, and several at once."""
     cases: list[Case] = []
     uses = ("brdf info {brdf}", f"{RENDER} --renderer cpu --brdf {{brdf}}", "brdf fit {brdf} --samples 300 --model ggx")
     more = (

@@ -201,8 +201,8 @@ def _beyond_record(beyond: Beyond | None) -> dict[str, Any] | None:
 
     if beyond is None:
         return None
-    told = {"max_depth": beyond.max_depth, "error_rel": beyond.error_rel, "exceeded": list(beyond.exceeded)}
-    return {**beyond.setting.as_json(), **told, **asdict(beyond.cost)}
+    predicted = {"max_depth": beyond.max_depth, "error_rel": beyond.error_rel, "exceeded": list(beyond.exceeded)}
+    return {**beyond.setting.as_json(), **predicted, **asdict(beyond.cost)}
 
 
 def report(result: dict[str, Any]) -> str:

@@ -238,8 +238,8 @@ def report(result: dict[str, Any]) -> str:
     lines.append(_ladders(result["ladders"]))
     lines += _predictions(result["predictions"])
     if result["plan"]:
-        told = percent(result["plan"]["predicted_error_rel"])
-        lines.append(f"A plan chooses {setting_of(result['plan'])}, with an error of {told}.")
+        predicted = percent(result["plan"]["predicted_error_rel"])
+        lines.append(f"A plan chooses {setting_of(result['plan'])}, with an error of {predicted}.")
     if "choice_reason" in result:
         chosen = setting_of(result["choice"]) if result["choice"] else "none"
         lines.append(f"Choice: {chosen} ({result['choice_reason']})")

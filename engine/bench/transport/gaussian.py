@@ -11,17 +11,17 @@ from engine.light.environment import EnvironmentMap
 from engine.transport.gaussian.gpu_layout import atlas_of
 from engine.transport.gaussian.lighting import filtered, levels_between
 
-#: Texels of the environment, and widths of lobes in rad: of rough to glossy reflectances, and of nearly a mirror.
+#: Texels of the environment, and widths of lobes in rad: of rough to glossy BRDFs, and of nearly a mirror.
 SIZE, ROUGH, SHARP = (512, 1024), (0.06, 0.5), (0.004, 0.05)
 
 
 def gaussian_environment() -> Measure:
-    """For lobes of rough to glossy reflectances (alpha from 0.1)."""
+    """For lobes of rough to glossy BRDFs (alpha from 0.1)."""
     return _changed("gaussian-environment", ROUGH)
 
 
 def gaussian_environment_sharp() -> Measure:
-    """For lobes of reflectances that are nearly mirrors, at the finest map."""
+    """For lobes of BRDFs that are nearly mirrors, at the finest map."""
     return _changed("gaussian-environment-sharp", SHARP)
 
 

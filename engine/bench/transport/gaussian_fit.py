@@ -98,7 +98,7 @@ class Compared:
 
 
 def compared(meshes: list[Mesh], lobes: int, pairs: int, *, seed: int = 1) -> Steps[Compared]:
-    """For so many random pairs of each mesh and reflectance of `BRDFS`."""
+    """For so many random pairs of each mesh and BRDF of `BRDFS`."""
     random, rows = np.random.default_rng(seed), []
     cases = [(mesh, text) for mesh in meshes for text in BRDFS]
     for index, (mesh, text) in enumerate(cases):

@@ -1,7 +1,7 @@
 """Savings of a bake: baked light beside the reference renderer at the same error, and when the bake has paid off.
 
 Seconds are those of the processor over all threads, so that it does not matter what else the machine does. A changed
-light is the same map turned: for the bake, projecting it and working out what reaches every vertex; for the reference,
+light is the same map rotated: for the bake, projecting it and working out what reaches every vertex; for the reference,
 a picture with as many samples as bring its error down to that of the baked picture. Both errors are against a third
 picture of many samples and other random numbers, whose noise is taken off.
 
@@ -62,7 +62,7 @@ def transport_paid_off() -> Measure:
 
 
 def transport_paid_off_sh() -> Measure:
-    """Harmonics of order 5: the same."""
+    """Spherical harmonics of order 5: the same."""
     return measured("transport-paid-off-sh", "sh", scene_of(BUNNY, GRACE))
 
 
@@ -88,10 +88,10 @@ class Spent:
 
 def measured(name: str, mode: str, scene: Scene, size: tuple[int, int] = SIZE, samples: int = SAMPLES) -> Measure:
     """CPU seconds for each changed light of a bake, against those of the reference at the error of the bake."""
-    truth = drain(reference(scene, size, samples=samples, seed=1))
+    converged = drain(reference(scene, size, samples=samples, seed=1))
     spent = spent_by(mode, scene, size)
-    error = _error(spent.picture, truth)
-    reference_s, taken = equal_error_s(scene, size, truth, error.rmse_rel)
+    error = _error(spent.picture, converged)
+    reference_s, taken = equal_error_s(scene, size, converged, error.rmse_rel)
     saved_s = reference_s - spent.frame_s
     more = {
         "model": scene.mesh.name,
@@ -153,9 +153,9 @@ def _cpu_s(scene: Scene, light: Callable[[Scene], Relit], draw: Callable[[Relit]
     draw(light(scene))
     lights, frames, views = [], [], []
     for number in range(1, FRAMES + 1):
-        turned = dataclasses.replace(scene, environment_rotation=number * TURN)
+        rotated = dataclasses.replace(scene, environment_rotation=number * TURN)
         started = time.process_time()
-        relit = light(turned)
+        relit = light(rotated)
         changed = time.process_time()
         draw(relit)
         drawn = time.process_time()
@@ -166,13 +166,15 @@ def _cpu_s(scene: Scene, light: Callable[[Scene], Relit], draw: Callable[[Relit]
     return min(lights), min(frames), min(views)
 
 
-def _error(picture: Picture, truth: ReferencePicture) -> ErrorEstimate:
-    mask = (picture[..., 3] >= COVERED) & (truth.picture[..., 3] >= COVERED)
-    assert truth.variance is not None
-    return error_against(picture, truth.picture, truth.variance, mask)
+def _error(picture: Picture, converged: ReferencePicture) -> ErrorEstimate:
+    mask = (picture[..., 3] >= COVERED) & (converged.picture[..., 3] >= COVERED)
+    assert converged.variance is not None
+    return error_against(picture, converged.picture, converged.variance, mask)
 
 
-def equal_error_s(scene: Scene, size: tuple[int, int], truth: ReferencePicture, wanted: float) -> tuple[float, float]:
+def equal_error_s(
+    scene: Scene, size: tuple[int, int], converged: ReferencePicture, wanted: float
+) -> tuple[float, float]:
     """CPU seconds of a reference picture whose error is `wanted`, and its samples, which need not be whole.
 
     Samples double until the error is as low; between the last two, logarithms of time and error are on a line. Where
@@ -185,7 +187,7 @@ def equal_error_s(scene: Scene, size: tuple[int, int], truth: ReferencePicture, 
         started = time.process_time()
         picture = drain(reference(scene, size, samples=samples, seed=3)).picture
         spent = time.process_time() - started
-        error = _error(picture, truth).rmse_rel
+        error = _error(picture, converged).rmse_rel
         if last is not None and (error <= wanted or samples >= MOST):
             share = math.log(last[1] / wanted) / math.log(last[1] / error)
             taken = last[2] * (samples / last[2]) ** share

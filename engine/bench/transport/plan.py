@@ -21,7 +21,7 @@ from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.core.errors import MissingCapability
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, drain
-from engine.core.stopwatch import DISTURBED, others, shortest, spent
+from engine.core.stopwatch import DISTURBED, background_load, shortest, spent
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import grid_mesh, shape
@@ -54,9 +54,9 @@ def costs() -> CostModel:
 
 
 def plan_50k() -> Measure:
-    """A plan for 50,000 vertices, once mesh and reflectance are known; against looking at all of them.
+    """A plan for 50,000 vertices, once mesh and BRDF are known; against looking at all of them.
 
-    Beside it the same for a reflectance that is new, and for a budget so small that every method has to be weighed.
+    Beside it the same for a BRDF that is new, and for a budget so small that every method has to be weighed.
     """
     mesh, light = shape("torus-knot"), open_environment("studio")
     known, new = brdf_from_text(BRDF), brdf_from_text(ANOTHER)
@@ -121,7 +121,7 @@ ROWS, FEWER_ROWS = 14, 7
 #: Every so many vertices of the cloth along both sides: some 6,600 stay.
 EVERY = 3
 
-#: Side of the pictures, and by how much the light is turned, in rad.
+#: Side of the pictures, and by how much the light is rotated, in rad.
 SIDE, TURN = 256, 0.1
 
 #: Side of the picture of the reference, and samples of its pixels.
@@ -140,7 +140,7 @@ MARK = "other programs had"
 
 @dataclass(frozen=True, eq=False)
 class _Place:
-    """A model and its reflectance, and what is measured of it."""
+    """A model and its BRDF, and what is measured of it."""
 
     name: str
     mesh: Mesh
@@ -172,7 +172,7 @@ def cost_model(_folder: Path) -> Steps[list[Accuracy]]:
             expected = model.predict(setting, load.vertices, load.pixels, load=load)
             before = spent()
             measured = _measured(setting, scene, depth)
-            taken = others(before, spent())
+            taken = background_load(before, spent())
             for name, value in measured.items():
                 found.append(_accuracy(place, setting, depth, name, getattr(expected, name), value, taken))
     outside = [each for each in found if each.error > math.log(FACTOR)]
@@ -248,13 +248,13 @@ def _measured(setting: Setting, scene: Scene, depth: int) -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         baked = _baked(setting, scene, Path(folder))
         own = Bake(setting, baked.transport, baked.bake_s, 0, baked.file.size_bytes)
-        turned = replace(scene, environment_rotation=TURN)
-        light = relit(own, turned)
+        rotated = replace(scene, environment_rotation=TURN)
+        light = relit(own, rotated)
         return {
             "bake_s": baked.bake_s,
             "size_bytes": float(baked.file.size_bytes),
             "memory_bytes": float(_held(baked, light)),
-            "relight_s": shortest(lambda: relit(own, turned), RUNS, ENOUGH_S),
+            "relight_s": shortest(lambda: relit(own, rotated), RUNS, ENOUGH_S),
             **_frame_s(replace(scene, relit=light)),
         }
 

@@ -23,7 +23,7 @@ from engine.transport.sh_relight import fixed_view
 FRAMES = 50_000
 SIZE = (512, 1024)
 
-#: The reflectances whose tables and transport are measured, and the vertices that are baked.
+#: The BRDFs whose tables and transport are measured, and the vertices that are baked.
 BRDF, BRUSHED, BAKED = "ggx:kd=0.5,alpha=0.3,f0=0.04", "ashikhmin-shirley:kd=0.5,ks=0.05,nu=10,nv=100", 2_000
 
 
@@ -59,7 +59,7 @@ def _projected(name: str, order: int) -> Measure:
 
 
 def sh_table() -> Measure:
-    """The table of an isotropic reflectance at order 5, against one evaluation of it at every direction summed."""
+    """The table of an isotropic BRDF at order 5, against one evaluation of it at every direction summed."""
     return _tabulated("sh-table", BRDF, 5)
 
 
@@ -69,7 +69,7 @@ def sh_table_15() -> Measure:
 
 
 def sh_table_brushed() -> Measure:
-    """The map of an anisotropic reflectance at order 5, against evaluating the isotropic one as above."""
+    """The map of an anisotropic BRDF at order 5, against evaluating the isotropic one as above."""
     return _tabulated("sh-table-brushed", BRUSHED, 5)
 
 

@@ -35,7 +35,7 @@ SIZE = (720, 760)
 #: Pairs of frames; the shortest of each kind count.
 ROUNDS = 12
 
-#: Of the reflectance, as in Wang2004, and of the harmonics.
+#: Of the BRDF, as in Wang2004, and of the spherical harmonics.
 TERMS, ORDER = 4, 5
 
 
@@ -55,12 +55,12 @@ def gl_wavelet_frame() -> Measure:
 
 
 def gl_sh_frame() -> Measure:
-    """A frame of harmonics of order 5, evaluated at each vertex, under a light that stays."""
+    """A frame of spherical harmonics of order 5, evaluated at each vertex, under a light that stays."""
     return _sh_frame("gl-sh-frame", BRDF)
 
 
 def gl_sh_frame_brushed() -> Measure:
-    """The same of a reflectance that is not isotropic, whose table is a map of the hemisphere."""
+    """The same of a BRDF that is not isotropic, whose table is a map of the hemisphere."""
     return _sh_frame("gl-sh-frame-brushed", BRUSHED)
 
 

@@ -1,4 +1,4 @@
-"""Measured reflectance from files of any known format, recognised by content and never by the name alone.
+"""Measured BRDF from files of any known format, recognised by content and never by the name alone.
 
 A format is a file of this package with `looks_like_…(head, size_bytes, name)` and `read_…(path)`, and a line in
 `FORMATS`. Readers give a BRDF, or `BrdfSamples` where the file is a scattered list, which `read_brdf` makes smooth.

@@ -1,4 +1,4 @@
-"""Our own file of a reflectance table: an OpenEXR image of 32-bit floats that any image program can look at.
+"""Our own file of a BRDF table: an OpenEXR image of 32-bit floats that any image program can look at.
 
 Channels R, G, B hold values in 1/sr without the cosine, `missing` is 1 where an entry was not measured but filled.
 Rows are theta_h × theta_d (theta_h outermost) and columns phi_d, or rows theta_i × phi_i and columns theta_o × phi_o.

@@ -3,7 +3,7 @@
 These are, in this order, what the user says, `capture.toml`, an `.lp` file, and numbers in the file names; where none
 of them exists, evenly spaced elevations are assumed and marked as such.
 
-`.lp` files: the light positions of reflectance transformation imaging.
+`.lp` files: the light positions of BRDF transformation imaging.
 
 The first line holds the number of lights, every other one `name x y z`: x to the right, y up in the image, z towards
 the camera. Names may contain spaces and may be paths of the machine that took the photographs, of which the last part
@@ -293,8 +293,8 @@ def by_light(lit: list[Lit], measured: bool) -> list[list[Lit]]:
     """
     groups: dict[object, list[Lit]] = {}
     for one in lit:
-        told = not measured or one.elevation_deg > 0.0
-        groups.setdefault(one.direction if told else one.path, []).append(one)
+        known = not measured or one.elevation_deg > 0.0
+        groups.setdefault(one.direction if known else one.path, []).append(one)
     lights = [_by_exposure(group) if len(group) > 1 else group for group in groups.values()]
     lights.sort(key=lambda light: (light[0].elevation_deg, light[0].azimuth_deg or 0.0, natural(light[0].path.name)))
     if len(lights) < 2:

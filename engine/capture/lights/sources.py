@@ -147,7 +147,7 @@ def find(
     _refuse_equal_names(place, photographs)
     if angles_deg is None and sphere is None and capture is not None:
         sphere = _outline(capture)
-    lit, angle_source, told = stated_lights(place, files.kept, photographs, capture, angles_deg, sphere)
+    lit, angle_source, notes = stated_lights(place, files.kept, photographs, capture, angles_deg, sphere)
     lights = by_light(lit, sphere is not None)
     azimuths = [light[0].azimuth_deg for light in lights if light[0].azimuth_deg is not None]
     azimuth = np.radians(azimuths) if len(azimuths) == len(lights) else None
@@ -167,7 +167,7 @@ def find(
         control_points=_control_points(photographs, capture),
         transfer=capture.transfer if capture else None,
         notes=capture.notes if capture else "",
-        findings=(*files.findings, *told, *about_azimuth(azimuth)),
+        findings=(*files.findings, *notes, *about_azimuth(azimuth)),
     )
 
 
@@ -178,8 +178,8 @@ def _without(files: list[Path], aside: Sequence[Path]) -> list[Path]:
 
 def _control_points(photographs: Sequence[Path], capture: CaptureFile | None) -> dict[Path, Pairs]:
     entries = capture.photographs if capture is not None else ()
-    told = {comparable(entry.file): entry.control_points for entry in entries if entry.control_points}
-    return {path: told[comparable(path.name)] for path in photographs if comparable(path.name) in told}
+    stated = {comparable(entry.file): entry.control_points for entry in entries if entry.control_points}
+    return {path: stated[comparable(path.name)] for path in photographs if comparable(path.name) in stated}
 
 
 def _outline(capture: CaptureFile) -> Circle | None:

@@ -11,7 +11,7 @@ import numpy as np
 from engine.brdf.brdf import brdf_from_text
 from engine.brdf.models.diffuse import Lambert
 from engine.core.steps import Steps, part
-from engine.figures.figure import Picture, Settings, ShownRow, camera_of, compared, error_of, truth_of
+from engine.figures.figure import Picture, Settings, ShownRow, camera_of, compared, error_of, reference_of
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import grid_mesh, shape
@@ -28,7 +28,8 @@ from engine.transport.relit import relit_gaussians
 from engine.transport.sh.brdf_table import lambert_table
 from engine.transport.sh.transfer import ShTransport
 
-#: Order of the diffuse part's harmonics, edge of the cube maps its visibility is counted over, and parts of a texel.
+#: Order of the diffuse part's spherical harmonics, edge of the cube maps its visibility is counted over, and parts of a
+#: texel.
 ORDER, EDGE, FINE = 5, 32, 4
 
 
@@ -79,7 +80,7 @@ def fitted(surface: GlossySurface, lobes: int, samples: int) -> Steps[Fitted]:
 
 
 def nearer_picture(
-    own: Fitted, environment: EnvironmentMap, camera: Camera, size: tuple[int, int], truth: ReferencePicture
+    own: Fitted, environment: EnvironmentMap, camera: Camera, size: tuple[int, int], expected: ReferencePicture
 ) -> Steps[tuple[Picture, str]]:
     """The picture with those weights, of least squares or with all energy, that have the lower error, and their name.
 
@@ -90,7 +91,7 @@ def nearer_picture(
         relit = relit_gaussians(own.transport(lobes), environment)
         steps = picture_of(relit, camera, size)
         pictures[name] = (yield from part(steps, 0.5 * number, 0.5 * number + 0.5)).picture
-    best = min(pictures, key=lambda name: error_of(pictures[name], truth).rmse_rel)
+    best = min(pictures, key=lambda name: error_of(pictures[name], expected).rmse_rel)
     return pictures[best], best
 
 
@@ -110,7 +111,7 @@ def compared_ways(
     """A picture by each way, with its error against the reference, which is the last."""
     reflectance, camera = brdf_from_text(brdf), camera_of(mesh, settings.size)
     scene = Scene(mesh, camera, reflectance, environment=environment)
-    truth = yield from part(truth_of(scene, settings), 0.0, 0.1)
+    expected = yield from part(reference_of(scene, settings), 0.0, 0.1)
     surface = glossy_surface(mesh, reflectance)
     # a fit takes about as long again for each lobe
     ends = 0.1 + 0.9 * np.cumsum([0, *(way.lobes for way in ways)]) / sum(way.lobes for way in ways)
@@ -118,9 +119,9 @@ def compared_ways(
     for way, start, stop in zip(ways, ends[:-1], ends[1:], strict=True):
         seen = surface if way.shadows else without_shadows(surface)
         own = yield from part(fitted(seen, way.lobes, settings.directions), start, stop - 0.05)
-        drawing = nearer_picture(own, environment, camera, settings.size, truth)
+        drawing = nearer_picture(own, environment, camera, settings.size, expected)
         picture, weights = yield from part(drawing, stop - 0.05, stop)
         flips = own.fit.health.figures.get("flipped_pairs", 0.0)
         knobs = {"lobes": way.lobes, **way.knobs, "weights": weights, "flipped_pairs": flips}
         panels.append((way.words, knobs, picture))
-    return ShownRow(brdf, compared(panels, truth, "reference"))
+    return ShownRow(brdf, compared(panels, expected, "reference"))

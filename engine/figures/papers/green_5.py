@@ -1,9 +1,9 @@
 """Green2006 Figure 5: Gaussians, Haar wavelets and spherical harmonics of as many numbers.
 
-Three typical transport functions, reflectance times cosine times visibility towards one view: a small glossy lobe, a
+Three typical transport functions, BRDF times cosine times visibility towards one view: a small glossy lobe, a
 large one with something in the way, and a narrow anisotropic one. N Gaussians take 7 N numbers; so many Haar
-coefficients are kept (their places, which would have to be stored as well, are not counted against them), and harmonics
-are of the lowest order with at least as many.
+coefficients are kept (their places, which would have to be stored as well, are not counted against them), and spherical
+harmonics are of the lowest order with at least as many.
 """
 
 from __future__ import annotations
@@ -21,7 +21,17 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import Vectors, normalize, surface_direction, world_from_tangent
 from engine.core.steps import Step, Steps, part
 from engine.figures.figure import Figure, Picture, Settings, Shown, ShownRow
-from engine.figures.lobe_fit import NUMBERS, Floats, Sum, Tabulated, gaussians, harmonics, order_for, texels, wavelets
+from engine.figures.lobe_fit import (
+    NUMBERS,
+    Floats,
+    Sum,
+    Tabulated,
+    gaussians,
+    order_for,
+    spherical_harmonics,
+    texels,
+    wavelets,
+)
 from engine.figures.plot import Curve, curves
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import caster_of
@@ -40,7 +50,7 @@ PIXELS = 320
 
 @dataclass(frozen=True)
 class Typical:
-    """One of the three functions: its names, reflectance, the viewer's angle, and whether things are in the way."""
+    """One of the three functions: its names, BRDF, the viewer's angle, and whether things are in the way."""
 
     name: str
     slug: str
@@ -147,8 +157,8 @@ def errors_of(table: Tabulated, sums: list[Sum]) -> dict[str, list[float]]:
     return {
         "Gaussians": [table.distance(each.at(table.direction)) for each in sums],
         "Haar wavelets": [table.distance(each) for each in wavelets(table, numbers)],
-        "Harmonics": [
-            table.distance(evaluate(order, table.direction) @ harmonics(table, order))
+        "Spherical harmonics": [
+            table.distance(evaluate(order, table.direction) @ spherical_harmonics(table, order))
             for order in map(order_for, numbers)
         ],
     }
@@ -163,7 +173,12 @@ def _row(typical: Typical, function: Function, table: Tabulated, best: Sum, erro
     drawn: list[tuple[str, dict[str, Any], str, Floats]] = [
         (f"{len(best.sigma)} Gaussians", {"lobes": len(best.sigma)}, "Gaussians", best.at(wi)),
         (f"{numbers} wavelets", {"coefficients": numbers}, "Haar wavelets", wavelets(table, [numbers])[0][texel]),
-        (f"harmonics of order {order}", {"order": order}, "Harmonics", evaluate(order, wi) @ harmonics(table, order)),
+        (
+            f"SH of order {order}",
+            {"order": order},
+            "Spherical harmonics",
+            evaluate(order, wi) @ spherical_harmonics(table, order),
+        ),
     ]
     whole = function(wi)
     stops = -math.log2(max(float(whole.max()), 1e-30) * 1.1)

@@ -1,4 +1,4 @@
-"""Kautz2002 Figure 6: the order of the harmonics against the glossiness of the reflectance.
+"""Kautz2002 Figure 6: the order of the spherical harmonics against the glossiness of the BRDF.
 
 Columns are orders, the last but one windowed against ringing; the top row is the light itself, the others are a sphere
 (or a model, with its shadows) of ever sharper highlights. The rightmost column is the reference.
@@ -28,7 +28,7 @@ from engine.figures.figure import (
     compared,
     error_curve,
     exposure_of,
-    truth_of,
+    reference_of,
 )
 from engine.figures.papers.sh_rows import light_at_vertices
 from engine.figures.papers.vertex_pictures import View, view_of
@@ -143,14 +143,14 @@ def _row(
     arriving: list[NDArray[np.float32]],
 ) -> Steps[ShownRow]:
     brdf = brdf_from_text(f"ashikhmin-shirley:kd=0,ks=0.5,nu={exponents[0]},nv={exponents[1]}")
-    truth = yield from part(truth_of(Scene(mesh, camera, brdf, environment=environment), settings), 0.0, 0.5)
+    expected = yield from part(reference_of(Scene(mesh, camera, brdf, environment=environment), settings), 0.0, 0.5)
     table: BrdfTable = yield from part(tabulate(brdf, max(knobs["order"] for _, knobs, _ in columns)), 0.5, 0.8)
     panels = []
     for number, ((words, knobs, _), light) in enumerate(zip(columns, arriving, strict=True)):
         value = _radiance(table.of_order(knobs["order"]), light, local)
         panels.append((words, {**knobs, "nu": exponents[0], "nv": exponents[1]}, view.picture(value)))
         yield Step(0.8 + 0.2 * (number + 1) / len(columns), f"drawing {words}")
-    return ShownRow(f"Exponents {exponents[0]} and {exponents[1]}", compared(panels, truth, "reference"))
+    return ShownRow(f"Exponents {exponents[0]} and {exponents[1]}", compared(panels, expected, "reference"))
 
 
 def _radiance(table: BrdfTable, light: NDArray[np.float32], local: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Light at vertices in harmonics of several orders from one set of rays, without keeping any matrices.
+"""Light at vertices in spherical harmonics of several orders from one set of rays, without keeping any matrices.
 
 The matrix of a lower order is a corner of that of the highest, so a ladder of orders takes no longer than its last
 step. A matrix of order 15 takes 200 kB; what it makes of the light takes 2.7 kB.
@@ -35,7 +35,7 @@ def light_at_vertices(
 ) -> Steps[list[NDArray[np.float32]]]:
     """For each of `lights` (order², 3) in the world what (V, order², 3) of it reaches each vertex, in its frame.
 
-    Vertices that see their whole hemisphere need no rays: there light is turned and nothing else.
+    Vertices that see their whole hemisphere need no rays: there light is rotated and nothing else.
     """
     most = max(order_of(len(light)) for light in lights)
     edge = edge or default_edge(most)

@@ -1,6 +1,6 @@
-"""Wang2004 Figure 2: terms of an anisotropic reflectance against the model itself, under one lamp.
+"""Wang2004 Figure 2: terms of an anisotropic BRDF against the model itself, under one lamp.
 
-The light is one direction, so wavelets have no part in it: what differs is the reflectance alone.
+The light is one direction, so wavelets have no part in it: what differs is the BRDF alone.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import world_direction
 from engine.core.steps import Step, Steps, part
-from engine.figures.figure import Figure, Settings, ShownRow, camera_of, compared, error_curve, truth_of
+from engine.figures.figure import Figure, Settings, ShownRow, camera_of, compared, error_curve, reference_of
 from engine.figures.papers.vertex_pictures import view_of
 from engine.figures.papers.wavelet_rays import without_vectors
 from engine.figures.plot import curves
@@ -37,7 +37,7 @@ def wang_2(settings: Settings) -> Steps[Figure]:
     camera = camera_of(mesh, settings.size)
     x, y, z = light
     scene = Scene(mesh, camera, brdf, light=(x, y, z), irradiance=IRRADIANCE)
-    truth = yield from part(truth_of(scene, settings), 0.0, 0.3)
+    expected = yield from part(reference_of(scene, settings), 0.0, 0.3)
     lamp = lights_of_all([Lamp((x, y, z), (IRRADIANCE,) * 3)])
     view, everything = view_of(mesh, camera, settings.size), np.arange(len(mesh.positions))
     most = 4 if settings.quick else TERMS[-1]
@@ -49,7 +49,7 @@ def wang_2(settings: Settings) -> Steps[Figure]:
         value = signed_radiance(transport, rows, view.local(transport.frames), everything)
         panels.append((f"K = {terms}", {"terms": terms}, view.picture(value)))
         yield Step(0.5 + 0.1 * (number + 1), "drawing")
-    pictures = compared(panels, truth, "analytic model")
+    pictures = compared(panels, expected, "analytic model")
     line = error_curve("", [knobs["terms"] for _, knobs, _ in panels], pictures)
     label, title = "Relative RMSE of the picture in %", "Terms against the analytic model"
     plot = curves([line], "Terms", label, title=title, y_from_zero=True)

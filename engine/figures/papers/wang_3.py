@@ -12,7 +12,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.core.directions import world_direction
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
-from engine.figures.figure import Figure, Settings, ShownRow, compared, error_curve, truth_of
+from engine.figures.figure import Figure, Settings, ShownRow, compared, error_curve, reference_of
 from engine.figures.papers.vertex_pictures import view_of
 from engine.figures.papers.wavelet_rays import Kept, baked_together
 from engine.figures.plot import curves
@@ -41,7 +41,7 @@ def wang_3(settings: Settings) -> Steps[Figure]:
     mesh, brdf = settings.model, brdf_from_text(BRDF)
     camera = _camera(mesh, settings)
     scene = Scene(mesh, camera, brdf, environment=environment, ground=ground)
-    truth = yield from part(truth_of(scene, settings), 0.0, 0.15)
+    expected = yield from part(reference_of(scene, settings), 0.0, 0.15)
     factors = yield from part(factors_for(brdf, 1), 0.15, 0.2)
     ladder = COEFFICIENTS[:3] if settings.quick else COEFFICIENTS
     kept = [Kept(factors, coefficients) for coefficients in ladder]
@@ -57,7 +57,7 @@ def wang_3(settings: Settings) -> Steps[Figure]:
         knobs = {"coefficients": coefficients, "cube": settings.edge, "share_percent": share}
         panels.append((f"N = {coefficients} ({percent(share / 100.0, 3)})", knobs, view.picture(value)))
         yield Step(0.95 + 0.05 * len(panels) / len(ladder), "drawing")
-    pictures = compared(panels, truth, "reference")
+    pictures = compared(panels, expected, "reference")
     plot = curves(
         [error_curve("", ladder, pictures)],
         "Coefficients kept for each vertex",

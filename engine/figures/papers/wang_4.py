@@ -1,7 +1,7 @@
-"""Wang2004 Figure 4: the first terms of four reflectances, a model of four terms, and RMS curves.
+"""Wang2004 Figure 4: the first terms of four BRDFs, a model of four terms, and RMS curves.
 
 The textures are light maps; those below 0 are shown as if above, as in the paper. Curves are the cosine-weighted RMS
-error of the reflectance over 80,000 pairs of directions (`engine.factor.errors`), for maps of 16² to 64² texels.
+error of the BRDF over 80,000 pairs of directions (`engine.factor.errors`), for maps of 16² to 64² texels.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable import separate
 from engine.factor.separable_factors import SeparableFactors
 from engine.figures.contact_sheet import Panel, Row
-from engine.figures.figure import Figure, Picture, Settings, Shown, ShownRow, camera_of, compared, truth_of
+from engine.figures.figure import Figure, Picture, Settings, Shown, ShownRow, camera_of, compared, reference_of
 from engine.figures.papers.vertex_pictures import View, view_of
 from engine.figures.papers.wavelet_rays import Kept, baked_together
 from engine.figures.plot import Curve, curves
@@ -45,7 +45,7 @@ _EDGE = 224
 
 
 def wang_4(settings: Settings) -> Steps[Figure]:
-    """Terms, pictures and curves of the four reflectances."""
+    """Terms, pictures and curves of the four BRDFs."""
     environment = settings.environment or open_environment("studio")
     mesh = settings.model
     camera, chosen = camera_of(mesh, settings.size), BRDFS[:1] if settings.quick else BRDFS
@@ -66,9 +66,9 @@ def wang_4(settings: Settings) -> Steps[Figure]:
     drawn: list[Shown] = []
     for number, ((_, name, text, brdf), transport) in enumerate(zip(models, baked, strict=True)):
         share = 0.6 + 0.4 * number / len(models), 0.6 + 0.4 * (number + 1) / len(models)
-        truth = yield from part(truth_of(Scene(mesh, camera, brdf, environment=environment), settings), *share)
+        expected = yield from part(reference_of(Scene(mesh, camera, brdf, environment=environment), settings), *share)
         knobs = {"brdf": text, "terms": DRAWN, "coefficients": kept[number].coefficients, "cube": edge}
-        drawn += compared([(name, knobs, _picture(transport, lighting, view))], truth, "reference")
+        drawn += compared([(name, knobs, _picture(transport, lighting, view))], expected, "reference")
     return Figure(
         "wang-4",
         "Reflectances as sums of products",

@@ -1,4 +1,4 @@
-"""Wavelet transport of several reflectances, or of several numbers of coefficients, from one set of rays in memory.
+"""Wavelet transport of several BRDFs, or of several numbers of coefficients, from one set of rays in memory.
 
 Rays are nearly all that a bake costs, so a ladder takes little longer than its finest step.
 """

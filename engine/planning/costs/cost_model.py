@@ -45,11 +45,11 @@ FORMAT = 4
 FILE_LIMIT_BYTES = 1 << 16
 
 #: Knobs and seconds of a rate are below this, knobs above its inverse, and nothing grows faster than the products of
-#: three harmonics do.
+#: three spherical harmonics do.
 LARGEST, STEEPEST = 1e9, 8.0
 
 #: Kinds of frames, and the parts of each: what it takes at least, for each vertex and each pixel that shows the model,
-#: and what both take more for each light, term, lobe, or coefficient of harmonics.
+#: and what both take more for each light, term, lobe, or coefficient of spherical harmonics.
 FRAMES = ("direct", *(kind for method in transport.METHODS for kind in method.frames))
 PARTS = ("base", "vertex", "vertex-each", "pixel", "pixel-each")
 
@@ -95,7 +95,7 @@ NAMES = (
 class Cost:
     """Cost of a setting: seconds of bake, of a rotated environment and of a frame.
 
-    A bake begins when the reflectance is tabulated or factored. `memory_bytes` are held by the process while it is
+    A bake begins when the BRDF is tabulated or factored. `memory_bytes` are held by the process while it is
     drawn, mesh and light in its rows included; `size_bytes` are the transport file's.
     """
 
@@ -110,18 +110,18 @@ class Cost:
 class CostModel:
     """The rates of one machine; `tables` by the names of `NAMES`.
 
-    `renderer` is the name of the graphics device that frames are for, "processor" where there is none. `others` is the
-    share of the processors that other programs had while it was measured.
+    `renderer` is the name of the graphics device that frames are for, "processor" where there is none.
+    `background_load` is the share of the processors that other programs had while it was measured.
     """
 
     machine: str
     renderer: str
     tables: Mapping[str, Rates] = field(hash=False)
-    others: float = 0.0
+    background_load: float = 0.0
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.others <= 1.0:
-            raise ValueError(f"other programs cannot have had {self.others} of the processors")
+        if not 0.0 <= self.background_load <= 1.0:
+            raise ValueError(f"other programs cannot have had {self.background_load} of the processors")
         missing = [name for name in NAMES if not self.tables.get(name)]
         if missing:
             raise ValueError(f"the rates of {missing[0]} are missing")
@@ -199,7 +199,7 @@ def rate_at(rates: Rates, knob: float) -> float:
 
 
 def basis_values(edge: int, order: int) -> float:
-    """Values of the basis that integrals of harmonics of `order` over the texels of a cube map take."""
+    """Values of the basis that integrals of spherical harmonics of `order` over the texels of a cube map take."""
     nodes = max(2, math.ceil(3 * order / edge) + 1)
     return float(FACES * (edge * nodes * order) ** 2)
 
@@ -215,7 +215,7 @@ def machine_name() -> str:
 def save(model: CostModel, path: Path) -> None:
     """Keep a model in the file `path`; OutputError where that cannot be."""
     make_folder(path.parent)
-    record = {"machine": model.machine, "renderer": model.renderer, "others": model.others}
+    record = {"machine": model.machine, "renderer": model.renderer, "background_load": model.background_load}
     write_json(path, {**record, "tables": dict(model.tables)})
 
 
@@ -229,7 +229,7 @@ def load_model(path: Path) -> CostModel | None:
             str(name): tuple((float(knob), float(rate)) for knob, rate in rates)
             for name, rates in record["tables"].items()
         }
-        model = CostModel(str(record["machine"]), str(record["renderer"]), tables, float(record["others"]))
+        model = CostModel(str(record["machine"]), str(record["renderer"]), tables, float(record["background_load"]))
     except (FileError, ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError):
         return None
     return model if model.machine == machine_name() else None

@@ -29,8 +29,8 @@ RAY_EDGES = (16, 64)
 #: Portions of vertices that each thread gets where visibility is measured, and vertices and rays of each otherwise.
 PORTIONS, PROBES, RAYS = 4, 256, 64
 
-#: Texels of the map that costs of a changed light are told for where nobody says, and rays along a side of a picture
-#: that tell how much of it the model covers.
+#: Texels of the map that costs of a changed light are predicted for where nobody says, and rays along a side of a
+#: picture that tell how much of it the model covers.
 TEXELS, GRID = 1024 * 512, 48
 
 #: Layers of a surface behind each other that are looked for.
@@ -50,7 +50,7 @@ class Load:
     closed : share of their hemispheres that other parts of the model close, weighted by the cosine.
     covered : share of the pixels that show the surface. shaded : how often a pixel is shaded, layers that are hidden
         later included; as often as it is covered where not given.
-    diffuse, isotropic : of the reflectance. coloured : whether what it reflects on has a colour.
+    diffuse, isotropic : of the BRDF. coloured : whether what it reflects on has a colour.
     visibility : seconds of visibility for a vertex that is not open, by the edge of the cube map; none: those of the
         mesh of the calibration.
     ray_scale : cost of a single ray on this mesh over that of the calibration.

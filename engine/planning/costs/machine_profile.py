@@ -21,7 +21,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.brdf.models.diffuse import Lambert
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps, drain, part
-from engine.core.stopwatch import others, shortest, spent
+from engine.core.stopwatch import background_load, shortest, spent
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.camera import frame
@@ -75,13 +75,13 @@ ORDERS, EDGES, KEPT = (3, 8, 12), (16, 64), (24, 96, 384)
 #: The order whose tables would take seconds: products of three are as many as the eighth power of the order.
 HIGHEST = 15
 
-#: Edge of the cube maps that are turned into harmonics: for each texel of finer ones it is as much.
+#: Edge of the cube maps that are turned into spherical harmonics: for each texel of finer ones it is as much.
 SEEN_EDGE = 16
 
 #: Lobes that are measured, and directions that each view is tabulated at, as in a bake.
 LOBES, DIRECTIONS = (1, 2, 3), 128
 
-#: Rows of the large and the small map that is turned, by how much in rad, and the edges of its cube map.
+#: Rows of the large and the small map that is rotated, by how much in rad, and the edges of its cube map.
 MAP_ROWS, SMALL_ROWS, TURN, LIGHT_EDGES = 512, 128, 0.1, (16, 64)
 
 #: Values of rows, and bytes of a file.
@@ -94,7 +94,7 @@ RUNS, ENOUGH_S = 12, 0.1
 #: of two has, and the points that its longer paths touch.
 SIDE, PATHS, POINTS = 128, 4, 3
 
-#: A reflectance with a diffuse and a glossy part, and the one of bakes whose numbers mean nothing.
+#: A BRDF with a diffuse and a glossy part, and the one of bakes whose numbers mean nothing.
 GLOSSY, DIFFUSE = "ggx:kd=0.5,alpha=0.3,f0=0.04", Lambert((0.5, 0.5, 0.5))
 
 Tables = dict[str, Rates]
@@ -109,7 +109,7 @@ def calibrate() -> Steps[CostModel]:
     tables: Tables = {}
     yield Step(0.0, "measuring rays")
     place = _place(mesh, tables)
-    yield from part(_harmonics(place, tables), 0.1, 0.3)
+    yield from part(_spherical_harmonics(place, tables), 0.1, 0.3)
     yield Step(0.3, "measuring bakes of wavelets")
     _wavelets(place, tables)
     yield Step(0.35, "measuring bakes of Gaussians")
@@ -120,7 +120,7 @@ def calibrate() -> Steps[CostModel]:
     _reference(place, tables)
     renderer = yield from part(frame_rates(tables), 0.65, 1.0)
     yield Step(1.0, "measured")
-    return CostModel(machine_name(), renderer, tables, others(before, spent()))
+    return CostModel(machine_name(), renderer, tables, background_load(before, spent()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +158,7 @@ def _once(seconds: float) -> Rates:
     return ((1.0, seconds),)
 
 
-def _harmonics(place: _Place, tables: Tables) -> Steps[None]:
+def _spherical_harmonics(place: _Place, tables: Tables) -> Steps[None]:
     """Tables that are made once, rows with what is seen known, and bounces at some vertices."""
     names = ("sh-products", "sh-seen", "sh-matrix", "sh-vector", "bounce-matrix", "bounce-vector")
     found: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
@@ -184,7 +184,7 @@ def _harmonics(place: _Place, tables: Tables) -> Steps[None]:
 
 
 def _rows_s(place: _Place, order: int) -> list[tuple[str, int, float]]:
-    """Seconds of harmonics of what a vertex sees and of a vector, by texel, and of its matrix."""
+    """Seconds of spherical harmonics of what a vertex sees and of a vector, by texel, and of its matrix."""
     edge, higher, count = SEEN_EDGE, 2 * order - 1, len(place.vertices)
     counts, normals, free = place.counts[edge], place.of.normal[place.vertices], place.of.free[place.vertices]
     seen = np.ones((count, higher**2), np.float32)

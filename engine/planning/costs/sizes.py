@@ -1,7 +1,7 @@
 """Bytes of a transport file and of what a process holds while it draws one, by counting what lies in them.
 
 A file is its header, the table of its chunks, and arrays that begin at pages (`engine.transport.baking.file_header`):
-the mesh, what is known of the reflectance, and rows of transport.
+the mesh, what is known of the BRDF, and rows of transport.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class Sizes:
     memory: int
 
 
-def harmonics(setting: Setting, load: Load) -> Sizes:
-    """Rows of a matrix for each vertex, or a vector, and the table of the reflectance (float32, read as float64)."""
+def spherical_harmonics(setting: Setting, load: Load) -> Sizes:
+    """Rows of a matrix for each vertex, or a vector, and the table of the BRDF (float32, read as float64)."""
     order = setting["order"]
     rows = load.model * (1 if load.diffuse else order**2) + load.ground
     values = order**2 * channels(setting, load)

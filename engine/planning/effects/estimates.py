@@ -3,9 +3,9 @@
 The error is the root mean square over pairs of point and view of the difference that the effect makes, over that of the
 radiance (see `engine.planning.effects.radiance`): self-shadowing relative to direct light, interreflection relative to
 all of it. Some hundreds of pairs know it to a tenth or a fifth, and an effect left out by mistake is worse than one
-that is kept: so the larger of two weightings is told, with and without the pairs that the surface itself hides, and one
-standard error on top, between a fifth and three fifths. Where every vertex sees its whole hemisphere, and where a
-reflectance or a light does not have the effect at all, the estimate is exactly 0.
+that is kept: so the larger of two weightings is reported, with and without the pairs that the surface itself hides, and
+one standard error on top, between a fifth and three fifths. Where every vertex sees its whole hemisphere, and where a
+BRDF or a light does not have the effect at all, the estimate is exactly 0.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from engine.transport.sh.transfer import is_diffuse
 
 Array = NDArray[np.float64]
 
-#: The effects in the order in which they are told.
+#: The effects in the order in which they are reported.
 EFFECTS = (
     "self-shadowing",
     "interreflection",
@@ -50,7 +50,7 @@ EFFECTS = (
     "retro-reflection",
 )
 
-#: The order of harmonics that is enough where light is of low frequency.
+#: The order of spherical harmonics that is enough where light is of low frequency.
 LOW_ORDER = 5
 
 #: Standard errors that are added to an estimate, and the least and the most that they raise it by.
@@ -86,7 +86,7 @@ def relative_error(
 ) -> float:
     """The root mean square of `values` − `wanted` (N, K, 3) over that of `wanted`, with its margin, `least` or more.
 
-    Pairs count for `shares` (N, K), of which the one with the largest error is told.
+    Pairs count for `shares` (N, K), of which the one with the largest error is reported.
 
     `difference` (N, K) may hold the squares of the differences instead, where their noise has been taken off.
     """
@@ -119,7 +119,7 @@ class Scenery:
     sample, radiances : many pairs under a coarse map of the light, with each effect and without it.
     fine, methods : fewer under a finer map, by each method.
     bounced : what other parts of the surface add to `sample`, twice with different noise.
-    varied : the reflectance where it is not the same all over the model; `brdf` is then the mean of it.
+    varied : the BRDF where it is not the same all over the model; `brdf` is then the mean of it.
     """
 
     sample: Sample
@@ -151,9 +151,9 @@ def scenery(
     material: Material | None = None,
     variations: Sequence[Variation] = (),
 ) -> Scenery:
-    """Look at a scene: `mesh`, on a ground where there is one, of the reflectance `brdf`, under a turned map.
+    """Look at a scene: `mesh`, on a ground where there is one, of the BRDF `brdf`, under a rotated map.
 
-    `variations` move parameters of the reflectance over the mesh: ValueError for those that it does not have.
+    `variations` move parameters of the BRDF over the mesh: ValueError for those that it does not have.
     """
     place: dict[str, Any] = {"rotation": rotation, "ground": ground}
     points, views, edge = FINE
@@ -173,7 +173,7 @@ def seen_as(
     material: Material | None = None,
     own: Varied | None = None,
 ) -> Scenery:
-    """A scene whose samples have been taken, with the reflectance `brdf`; where it varies, points have their `own`."""
+    """A scene whose samples have been taken, with the BRDF `brdf`; where it varies, points have their `own`."""
     at = [None if own is None else own.at(each.vertices) for each in (many, fine)]
     effects = radiances(many, brdf, own=at[0], methods=False)
     methods = radiances(fine, brdf, own=at[1], effects=False)
@@ -231,7 +231,7 @@ def interreflection(scene: Scenery) -> Estimate:
 
 
 def glossy(scene: Scenery) -> Estimate:
-    """Of the Lambertian reflectance of equal albedo."""
+    """Of the Lambertian BRDF of equal albedo."""
     if is_diffuse(scene.brdf):
         return Estimate("glossy", 0.0, "The BRDF is Lambertian: it looks the same from every side.")
     error = relative_error(scene.radiances.diffuse, scene.radiances.full, scene.sample.shares)
@@ -250,8 +250,8 @@ def anisotropy(scene: Scenery) -> Estimate:
 
 
 def all_frequency_light(scene: Scenery) -> Estimate:
-    """Of harmonics of `LOW_ORDER`."""
-    error = relative_error(scene.methods.harmonics[LOW_ORDER], scene.methods.full, scene.fine.shares)
+    """Of spherical harmonics of `LOW_ORDER`."""
+    error = relative_error(scene.methods.spherical_harmonics[LOW_ORDER], scene.methods.full, scene.fine.shares)
     text = f"{LOW_ORDER**2} spherical harmonics of this light have an error of {percent(error)} with this BRDF."
     return Estimate("all-frequency-light", error, text)
 

@@ -3,7 +3,7 @@
 For some pairs of point and view, transport towards the three of the 92 views that are mixed for it is tabulated and
 fitted by the code of a bake, with as many directions; the diffuse part has the order of a bake. What they make of
 the light and its lamps is compared with the sum over texels that are the finer the less even the light is, and over
-directions drawn from the reflectance (the balance heuristic, as in `engine.transport.gaussian.error`): lamps smaller
+directions drawn from the BRDF (the balance heuristic, as in `engine.transport.gaussian.error`): lamps smaller
 than any texel and lobes narrower than one are then seen as they are. Pairs are drawn by what they weigh, by
 their share of the squares of the radiance, and of those of the glossy part, a third each, because a few at grazing
 angles make most of the error. What neighbours do to each other in a bake, and mixing across triangles, is not in the
@@ -65,8 +65,8 @@ MARGIN = 1.4
 def lobe_error(scene: Scenery, lobes: int) -> float | None:
     """The error of `lobes` Gaussians for each vertex and view, by the better of the two ways to weigh them.
 
-    More lobes are fitted to fewer pairs, and told by what they err by there beside a single one: what pairs have in
-    common cancels. None where nothing about the reflectance is glossy.
+    More lobes are fitted to fewer pairs, and judged by their error there beside a single one: what pairs have in
+    common cancels. None where nothing about the BRDF is glossy.
     """
     pairs = _pairs(scene)
     if pairs.surface.material.glossy is None:

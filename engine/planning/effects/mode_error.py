@@ -1,11 +1,11 @@
 """Predicted error of each setting, from a sample of a scene, before anything is baked.
 
-Harmonics of an order are the truncated sums of `engine.planning.effects.radiance`; directional lights are summed as
-they are drawn; wavelets run through nearly the factors of a bake, and through its transform and codes, at some of the
-points, and Gaussians through its fit (`engine.planning.effects.lobe_error`). The error of the reference is its noise,
-which falls with the root of the samples. Between the settings that are tried an error is a power law of the knob, and
-along a ladder it never rises. What a method cannot show (shadows of directional lights, light between parts of the
-model in wavelets) is not in these figures: the plan adds the estimate of that effect.
+Spherical harmonics of an order are the truncated sums of `engine.planning.effects.radiance`; directional lights are
+summed as they are drawn; wavelets run through nearly the factors of a bake, and through its transform and quantisation,
+at some of the points, and Gaussians through its fit (`engine.planning.effects.lobe_error`). The error of the reference
+is its noise, which falls with the root of the samples. Between the settings that are tried an error is a power law of
+the knob, and along a ladder it never rises. What a method cannot show (shadows of directional lights, light between
+parts of the model in wavelets) is not in these figures: the plan adds the estimate of that effect.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ Array = NDArray[np.float64]
 #: Terms and coefficients that are tried, and points at which: one in so many.
 TERMS, KEPT, FEWER = (1, 2, 4, 8), (24, 96, 384), 2
 
-#: An error that nothing lies below: float32, packed codes, and tables.
+#: An error that nothing lies below: float32, packed coefficients, and tables.
 FLOOR = 1e-4
 
 
@@ -56,13 +56,13 @@ class ModeErrors:
     """Errors of settings on one scene; `wavelet` by terms and coefficients, `coarse` of half the edge of `FINE`."""
 
     scene: Scenery
-    harmonics: dict[int, float]
+    spherical_harmonics: dict[int, float]
     lights: dict[int, float]
     coarse: float
 
     @cached_property
     def wavelet(self) -> dict[tuple[int, int], float]:
-        """Worked out when it is first asked for: the reflectance has to be factored."""
+        """Worked out when it is first asked for: the BRDF has to be factored."""
         return _wavelets(self.scene)
 
     def of(self, setting: Setting) -> float:
@@ -94,10 +94,12 @@ def wavelet_error(errors: ModeErrors, setting: Setting) -> float:
 def mode_errors(scene: Scenery) -> ModeErrors:
     """The errors of all modes on `scene`, remembered; some 0.1 s."""
     found, shares = scene.methods, _shares(scene.fine)
-    harmonics = {order: relative_error(found.harmonics[order], found.full, shares) for order in ORDERS}
+    spherical_harmonics = {
+        order: relative_error(found.spherical_harmonics[order], found.full, shares) for order in ORDERS
+    }
     lights = {number: relative_error(found.lights[number], found.unshadowed, shares) for number in LIGHTS}
     coarse = relative_error(found.coarse, found.full, shares)
-    return ModeErrors(scene, _falling(harmonics), _falling(lights), coarse)
+    return ModeErrors(scene, _falling(spherical_harmonics), _falling(lights), coarse)
 
 
 def _shares(sample: Sample) -> tuple[Array, ...]:

@@ -2,12 +2,12 @@
 
     full         Σ f(wi, wo) V(wi) cos θ_i L dω          over the texels of the light, and its lamps
     unshadowed   the same with V = 1
-    diffuse         the same of the Lambertian reflectance of equal albedo
-    even         the same of one reflectance for all points, where they have their own
-    harmonics    Σ P_n[f cos θ](w) V(w) P_n[L](w) dω     at each order n, P_n the projection on harmonics below n
+    diffuse         the same of the Lambertian BRDF of equal albedo
+    even         the same of one BRDF for all points, where they have their own
+    SH           Σ P_n[f cos θ](w) V(w) P_n[L](w) dω     at each order n, P_n the projection on SH below n
 
 The last is what transfer matrices of order n compute, V being mirrored at the tangent plane as there; of a Lambertian
-reflectance it is what vectors compute, without the first P_n. One evaluation of f serves all of them.
+BRDF it is what vectors compute, without the first P_n. One evaluation of f serves all of them.
 
 Interreflection at a sample's points: one bounce by rays, and the rest as a series.
 
@@ -48,7 +48,7 @@ Array = NDArray[np.float64]
 #: Orders whose truncation is known, and numbers of lights in place of an environment.
 ORDERS, LIGHTS = (3, 5, 8, 15), (4, 16, 64, 256)
 
-#: Points whose brushed reflectance is averaged over turns: one in so many, because it costs as many evaluations.
+#: Points whose brushed BRDF is averaged over turns: one in so many, because it costs as many evaluations.
 FEWER = 3
 
 
@@ -57,8 +57,8 @@ class Radiances:
     """Radiance (N, K, 3) of each pair of a sample, in the ways that the module names.
 
     What was not asked for is 0. `unbrushed`, `unretro`, `even`, `lamps` and `unsplit` are None where that is no effect
-    of the reflectance or the light; `unsplit` leaves the suns in the map, which is then kept in quantised wavelets.
-    `harmonics` by order, `lights` by the number of directions; the latter cast no shadows.
+    of the BRDF or the light; `unsplit` leaves the suns in the map, which is then kept in quantised wavelets.
+    `spherical_harmonics` by order, `lights` by the number of directions; the latter cast no shadows.
     """
 
     full: Array
@@ -71,16 +71,16 @@ class Radiances:
     lamps: Array | None
     unsplit: Array | None
     coarse: Array
-    harmonics: dict[int, Array]
+    spherical_harmonics: dict[int, Array]
     lights: dict[int, Array]
 
 
 def radiances(
     sample: Sample, brdf: Any, *, own: Sequence[Any] | None = None, effects: bool = True, methods: bool = True
 ) -> Radiances:
-    """Work them out, with and without `effects`, by all `methods`; most time is for values of the reflectance.
+    """Work them out, with and without `effects`, by all `methods`; most time is for values of the BRDF.
 
-    Where points have their `own` reflectances, `brdf` stands for all of them where albedos are asked for.
+    Where points have their `own` BRDFs, `brdf` stands for all of them where albedos are asked for.
     """
     count, views = sample.views.shape[:2]
     shape = (count, views, 3)
@@ -172,7 +172,7 @@ class _Work:
         self._directional(point)
 
     def _at(self, point: int) -> Any:
-        """The reflectance of a point."""
+        """The BRDF of a point."""
         return self._brdf if self._own is None else self._own[point]
 
     def _by_methods(self, point: int, f: Array, cosine: Array, up: NDArray[np.int64]) -> None:
@@ -182,7 +182,7 @@ class _Work:
         if found.unsplit is not None and self._unsplit is not None:
             kept = (self._unsplit[up] * self._texels.area[up, None]) * cosine[:, None] * visible[up, None]
             found.unsplit[point] = np.maximum(np.einsum("ktc,tc->kc", f, kept), 0.0)
-        self._harmonics(point, f, cosine, up)
+        self._spherical_harmonics(point, f, cosine, up)
         for number, lights in self._lights.items():
             towards = lights.direction @ sample.frames[point]
             lit = towards[:, 2] > 0.0
@@ -198,14 +198,14 @@ class _Work:
         both = np.repeat(np.repeat(light * share[..., None], 2, axis=1), 2, axis=2).reshape(-1, 3)[up]
         return np.asarray(np.einsum("ktc,tc->kc", f, both * (self._texels.area[up] * cosine)[:, None]))
 
-    def _harmonics(self, point: int, f: Array, cosine: Array, up: NDArray[np.int64]) -> None:
+    def _spherical_harmonics(self, point: int, f: Array, cosine: Array, up: NDArray[np.int64]) -> None:
         sample, found = self._sample, self._found
         area = self._texels.area
         if self._diffuse:
             # vectors hold V cos θ exactly: only the light is cut
             weight = (cosine * area[up] * sample.visible[point, up])[:, None]
             for order, light in self._cut.items():
-                found.harmonics[order][point] = np.maximum(f[:, 0] * (light[up] * weight).sum(axis=0), 0.0)
+                found.spherical_harmonics[order][point] = np.maximum(f[:, 0] * (light[up] * weight).sum(axis=0), 0.0)
             return
         views = len(f)
         product = (f * cosine[:, None]).transpose(0, 2, 1).reshape(views * 3, -1).astype(np.float32)
@@ -215,7 +215,7 @@ class _Work:
         for order, light in self._cut.items():
             n = order**2
             cut = self._light[:n] - basis[:, :n].T @ light[blocked]
-            found.harmonics[order][point] = np.maximum(np.einsum("kcn,nc->kc", own[..., :n], cut), 0.0)
+            found.spherical_harmonics[order][point] = np.maximum(np.einsum("kcn,nc->kc", own[..., :n], cut), 0.0)
 
     def _directional(self, point: int) -> None:
         """The lamps, suns among them, in whatever knows them one by one."""

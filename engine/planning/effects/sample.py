@@ -3,10 +3,10 @@
 Vertices are drawn by the area around them, evenly along the list of vertices, which neighbours share; views of each
 evenly over its hemisphere, and a pair weighs as its cosine: pairs at grazing angles, where highlights are brightest,
 are few in pictures, but make much of their errors. A mean over such pairs is a mean over pixels of pictures from all
-around, save that parts of the model hide others: pairs whose view is blocked are told by `seen`. Light is a cube map of
-the environment without its suns, which are lamps; visibility is asked once for each texel. Effects are told from many
-pairs under a coarse map, because few pairs make most of a highlight; the errors of methods from fewer under a finer
-one.
+around, save that parts of the model hide others: pairs whose view is blocked are marked in `seen`. Light is a cube map
+of the environment without its suns, which are lamps; visibility is asked once for each texel. Effects are estimated
+from many pairs under a coarse map, because few pairs make most of a highlight; the errors of methods from fewer under a
+finer one.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from engine.light.lamps import Lamp, lights_of_all
 from engine.light.sun_split import split_sun
 from engine.transport.baking.visibility import Receivers, receivers, visibility_shares
 from engine.transport.sh.transfer import tangent_frames
-from engine.transport.wavelet.lighting import turned
+from engine.transport.wavelet.lighting import rotated
 from engine.transport.wavelet.transfer import Texels, cube_texels
 
 Array = NDArray[np.float64]
@@ -54,11 +54,11 @@ class Light:
 def light_of(
     environment: EnvironmentMap, rotation: float = 0.0, lamps: tuple[Lamp, ...] = (), edge: int = EDGE
 ) -> Light:
-    """The light of `environment`, turned about +Y by `rotation` rad, with `lamps` of the scene beside it."""
+    """The light of `environment`, rotated about +Y by `rotation` rad, with `lamps` of the scene beside it."""
     rest, suns = split_sun(environment)
-    rest, whole = turned(rest, rotation), turned(environment, rotation)
+    rest, whole = rotated(rest, rotation), rotated(environment, rotation)
     cube = cube_of(rest, edge)
-    moved = tuple(sun.turned(rotation) for sun in suns)
+    moved = tuple(sun.rotated(rotation) for sun in suns)
     return Light(rest, whole, (*moved, *lamps), len(suns), cube, cube_of(whole, edge) if suns else cube)
 
 

@@ -1,4 +1,4 @@
-"""A reflectance without one of its effects: what is drawn, and baked, where a plan skips it.
+"""A BRDF without one of its effects: what is drawn, and baked, where a plan skips it.
 
 Each is a Brdf like any other, so that the error of skipping is the difference of two radiances.
 """
@@ -17,7 +17,7 @@ from engine.brdf.models.diffuse import Lambert
 from engine.brdf.sampling import sampler_of
 from engine.core.directions import Vectors, surface_direction
 
-#: Azimuths over which a brushed reflectance is averaged.
+#: Azimuths over which a brushed BRDF is averaged.
 TURNS = 8
 
 #: Polar angles at which albedos are known, and directions for each.
@@ -54,7 +54,7 @@ def albedos(brdf: Any) -> Albedos:
 
 @lru_cache(maxsize=8)
 def lambertian(brdf: Any) -> Lambert:
-    """The Lambertian reflectance that reflects as much of even light."""
+    """The Lambertian BRDF that reflects as much of even light."""
     red, green, blue = np.clip(albedos(brdf).mean, 0.0, 1.0)
     return Lambert((float(red), float(green), float(blue)))
 
@@ -84,7 +84,7 @@ class _Without:
 
 @dataclass(frozen=True)
 class Unbrushed(_Without):
-    """The mean of a reflectance over turns of both directions about the normal."""
+    """The mean of a BRDF over turns of both directions about the normal."""
 
     @property
     def isotropic(self) -> bool:
@@ -98,9 +98,9 @@ class Unbrushed(_Without):
 
 @dataclass(frozen=True)
 class WithoutRetro(_Without):
-    """A reflectance that sends no more back towards the light's side than across it.
+    """A BRDF that sends no more back towards the light's side than across it.
 
-    Of brushed ones that is not told apart from their brushing, and they stay as they are.
+    Of brushed ones that is not separated from their brushing, and they stay as they are.
     """
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
@@ -118,7 +118,7 @@ class WithoutRetro(_Without):
 
 @dataclass(frozen=True)
 class WithoutRise(_Without):
-    """A reflectance whose albedo does not rise towards grazing views, as Fresnel's factor makes it."""
+    """A BRDF whose albedo does not rise towards grazing views, as Fresnel's factor makes it."""
 
     def f(self, wi: ArrayLike, wo: ArrayLike) -> Vectors:
         share = albedos(self.brdf).rise(np.asarray(wo, np.float64)[..., 2])
@@ -126,7 +126,7 @@ class WithoutRise(_Without):
 
 
 def _turned(direction: Vectors, angle: float) -> Vectors:
-    """`direction` (..., 3) turned about +z."""
+    """`direction` (..., 3) rotated about +z."""
     x, y, z = np.moveaxis(direction, -1, 0)
     cosine, sine = np.cos(angle), np.sin(angle)
     return np.stack([cosine * x - sine * y, sine * x + cosine * y, z], axis=-1)
@@ -141,7 +141,7 @@ def across(wi: Vectors, wo: Vectors, side: float) -> Vectors:
 
 @dataclass(frozen=True)
 class Glossy(_Without):
-    """A reflectance that is looked up as if it depended on the view, whether or not it does."""
+    """A BRDF that is looked up as if it depended on the view, whether or not it does."""
 
     @property
     def reciprocal(self) -> bool:
@@ -152,12 +152,12 @@ class Glossy(_Without):
 
 
 class GlossyLambert(Lambert):
-    """Lambert's reflectance, with its exact harmonics, that is baked as if it depended on the view."""
+    """Lambert's BRDF, with its exact spherical harmonics, that is baked as if it depended on the view."""
 
 
 @dataclass(frozen=True)
 class Brushed(Glossy):
-    """A reflectance that is looked up as if it depended on turns about the normal, whether or not it does."""
+    """A BRDF that is looked up as if it depended on turns about the normal, whether or not it does."""
 
     @property
     def isotropic(self) -> bool:

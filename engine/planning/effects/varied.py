@@ -1,4 +1,4 @@
-"""A reflectance whose parameters differ over a model, as a plan looks at it: point by point, and on average.
+"""A BRDF whose parameters differ over a model, as a plan looks at it: point by point, and on average.
 
 Where a plan leaves the variation out, each parameter stands at its mean over the points of a sample, which lie as dense
 as the surface, each weighted by the light that it receives: what is in the dark counts for nothing.
@@ -45,7 +45,7 @@ class Varied:
         return MappingProxyType(means)
 
     def at(self, vertices: NDArray[np.int64]) -> list[Brdf]:
-        """The reflectance of each of `vertices`."""
+        """The BRDF of each of `vertices`."""
         return [
             with_parameters(self.brdf, {name: float(values[vertex]) for name, values in self.values.items()})
             for vertex in vertices
@@ -53,7 +53,7 @@ class Varied:
 
 
 def varied(mesh: Mesh, brdf: Brdf, variations: Sequence[Variation]) -> Varied:
-    """The reflectance of `mesh`; ValueError for parameters that it does not have, InputError for what is no picture."""
+    """The BRDF of `mesh`; ValueError for parameters that it does not have, InputError for what is no picture."""
     checked = checked_variations(brdf, variations)
     values = {each.parameter: each.at(vertex_values(mesh, each.source)) for each in checked}
     return Varied(brdf, checked, MappingProxyType(values))

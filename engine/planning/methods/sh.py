@@ -13,7 +13,7 @@ from engine.geometry.mesh import Mesh
 from engine.planning.costs.cost_model import Cost, CostModel, Load, basis_values
 from engine.planning.costs.planned import PlannedBake
 from engine.planning.costs.setting import Setting
-from engine.planning.costs.sizes import channels, harmonics
+from engine.planning.costs.sizes import channels, spherical_harmonics
 from engine.planning.effects.mode_error import FLOOR, ModeErrors, between
 from engine.transport.baking.settings import BOUNCES, ShSettings
 from engine.transport.baking.visibility import every_ray
@@ -41,7 +41,7 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
         bake_s += (BOUNCES - 1) * load.vertices * model.bounce_s("vector", order, load)
         bake_s += matrices * model.bounce_s("matrix", order, load)
         bake_s += (load.vertices - matrices) * model.bounce_s("vector", order, load)
-    sizes = harmonics(setting, load)
+    sizes = spherical_harmonics(setting, load)
     bake_s += model.rate("file-byte") * sizes.file
     rows = load.vertices - matrices + matrices * order**2
     values = rows * order**2 * channels(setting, load)
@@ -51,7 +51,7 @@ def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
 
 
 def _matrix_s(model: CostModel, order: int) -> float:
-    """Seconds of a vertex's matrix, its visibility being known: harmonics of that, products, and a rotation."""
+    """Seconds of a vertex's matrix, its visibility being known: SH of that, products, and a rotation."""
     return FACES * default_edge(order) ** 2 * model.rate("sh-seen", 2 * order - 1) + model.rate("sh-matrix", order)
 
 
@@ -65,7 +65,7 @@ def _tables_s(model: CostModel, order: int, diffuse: bool) -> float:
 
 def error(errors: ModeErrors, setting: Setting) -> float:
     """That of the truncated sums."""
-    return max(FLOOR, between(errors.harmonics, setting["order"]))
+    return max(FLOOR, between(errors.spherical_harmonics, setting["order"]))
 
 
 def can_draw(_scene: Any) -> bool:

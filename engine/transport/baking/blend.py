@@ -1,4 +1,4 @@
-"""Reflectances that are mixed over a model: weights of a few basis reflectances at each vertex, and a colour.
+"""Reflectances that are mixed over a model: weights of a few basis BRDFs at each vertex, and a colour.
 
     B(v, wo) = albedo(v) Σ_b weight_b(v) Σ_{k in b} view_k(wo) L_k(v)
 
@@ -98,7 +98,7 @@ def blend_from_text(text: str) -> tuple[str, str]:
 
 
 def together(bases: Sequence[SeparableFactors]) -> SeparableFactors:
-    """All terms of `bases` as if they were of one reflectance, their sum; UsageError where their maps differ."""
+    """All terms of `bases` as if they were of one BRDF, their sum; UsageError where their maps differ."""
     first = bases[0]
     if any(
         (other.hemisphere_map, other.parametrisation) != (first.hemisphere_map, first.parametrisation)

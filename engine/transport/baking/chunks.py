@@ -208,7 +208,7 @@ _at_work = threading.Lock()
 
 
 def on_worker(version: str, token: str, module: str, name: str, recipe: Recipe, number: int) -> Chunk:
-    """A chunk, in a worker: `name` in `module` is the maker, `token` tells one recipe from the next."""
+    """A chunk, in a worker: `name` in `module` is the maker, `token` identifies the recipe."""
     global _kept
     if version != engine.__version__:
         raise RuntimeError(f"a worker has Lightarc {engine.__version__}, not {version}")
@@ -218,7 +218,7 @@ def on_worker(version: str, token: str, module: str, name: str, recipe: Recipe, 
         return _kept[1](number)
 
 
-#: Fewest vertices of the model whose bake tells of all others, and of the ground, where vertices differ less.
+#: Fewest vertices of the model whose bake predicts that of all others, and of the ground, where vertices differ less.
 PROBES, GROUND_PROBES = 48, 16
 
 #: Portions that every thread gets of the vertices of the model, and of those of the ground: few would not share evenly.

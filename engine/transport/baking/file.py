@@ -4,7 +4,7 @@
     u64 for each chunk of rows: its CRC-32, and 2^32 on top once it is written; then a u32 CRC-32 of these numbers,
     arrays, each from a multiple of 4096 bytes on, little-endian, in C order.
 
-Arrays are of two kinds. Whole ones are known when the bake begins: the mesh itself, factors of the reflectance, the
+Arrays are of two kinds. Whole ones are known when the bake begins: the mesh itself, factors of the BRDF, the
 bounds of the chunks. Streamed ones have one row for each thing that is baked, and chunks of rows arrive in any order.
 Everything before the first array depends only on what is baked, so a bake that was interrupted is known again by it,
 and goes on with the chunks that are missing or damaged (`engine.storage.resumable`). The size is known

@@ -77,9 +77,9 @@ class Header(_Strict):
 
 
 def laid_out(header: Header) -> Header:
-    """Give every array its place; the offsets change the length of the header, so its room is fixed first."""
-    room = len(header_text(header)) + 32 * (len(header.arrays) + 2)
-    table = _aligned(len(MAGIC) + 8 + room)
+    """Give every array its place; the offsets change the length of the header, so its length is fixed first."""
+    reserved = len(header_text(header)) + 32 * (len(header.arrays) + 2)
+    table = _aligned(len(MAGIC) + 8 + reserved)
     offset = _aligned(table + 8 * header.chunks + 4)
     arrays = []
     for array in header.arrays:

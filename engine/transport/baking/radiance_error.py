@@ -83,7 +83,7 @@ def tried_pairs(count: int, vertices: int, views: int, seed: int) -> tuple[NDArr
 
 
 def exact_radiance(brdf: Brdf, wi: Vectors, visible: Floats, incident: Floats, views: Vectors) -> Floats:
-    """(views, 3) the sums with the reflectance itself over texels in the directions `wi` (T, 3) of a tangent frame.
+    """(views, 3) the sums with the BRDF itself over texels in the directions `wi` (T, 3) of a tangent frame.
 
     `visible` (T,) are the shares of them that are open, `incident` (T, 3) their radiance times solid angle, `views`
     (views, 3) unit vectors in the same frame.

@@ -2,7 +2,7 @@
 
 A number comes from where a vertex lies in the bounding box, or from a picture that is looked up at its texture
 coordinates: bilinear between the centres of pixels, repeated beyond the edges, v up. A `Variation` says which parameter
-of a reflectance a number moves between which two values:
+of a BRDF a number moves between which two values:
 
     parameter at the vertex = start + (stop − start) · number
 

@@ -236,7 +236,7 @@ def chunk_bytes(edge: int) -> int:
 def _visible(
     of: Receivers, edge: int, vertices: NDArray[np.int64] | None, skip: bool, angle: float
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.bool_]]]:
-    """Chunks of vertices (N,) and whether each texel is visible (N, 6 edge²), directions turned by `angle`."""
+    """Chunks of vertices (N,) and whether each texel is visible (N, 6 edge²), directions rotated by `angle`."""
     directions = cube_directions(edge).reshape(-1, 3)
     order = _tiled(edge)
     vertices = np.arange(len(of)) if vertices is None else np.asarray(vertices, np.int64)

@@ -171,7 +171,7 @@ def _chance(vertex, draw):  # type: ignore[no-untyped-def]
 
 @scalar
 def hemisphere_rays(vertices, origins, normals, pattern):  # type: ignore[no-untyped-def]
-    """Origins (N D, 3) float64 and directions (N D, 3) float32: the pattern (D, 3) turned about each normal."""
+    """Origins (N D, 3) float64 and directions (N D, 3) float32: the pattern (D, 3) rotated about each normal."""
     count = len(pattern)
     origin = np.empty((len(vertices) * count, 3))
     direction = np.empty((len(vertices) * count, 3), np.float32)
@@ -219,7 +219,7 @@ def _turned(direction, rotation, normal, out):  # type: ignore[no-untyped-def]
 
 @scalar
 def cube_rays(vertices, free, origins, normals, directions, order, angle, visible):  # type: ignore[no-untyped-def]
-    """Rays of vertices (N,) towards those directions (T, 3) above their horizons, in that order and turned by `angle`.
+    """Rays of vertices (N,) towards those directions (T, 3) above their horizons, in that order and rotated by `angle`.
 
     Fills `visible` (N, T) with whether a direction is above the horizon. Returns, for the vertices that are not free,
     origins (R, 3) float64, directions (R, 3) float32 and the places (R,) of the rays in `visible`.

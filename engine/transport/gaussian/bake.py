@@ -6,7 +6,7 @@ and ends in the same bytes; the rest after the last block (neighbours that are m
 done anew. Then everything is put into the transport file in the order of the vertices, and the working file vanishes.
 
 A plain least-squares fit loses energy. With `weights` "auto" some vertices are fitted beforehand, and whichever way to
-weigh has the lower error of radiance under a test environment is taken; both errors are told (`gaussian_error`).
+weigh has the lower error of radiance under a test environment is taken; both errors are reported (`gaussian_error`).
 
 Bound by the fit and the samples, about one to one with one lobe; indirect light takes twice as long again. Memory: the
 lobes, their working file's 48 bytes for each vertex, view and lobe, and one block of samples.
@@ -88,7 +88,7 @@ class BakeSettings:
     lobes : for each vertex and view, 1 to 3, and for direct and indirect light each.
     indirect : with light that reaches a vertex by way of the model.
     samples : directions that the transport towards a view is tabulated at.
-    order : of the harmonics of the diffuse part. edge, fine : as for `sh.bake.BakeSettings`.
+    order : of the spherical harmonics of the diffuse part. edge, fine : as for `sh.bake.BakeSettings`.
     weights : of least squares ("plain"), scaled to the energy of the transport ("preserving"), or for direct light the
         better ones and for indirect light, which is known too coarsely to judge, those with all energy ("auto").
     relaxations : passes over neighbours that disagree.
@@ -125,7 +125,7 @@ class Work:
 
     Attributes
     ----------
-    model : with everything that transport at its vertices takes; `settings`, and the name of its reflectance.
+    model : with everything that transport at its vertices takes; `settings`, and the name of its BRDF.
     variations : as texts.
     error : of direct radiance under the test environment `tested`, the map `cube`, by either way to weigh.
     weights : the way that is taken for each component.
@@ -189,7 +189,7 @@ def prepare(
     """Lay out the bake of `mesh`, on a ground where there is one, and try `probes` vertices; nothing is written.
 
     `variations` move parameters from vertex to vertex. `environment` is the name and cube map that errors are measured
-    under, the studio by default. UsageError where nothing about the reflectance is glossy, or it has no such parameter.
+    under, the studio by default. UsageError where nothing about the BRDF is glossy, or it has no such parameter.
     """
     yield Step(0.0, "looking at the BRDF")
     model = glossy_surface(mesh, brdf, ground, variations)
@@ -376,11 +376,11 @@ def _flat(fitted: Fit) -> NDArray[np.float32]:
 
 
 def _unflat(values: NDArray[np.float32], vertices: int, lobes: int) -> Fit:
-    room, start = Fit.empty(vertices, lobes), 0
-    for array in room.arrays():
+    fit, start = Fit.empty(vertices, lobes), 0
+    for array in fit.arrays():
         array[...] = values[start : start + array.size].reshape(array.shape)
         start += array.size
-    return room
+    return fit
 
 
 def _diffuse_rows(work: Work) -> Steps[NDArray[np.float32]]:

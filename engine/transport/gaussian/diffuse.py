@@ -44,7 +44,7 @@ class DiffuseTransfer:
 
     Attributes
     ----------
-    order : of the harmonics.
+    order : of the spherical harmonics.
     edge, fine : cube map that visibility is counted over, and parts of its texels, as for `sh.bake.BakeSettings`.
     sent : what each vertex sends to the others, from `sent_light`; None without light between parts of the model.
     """
@@ -138,7 +138,7 @@ def sent_light(diffuse: DiffuseTransfer) -> Steps[NDArray[np.float32]]:
 
 
 def even_albedo(material: Material) -> Floats:
-    """(3,) the share of even light from all sides that a reflectance sends back, at most 1."""
+    """(3,) the share of even light from all sides that a BRDF sends back, at most 1."""
     count = 16
     theta, phi = np.arcsin(np.sqrt((np.arange(count) + 0.5) / count)), 2.4 * np.arange(count)
     wo = surface_direction(theta, phi)

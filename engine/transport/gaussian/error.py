@@ -1,6 +1,6 @@
 """Error of lobes in radiance against the sum over all texels, for both ways to weight them.
 
-What is compared is told in `radiance_error`; here it is direct light, for the glossy part alone and for the whole. The
+What is compared stands in `radiance_error`; here it is direct light, for the glossy part alone and for the whole. The
 error holds the distance of the fit and what mixing between the 92 views adds. Lobes fitted by least squares lose
 energy; scaled to the energy of the transport they are further from it. Which has the lower error depends on the light:
 `GaussianError.better` says.
@@ -171,7 +171,7 @@ def _exact(
 ) -> tuple[Floats, Floats]:
     """(views, 3) the sums with the glossy and with the diffuse part themselves, of `light` (6 N², 3).
 
-    Highlights narrower than a texel fall between their centres. So directions that are drawn from the reflectance are
+    Highlights narrower than a texel fall between their centres. So directions that are drawn from the BRDF are
     summed as well, and each counts by how many of both kinds there are (the balance heuristic).
     """
     frame, material = surface.frames[vertex], surface.material_at(vertex)

@@ -11,7 +11,7 @@ A filtered environment as one texture: the levels below one another on six layer
     texel of (s, t) of face f on a level   (s M + ½, t M + ½ + line) of layer f
 
 Corner nodes of a level lie on the edges of its face, so that look-ups which filter linearly never leave it. What is
-brighter than a half float holds is scaled, and the scale told.
+brighter than a half float holds is scaled, and the scale reported.
 """
 
 from __future__ import annotations

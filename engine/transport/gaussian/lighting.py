@@ -69,7 +69,7 @@ class GaussianLight:
     ----------
     environment : under Gaussians; None where lamps are all the light.
     factor : on the radiance of the environment.
-    rotation : radians about +Y by which it is turned, as `DistantLights.turned`.
+    rotation : radians about +Y by which it is rotated, as `DistantLights.rotated`.
     lamps : beside it, in the world; neither factor nor rotation is theirs.
     """
 

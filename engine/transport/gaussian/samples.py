@@ -1,7 +1,7 @@
 """Tabulated transport that lobes are fitted to: T(w) = f_glossy(w, v) V(w) max(0, n·w) at a vertex towards each view.
 
 Green2006 section 4.1, tabulate over the texels of a cube map. A narrow lobe falls between
-them, so directions are drawn here where the reflectance sends them, for every view anew, and a coarse set over the
+them, so directions are drawn here where the BRDF sends them, for every view anew, and a coarse set over the
 whole sphere is added, which sees to it that lobes stay off where nothing is reflected. All drawn sets count together:
 
     ∫ g(w) dw ≈ Σ g(w_s) q_s,   q_s = 1 / Σ_k n_k p_k(w_s)         (the balance heuristic, Veach1997 section 9.2)
@@ -10,7 +10,7 @@ The sets are lattices and the same for all vertices in their own frames, so neig
 by chance. Visibility is asked with a ray for each direction that reflects anything. T is in 1/sr: radiance towards the
 view for each unit of radiance and of solid angle.
 
-Bound by the reflectance and the rays, about half each: some 5 ms for a vertex with 128 directions for each of 46 views
+Bound by the BRDF and the rays, about half each: some 5 ms for a vertex with 128 directions for each of 46 views
 on one core, and a third of that where nothing can be in the way.
 """
 
@@ -57,7 +57,7 @@ EVEN = 0.25
 #: Steps that parameters which vary over a model are rounded to where light comes from.
 LEVELS = 16
 
-#: Pairs of directions that a reflectance is asked for at once, so that it takes no threads of its own.
+#: Pairs of directions that a BRDF is asked for at once, so that it takes no threads of its own.
 BLOCK = 8192
 
 #: Steps that turn one number of a lattice into two more: the golden ratio, and the plastic constant's square.
@@ -66,7 +66,7 @@ _GOLDEN, _PLASTIC = 0.5 * (np.sqrt(5.0) - 1.0), 0.5698402909980532
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """A reflectance cut in two, and where its glossy part sends light.
+    """A BRDF cut in two, and where its glossy part sends light.
 
     `whole` is the sum of `diffuse` and `glossy`, which is None where there is nothing glossy. The directions of its
     highlights are drawn from `lobes` in these `shares`, those of the whole from `sampler`.
@@ -156,7 +156,7 @@ class GlossySurface:
 
     @cached_property
     def guard(self) -> AbstractContextManager[Any]:
-        """To be held while the reflectance works: measurements use all threads, and not every pool lets two in."""
+        """To be held while the BRDF works: measurements use all threads, and not every pool lets two in."""
         return nullcontext() if type(self.brdf) in MODELS.values() else threading.Lock()
 
 

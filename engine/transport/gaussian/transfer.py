@@ -46,7 +46,7 @@ class GaussianTransport:
     components : lobes of the vertices of the model: of direct light and, where it was baked, of light that comes by
         way of the model itself. Their radiances are added (Green2006 Eq. 5).
     diffuse : vectors of the diffuse part, and of the ground; None where neither is.
-    brdf : name of the reflectance.
+    brdf : name of the BRDF.
     grazing : True if the diffuse part gives way to the highlight at grazing views
     (`baking.diffuse_specular.DiffusePart.grazing`).
     """
@@ -156,7 +156,7 @@ def lobes_seen_from(transport: GaussianTransport, eye: ArrayLike) -> SeenLobes:
 
 
 def diffuse_radiance(transport: GaussianTransport, coefficients: NDArray[np.floating]) -> NDArray[np.float64]:
-    """(V, 3) of the diffuse part and of the ground under light whose harmonics are `coefficients` (order², 3)."""
+    """(V, 3) of the diffuse part and of the ground under light whose SH are `coefficients` (order², 3)."""
     diffuse, first = transport.diffuse, transport.ground_vertex
     if diffuse is None:
         return np.zeros((len(transport.mesh.positions), 3))

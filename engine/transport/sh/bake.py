@@ -140,7 +140,7 @@ class Baked:
 
 
 def default_edge(order: int) -> int:
-    """The edge of the cube map over which V times harmonics of `order` is summed well."""
+    """The edge of the cube map over which V times spherical harmonics of `order` is summed well."""
     return 32 if order <= 8 else 64
 
 
@@ -151,9 +151,9 @@ def prepare(
     ground: Ground | None = None,
     variations: Sequence[Variation] = (),
 ) -> Steps[Work]:
-    """Tabulate the reflectance and lay out the bake of `mesh`, on a ground where there is one; nothing is written.
+    """Tabulate the BRDF and lay out the bake of `mesh`, on a ground where there is one; nothing is written.
 
-    `variations`, two at most, move parameters of the reflectance from vertex to vertex of the model. UsageError where
+    `variations`, two at most, move parameters of the BRDF from vertex to vertex of the model. UsageError where
     it does not have them, InputError for a picture that cannot be read.
     """
     table = yield from table_of(brdf, settings.order, variations, mesh)
@@ -321,7 +321,7 @@ def _transport_of(file: TransportFile) -> ShTransport:
 
 
 def _table_of(file: TransportFile) -> Table:
-    """The reflectance in a file; ValueError, KeyError or TypeError where it is none."""
+    """The BRDF in a file; ValueError, KeyError or TypeError where it is none."""
     settings, values = file.settings, file.arrays["table"].astype(np.float64)
     order, error, diffuse = int(settings["order"]), float(settings["table_error_rel"]), bool(settings["diffuse"])
     varied = bool(settings.get("variations"))

@@ -76,7 +76,7 @@ class Baker:
             return diffuse_vectors(counts, full, recipe["edge"], recipe["order"], normal, free)
 
     def _seen(self, vertices: NDArray[np.int64], counts: NDArray[np.uint8] | None) -> NDArray[np.float32]:
-        """Harmonics of visibility; any where all vertices are free, because theirs are known."""
+        """Spherical harmonics of visibility; any where all vertices are free, because theirs are known."""
         recipe, order = self._recipe, 2 * self._recipe["order"] - 1
         if counts is None:
             return np.zeros((len(vertices), order**2), np.float32)

@@ -2,11 +2,11 @@
 
     c_i(wo) = ∫ y_i(wi) f(wi, wo) max(0, cos θ_i) dwi,        radiance towards wo = Σ c_i(wo) L_i (Kautz2002 Eq. 1)
 
-with everything in the surface frame. An anisotropic reflectance has all order² coefficients in a parabolic map of 128
+with everything in the surface frame. An anisotropic BRDF has all order² coefficients in a parabolic map of 128
 texels a side. An isotropic one has one row over tan(θ_o/2), the radius of that map: for φ_o = 0 its function is even
 in φ_i, so only m ≥ 0 are not 0, and a turn by φ_o turns pairs of them. Lambert's is known in closed form.
 
-The integrals are sums over directions that the reflectance's own lobes send out (`engine.brdf.sampling`), weighted by
+The integrals are sums over directions that the BRDF's own lobes send out (`engine.brdf.sampling`), weighted by
 the density of all lobes together (balance heuristic): narrow highlights get as many directions as wide ones. Two sums
 over different halves of the directions tell the error, about twice that of their mean.
 """
@@ -34,10 +34,10 @@ from engine.factor.hemisphere_map import HemisphereMap
 from engine.transport.sh import kernel as sh_kernel
 from engine.transport.sh.basis import bands, checked_order, cosine_zonal, evaluate, recurrence
 
-#: Texels a side of the map of anisotropic reflectances, and rows of isotropic ones.
+#: Texels a side of the map of anisotropic BRDFs, and rows of isotropic ones.
 MAP_SIZE, ROWS = 128, 256
 
-#: Directions of light for each direction of view, of isotropic and anisotropic reflectances; of the latter twice as
+#: Directions of light for each direction of view, of isotropic and anisotropic BRDFs; of the latter twice as
 #: many at orders above `LOW_ORDER`.
 SAMPLES, SAMPLES_OF_MAP = 4096, 1024
 
@@ -53,7 +53,7 @@ LEAST_SMOOTH = 0.5
 #: Cosines of the view below this are looked up at it: models are 0 or not finite at the horizon itself.
 GRAZING = 1e-3
 
-#: A relative error above this is told as a warning.
+#: A relative error above this is reported as a warning.
 LARGE_ERROR = 0.02
 
 #: Directions of light that are worked on at once.
@@ -71,10 +71,10 @@ class BrdfTable:
 
     Attributes
     ----------
-    values : (R, order², 3) float64 of an isotropic reflectance, at φ_o = 0 and tan(θ_o/2) = r/(R − 1); or
+    values : (R, order², 3) float64 of an isotropic BRDF, at φ_o = 0 and tan(θ_o/2) = r/(R − 1); or
         (S, S, order², 3), the texels of a parabolic `HemisphereMap`.
     error_rel : of the sums, root mean square relative to all coefficients.
-    diffuse : whether the reflectance is Lambert's: its radiance is then known from the irradiance alone.
+    diffuse : whether the BRDF is Lambert's: its radiance is then known from the irradiance alone.
     """
 
     order: int
@@ -90,7 +90,7 @@ class BrdfTable:
     def at(self, wo: ArrayLike, vertices: ArrayLike = ()) -> Floats:
         """Coefficients (N, order², 3) towards unit directions wo (N, 3) in the surface frame; 0 below the horizon.
 
-        `vertices` (N,) matter where the reflectance varies (`engine.transport.sh.brdf_table_varying`); this one is
+        `vertices` (N,) matter where the BRDF varies (`engine.transport.sh.brdf_table_varying`); this one is
         alike for all.
         """
         directions = np.ascontiguousarray(wo, np.float64).reshape(-1, 3)
@@ -167,7 +167,7 @@ def coefficients_towards(brdf: Brdf, order: int, views: Vectors) -> Steps[Floats
 
 
 def lambert_table(brdf: Lambert, order: int) -> BrdfTable:
-    """The table of Lambert's reflectance, exact: zonal, and the same towards every side."""
+    """The table of Lambert's BRDF, exact: zonal, and the same towards every side."""
     coefficients = np.zeros((order**2, 3))
     degree = np.arange(order)
     coefficients[degree * (degree + 1)] = cosine_zonal(order)[:, None] * np.asarray(brdf.albedo) / np.pi

@@ -1,13 +1,13 @@
-"""Reflectances in harmonics whose parameters differ from vertex to vertex (Kautz2002 section 3).
+"""Reflectances in spherical harmonics whose parameters differ from vertex to vertex (Kautz2002 section 3).
 
 There are tables at the nodes of a grid over one or two numbers in [0, 1], which move a parameter each
 (`engine.transport.baking.spatially_varying`), and a vertex mixes those of the corners of its cell: linear in one
 number, bilinear in two. Only numbers that vertices have are covered. An interval gets a node in its middle where the
-reflectance there differs from the mean of its ends by more than `TOLERANCE` of its size (root mean square over
+BRDF there differs from the mean of its ends by more than `TOLERANCE` of its size (root mean square over
 coefficients and some views), beside three values of the other number. What is left is measured in the middles of cells:
 `interpolation_rel`.
 
-A table takes 0.5 s at order 5 where the reflectance is isotropic and 1.5 s where it is brushed, and looking for where
+A table takes 0.5 s at order 5 where the BRDF is isotropic and 1.5 s where it is brushed, and looking for where
 tables are needed a tenth of that for each; a smooth parameter needs 2 to 9, and two of a brushed one up to 25 in all.
 """
 
@@ -50,16 +50,16 @@ MOST_VARIATIONS = 2
 #: An interval between tables is halved while its middle is off by more than this, relative.
 TOLERANCE = 0.01
 
-#: Most tables along the only number, and along each of two; the same of brushed reflectances, whose tables are large.
+#: Most tables along the only number, and along each of two; the same of brushed BRDFs, whose tables are large.
 MOST_NODES, MOST_BRUSHED_NODES = (17, 9), (9, 5)
 
-#: Most bytes of the tables of a brushed reflectance while they are made.
+#: Most bytes of the tables of a brushed BRDF while they are made.
 MOST_BYTES = 1 << 29
 
 #: Cells whose middles are compared.
 MOST_CELLS = 16
 
-#: Views towards which a reflectance is compared.
+#: Views towards which a BRDF is compared.
 VIEWS = 24
 
 Result = TypeVar("Result")
@@ -190,7 +190,7 @@ class VariedTable:
         return VariedTable(tables, self.nodes, self.numbers, self.interpolation_rel)
 
 
-#: The reflectance of a model, the same for all vertices or not.
+#: The BRDF of a model, the same for all vertices or not.
 Table = BrdfTable | VariedTable
 
 
@@ -213,7 +213,7 @@ def table_of(
 def tabulate_varied(brdf: Brdf, order: int, variations: Sequence[Variation], numbers: Floats) -> Steps[VariedTable]:
     """Tables of `brdf` for vertices whose parameters the `numbers` (V, K) in [0, 1] move; as many as are needed.
 
-    UsageError for parameters that the reflectance does not have, and for more variations than `MOST_VARIATIONS`.
+    UsageError for parameters that the BRDF does not have, and for more variations than `MOST_VARIATIONS`.
     """
     if not 1 <= len(variations) <= MOST_VARIATIONS:
         raise UsageError(f"{len(variations)} parameters are to vary; spherical harmonics have tables over 1 or 2")
@@ -230,7 +230,7 @@ def tabulate_varied(brdf: Brdf, order: int, variations: Sequence[Variation], num
 
 
 class _Probes:
-    """Coefficients of a reflectance towards a few views, by the numbers that they are for."""
+    """Coefficients of a BRDF towards a few views, by the numbers that they are for."""
 
     def __init__(self, brdf: Brdf, order: int, variations: Sequence[Variation]) -> None:
         self.brdf, self.order, self.variations = brdf, order, variations

@@ -30,9 +30,9 @@ def sh_error(
     window: Window = "none",
     seed: int = 1,
 ) -> Steps[RadianceError]:
-    """The error of the bake `work` of the reflectance `brdf` under a cube map, on vertices of the model.
+    """The error of the bake `work` of the BRDF `brdf` under a cube map, on vertices of the model.
 
-    Where the reflectance varies, each vertex is compared with its own.
+    Where the BRDF varies, each vertex is compared with its own.
 
     ValueError where the edge of the map is not that over which visibility is counted.
     """
@@ -76,7 +76,7 @@ def sh_error(
 
 
 def _brdf_at(work: Work, brdf: Brdf, variations: Sequence[Variation], vertex: int) -> Brdf:
-    """The reflectance of a vertex of the model."""
+    """The BRDF of a vertex of the model."""
     if not isinstance(work.table, VariedTable):
         return brdf
     return varied_brdfs(brdf, variations, [[number] for number in work.table.numbers[vertex]])[0]

@@ -26,7 +26,7 @@ from engine.transport.sh import kernel as sh_kernel
 from engine.transport.sh.basis import evaluate
 from engine.transport.sh.transfer import even_in_z
 
-#: Rays of a bounce that are followed at once, times the harmonics of each.
+#: Rays of a bounce that are followed at once, times the spherical harmonics of each.
 CHUNK_RAYS = 1 << 22
 
 
@@ -63,7 +63,7 @@ def reflections(
 
 
 def _rays(around: Surroundings, vertices: NDArray[np.int64]) -> tuple[Vectors, NDArray[np.float32]]:
-    """Origins and directions (B D, 3), as dense as the cosine and turned for each vertex."""
+    """Origins and directions (B D, 3), as dense as the cosine and rotated for each vertex."""
     rays: tuple[Vectors, NDArray[np.float32]] = visibility_kernel.hemisphere_rays(
         vertices, around.of.origin, around.of.normal, _pattern(around.rays)
     )

@@ -268,7 +268,7 @@ def isotropic_radiance(order: int, table: Array, wo: Array, light: Array, out: A
 
 @parallel
 def expand(seen: Array, first: Array, second: Array, start: Array, index: Array, weight: Array, out: Array) -> None:
-    """Symmetric matrices (B, n, n) from harmonics (B, (2 order - 1)^2), by `Products`; `out` holds zeros before."""
+    """Symmetric matrices (B, n, n) from SH (B, (2 order - 1)^2), by `Products`; `out` holds zeros before."""
     for b in prange(seen.shape[0]):
         for pair in range(first.shape[0]):
             total = 0.0

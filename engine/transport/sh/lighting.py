@@ -119,7 +119,7 @@ def lamp_coefficients(lamp: Lamp, order: int) -> Array:
 
 
 def scene_coefficients(scene: Scene, order: int) -> Array:
-    """(order^2, 3) coefficients of all the light of a scene: its turned environment or its one light, and its lamps."""
+    """(order^2, 3) coefficients of all light of a scene: its rotated environment or its one light, and its lamps."""
     lamps = list(scene.lamps)
     total = np.zeros((checked_order(order) ** 2, 3))
     if scene.environment is not None:
@@ -130,7 +130,7 @@ def scene_coefficients(scene: Scene, order: int) -> Array:
 
 
 def turned_about_y(coefficients: Array, angle: float) -> Array:
-    """`coefficients` of lighting that is turned about +Y by `angle` in radians, as `DistantLights.turned`."""
+    """`coefficients` of lighting that is rotated about +Y by `angle` in radians, as `DistantLights.rotated`."""
     cosine, sine = math.cos(angle), math.sin(angle)
     about_y = [[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]]
     return rotate(coefficients, about_y) if angle else coefficients

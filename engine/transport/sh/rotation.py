@@ -1,6 +1,6 @@
 """Rotation of spherical harmonics, exact for every angle (Kautz2002 appendix, with M_ij for its M_ii).
 
-The function f turned by R is f(R^-1 s), so the coefficients of two rotations follow M(R1 R2) = M(R1) M(R2). A rotation
+The function f rotated by R is f(R^-1 s), so the coefficients of two rotations follow M(R1 R2) = M(R1) M(R2). A rotation
 is taken apart as Rz(alpha) Ry(beta) Rz(gamma). About z, pairs of coefficients turn by m times the angle. About y, we
 turn about z in the world in which y and z have changed places: Ry(beta) = S Rz(-beta) S (Pinchon and Hoggan, *Rotation
 matrices for real spherical harmonics*, 2007). S is its own inverse, and its coefficients (`swap`) are found once by
@@ -56,15 +56,15 @@ def rotation(order: int, matrix: ArrayLike) -> Array:
 
 
 def rotate(coefficients: ArrayLike, matrix: ArrayLike) -> Array:
-    """`coefficients` (order^2,) or (..., order^2, C) of the function turned by `matrix` (3, 3); as `rotation`."""
+    """`coefficients` (order^2,) or (..., order^2, C) of the function rotated by `matrix` (3, 3); as `rotation`."""
     values = np.asarray(coefficients, np.float64)
     columns = values[:, None] if values.ndim == 1 else values
     order = order_of(columns.shape[-2])
-    turned = np.empty_like(columns)
+    rotated = np.empty_like(columns)
     for degree, block in enumerate(band_rotations(order, matrix)):
         band = slice(degree * degree, (degree + 1) ** 2)
-        turned[..., band, :] = block @ columns[..., band, :]
-    return turned[:, 0] if values.ndim == 1 else turned
+        rotated[..., band, :] = block @ columns[..., band, :]
+    return rotated[:, 0] if values.ndim == 1 else rotated
 
 
 def band_rotations(order: int, matrix: ArrayLike) -> list[Array]:

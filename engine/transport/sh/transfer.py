@@ -7,7 +7,7 @@ A receiver that shows every view something else has a matrix for each vertex,
 with the rotation R from the tangent frame folded in. A Lambertian one has a vector, t_j = ∫ V(s) cos θ y_j(R s) ds / π.
 f cos θ is 0 below the horizon, so V means nothing there. We take it as a mirror would show it: V(s) = V(s mirrored at
 the tangent plane). An open point then has exactly the rotation, a closed one exactly 0, and no edge at the horizon
-rings. In the frame of the vertex, with v the harmonics of V above the horizon, of order 2 n − 1,
+rings. In the frame of the vertex, with v the spherical harmonics of V above the horizon, of order 2 n − 1,
 
     M_ij = Σ_k 2 v_k ∫ y_i y_j y_k          over those k that are even in z; the others cancel.
 
@@ -47,8 +47,8 @@ class ShTransport:
     mesh : model, and after it the ground where there is one; `ground_vertex` is the first vertex of the ground.
     diffuse : whether the vertices of the model have a vector like those of the ground, and not a matrix.
     ground_albedo : of the ground.
-    table : of the model's reflectance, which may vary over its vertices.
-    interreflection : whether `rows` hold light from other parts of the model, which fixes the reflectance.
+    table : of the model's BRDF, which may vary over its vertices.
+    interreflection : whether `rows` hold light from other parts of the model, which fixes the BRDF.
     rows : (R, C, order²) float32: order² for each vertex of the model, the rows of its matrix, or 1 where it is
         diffuse; then 1 for each vertex of the ground. C is 3 where bounced light is coloured, else 1.
     """
@@ -88,7 +88,7 @@ class ShTransport:
 
 
 def tangent_frames(mesh: Mesh) -> Vectors:
-    """Frames (V, 3, 3) along the texture, which brushed and isotropic reflectances can share."""
+    """Frames (V, 3, 3) along the texture, which brushed and isotropic BRDFs can share."""
     return frames_along(normalize(mesh.normals), mesh.tangents)
 
 
@@ -171,7 +171,7 @@ def visibility_harmonics(counts: NDArray[np.uint8], full: int, edge: int, order:
 
 
 def matrices(seen: NDArray[np.float32], frames: Vectors, free: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """(B, n, n) transfer matrices from the harmonics of visibility above the horizon, (B, (2 order − 1)²).
+    """(B, n, n) transfer matrices from the spherical harmonics of visibility above the horizon, (B, (2 order − 1)²).
 
     `free` vertices (B,) see everything: their matrices are rotations.
     """
@@ -199,7 +199,7 @@ def diffuse_vectors(
 
 
 def free_vectors(order: int, normals: Vectors) -> NDArray[np.float32]:
-    """(B, n) the same of vertices that see their whole hemisphere: the cosine's harmonics about each normal."""
+    """(B, n) the same of vertices that see their whole hemisphere: the cosine's SH about each normal."""
     return turned_zonal(cosine_zonal(order) / np.pi, normals).astype(np.float32)
 
 
@@ -259,7 +259,7 @@ def local_views(transport: ShTransport, eye: ArrayLike) -> Vectors:
 def view_vectors(transport: ShTransport, local: Vectors) -> NDArray[np.float32]:
     """(V, 3, order²) what each vertex sends towards `local` (V, 3) under light: radiance = their product with it.
 
-    The paper's fixed view: the reflectance is turned into the world once, and a new light is a product of order²
+    The paper's fixed view: the BRDF is rotated into the world once, and a new light is a product of order²
     numbers for each vertex.
     """
     first, count = transport.ground_vertex, 1 if transport.diffuse else transport.order**2
@@ -275,7 +275,7 @@ def view_vectors(transport: ShTransport, local: Vectors) -> NDArray[np.float32]:
 
 
 def with_table(transport: ShTransport, table: Table) -> ShTransport:
-    """The same transport of another reflectance; UsageError, with the reason, where it has to be baked again."""
+    """The same transport of another BRDF; UsageError, with the reason, where it has to be baked again."""
     if transport.interreflection:
         raise UsageError("interreflection was baked for one BRDF")
     if transport.diffuse and not table.diffuse:

@@ -158,7 +158,7 @@ def prepare(
 ) -> Work:
     """Lay out the bake of `mesh`, on a ground where there is one; nothing is written yet.
 
-    With `mixture`, `factors` are of several reflectances (`engine.transport.baking.blend.together`).
+    With `mixture`, `factors` are of several BRDFs (`engine.transport.baking.blend.together`).
     """
     check_factors(factors)
     if mixture is not None:

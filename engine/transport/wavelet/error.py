@@ -1,12 +1,12 @@
 """Error of wavelet transport against the sum over all texels: by its terms, its coefficients and its bits together.
 
-What is compared is told in `radiance_error`. A small light that many vertices see at a slant brightens or darkens them
+What is compared stands in `radiance_error`. A small light that many vertices see at a slant brightens or darkens them
 all, which is no noise: what is cut off a vector spreads transport over whole squares of texels, for neighbours in the
 same way. On Spot under Grace Cathedral with 96 coefficients, the side that the camera sees is 2.5 % brighter, and with
 the map turned by a quarter at a time 0.9 %, −1.1 % and −0.4 %; with 32, 200 and 1000 coefficients 8.5, 1.3 and 0.3 %.
 Larger and softer lights are within 0.3 %.
 
-Cost: one evaluation of the reflectance for each lit texel and pair, some 5 s for 400 vertices and 20 views.
+Cost: one evaluation of the BRDF for each lit texel and pair, some 5 s for 400 vertices and 20 views.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ def wavelet_error(
     threshold: int = THRESHOLD,
     seed: int = 1,
 ) -> Steps[RadianceError]:
-    """The error of the bake `work` of the reflectance `brdf` under a cube map (6, N, N, 3), on vertices of the model.
+    """The error of the bake `work` of the BRDF `brdf` under a cube map (6, N, N, 3), on vertices of the model.
 
-    Where reflectances are mixed, `brdf` has all of them in order. ValueError where the cube map does not fit the
+    Where BRDFs are mixed, `brdf` has all of them in order. ValueError where the cube map does not fit the
     settings of the bake.
     """
     chosen, towards = tried_pairs(work.ground_vertex, vertices, views, seed)

@@ -76,25 +76,25 @@ def _transformed(images: NDArray[Any], forwards: bool) -> NDArray[Any]:
 
 
 @scalar
-def _down(square: Any, room: Any, size: int) -> None:
-    """One level of one square in place; `room` holds at least `size` × `size` values."""
+def _down(square: Any, scratch: Any, size: int) -> None:
+    """One level of one square in place; `scratch` holds at least `size` × `size` values."""
     half = size // 2
     one = square.dtype.type(0.5)
     for i in range(half):
         for j in range(half):
             p, q = square[2 * i, 2 * j], square[2 * i, 2 * j + 1]
             r, s = square[2 * i + 1, 2 * j], square[2 * i + 1, 2 * j + 1]
-            room[i, j] = one * ((p + q) + (r + s))
-            room[i, half + j] = one * ((p - q) + (r - s))
-            room[half + i, j] = one * ((p + q) - (r + s))
-            room[half + i, half + j] = one * ((p - q) - (r - s))
+            scratch[i, j] = one * ((p + q) + (r + s))
+            scratch[i, half + j] = one * ((p - q) + (r - s))
+            scratch[half + i, j] = one * ((p + q) - (r + s))
+            scratch[half + i, half + j] = one * ((p - q) - (r - s))
     for i in range(size):
         for j in range(size):
-            square[i, j] = room[i, j]
+            square[i, j] = scratch[i, j]
 
 
 @scalar
-def _up(square: Any, room: Any, size: int) -> None:
+def _up(square: Any, scratch: Any, size: int) -> None:
     """The inverse of `_down`."""
     half = size // 2
     one = square.dtype.type(0.5)
@@ -102,32 +102,32 @@ def _up(square: Any, room: Any, size: int) -> None:
         for j in range(half):
             mean, across = square[i, j], square[i, half + j]
             down, both = square[half + i, j], square[half + i, half + j]
-            room[2 * i, 2 * j] = one * ((mean + across) + (down + both))
-            room[2 * i, 2 * j + 1] = one * ((mean - across) + (down - both))
-            room[2 * i + 1, 2 * j] = one * ((mean + across) - (down + both))
-            room[2 * i + 1, 2 * j + 1] = one * ((mean - across) - (down - both))
+            scratch[2 * i, 2 * j] = one * ((mean + across) + (down + both))
+            scratch[2 * i, 2 * j + 1] = one * ((mean - across) + (down - both))
+            scratch[2 * i + 1, 2 * j] = one * ((mean + across) - (down + both))
+            scratch[2 * i + 1, 2 * j + 1] = one * ((mean - across) - (down - both))
     for i in range(size):
         for j in range(size):
-            square[i, j] = room[i, j]
+            square[i, j] = scratch[i, j]
 
 
 @parallel
 def _forwards(squares: Any) -> None:
     for n in prange(len(squares)):
-        room = np.empty_like(squares[n])
+        scratch = np.empty_like(squares[n])
         size = squares.shape[1]
         while size > 1:
-            _down(squares[n], room, size)
+            _down(squares[n], scratch, size)
             size //= 2
 
 
 @parallel
 def _backwards(squares: Any) -> None:
     for n in prange(len(squares)):
-        room = np.empty_like(squares[n])
+        scratch = np.empty_like(squares[n])
         size = 2
         while size <= squares.shape[1]:
-            _up(squares[n], room, size)
+            _up(squares[n], scratch, size)
             size *= 2
 
 
@@ -189,7 +189,7 @@ def select(planes: Any, kept: Any, value: Any, scratch: Any, index: Any) -> int:
 
     Columns of 0 are never kept, ties go to the lower index. `value`, `scratch` and `index` are of a length of
     `candidates`. Columns are gone through once: those that beat the weakest of the best so far are held, and thinned
-    out to the best whenever the room is full. What is large is near the front, so that happens a few times only.
+    out to the best whenever `value` is full. What is large is near the front, so that happens a few times only.
     """
     wanted = len(kept)
     if wanted == 0:

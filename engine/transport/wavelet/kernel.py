@@ -18,19 +18,20 @@ from engine.factor.hemisphere_map import taps
 from engine.transport.wavelet.haar import FACES, select
 from engine.transport.wavelet.quantise import quantised
 
-#: Vertices that a thread takes at a time, with one room for all of them.
+#: Vertices that a thread takes at a time, with one scratch buffer for all of them.
 BLOCK = 8
 
 
 @scalar
-def _transformed(face: int, image: Any, room: Any, coefficients: Any) -> None:
-    """Put the Haar coefficients of one face (N, N) where their indices say; `image` and `room` (N/2, N/2) are used up.
+def _transformed(face: int, image: Any, scratch: Any, coefficients: Any) -> None:
+    """Put the Haar coefficients of one face (N, N) where their indices say; `image` and `scratch` (N/2, N/2) are used
+    up.
 
     The details of the level of `size` begin at 6 size², and those of a face there at 3 size² for each face before.
     """
     half = np.float32(0.5)
     size = len(image) // 2
-    source, target = image, room
+    source, target = image, scratch
     while size > 0:
         block = size * size
         across = 6 * block + 3 * face * block
@@ -128,7 +129,7 @@ def transfer(
     kind: int,
     size: int,
     maps: Any,
-    room: int,
+    capacity: int,
     indices: Any,
     words: Any,
     peaks: Any,
@@ -143,7 +144,7 @@ def transfer(
     direction : (M, 3) float64 of the texels, face by face. area : (M,) float64 their solid angles.
     kind, size : of the map of the light maps (`HemisphereMap`). maps : (K, P, texels) float32; P is 1 where all colours
         are alike, else 3.
-    room : of candidates for the strongest coefficients (`haar.candidates`).
+    capacity : of candidates for the strongest coefficients (`haar.candidates`).
     indices, words, peaks, counts : filled, (B, K, N_l) uint16, (B, K, N_l) uint32, (B, K, 3) float32, (B, K) uint16.
     """
     vertices, texels = visible.shape
@@ -156,8 +157,8 @@ def transfer(
         weight, cube = np.empty((texels, 4), np.float32), np.empty((planes, texels), np.float32)
         image, square = np.empty((edge, edge), np.float32), np.empty((edge // 2, edge // 2), np.float32)
         kept, values = np.empty(wanted, np.int64), np.zeros((wanted, 3), np.float32)
-        held, scratch = np.empty(room, np.float32), np.empty(room, np.float32)
-        index = np.empty(room, np.int64)
+        held, scratch = np.empty(capacity, np.float32), np.empty(capacity, np.float32)
+        index = np.empty(capacity, np.int64)
         for v in range(block * BLOCK, min((block + 1) * BLOCK, vertices)):
             count = _lit(frames[v], visible[v], full, direction, area, kind, size, inner, lit, place, weight)
             for k in range(terms):
@@ -191,7 +192,7 @@ def _project(light_map: Any, lit: Any, place: Any, weight: Any, image: Any, squa
 
 @scalar
 def _store(values: Any, kept: Any, index: Any, word: Any, peak: Any) -> int:
-    """Quantise `values` (n, 3) and keep those whose codes are not all 0; how many."""
+    """Quantise `values` (n, 3) and keep those that are not all 0 then; how many."""
     quantised(values, peak, word)
     count = 0
     for n in range(len(values)):
@@ -203,10 +204,10 @@ def _store(values: Any, kept: Any, index: Any, word: Any, peak: Any) -> int:
     return count
 
 
-def packed_light(codes: NDArray[np.int16]) -> NDArray[np.int64]:
-    """(M,) words of light codes (M, 3): red in bits 0–15, green in 16–31, blue in the highest 16."""
-    four = np.zeros((len(codes), 4), "<i2")
-    four[:, :2], four[:, 3] = codes[:, :2], codes[:, 2]
+def packed_light(quantised: NDArray[np.int16]) -> NDArray[np.int64]:
+    """(M,) words of the quantised light (M, 3): red in bits 0–15, green in 16–31, blue in the highest 16."""
+    four = np.zeros((len(quantised), 4), "<i2")
+    four[:, :2], four[:, 3] = quantised[:, :2], quantised[:, 2]
     return four.view("<i8").reshape(-1)
 
 

@@ -1,9 +1,9 @@
 """Light for wavelet transport: an environment as wavelets, and what is too bright and small for that as lamps.
 
-A sun in the map would erase the sky (one scale for all codes), so it is split off (`engine.light.sun_split`) and falls
-on each vertex as a lamp does: its irradiance times visibility, by a ray, times cosine and light maps. Lamps of the
-scene do the same. That costs a ray for each vertex and direction, and only when lamps or model change. For light that
-changes step by step, `engine.transport.wavelet.relight` spares what stays.
+A sun in the map would erase the sky (one scale for all quantised coefficients), so it is split off
+(`engine.light.sun_split`) and falls on each vertex as a lamp does: its irradiance times visibility, by a ray, times
+cosine and light maps. Lamps of the scene do the same. That costs a ray for each vertex and direction, and only when
+lamps or model change. For light that changes step by step, `engine.transport.wavelet.relight` spares what stays.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ def lighting_of(
     threshold: int = THRESHOLD,
     split: bool = True,
 ) -> Lighting:
-    """The light of `environment`, turned about +Y by `rotation` rad and times `factor`, with `lamps` beside it.
+    """The light of `environment`, rotated about +Y by `rotation` rad and times `factor`, with `lamps` beside it.
 
     Without `split`, a sun stays in the map. ValueError for an edge without wavelets or a threshold out of range.
     """
     rest, suns = split_sun(environment) if split else (environment, ())
-    cube = cube_of(turned(rest, rotation), edge)
+    cube = cube_of(rotated(rest, rotation), edge)
     light = encode_light(cube.radiance.astype(np.float64) * factor, threshold)
-    moved = tuple(_scaled(sun.turned(rotation), factor) for sun in suns)
+    moved = tuple(_scaled(sun.rotated(rotation), factor) for sun in suns)
     return Lighting(light, (*moved, *lamps))
 
 
@@ -63,8 +63,8 @@ def dark(edge: int, lamps: Sequence[Lamp]) -> Lighting:
     return Lighting(encode_light(np.zeros((6, edge, edge, 3))), tuple(lamps))
 
 
-def turned(environment: EnvironmentMap, angle: float) -> EnvironmentMap:
-    """The map turned about +Y by `angle` rad: what came from +Z comes from +X after π/2; radiance is linear between."""
+def rotated(environment: EnvironmentMap, angle: float) -> EnvironmentMap:
+    """The map rotated about +Y by `angle` rad: what came from +Z comes from +X after π/2, linear between texels."""
     width = environment.radiance.shape[1]
     columns = angle / (2.0 * math.pi) * width
     whole = math.floor(columns)

@@ -1,10 +1,10 @@
 """Coefficients in few bits: 11, 11 and 10 bits for red, green and blue of a transport vector, 16 for light.
 
 A vector of transport (Wang2004 Sec. 3.3) is stored as a peak for each channel, the largest
-magnitude there, and for each coefficient that is kept its index in 16 bits and its three codes in 32: red in bits
-0–10, green in 11–21, blue in 22–31, each in two's complement. value = peak · code / bound with the bounds ±1023, ±1023
-and ±511, so that the error of a value is at most peak/2046 or peak/1022. Codes are rounded to even at halves and never
-reach −1024 or −512, where a value just above its peak would change sign.
+magnitude there, and for each coefficient that is kept its index in 16 bits and its three quantised coefficients in 32:
+red in bits 0–10, green in 11–21, blue in 22–31, each in two's complement. value = peak · quantised / bound with the
+bounds ±1023, ±1023 and ±511, so that the error of a value is at most peak/2046 or peak/1022. They are rounded to even
+at halves and never reach −1024 or −512, where a value just above its peak would change sign.
 
 The light (Sec. 3.4) has one quantum for all its details: 1/32767 of the largest. Details of a magnitude below the
 threshold are dropped. The six scaling coefficients are kept as they are, in float64: with a small and very bright
@@ -26,7 +26,7 @@ from engine.core.colour import luminance
 from engine.core.kernels import scalar
 from engine.transport.wavelet.haar import FACES, check_edge, cube_coefficients, cube_of_coefficients
 
-#: Largest magnitude of the codes of red, green and blue.
+#: Largest magnitude of the quantised coefficients of red, green and blue.
 BOUNDS = (1023, 1023, 511)
 
 #: Largest magnitude of a code of light.
@@ -35,17 +35,17 @@ LIGHT_BOUND = 32767
 #: Details of light below this magnitude are dropped; the paper's threshold is 1024.
 THRESHOLD = 32
 
-#: Products of codes whose sum is sure to fit into 32 bits: 64 · 1023 · 32767 < 2^31.
+#: Products of quantised coefficients whose sum is sure to fit into 32 bits: 64 · 1023 · 32767 < 2^31.
 SAFE_PRODUCTS = 64
 
 
-def pack(codes: ArrayLike) -> NDArray[np.uint32]:
-    """(...) little-endian words of `codes` (..., 3), in [−1024, 1023], the same, and [−512, 511]; ValueError else."""
-    codes = np.asarray(codes, np.int64)
+def pack(quantised: ArrayLike) -> NDArray[np.uint32]:
+    """(...) little-endian words of `quantised` (..., 3), in [−1024, 1023] twice, and [−512, 511]; ValueError else."""
+    quantised = np.asarray(quantised, np.int64)
     low, high = np.array([-1024, -1024, -512]), np.array([1023, 1023, 511])
-    if ((codes < low) | (codes > high)).any():
+    if ((quantised < low) | (quantised > high)).any():
         raise ValueError("a code does not fit into 11, 11 and 10 bits")
-    red, green, blue = np.moveaxis(codes, -1, 0)
+    red, green, blue = np.moveaxis(quantised, -1, 0)
     words = (red & 0x7FF) | (green & 0x7FF) << 11 | (blue & 0x3FF) << 22
     return words.astype("<u4")
 
@@ -105,7 +105,7 @@ class WaveletLight:
     Attributes
     ----------
     scaling : (6, 3) float64, the scaling coefficients of the faces, as they are.
-    codes : (6 · N², 3) int16 by index, the details over `quantum`; 0 where dropped and at the scaling coefficients.
+    quantised : (6 · N², 3) int16 by index, the details over `quantum`; 0 where dropped and at the scaling coefficients.
     quantum : the value of one code, in units of radiance.
     rmse_rel : ‖approximation − map‖/‖map‖ over texels and channels.
     energy_error_rel : Σ |flux of the approximation − flux of the map| over the quarters of the faces, over the whole
@@ -113,24 +113,24 @@ class WaveletLight:
     """
 
     scaling: NDArray[np.float64]
-    codes: NDArray[np.int16]
+    quantised: NDArray[np.int16]
     quantum: float
     rmse_rel: float
     energy_error_rel: float
 
     @property
     def edge(self) -> int:
-        return round((len(self.codes) / FACES) ** 0.5)
+        return round((len(self.quantised) / FACES) ** 0.5)
 
     @property
     def kept(self) -> int:
         """Number of coefficients that are not 0 in every channel."""
-        return int(self.scaling.any(axis=1).sum() + self.codes.any(axis=1).sum())
+        return int(self.scaling.any(axis=1).sum() + self.quantised.any(axis=1).sum())
 
     @property
     def coefficients(self) -> NDArray[np.float64]:
-        """(6 · N², 3) what the codes stand for."""
-        values = self.codes.astype(np.float64) * self.quantum
+        """(6 · N², 3) what the quantised coefficients stand for."""
+        values = self.quantised.astype(np.float64) * self.quantum
         values[:FACES] = self.scaling
         return values
 
@@ -140,8 +140,9 @@ def encode_light(radiance: NDArray[Any], threshold: int = THRESHOLD, quantum: fl
 
     Parameters
     ----------
-    threshold : details of codes with a magnitude below it are dropped; 0 and 1 drop only what rounds to 0.
-    quantum : that of another light, which keeps codes comparable; then codes saturate at ±32767.
+    threshold : details of quantised coefficients with a magnitude below it are dropped; 0 and 1 drop only what rounds
+    to 0.
+    quantum : that of another light, which keeps them comparable; then they saturate at ±32767.
 
     Raises ValueError for an edge without wavelets, radiance that is not finite, and a threshold out of range.
     """
@@ -157,13 +158,13 @@ def encode_light(radiance: NDArray[Any], threshold: int = THRESHOLD, quantum: fl
     details = values[FACES:]
     largest = float(np.abs(details).max())
     step = largest / LIGHT_BOUND if quantum is None else quantum
-    codes = np.zeros(values.shape, np.int16)
+    quantised = np.zeros(values.shape, np.int16)
     if step > 0.0:
         rounded = np.clip(np.rint(details / step), -LIGHT_BOUND, LIGHT_BOUND)
         dropped = np.abs(rounded).max(axis=1, keepdims=True) < threshold
-        codes[FACES:] = np.where(dropped, 0, rounded)
-    light = WaveletLight(values[:FACES], codes, step, 0.0, 0.0)
-    return WaveletLight(values[:FACES], codes, step, *_errors(cube_of_coefficients(light.coefficients), radiance))
+        quantised[FACES:] = np.where(dropped, 0, rounded)
+    light = WaveletLight(values[:FACES], quantised, step, 0.0, 0.0)
+    return WaveletLight(values[:FACES], quantised, step, *_errors(cube_of_coefficients(light.coefficients), radiance))
 
 
 def _errors(approximation: NDArray[np.float64], radiance: NDArray[np.float64]) -> tuple[float, float]:

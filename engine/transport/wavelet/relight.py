@@ -1,10 +1,10 @@
 """K-tuples under light that changes step by step: what stays is kept, and what changes a little is added.
 
-Codes are integers, so sums updated ten thousand times are those of one fresh sum, bit for bit. Adding what differs
-pays where few codes do, as when a lamp moves through a map or a patch of it is painted: it takes one thread, and a
-second copy of all vectors, sorted by coefficient (some 8 bytes for each that is kept). Turning a map changes all codes,
-and a fresh sum on all threads is quicker then. Lamps that stay cost nothing, while each that is looked up anew costs a
-ray for every vertex.
+The quantised coefficients are integers, so sums updated ten thousand times are those of one fresh sum, bit for bit.
+Adding what differs pays where few of them do, as when a lamp moves through a map or a patch of it is painted: it takes
+one thread, and a second copy of all vectors, sorted by coefficient (some 8 bytes for each that is kept). Turning a map
+changes all, and a fresh sum on all threads is quicker then. Lamps that stay cost nothing, while each that is looked up
+anew costs a ray for every vertex.
 """
 
 from __future__ import annotations
@@ -49,14 +49,14 @@ class Relighter:
 
     def _under(self, light: WaveletLight) -> NDArray[np.float64]:
         before, self._light = self._light, light
-        if before is None or self._around is None or len(before.codes) != len(light.codes):
+        if before is None or self._around is None or len(before.quantised) != len(light.quantised):
             self._around = relit(self.transport, light)
         elif not _same(before, light):
             self._around = self._changed(before, light)
         return self._around
 
     def _changed(self, before: WaveletLight, light: WaveletLight) -> NDArray[np.float64]:
-        changed = (light.codes != before.codes).any(axis=1)
+        changed = (light.quantised != before.quantised).any(axis=1)
         if self._entries[changed].sum() > CHEAPER * self._entries.sum():
             return relit(self.transport, light)
         if self._relighting is None:
@@ -75,31 +75,32 @@ def _same(one: WaveletLight, other: WaveletLight) -> bool:
     return (
         one.quantum == other.quantum
         and np.array_equal(one.scaling, other.scaling)
-        and np.array_equal(one.codes, other.codes)
+        and np.array_equal(one.quantised, other.quantised)
     )
 
 
 class Relighting:
     """The K-tuples of one transport under light that changes step by step.
 
-    `sums` of the products of codes are kept as 64-bit integers, so that changes can be added without drift.
+    `sums` of the products of quantised coefficients are kept as 64-bit integers, so that changes can be added without
+    drift.
     """
 
     def __init__(self, transport: WaveletTransport, light: WaveletLight) -> None:
         self._transport = transport
         vectors = transport.vectors
-        count = len(light.codes)
+        count = len(light.quantised)
         self._start, self._row, self._word = by_coefficient(vectors.indices, vectors.words, vectors.counts, count)
         self._sums = np.zeros((transport.rows, 3), np.int64)
         self._scaling = np.zeros((transport.rows, 3))
-        self._light = WaveletLight(np.zeros((6, 3)), np.zeros_like(light.codes), light.quantum, 0.0, 0.0)
+        self._light = WaveletLight(np.zeros((6, 3)), np.zeros_like(light.quantised), light.quantum, 0.0, 0.0)
         self.update(light)
 
     def update(self, light: WaveletLight) -> NDArray[np.float64]:
-        """The tuples (R, 3) under `light`; quick where few of its codes differ from those before."""
-        if len(light.codes) != len(self._light.codes):
+        """The tuples (R, 3) under `light`; quick where few of its coefficients differ from those before."""
+        if len(light.quantised) != len(self._light.quantised):
             raise ValueError("the light has another edge than the one before")
-        change = light.codes.astype(np.int32) - self._light.codes
+        change = light.quantised.astype(np.int32) - self._light.quantised
         changed = np.flatnonzero(change.any(axis=1))
         add_changes(self._start, self._row, self._word, changed, change, self._sums)
         self._scaling[:] = 0.0

@@ -1,4 +1,4 @@
-"""Wavelet transport with separable reflectances (Wang2004, "All-frequency relighting of non-diffuse
+"""Wavelet transport with separable BRDFs (Wang2004, "All-frequency relighting of non-diffuse
 objects using separable BRDF approximation"), on the processor.
 
     T_k(v, wi) = light_k(wi) V(v, wi) cos θ_i dω         the strongest Haar coefficients of each vertex (Wang2004 Eq. 3)
@@ -7,7 +7,7 @@ objects using separable BRDF approximation"), on the processor.
 
 Directions of the light are in the world, those of the maps in the vertex's own tangent frame. A ground under the model
 is Lambertian and has one term, of light map 1 and view map albedo/π, whatever the model has. Terms may be those of
-several reflectances that are mixed over the model (`engine.transport.baking.blend`). Sums below 0, which truncation
+several BRDFs that are mixed over the model (`engine.transport.baking.blend`). Sums below 0, which truncation
 leaves, are clamped in the radiance only, and how much that was is reported.
 """
 
@@ -34,7 +34,7 @@ from engine.transport.wavelet.haar import FACES, candidates, check_edge
 from engine.transport.wavelet.kernel import packed_light, relight, transfer
 from engine.transport.wavelet.quantise import WaveletLight
 
-#: Most terms of a reflectance and most coefficients of a vector.
+#: Most terms of a BRDF and most coefficients of a vector.
 MOST_TERMS, MOST_COEFFICIENTS = 64, 4096
 
 #: Squared length of the mean of unit tangents from which frames count as one (`transported.frag`), and a little more.
@@ -83,11 +83,11 @@ class WaveletTransport:
     ----------
     mesh : model, and after it the ground where there is one.
     ground_vertex : the first vertex of the ground; the number of vertices without one.
-    factors : of the model's reflectance, over light and viewer.
+    factors : of the model's BRDF, over light and viewer.
     ground_albedo : of the ground.
     edge : of the faces of the cube maps of light.
     vectors : K rows for each vertex of the model, vertex by vertex, then one for each of the ground.
-    mixture : how the terms are mixed at the vertices of the model; None where they are of one reflectance.
+    mixture : how the terms are mixed at the vertices of the model; None where they are of one BRDF.
     """
 
     mesh: Mesh
@@ -154,7 +154,7 @@ def check_mixture(mixture: Mixture, factors: SeparableFactors, vertices: int) ->
 def remixed(
     transport: WaveletTransport, sources: Sequence[str] | None = None, picture: str | None = None
 ) -> WaveletTransport:
-    """The same transport with other weights of its reflectances, and another colour; None keeps what there is.
+    """The same transport with other weights of its BRDFs, and another colour; None keeps what there is.
 
     `sources` and `picture` are as in `engine.transport.baking.blend.mixture`, with the same errors.
     """
@@ -178,7 +178,7 @@ def remixed(
 
 
 def vertex_frames(mesh: Mesh, isotropic: bool) -> Vectors:
-    """Frames (V, 3, 3) at the vertices; along the brushing direction where the reflectance has one."""
+    """Frames (V, 3, 3) at the vertices; along the brushing direction where the BRDF has one."""
     normals = normalize(mesh.normals)
     return world_from_tangent(normals) if isotropic else frames_along(normals, mesh.tangents)
 
@@ -253,7 +253,7 @@ def relit(transport: WaveletTransport, light: WaveletLight) -> NDArray[np.float6
         vectors.words,
         vectors.peaks,
         vectors.counts,
-        packed_light(light.codes),
+        packed_light(light.quantised),
         light.scaling,
         light.quantum,
         result,

@@ -113,6 +113,7 @@ def test_before_it_is_known_the_plan_tells_what_to_expect(view: MainWindow) -> N
         predicted_error_rel=0.082,
         predicted_frame_s=0.01,
         satisfied=True,
+        beyond=None,
         reference=None,
         decision=lambda _effect: "skipped",
         effects=(),

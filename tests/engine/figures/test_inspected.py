@@ -33,8 +33,8 @@ def test_lobes_wavelets_and_harmonics_take_as_many_numbers(surface: GlossySurfac
     for each in found.approximations:
         assert 0.0 < each.error_rel < 1.0
         assert each.picture.shape == (PIXELS, PIXELS)
-    gaussians, wavelets, harmonics = (each.error_rel for each in found.approximations)
-    assert gaussians < min(wavelets, harmonics)
+    gaussians, wavelets, spherical_harmonics = (each.error_rel for each in found.approximations)
+    assert gaussians < min(wavelets, spherical_harmonics)
 
 
 def test_the_picture_is_the_hemisphere_by_equal_areas(surface: GlossySurface) -> None:

@@ -89,7 +89,7 @@ def test_many_lamps_share_their_directions() -> None:
 
 
 def test_a_turned_lamp_comes_from_where_turned_lights_come_from() -> None:
-    lamp = Lamp((0.0, 0.6, 0.8), (1.0, 2.0, 3.0), 0.1).turned(math.pi / 2)
+    lamp = Lamp((0.0, 0.6, 0.8), (1.0, 2.0, 3.0), 0.1).rotated(math.pi / 2)
     np.testing.assert_allclose(lamp.direction, (0.8, 0.6, 0.0), atol=1e-15)
     assert lamp.radius == 0.1
 

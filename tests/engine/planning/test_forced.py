@@ -18,7 +18,7 @@ from engine.planning.plan import plan
 from engine.transport.gaussian.transfer import GaussianTransport
 from engine.transport.wavelet.quantise import encode_light
 from engine.transport.wavelet.transfer import WaveletTransport, relit
-from tests.engine.planning.truth import ball, gradient_sky
+from tests.engine.planning.brute_force import ball, gradient_sky
 
 PAINT = "ggx:kd=0.4,alpha=0.4,f0=0.04"
 

@@ -30,8 +30,8 @@ from engine.scene.material import Material
 from engine.scene.scene import Scene
 from engine.shading.shading_map import ShadingMap
 from engine.transport.wavelet.quantise import encode_light
+from tests.engine.planning.brute_force import ball, bowl, brute_force, even_ball, gradient_sky, lamp_sky, sunny_sky
 from tests.engine.planning.conftest import threshold
-from tests.engine.planning.truth import ball, bowl, even_ball, gradient_sky, lamp_sky, sunny_sky, truth
 
 PAINT = "ggx:kd=0.4,alpha=0.4,f0=0.04"
 
@@ -62,12 +62,12 @@ def of_threads(contrast: float) -> Scenery:
 
 
 def without_shadows(scene: Scenery, below: float) -> float:
-    real, brdf = truth(bowl(below), gradient_sky()), scene.brdf
+    real, brdf = brute_force(bowl(below), gradient_sky()), scene.brdf
     return real.error(real.radiance(brdf.f, shadows=False), real.radiance(brdf.f))[0]
 
 
 def without_brushing(scene: Scenery, below: float) -> float:
-    real, brdf = truth(ball(), gradient_sky()), scene.brdf
+    real, brdf = brute_force(ball(), gradient_sky()), scene.brdf
     return real.error(real.radiance(Unbrushed(brdf).f), real.radiance(brdf.f))[0]
 
 
@@ -139,7 +139,7 @@ def test_T6_scenes_just_above_and_below_a_threshold(
 
 
 def test_T6_threads_are_drawn_where_no_mode_without_them_meets_the_budget(costs: CostModel) -> None:
-    """Harmonics show none: what the threads are worth is then part of their error, whole."""
+    """Spherical harmonics show none: what the threads are worth is then part of their error, whole."""
     scenes = [of_threads(contrast) for contrast in (0.05, 0.055)]
     low, high = (plan_of(scene, costs, 1e-9, None, modes=("sh",)).predicted_error_rel for scene in scenes)
     assert 0.0 < low < high < 1.3 * low
@@ -163,7 +163,7 @@ def test_T6_what_costs_nothing_is_left_out_only_where_it_is_hardly_there(
     scenes = [scenery(ball(8), brdf_from_text(text), gradient_sky()) for text in (below, above)]
     without, with_it = (plan_of(scene, costs, 1e-2, None, modes=("sh",)) for scene in scenes)
     assert (without.decision(effect), with_it.decision(effect)) == ("skipped", "needed")
-    real, brdf = truth(ball(8), gradient_sky()), scenes[0].brdf
+    real, brdf = brute_force(ball(8), gradient_sky()), scenes[0].brdf
     assert real.error(real.radiance(simplified(brdf).f), real.radiance(brdf.f))[0] <= NOISE
 
 

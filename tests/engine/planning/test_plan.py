@@ -32,8 +32,8 @@ from engine.transport.baking import visibility
 from engine.transport.sh.lighting import project
 from engine.transport.sh.transfer import transferred
 from engine.transport.wavelet.transfer import MOST_TERMS
+from tests.engine.planning.brute_force import ball, balls, bowl, gradient_sky, lamp_sky, sunny_sky
 from tests.engine.planning.conftest import every_rate
-from tests.engine.planning.truth import ball, balls, bowl, gradient_sky, lamp_sky, sunny_sky
 
 
 @cache

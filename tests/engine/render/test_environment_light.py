@@ -122,13 +122,13 @@ def test_any_number_of_slices_is_summed_alike(gl: Any, studio: EnvironmentMap, s
 def test_EN11_turning_the_environment_is_rolling_its_map(studio: EnvironmentMap) -> None:
     """A quarter turn about +Y moves what came from +Z to +X: the columns move left by a quarter."""
     rolled = EnvironmentMap(np.roll(studio.radiance, -64, axis=1))
-    turned = all_lights(studio).turned(np.pi / 2)
+    turned = all_lights(studio).rotated(np.pi / 2)
     np.testing.assert_allclose(turned.direction[turned.irradiance[:, 0].argmax()], _brightest(rolled), atol=1e-9)
     what = scene("sphere", weave(16), environment=studio, directions=256)
     a = drain(radiance(dataclasses.replace(what, environment_rotation=np.pi / 2), (24, 18), samples=1))
     b = drain(radiance(dataclasses.replace(what, environment=rolled), (24, 18), samples=1))
     assert np.linalg.norm(a - b) / np.linalg.norm(b) < 0.05
-    assert all_lights(studio).turned(0.0).direction is not None
+    assert all_lights(studio).rotated(0.0).direction is not None
 
 
 def _brightest(environment: EnvironmentMap) -> np.ndarray:

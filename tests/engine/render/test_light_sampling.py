@@ -84,7 +84,7 @@ def test_one_texel_is_filled_evenly_once_densities_are_divided_by(normal: np.nda
 def test_EN11_what_is_drawn_is_the_irradiance_of_the_turned_map(rotation: float) -> None:
     environment, count = room(64, 128), 200_000
     lights = all_lights(environment)
-    lights = DistantLights(lights.direction, 2.5 * lights.irradiance).turned(rotation)
+    lights = DistantLights(lights.direction, 2.5 * lights.irradiance).rotated(rotation)
     for normal in NORMALS:
         u = np.random.default_rng(1).random((count, 2))
         drawn = sampler(environment, 2.5, rotation)

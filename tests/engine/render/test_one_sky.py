@@ -53,7 +53,7 @@ def world() -> tuple[Floats, Floats]:
     return np.array([where(*place) for place in places]), np.array(colours, np.float64)
 
 
-def turned() -> EnvironmentMap:
+def rotated() -> EnvironmentMap:
     """A map that is stored rotated, and shows what `sky` shows once it is rotated."""
     return EnvironmentMap(np.roll(sky().radiance, -TURNED, axis=1))
 
@@ -65,7 +65,7 @@ def lit() -> Scene:
 
 def test_every_texel_is_where_the_convention_says() -> None:
     direction, colour = world()
-    lights = all_lights(sky()).turned(ANGLE)
+    lights = all_lights(sky()).rotated(ANGLE)
     nearest = np.argmax(direction @ lights.direction.T, axis=1)
     area = 2.0 * np.pi / COLUMNS * -np.diff(np.cos(np.linspace(0.0, np.pi, ROWS + 1)))
     np.testing.assert_allclose(lights.irradiance[nearest] / np.repeat(area, COLUMNS)[:, None], colour, rtol=1e-6)
@@ -83,7 +83,7 @@ def test_the_reference_sees_the_same_colours() -> None:
 
 def test_cube_maps_and_narrow_gaussians_see_the_same_colours() -> None:
     direction, colour = world()
-    cube = cube_of(turned(), 128)
+    cube = cube_of(rotated(), 128)
     face, s, t = face_coordinates(direction)
     found = cube.radiance[face, (t * 128).astype(int), (s * 128).astype(int)]
     np.testing.assert_allclose(found, colour, rtol=1e-5)
@@ -92,18 +92,18 @@ def test_cube_maps_and_narrow_gaussians_see_the_same_colours() -> None:
 
 
 def test_harmonics_of_the_turned_sky_are_the_sums_over_its_texels() -> None:
-    order, fine = 6, np.repeat(np.repeat(turned().radiance, 16, axis=0), 16, axis=1)
+    order, fine = 6, np.repeat(np.repeat(rotated().radiance, 16, axis=0), 16, axis=1)
     lights = all_lights(EnvironmentMap(fine))
     expected = evaluate(order, lights.direction).T @ lights.irradiance
     size = np.abs(expected).max()
     np.testing.assert_allclose(scene_coefficients(lit(), order), expected, atol=2e-3 * size)
-    np.testing.assert_allclose(project(cube_of(turned(), 128), order), expected, atol=2e-3 * size)
+    np.testing.assert_allclose(project(cube_of(rotated(), 128), order), expected, atol=2e-3 * size)
 
 
 def test_the_directions_chosen_for_pictures_bring_the_same_vector_of_light() -> None:
     """The first moment of the light: along it the most arrives, and a map that is mirrored or rotated has another."""
     direction, area = cube_directions(64).reshape(-1, 3), np.tile(cube_solid_angles(64).ravel(), 6)
-    cube: CubeMap = cube_of(turned(), 64)
+    cube: CubeMap = cube_of(rotated(), 64)
     expected = (direction * area[:, None]).T @ cube.radiance.reshape(-1, 3)
     lights = lit().lights
     found = lights.direction.T @ lights.irradiance
@@ -112,7 +112,7 @@ def test_the_directions_chosen_for_pictures_bring_the_same_vector_of_light() -> 
 
 def test_pictures_of_the_reference_are_the_sums_over_the_turned_sky() -> None:
     what, size = lit(), (12, 12)
-    fine = EnvironmentMap(np.repeat(np.repeat(turned().radiance, 4, axis=0), 4, axis=1))
+    fine = EnvironmentMap(np.repeat(np.repeat(rotated().radiance, 4, axis=0), 4, axis=1))
     row, column = np.mgrid[: size[1] * 4, : size[0] * 4].reshape(2, -1)
     dense = Shader(what, (size[0] * 4, size[1] * 4))(row, column, all_lights(fine))
     expected = dense.reshape(size[1], 4, size[0], 4, 4).mean(axis=(1, 3))

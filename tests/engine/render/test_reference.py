@@ -181,7 +181,7 @@ def test_V2_a_convex_model_shows_what_the_sums_without_shadows_show(text: str) -
     what = scene("sphere", brdf=text, environment=smooth_room(32), environment_rotation=0.6)
     size, parts = (16, 12), 3
     assert what.environment is not None
-    lights = all_lights(what.environment).turned(0.6)
+    lights = all_lights(what.environment).rotated(0.6)
     row, column = np.mgrid[: parts * size[1], : parts * size[0]].reshape(2, -1)
     blocks = Shader(what, (parts * size[0], parts * size[1]))(row, column, lights)
     truth = blocks.reshape(size[1], parts, size[0], parts, 4).mean(axis=(1, 3))

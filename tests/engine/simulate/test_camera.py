@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from engine.simulate.camera import blurred, falloff, turned
+from engine.simulate.camera import blurred, falloff, rotated
 
 
 def waves(right: float = 0.0, down: float = 0.0) -> NDArray[np.float32]:
@@ -38,7 +38,7 @@ def test_mean_is_kept_and_nothing_is_negative() -> None:
 
 def test_quarter_turn_is_counter_clockwise() -> None:
     image = np.random.default_rng(1).random((32, 32, 3), np.float32)
-    np.testing.assert_allclose(turned(image, math.pi / 2, 0.0, 0.0), np.rot90(image), atol=2e-5)
+    np.testing.assert_allclose(rotated(image, math.pi / 2, 0.0, 0.0), np.rot90(image), atol=2e-5)
 
 
 def test_turn_and_shift_of_a_wave_are_where_they_should_be() -> None:
@@ -53,9 +53,9 @@ def test_turn_and_shift_of_a_wave_are_where_they_should_be() -> None:
     x, y = column - right, row - down
     cosine, sine = math.cos(angle), math.sin(angle)
     expected = wave(cosine * x - sine * y, sine * x + cosine * y)
-    moved = turned(image, angle, right, down)[..., 0]
+    moved = rotated(image, angle, right, down)[..., 0]
     np.testing.assert_allclose(moved[16:-16, 16:-16], expected[16:-16, 16:-16], atol=1e-4)
-    halves = turned(image, angle, right, down, 2)[..., 0]
+    halves = rotated(image, angle, right, down, 2)[..., 0]
     assert halves.shape == (48, 48)
     means = expected.reshape(48, 2, 48, 2).mean(axis=(1, 3))
     np.testing.assert_allclose(halves[8:-8, 8:-8], means[8:-8, 8:-8], atol=0.02)

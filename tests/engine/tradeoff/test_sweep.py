@@ -34,7 +34,7 @@ from engine.tradeoff.agenda import modes_of, reduced, settings_of
 from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relit
 from engine.tradeoff.draw import SAMPLES, shown_vertices
 from engine.tradeoff.front import front
-from engine.tradeoff.reference_error import Truth
+from engine.tradeoff.reference_error import NoisyReference
 from engine.tradeoff.sweep import Tradeoff, ladders_of, sweep
 from engine.tradeoff.write import label_of, write
 from engine.transport.sh import bake as sh_bake
@@ -247,7 +247,7 @@ def test_cancelling_leaves_nothing_behind(scene: Scene) -> None:
 
 
 @pytest.fixture(scope="module")
-def truth(scene: Scene) -> NDArray[np.float32]:
+def exact(scene: Scene) -> NDArray[np.float32]:
     """A picture whose noise is an eighth of that of its references, or less."""
     return drain(reference(scene, SMALL, samples=4096, seed=12345)).picture
 
@@ -278,18 +278,18 @@ def seeded(scene: Scene, samples: int, count: int) -> list[ReferencePicture]:
 )
 def test_T8_the_reported_error_covers_the_true_one(
     scene: Scene,
-    truth: NDArray[np.float32],
+    exact: NDArray[np.float32],
     samples: int,
     count: int,
     spoilt: Callable[[NDArray[np.float32]], NDArray[np.float32]],
 ) -> None:
     """Against references of few paths by other random numbers, and seldom by far too much."""
-    wrong = spoilt(truth)
+    wrong = spoilt(exact)
     references = seeded(scene, samples, count)
     mask = np.logical_and.reduce([each.picture[..., 3] >= 0.999 for each in references])
-    picked, right = (picture[mask][:, :3].astype(float) for picture in (wrong, truth))
+    picked, right = (picture[mask][:, :3].astype(float) for picture in (wrong, exact))
     true = np.linalg.norm(picked - right) / np.linalg.norm(right)
-    errors = [Truth(each, mask, 0.0).error(wrong) for each in references]
+    errors = [NoisyReference(each, mask, 0.0).error(wrong) for each in references]
     assert np.mean([error.rmse_rel + error.uncertainty >= true for error in errors]) >= 0.95
     assert np.mean([error.rmse_rel - error.uncertainty <= true for error in errors]) >= 0.95
     assert np.median([error.uncertainty for error in errors]) < 2.0 * true

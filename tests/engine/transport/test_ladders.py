@@ -52,7 +52,7 @@ from engine.transport.sh.transfer import (
     visibility_harmonics,
 )
 from engine.transport.wavelet.bake import factors_for
-from engine.transport.wavelet.lighting import Lighting, lighting_of, tuples, turned
+from engine.transport.wavelet.lighting import Lighting, lighting_of, rotated, tuples
 from engine.transport.wavelet.transfer import (
     WaveletTransport,
     cube_texels,
@@ -102,7 +102,7 @@ class Place:
         """(TURNS, VERTICES, VIEWS, 3) the sums over all directions that a ray finds open; NaN from behind."""
         directions, value = cube_directions(EDGE).reshape(-1, 3), np.full((TURNS, VERTICES, VIEWS, 3), np.nan)
         area = np.tile(cube_solid_angles(EDGE).reshape(-1), 6)[:, None]
-        maps = [cube_of(turned(self.environment, angle), EDGE).radiance.reshape(-1, 3) for angle in ANGLES]
+        maps = [cube_of(rotated(self.environment, angle), EDGE).radiance.reshape(-1, 3) for angle in ANGLES]
         light = np.stack(maps, axis=1).astype(np.float64) * area[:, None]
         for number, vertex in enumerate(self.chosen):
             local, wo = directions @ self.frames[number], self.views @ self.frames[number]

@@ -103,7 +103,7 @@ class TransportSamples:
     ----------
     start : (92 B + 1,) int64, rising from 0.
     direction : (N, 3) float64 unit vectors in the world, towards the light.
-    value : (N, 3) float64 ≥ 0: reflectance, cosine and visibility, linear RGB in 1/sr.
+    value : (N, 3) float64 ≥ 0: BRDF, cosine and visibility, linear RGB in 1/sr.
     area : (N,) float64 > 0 solid angle in sr that a sample counts for.
     """
 

@@ -26,7 +26,7 @@ NARROWEST, WIDEST_LOBE = 0.5 * texel_width(512), WIDEST
 class Lobes:
     """Transport of V vertices towards N views as sums of L Gaussians: T(w) ≈ Σ weight · G(w; mean, sigma).
 
-    T holds reflectance, cosine and visibility: radiance per incident radiance and steradian. So the radiance towards a
+    T holds BRDF, cosine and visibility: radiance per incident radiance and steradian. So the radiance towards a
     view is Σ weight · gaussian_integral(sigma) · (the prefiltered environment at mean and sigma).
 
     Attributes

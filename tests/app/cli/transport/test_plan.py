@@ -148,7 +148,7 @@ def test_damaged_costs_are_measured_anew(
 
     def calibrate() -> Steps[Any]:
         yield Step(0.0, "measuring")
-        return replace(every_rate(), machine=machine_name(), renderer="measured anew", others=0.4)
+        return replace(every_rate(), machine=machine_name(), renderer="measured anew", background_load=0.4)
 
     monkeypatch.setattr(machine_profile, "calibrate", calibrate)
     assert drain(app.session.machine_profile.cost_model()).renderer == "processor"

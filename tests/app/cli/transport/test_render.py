@@ -201,7 +201,7 @@ def test_a_reference_that_does_not_fit_in_memory_is_refused(
     free = type("Memory", (), {"available": 10**9, "total": 2 * 10**9})
     words = ("plane", "--mode", "reference", "--width", 3000, "--height", 2000, "-o", tmp_path / "a.png")
     monkeypatch.setattr("psutil.virtual_memory", lambda: free)
-    assert "1.4 GB" in render(capsys, *words, code=2)
+    assert "1.44 GB" in render(capsys, *words, code=2)
 
 
 def test_one_sample_has_no_known_noise(capsys: Any, tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def _inverse(nodes: NDArray[np.float64], shares: NDArray[np.float64]) -> NDArray
 
 
 class AnisotropicGgx:
-    """f = reflectance D G₁ G₁ / (4 cos cos), of which everything that an RGL file holds is known."""
+    """f = BRDF D G₁ G₁ / (4 cos cos), of which everything that an RGL file holds is known."""
 
     def __init__(self, alpha_x: float, alpha_y: float, bands: ArrayLike) -> None:
         self.alpha = np.array([alpha_x, alpha_y, 1.0])

@@ -213,7 +213,7 @@ def test_files_have_names_of_their_own() -> None:
     [
         (ErrorEstimate(0.1234, 0.004), "12.3 ± 0.4 %"),
         (ErrorEstimate(0.0123, 1e-5), "1.23 ± 0.01 %"),
-        (ErrorEstimate(0.8, 0.0), "80.0 %"),
+        (ErrorEstimate(0.8, 0.0), "80 %"),
     ],
 )
 def test_errors_are_reported_with_as_many_digits_as_they_have(error: ErrorEstimate, words: str) -> None:

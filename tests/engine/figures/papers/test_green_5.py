@@ -11,7 +11,16 @@ from scipy.optimize import minimize
 from engine.core.directions import normalize
 from engine.core.steps import drain
 from engine.figures.figure import Settings, coarse_bust
-from engine.figures.lobe_fit import Sum, Tabulated, condensed, gaussians, harmonics, order_for, texels, wavelets
+from engine.figures.lobe_fit import (
+    Sum,
+    Tabulated,
+    condensed,
+    gaussians,
+    order_for,
+    spherical_harmonics,
+    texels,
+    wavelets,
+)
 from engine.figures.papers.green_5 import TYPICAL, errors_of, function_of, green_5, verdict
 from engine.transport.sh.basis import evaluate
 
@@ -86,7 +95,7 @@ def test_harmonics_of_a_harmonic_are_that_harmonic() -> None:
     table = Tabulated(evaluate(4, DIRECTION)[:, 10], DIRECTION, AREA)
     expected = np.zeros(16)
     expected[10] = 1.0
-    np.testing.assert_allclose(harmonics(table, 4), expected, atol=1e-12)
+    np.testing.assert_allclose(spherical_harmonics(table, 4), expected, atol=1e-12)
 
 
 def test_harmonics_have_at_least_as_many_numbers() -> None:

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from engine.core.stopwatch import others, spent
+from engine.core.stopwatch import background_load, spent
 from engine.planning.costs.cost_model import NAMES, CostModel, load_model, machine_name, save
 from engine.planning.costs.load import Rays
 from engine.planning.costs.setting import Setting, knobs_of, ladder
@@ -62,15 +62,15 @@ def test_T5_open_vertices_cost_no_rays(model: CostModel) -> None:
 
 
 def test_a_kept_model_is_found_again(model: CostModel, tmp_path: Path) -> None:
-    busy = replace(model, others=0.4)
+    busy = replace(model, background_load=0.4)
     save(busy, tmp_path / "new" / "cost.json")
     assert load_model(tmp_path / "new" / "cost.json") == busy
 
 
 def test_other_programs_are_found_from_seconds_of_processors() -> None:
     """Two processors for 10 s, 12 s of 20 used, 8 of them by this process."""
-    assert others((100.0, 30.0, 1000.0), (112.0, 38.0, 1020.0)) == pytest.approx(0.2)
-    assert others(spent(), spent()) <= 1.0
+    assert background_load((100.0, 30.0, 1000.0), (112.0, 38.0, 1020.0)) == pytest.approx(0.2)
+    assert background_load(spent(), spent()) <= 1.0
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", "null", '{"machine": 1}', '{"tables": {"sh": 3}}', "[" * 100_000])

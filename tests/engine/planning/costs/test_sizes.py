@@ -22,7 +22,7 @@ from engine.transport.sh.transfer import is_diffuse, transferred
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.lighting import lighting_of
 from engine.transport.wavelet.transfer import relit
-from tests.engine.planning.truth import ball, balls
+from tests.engine.planning.brute_force import ball, balls
 
 GLOSSY = "ggx:kd=0.5,alpha=0.3,f0=0.04"
 
@@ -49,14 +49,14 @@ def test_T7_sizes_of_harmonics_are_those_of_their_files(text: str, ground: Groun
     for order, bounces in ((3, 0), (5, 2)):
         work = drain(sh_bake.prepare(mesh, brdf, sh_bake.BakeSettings(order, bounces=bounces), ground))
         setting = Setting("sh", {"order": order, "interreflection": min(bounces, 1)})
-        assert sizes.harmonics(setting, load_of(work.surface, mesh, brdf)).file == work.size_bytes
+        assert sizes.spherical_harmonics(setting, load_of(work.surface, mesh, brdf)).file == work.size_bytes
 
 
 def test_T7_coloured_bounces_take_three_times_the_rows() -> None:
     mesh, brdf = balls(1.2), brdf_from_text("lambert:albedo=0.5/0.4/0.3")
     work = drain(sh_bake.prepare(mesh, brdf, sh_bake.BakeSettings(5, bounces=2)))
     load = Load(len(mesh.positions), 1, len(mesh.faces), 1.0, True)
-    assert sizes.harmonics(Setting("sh", {"interreflection": 1}), load).file == work.size_bytes
+    assert sizes.spherical_harmonics(Setting("sh", {"interreflection": 1}), load).file == work.size_bytes
 
 
 @pytest.mark.parametrize("ground", [None, Ground(cells=16)])
@@ -98,15 +98,15 @@ def test_T7_memory_is_that_of_the_arrays_held_while_drawn(tmp_path: Path) -> Non
 
     mesh, brdf, light = ball(8), brdf_from_text(GLOSSY), open_environment("sky")
     load = load_of(mesh, mesh, brdf)
-    harmonics = drain(
+    spherical_harmonics = drain(
         sh_bake.bake(tmp_path / "a", drain(sh_bake.prepare(mesh, brdf, sh_bake.BakeSettings(5))))
     ).transport
     held = (
-        harmonics.rows.nbytes
-        + cast(Any, harmonics.table).values.nbytes
-        + transferred(harmonics, project(light, 5)).nbytes
+        spherical_harmonics.rows.nbytes
+        + cast(Any, spherical_harmonics.table).values.nbytes
+        + transferred(spherical_harmonics, project(light, 5)).nbytes
     )
-    assert sizes.harmonics(Setting("sh"), load).memory == mesh_bytes(harmonics.mesh) + held
+    assert sizes.spherical_harmonics(Setting("sh"), load).memory == mesh_bytes(spherical_harmonics.mesh) + held
     work = wavelet_bake.prepare(mesh, factors_of(2), wavelet_bake.BakeSettings(16, 24))
     wavelets = drain(wavelet_bake.bake(tmp_path / "b", work)).transport
     arrays = (wavelets.vectors.indices, wavelets.vectors.words, wavelets.vectors.peaks, wavelets.vectors.counts)

@@ -23,15 +23,15 @@ from engine.planning.effects.estimates import (
 from engine.planning.effects.radiance import radiances
 from engine.planning.effects.sample import sample
 from engine.planning.effects.simplified import Unbrushed, WithoutRetro, WithoutRise, lambertian
-from tests.engine.planning.truth import (
+from tests.engine.planning.brute_force import (
     ball,
     balls,
     bounced_share,
     bowl,
+    brute_force,
     gradient_sky,
     lamp_sky,
     sunny_sky,
-    truth,
 )
 
 #: Bounds of an estimate over the measured error.
@@ -74,7 +74,7 @@ ORDINARY = ("bowl, lamp", "ball, dust", "bowl, brushed")
 def test_T6_estimates_are_what_leaving_out_costs(place: Place, sky: Sky, text: str, effects: tuple[str, ...]) -> None:
     mesh, light, brdf = place(), sky(), brdf_from_text(text)
     found = estimates(looked_at(mesh, light, text))
-    real = truth(mesh, light)
+    real = brute_force(mesh, light)
     full = real.radiance(brdf.f)
     without = {
         "glossy": lambda: real.radiance(lambertian(cast(Any, brdf)).f),

@@ -23,8 +23,8 @@ from engine.planning.effects.mode_error import mode_errors
 from engine.planning.plan import plan_of
 from engine.render.reference import reference
 from engine.scene.scene import Scene
+from tests.engine.planning.brute_force import ball, bowl, gradient_sky, lamp_sky
 from tests.engine.planning.conftest import every_rate
-from tests.engine.planning.truth import ball, bowl, gradient_sky, lamp_sky
 
 COSTS, SHARP = every_rate(), "ggx:kd=0,alpha=0.1,f0=1"
 

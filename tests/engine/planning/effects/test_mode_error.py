@@ -32,7 +32,7 @@ from engine.transport.sh.error import sh_error
 from engine.transport.sh.lighting import project
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.error import wavelet_error
-from tests.engine.planning.truth import dented, even_ball, gradient_sky, lamp_sky, spots
+from tests.engine.planning.brute_force import dented, even_ball, gradient_sky, lamp_sky, spots
 
 #: Bounds of a prediction over the measured error.
 LEAST, MOST = 0.83, 3.0

@@ -23,8 +23,8 @@ from engine.planning.plan import brdf_of, plan, plan_of
 from engine.transport.baking.spatially_varying import variation_from_text, with_parameters
 from engine.transport.sh.brdf_table import BrdfTable
 from engine.transport.sh.brdf_table_varying import VariedTable
+from tests.engine.planning.brute_force import ball, bowl, brute_force, even_ball, gradient_sky, lamp_sky
 from tests.engine.planning.conftest import threshold
-from tests.engine.planning.truth import ball, bowl, even_ball, gradient_sky, lamp_sky, truth
 
 NAME = "spatially-varying-gloss"
 BRDF = "ggx:kd=0.3,alpha=0.3,f0=0.2"
@@ -50,7 +50,7 @@ def test_T6_the_mean_of_what_varies_costs_what_was_predicted(
     mesh, light, brdf = place(), sky(), brdf_from_text(BRDF)
     found = looked_at(mesh, light, text)
     predicted = estimates(found)[NAME]
-    real, own = truth(mesh, light), varied(mesh, brdf, [variation_from_text(text)])
+    real, own = brute_force(mesh, light), varied(mesh, brdf, [variation_from_text(text)])
     full = real.radiance([each.f for each in own.at(real.vertices)])
     measured = real.error(real.radiance(with_parameters(brdf, dict(found.mean)).f), full)[0]
     assert 0.83 <= predicted.error_rel / measured <= 3.0
@@ -93,7 +93,7 @@ def test_T6_the_gate_lies_between_variations_just_above_and_below(costs: CostMod
     assert isinstance(tables[0], BrdfTable)
     assert isinstance(tables[1], VariedTable)
     assert brdf_of(plans[0], brdf) == with_parameters(brdf, dict(low.mean))
-    real, own = truth(mesh, light), varied(mesh, brdf, [variation_from_text(texts[0])])
+    real, own = brute_force(mesh, light), varied(mesh, brdf, [variation_from_text(texts[0])])
     full = real.radiance([each.f for each in own.at(real.vertices)])
     assert real.error(real.radiance(brdf_of(plans[0], brdf).f), full)[0] <= SHARE * budget
 

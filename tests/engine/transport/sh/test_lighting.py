@@ -96,9 +96,9 @@ def test_sums_do_not_depend_on_threads() -> None:
 def test_EN11_turned_light_is_the_light_of_the_turned_map(columns: int) -> None:
     """Turning by whole columns moves texels and nothing else; what came from +Z comes from +X after a quarter."""
     environment = noise(32, 64)
-    turned = EnvironmentMap(np.roll(environment.radiance, -columns, axis=1))
+    rotated = EnvironmentMap(np.roll(environment.radiance, -columns, axis=1))
     expected = turned_about_y(project(environment, 7), 2 * math.pi * columns / 64)
-    np.testing.assert_allclose(project(turned, 7), expected, atol=1e-12)
+    np.testing.assert_allclose(project(rotated, 7), expected, atol=1e-12)
 
 
 def test_EN11_no_turn_is_the_same_to_the_bit() -> None:

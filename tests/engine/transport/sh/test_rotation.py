@@ -42,10 +42,10 @@ def euler(alpha: float, beta: float, gamma: float) -> np.ndarray:
 def test_X10_H5_rotated_functions_are_exact_for_every_angle(beta: Any, alpha: float, gamma: float) -> None:
     """The strongest predicate: the rotated coefficients give f(R^-1 s) everywhere."""
     matrix = euler(alpha, beta, gamma)
-    turned = rotation(6, matrix)
+    rotated = rotation(6, matrix)
     direction = random_directions(40)
-    np.testing.assert_allclose(evaluate(6, direction) @ turned, evaluate(6, direction @ matrix), atol=5e-15)
-    np.testing.assert_allclose(turned @ turned.T, np.eye(36), atol=1e-13)
+    np.testing.assert_allclose(evaluate(6, direction) @ rotated, evaluate(6, direction @ matrix), atol=5e-15)
+    np.testing.assert_allclose(rotated @ rotated.T, np.eye(36), atol=1e-13)
 
 
 @pytest.mark.parametrize("order", [5, 15])
@@ -96,10 +96,10 @@ def test_H7_float32_rotations_are_near_enough() -> None:
 
 def test_H8_energy_of_each_band_is_kept() -> None:
     coefficients = np.random.default_rng(0).normal(size=225)
-    turned = rotate(coefficients, Rotation.random(random_state=5).as_matrix())
+    rotated = rotate(coefficients, Rotation.random(random_state=5).as_matrix())
     for degree in range(15):
         band = slice(degree**2, (degree + 1) ** 2)
-        np.testing.assert_allclose((turned[band] ** 2).sum(), (coefficients[band] ** 2).sum(), rtol=1e-14)
+        np.testing.assert_allclose((rotated[band] ** 2).sum(), (coefficients[band] ** 2).sum(), rtol=1e-14)
 
 
 @given(unit_angles, st.floats(0, np.pi), unit_angles)
@@ -115,12 +115,12 @@ def test_rotations_are_those_of_pyshtools(alpha: Any, beta: Any, gamma: Any) -> 
         m = i - degree * (degree + 1)
         cilm[int(m < 0), degree, abs(m)] = value
     given_ = pyshtools.SHCoeffs.from_array(cilm, normalization="ortho", csphase=1)
-    turned = given_.rotate(alpha, beta, gamma, degrees=False, convention="y", body=True).coeffs
+    rotated = given_.rotate(alpha, beta, gamma, degrees=False, convention="y", body=True).coeffs
     mine = rotate(coefficients, euler(alpha, beta, gamma))
     for i, value in enumerate(mine):
         degree = int(np.sqrt(i))
         m = i - degree * (degree + 1)
-        assert value == pytest.approx(turned[int(m < 0), degree, abs(m)], abs=1e-9)
+        assert value == pytest.approx(rotated[int(m < 0), degree, abs(m)], abs=1e-9)
 
 
 def test_the_swap_changes_y_and_z() -> None:
@@ -163,8 +163,8 @@ def test_light_in_a_frame_is_the_light_seen_from_it() -> None:
 def test_columns_of_matrices_are_rotated_alike() -> None:
     matrices = np.random.default_rng(2).normal(size=(len(frames()), 16, 16))
     local = rotated_into_frames(matrices, frames())
-    for frame, matrix, turned in zip(frames(), matrices, local, strict=True):
-        np.testing.assert_allclose(turned, rotation(4, frame.T) @ matrix, atol=1e-13)
+    for frame, matrix, rotated in zip(frames(), matrices, local, strict=True):
+        np.testing.assert_allclose(rotated, rotation(4, frame.T) @ matrix, atol=1e-13)
 
 
 def test_no_frames_and_wrong_shapes() -> None:

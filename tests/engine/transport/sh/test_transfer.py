@@ -110,11 +110,11 @@ def test_H11_an_open_point_has_the_rotation_and_a_closed_one_exactly_nothing() -
     light = random_light(4)
     directions = cube_directions(64).reshape(-1, 3)
     above = (frames[:, :, 2] @ directions.T > 0.0).astype(np.uint8)
-    turned = rotated_into_frames(light, frames)
+    rotated = rotated_into_frames(light, frames)
     for free, bound in ((True, 1e-6), (False, 0.02)):  # exactly, and by the sum over texels cut at the horizon
         seen = visibility_harmonics(above, 1, 64, 7)
         found = matrices(seen, frames, np.full(len(frames), free)) @ light
-        assert np.abs(found - turned).max() < bound * np.abs(turned).max()
+        assert np.abs(found - rotated).max() < bound * np.abs(rotated).max()
     closed = matrices(visibility_harmonics(np.zeros_like(above), 1, 64, 7), frames, np.zeros(len(frames), bool))
     assert not closed.any()
 

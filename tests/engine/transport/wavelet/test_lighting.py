@@ -18,7 +18,7 @@ from engine.light.environment import EnvironmentMap, solid_angles, texel_directi
 from engine.light.lamps import Lamp
 from engine.transport.wavelet.bake import BakeSettings, Work, bake_in_memory, prepare
 from engine.transport.wavelet.haar import cube_of_coefficients
-from engine.transport.wavelet.lighting import Lighting, dark, lamp_tuples, lighting_of, tuples, turned
+from engine.transport.wavelet.lighting import Lighting, dark, lamp_tuples, lighting_of, rotated, tuples
 from engine.transport.wavelet.quantise import encode_light
 from engine.transport.wavelet.relight import Relighter, Relighting
 from engine.transport.wavelet.transfer import WaveletTransport, radiance_towards, relit, vectors_of
@@ -89,12 +89,12 @@ def test_Z15_ten_thousand_updates_are_one_fresh_sum(transport: WaveletTransport)
     radiance = rng.random((6, EDGE, EDGE, 3))
     first = encode_light(radiance, 0)
     relighting = Relighting(transport, first)
-    codes, scaling = first.codes, first.scaling
+    quantised, scaling = first.quantised, first.scaling
     for _ in range(10_000):
-        codes, scaling = codes.copy(), first.scaling * rng.random()
-        codes[rng.integers(6, len(codes), 3)] = rng.integers(-32767, 32768, (3, 3))
-        rows = relighting.update(replace(first, codes=codes, scaling=scaling))
-    fresh = relit(transport, replace(first, codes=codes, scaling=scaling))
+        quantised, scaling = quantised.copy(), first.scaling * rng.random()
+        quantised[rng.integers(6, len(quantised), 3)] = rng.integers(-32767, 32768, (3, 3))
+        rows = relighting.update(replace(first, quantised=quantised, scaling=scaling))
+    fresh = relit(transport, replace(first, quantised=quantised, scaling=scaling))
     assert np.abs(rows - fresh).max() <= 1e-12 * np.abs(fresh).max()
 
 
@@ -111,14 +111,14 @@ def test_turning_moves_what_came_from_z_to_x_and_keeps_the_flux() -> None:
     radiance = np.zeros((32, 64, 3), np.float32)
     radiance[15, 31:33] = 1.0  # about +Z
     environment = EnvironmentMap(radiance)
-    quarter = turned(environment, math.pi / 2.0)
+    quarter = rotated(environment, math.pi / 2.0)
     towards = (quarter.radiance[..., :1] * texel_directions(32, 64)).sum(axis=(0, 1))
     assert normalize(towards) == pytest.approx([1.0, 0.0, 0.0], abs=0.06)
-    assert turned(environment, 0.0) is environment
-    np.testing.assert_array_equal(turned(environment, 2.0 * math.pi).radiance, radiance)
+    assert rotated(environment, 0.0) is environment
+    np.testing.assert_array_equal(rotated(environment, 2.0 * math.pi).radiance, radiance)
     for angle in (0.3, -1.7, 100.0):
-        assert turned(environment, angle).radiance.sum(dtype=float) == pytest.approx(radiance.sum(dtype=float))
-    lamp = Lamp((0.0, 0.0, 1.0), (1.0, 1.0, 1.0)).turned(math.pi / 2.0)
+        assert rotated(environment, angle).radiance.sum(dtype=float) == pytest.approx(radiance.sum(dtype=float))
+    lamp = Lamp((0.0, 0.0, 1.0), (1.0, 1.0, 1.0)).rotated(math.pi / 2.0)
     assert lamp.direction == pytest.approx((1.0, 0.0, 0.0), abs=1e-12)
 
 
@@ -157,9 +157,9 @@ def test_a_relighter_gives_what_a_fresh_sum_gives_with_the_least_work(
     rng = np.random.default_rng(0)
     radiance = rng.random((6, EDGE, EDGE, 3)) + 1.0
     first = encode_light(radiance, 0)
-    codes = first.codes.copy()
-    codes[700, 1] += 5
-    touched, other = replace(first, codes=codes), encode_light(radiance[:, ::-1], 0)
+    quantised = first.quantised.copy()
+    quantised[700, 1] += 5
+    touched, other = replace(first, quantised=quantised), encode_light(radiance[:, ::-1], 0)
     one, two = (Lamp((0.3, 1.0, z), (1.0, 2.0, 3.0)) for z in (0.1, 0.2))
     steps = [
         (Lighting(first, (one,)), ["whole", "lamps"]),

@@ -32,10 +32,10 @@ def test_Z10_every_word_unpacks_and_packs_to_itself() -> None:
     assert pack([[1, 0, 0], [0, 1, 0], [0, 0, 1]]).tobytes().hex() == "010000000008000000004000"
 
 
-def test_codes_that_do_not_fit_are_refused() -> None:
-    for codes in ([1024, 0, 0], [0, -1025, 0], [0, 0, 512], [0, 0, -513]):
+def test_coefficients_that_do_not_fit_are_refused() -> None:
+    for quantised in ([1024, 0, 0], [0, -1025, 0], [0, 0, 512], [0, 0, -513]):
         with pytest.raises(ValueError, match="does not fit"):
-            pack(codes)
+            pack(quantised)
 
 
 @given(arrays(np.float32, (7, 3), elements=st.floats(-1e6, 1e6, width=32)))
@@ -128,7 +128,7 @@ def test_a_given_quantum_keeps_codes_comparable() -> None:
     first = encode_light(sky(), threshold=0)
     second = encode_light(2.0 * sky(), threshold=0, quantum=first.quantum)
     assert second.quantum == first.quantum
-    assert np.abs(second.codes.astype(int)).max() == LIGHT_BOUND
+    assert np.abs(second.quantised.astype(int)).max() == LIGHT_BOUND
 
 
 @pytest.mark.parametrize(

@@ -161,19 +161,19 @@ def test_more_coefficients_never_err_more() -> None:
 
 
 def saturated(edge: int, terms: int) -> tuple[Vectors16, WaveletLight]:
-    """Rows of codes at their bounds under light codes at theirs."""
+    """Rows of quantised coefficients at their bounds under light at its own."""
     indices = np.arange(6, 6 + terms, dtype=np.uint16)[None]
     words = np.full((1, terms), (1023 | 1023 << 11 | 511 << 22), np.uint32)
     vectors = Vectors16(indices, words, np.array([[1023.0, 1023.0, 511.0]], np.float32), np.array([terms], np.uint16))
-    codes = np.full((6 * edge * edge, 3), 32767, np.int16)
-    codes[:6] = 0
-    return vectors, WaveletLight(np.zeros((6, 3)), codes, 1.0, 0.0, 0.0)
+    quantised = np.full((6 * edge * edge, 3), 32767, np.int16)
+    quantised[:6] = 0
+    return vectors, WaveletLight(np.zeros((6, 3)), quantised, 1.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_Z12_X4_accumulators_do_not_overflow(sign: int) -> None:
     vectors, light = saturated(EDGE, 96)
-    light = WaveletLight(light.scaling, (sign * light.codes).astype(np.int16), 1.0, 0.0, 0.0)
+    light = WaveletLight(light.scaling, (sign * light.quantised).astype(np.int16), 1.0, 0.0, 0.0)
     mesh = Mesh(
         np.eye(3), np.eye(3, dtype=np.float32), np.zeros((3, 2), np.float32), np.array([[0, 1, 2]], np.int32), ""
     )

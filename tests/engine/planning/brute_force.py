@@ -38,7 +38,7 @@ EDGE, POINTS, VIEWS = 24, 240, 8
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class BruteForce:
     """Points of a scene with views, and what each texel and each sun sends there."""
 
     vertices: NDArray[np.int64]
@@ -73,7 +73,7 @@ class Truth:
 
 
 @lru_cache(maxsize=4)
-def truth(mesh: Mesh, environment: EnvironmentMap, seed: int = 7) -> Truth:
+def brute_force(mesh: Mesh, environment: EnvironmentMap, seed: int = 7) -> BruteForce:
     rng = np.random.default_rng(seed)
     a, b, c = (mesh.positions[mesh.faces[:, corner]] for corner in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
@@ -90,7 +90,7 @@ def truth(mesh: Mesh, environment: EnvironmentMap, seed: int = 7) -> Truth:
     incident = np.concatenate([cube_of(rest, EDGE).radiance.reshape(-1, 3) * area, *([sun.irradiance] for sun in suns)])
     visible = np.stack([~caster.occluded(np.broadcast_to(p, direction.shape), direction) for p in origin])
     blocked = caster.occluded(np.repeat(origin, VIEWS, axis=0), views.reshape(-1, 3)).reshape(POINTS, VIEWS)
-    return Truth(cast(Any, vertices), frames, views, weight, ~blocked, direction, incident, visible)
+    return BruteForce(cast(Any, vertices), frames, views, weight, ~blocked, direction, incident, visible)
 
 
 def bounced_share(mesh: Mesh, brdf: Brdf, environment: EnvironmentMap, side: int = 28, samples: int = 24) -> float:
