@@ -27,3 +27,16 @@ def test_citations_are_in_the_bibliography_and_equations_are_tagged() -> None:
     found = {" ".join(tag.split()) for tag in re.findall(r"\b\w+\d{4}\s+Eq\.\s+[\d.]*\d", source)}
     assert {f"{paper} Eq. {number}" for paper, numbers in IMPLEMENTED.items() for number in numbers} - found == set()
     assert re.findall(r"\bEqs\.|\b[Ee]quations? \d|(?<!\d\s)\bEq\. \d", source) == []
+
+
+def test_works_are_cited_by_their_keys() -> None:
+    """Captions of the papers' figures, which people read, name the authors."""
+    by_name = re.compile(r"\bet al\.|\b[A-Z][a-z]+,? \(?(?:19|20)\d\d\b(?!,? \")")
+    lines = [
+        f"{path.relative_to(PROJECT).as_posix()}:{number} {line.strip()}"
+        for path in sorted((PROJECT / "engine").rglob("*.py"))
+        if path.parent.name != "papers"
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if by_name.search(line)
+    ]
+    assert lines == []

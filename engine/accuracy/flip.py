@@ -119,7 +119,7 @@ def _aces(radiance: NDArray[np.float32], exposure: float) -> NDArray[np.float32]
 
 
 def _exposures(reference: NDArray[np.float32], wanted: NDArray[np.bool_]) -> list[float]:
-    """In stops, from the brightest pixel at 85 % of white to the median there (Andersson2021 section 4.1).
+    """In stops, from the brightest pixel at 85 % of white to the median there (Andersson2021 Sec. 4.1).
 
     The median is that of the wanted pixels, or of those that are lit where more than half of them are black.
     """
@@ -132,7 +132,7 @@ def _exposures(reference: NDArray[np.float32], wanted: NDArray[np.bool_]) -> lis
     return [float(at) for at in np.unique(np.linspace(start, stop, max(2, int(np.ceil(stop - start)))))]
 
 
-#: The ACES fit of `flip_evaluator` (Narkowicz 2015, of 0.6 times the radiance).
+#: The ACES fit of `flip_evaluator` (Narkowicz2015, of 0.6 times the radiance).
 _ACES = (0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14)
 
 

@@ -1,7 +1,7 @@
 """Error of the acquisition against ground truth: captures of the virtual light arc, measured against it.
 
 Radiance is compared where its signal-to-noise ratio is `SNR` or more in one photograph, and errors are root mean
-squares of relative differences. A material is rendered between its photographs as the paper does (Kautz2004 section 4),
+squares of relative differences. A material is rendered between its photographs as the paper does (Kautz2004 Sec. 4),
 and compared with what the virtual arc itself shows under that lamp; that error is the method's, and is
 relative to the mean radiance of the picture.
 Cost: some 40 s on two cores, and 40 MB in the working folder.

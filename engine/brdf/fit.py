@@ -3,12 +3,12 @@
 The residual of a sample and channel is the difference of g(f cos(theta_i)) between model and data, where g is
 
     log      log(1 + f cos(theta_i) / m), m the median of the data's luminance f cos(theta_i): every part counts,
-             the dim ones as much as the highlight (after Löw et al. 2012)
+             the dim ones as much as the highlight (after Low2012)
     cosine   f cos(theta_i) / RMS of the data: what light carries; a highlight outweighs all else
 
 The shape of such a sum of squares has several valleys. So a Sobol set of starts over the declared ranges (parameters
 declared `log` by their logarithm) is evaluated on a part of the data, the best few are refined there with
-`scipy.optimize.least_squares` (trust region reflective, Branch et al. 1999), and the best of these on all data. What a
+`scipy.optimize.least_squares` (trust region reflective, Branch1999), and the best of these on all data. What a
 person starts from is among the starts, so that a fit never ends worse than it began.
 """
 

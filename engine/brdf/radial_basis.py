@@ -5,7 +5,7 @@
 Kernels φ: Wendland's (1995), positive definite in up to five dimensions: (1 − r)³₊, or (1 − r)⁵₊(5r + 1), which is
 smooth. A symmetry negates some of the coordinates; its signs are +1 and −1.
 Above `PATCH_SAMPLES` samples the domain is split into overlapping boxes, each with its own expansion, blended by a
-smooth partition of unity (Wendland 2005, ch. 29); boxes are split only along coordinates that no symmetry negates,
+smooth partition of unity (Wendland2005); boxes are split only along coordinates that no symmetry negates,
 so that the blend is as symmetric as K. Interpolation and the leave-one-out formula (Rippa1999) carry over exactly.
 
 scipy's RBFInterpolator knows neither symmetries nor leave-one-out errors nor condition numbers, and its only remedy

@@ -30,7 +30,7 @@ VISIBLE_NM = (380.0, 780.0)
 
 _TABLE = Path(__file__).resolve().parents[2] / "resources" / "spectra" / "cie1931_d65.csv"
 
-#: Cone responses of the Bradford transform (Lam 1985; ICC.1:2022, annex E).
+#: Cone responses of the Bradford transform (Lam1985; ICC.1:2022, annex E).
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 
 

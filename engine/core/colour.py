@@ -169,7 +169,7 @@ def to_display8(display: ArrayLike, *, dither: bool = False) -> NDArray[np.uint8
 
 
 def _bayer(order: int) -> NDArray[np.float32]:
-    """Ordered-dither thresholds in (0, 1), shape (2^order, 2^order) (Bayer 1973)."""
+    """Ordered-dither thresholds in (0, 1), shape (2^order, 2^order) (Bayer1973)."""
     matrix = np.zeros((1, 1))
     for _ in range(order):
         matrix = np.block([[4 * matrix, 4 * matrix + 2], [4 * matrix + 3, 4 * matrix + 1]])

@@ -1,7 +1,7 @@
 """One function on the sphere as a sum of few Gaussians, of spherical harmonics, or of Haar wavelets: the nearest of
 each.
 
-Green2006 section 6.3, compares them by how many numbers they take, seven for a Gaussian.
+Green2006 Sec. 6.3, compares them by how many numbers they take, seven for a Gaussian.
 Functions are grey and tabulated at the texels of a cube map; distances are relative, in the norm of L² on the sphere.
 
 Gaussians are added one by one where they lower the distance most, and all are moved together after each (Levenberg and

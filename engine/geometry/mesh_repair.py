@@ -250,8 +250,8 @@ def _components(directed: Faces, faces: Faces, count: int) -> tuple[int, NDArray
 def _bends_outwards(points: Points, faces: Faces, pairs: Faces) -> bool:
     """True if no face rises above the plane of a neighbour, and all surround a point inside exactly once.
 
-    Then the surface is locally convex and does not wind about itself, which makes it convex (Van Heijenoort 1952).
-    The turns about the point are the sum of solid angles (Van Oosterom and Strackee 1983) over 4π.
+    Then the surface is locally convex and does not wind about itself, which makes it convex (Heijenoort1952).
+    The turns about the point are the sum of solid angles (Oosterom1983) over 4π.
     """
     a, b, c = (points[faces[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)

@@ -1,4 +1,4 @@
-"""PLY (Turk 1994): polygons and triangle strips, as text or in either byte order, with lists of any lengths.
+"""PLY (Turk1994): polygons and triangle strips, as text or in either byte order, with lists of any lengths.
 
 Ours instead of trimesh's, because that cuts polygons as fans, and reads no binary file whose polygons differ in size,
 which is what modelling programs write. Properties that say nothing about the shape are passed over.

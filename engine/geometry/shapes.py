@@ -4,7 +4,7 @@ Each is about 2 units across, is made on demand, and has texture coordinates of 
 
 The 'blob': head and shoulders of nobody, to see how a material looks on something like a face.
 
-A distance field of a few rounded bodies that run into each other (polynomial smooth minimum, Quilez 2013) is met by
+A distance field of a few rounded bodies that run into each other (polynomial smooth minimum, Quilez2013) is met by
 rays that leave a spine: upwards and downwards at its ends, slanting under the chin. What they meet is a grid.
 Cost: about 1 s, once.
 """

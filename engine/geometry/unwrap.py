@@ -1,4 +1,4 @@
-"""Texture coordinates for meshes that have none, in charts that do not overlap (xatlas, after Lévy et al. 2002).
+"""Texture coordinates for meshes that have none, in charts that do not overlap (xatlas, after Levy2002).
 
 As with the box projection that stands in elsewhere, one unit of texture is the longest side of the bounding box;
 xatlas keeps areas in the mean, so that the density is even. Charts that it cuts mirrored are turned over, and then all

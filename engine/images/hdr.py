@@ -1,4 +1,4 @@
-"""Radiance pictures (Ward 1991, "Real pixels"): RGBE or XYZE, eight orientations, EXPOSURE and COLORCORR divided out.
+"""Radiance pictures (Ward1991): RGBE or XYZE, eight orientations, EXPOSURE and COLORCORR divided out.
 
 Three codings of lines: plain, the run-length coding by components of 1991, and the one before, in which a pixel of
 mantissas 1, 1, 1 repeats the last one as often as its exponent says (times 256 for each that follows another).

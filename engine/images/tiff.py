@@ -217,7 +217,7 @@ def _transfer(page: Any) -> Transfer:
 
 
 def _read_logluv(content: bytes, name: str) -> NDArray[np.float32]:
-    """LogLuv (Ward Larson 1998) through libtiff, which tifffile does not decode."""
+    """LogLuv (WardLarson1998) through libtiff, which tifffile does not decode."""
     with complaints() as said:
         samples = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     if samples is None or samples.dtype != np.float32 or samples.ndim != 3 or said:

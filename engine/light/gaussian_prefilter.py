@@ -1,6 +1,6 @@
 """Environment cube maps under spherical Gaussians of rising width, for looking up (direction, sigma) at once.
 
-Green2006 section 5: G(w; mu, sigma) = exp((w·mu − 1) / sigma²), sigma in rad, here divided
+Green2006 Sec. 5: G(w; mu, sigma) = exp((w·mu − 1) / sigma²), sigma in rad, here divided
 by its integral 2 π sigma² (1 − exp(−2 / sigma²)), so that a constant stays as it is.
 
 A level is a grid of nodes on each face whose outermost nodes lie ON the edges, (6, M + 1, M + 1, 3): both faces at an

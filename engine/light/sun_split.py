@@ -1,7 +1,7 @@
 """Splitting the sun out of an environment map: tiny bright sources become lamps, what is left is smooth.
 
 A sun of one texel can be a million times as bright as the sky. Coefficients of the whole map are then those of the sun:
-quantised wavelets keep nothing else (Wang2004 section 3.4; spec 07, X6), spherical harmonics ring over the whole
+quantised wavelets keep nothing else (Wang2004 Sec. 3.4; spec 07, X6), spherical harmonics ring over the whole
 sphere, and a few directional lights miss the sky. As lamps, such sources are exact at no cost.
 
 A source is a connected region above some level of luminance that is tiny (`LARGEST` from its middle, or four texels of

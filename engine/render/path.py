@@ -4,7 +4,7 @@ A path starts in its pixel (uniformly, the box filter), meets the surface, and c
 straight from the environment and the lamps; then it goes on in a direction drawn from the BRDF. `max_depth` is the
 number of points of the surface that light may touch: 1 is direct light with shadows, and nothing else. Light from the
 environment and from lamps that are discs is found in two ways, by directions drawn from the light and by those drawn
-from the BRDF, weighted by the power heuristic (Veach1997 section 9.2). The weights compare the light's density with
+from the BRDF, weighted by the power heuristic (Veach1997 Sec. 9.2). The weights compare the light's density with
 that of the highlights alone: directions drawn from the light already follow the cosine, and what is diffuse is left to
 them, for two estimates of it would be worse than one. Directional lights are found by themselves. From the fourth
 point on, paths end at random, the dark ones sooner.

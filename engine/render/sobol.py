@@ -51,7 +51,7 @@ SOBOL = _second_sobol_dimension()
 
 @scalar
 def mixed(state, number):  # type: ignore[no-untyped-def]
-    """64 bits from 64 bits and a whole number: the finaliser of SplitMix64 (Steele et al. 2014)."""
+    """64 bits from 64 bits and a whole number: the finaliser of SplitMix64 (Steele2014)."""
     x = _U64(state) + (_U64(number) + _U64(1)) * _U64(0x9E3779B97F4A7C15)
     x = (x ^ (x >> _U64(30))) * _U64(0xBF58476D1CE4E5B9)
     x = (x ^ (x >> _U64(27))) * _U64(0x94D049BB133111EB)

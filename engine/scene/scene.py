@@ -1,7 +1,7 @@
 """Everything that one picture shows: model, ground, material, BRDF, light and camera, as one value.
 
 The GL renderer (`engine.gl.direct`) and the CPU renderer (`engine.render.direct`) draw the same scene to the same
-numbers. Following Kautz2004 section 4, the light is one direction or several, chosen by importance from an
+numbers. Following Kautz2004 Sec. 4, the light is one direction or several, chosen by importance from an
 environment map and spread over lamps, of irradiance E_j perpendicular to them:
 
     r_j = sigma Y(f_r(wi_j, wo)) cos(theta_j),    radiance = sum_j S(r_j) E_j    (Kautz2004 Eq. 2, Kautz2004 Eq. 3)

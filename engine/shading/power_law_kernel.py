@@ -1,7 +1,7 @@
 """Kernels of the power-law fit: the global minimum over K of sum_i (s_i - k x_i^K)^2, x_i = i / (S - 1), per texel.
 
 The SSE depends on the samples only through the correlation c(K) = sum s_i x_i^K, and on the positions through the
-energy E(K) = sum x_i^2K: it is k^2 E - 2 k c and a constant. Kautz2004 section 5 try K with a large step, and
+energy E(K) = sum x_i^2K: it is k^2 E - 2 k c and a constant. Kautz2004 Sec. 5 try K with a large step, and
 again with a small one near the best. Here the large step is a product with tabulated x_i^K, and Halley's iteration
 replaces the small one. Where the grid shows two minima both are followed
 (`test_P10_minima_that_the_grid_confuses_are_both_followed`).

@@ -1,4 +1,4 @@
-"""Shading maps: photographs resampled so that their mean radiance grows linearly (Kautz2004 section 3.2).
+"""Shading maps: photographs resampled so that their mean radiance grows linearly (Kautz2004 Sec. 3.2).
 
 Slice i has mean luminance r_i = i a_max / (S - 1) (Kautz2004 Eq. 1) and interpolates the two photographs whose means
 BRACKET
@@ -81,7 +81,7 @@ class ShadingMap:
         return target_radiance(self.r_max, len(self.slices))
 
     def lookup(self, row: ArrayLike, column: ArrayLike, r: ArrayLike, above: Above = "clamp") -> NDArray[np.float32]:
-        """S(r) at texel coordinates, trilinear (section 4): (..., 3) float32, linear radiance under unit light.
+        """S(r) at texel coordinates, trilinear (Kautz2004 Sec. 4): (..., 3) float32, linear radiance under unit light.
 
         `row`, `column` (texel centres at half-integers, repeating) and `r` (BRDF times cosine) are broadcast
         together. Above r_max the brightest slice is taken as it is ('clamp') or times r / r_max ('scale').

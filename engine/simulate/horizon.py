@@ -2,7 +2,7 @@
 
 The horizon of a texel towards azimuth a is the largest slope (h(x + t d) - h(x)) / t over t > 0. For a distant lamp it
 is found once for all elevations of an azimuth by sweeping lines across the field and keeping the upper convex hull of
-what lies towards the lamp (Timonen2010, "Scalable Height Field Self-Shadowing", section 3): exact along
+what lies towards the lamp (Timonen2010 Sec. 3): exact along
 rows and columns, interpolated between neighbouring lines otherwise. Every texel sees a near lamp in a direction of its
 own, so there the relief between texel and lamp is walked over in steps of one texel.
 

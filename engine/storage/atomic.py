@@ -1,7 +1,7 @@
 """The one module through which everything is written: complete or absent, never half.
 
 A result is written beside its target under a hidden partial name, flushed to the disk, renamed over the target, and
-the folder entry is flushed as well (Pillai et al. 2014, "All File Systems Are Not Created Equal": the order that
+the folder entry is flushed as well (Pillai2014: the order that
 survives a crash at any point). A failure or a closed generator removes the partial; a killed process leaves it, and
 the next write into the same folder removes it (`remove_leftovers`). Only what takes minutes to make is kept beside its
 target when that ends early (`engine.storage.resumable`).

@@ -7,7 +7,7 @@ values per measurement, separated by commas or blanks. VARS may name the columns
 wavelengths, R,G,B (taken as linear sRGB), X,Y,Z or one value.
 Angles are in radians, as Cornell writes them, unless the header says degrees (a key with UNIT in it, or names such as
 `theta_i_deg`) or a polar angle is above π, which no angle in radians is. Values are in 1/sr without the cosine. See
-Foo, Torrance and Lafortune 1997, and S. Westin, "Measurement data", Cornell Program of Computer Graphics.
+Foo1997, and S. Westin, "Measurement data", Cornell Program of Computer Graphics.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The measurement tables of CUReT (Dana, van Ginneken, Nayar and Koenderink 1999, ACM TOG 18(1)).
+"""The measurement tables of CUReT (Dana1999).
 
 `rbrdf.dat`, `gbrdf.dat`, `bbrdf.dat` (red, green, blue) and `abrdf.dat` (their mean) have one row per material: its
 number, 1 to 61, and one value in 1/sr for each of 205 pairs of directions. The pairs stand in `table.txt` beside them:

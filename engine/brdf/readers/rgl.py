@@ -1,6 +1,6 @@
 """Measurements of EPFL's Realistic Graphics Lab (`.bsdf`), in the adaptive parametrisation of their instrument.
 
-Dupuy and Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering", section 5. For
+The format of Dupuy2018 Sec. 5. For
 an incident direction, two uniform numbers are warped to a half vector by the visible normals of a microfacet model that
 was made from a retro-reflection measurement; the outgoing direction is the incident one mirrored about it. On a regular
 grid of those two numbers the file holds

@@ -1,4 +1,4 @@
-"""Spread of the lights of a capture about one arc, which the method assumes (Kautz2004 section 3)."""
+"""Spread of the lights of a capture about one arc, which the method assumes (Kautz2004 Sec. 3)."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 Without shadows a diffuse surface under a moving distant lamp spans few pictures (three, and two along one arc: Shashua
 1997; Basri2003), and a photograph that is out of place leaves that span. All motions are therefore found
-together, as those that leave least outside the best span of rank `RANK` (in the spirit of RASL, Peng et al. 2012), by
+together, as those that leave least outside the best span of rank `RANK` (in the spirit of RASL, Peng2012), by
 Gauss-Newton steps on the trailing singular values (variable projection, Kaufman's approximation), coarse to fine.
 With Y the aligned pictures as columns, P and Q the projections on their leading left and right singular vectors and G
 the derivatives of the pictures by their parameters, a step solves

@@ -1,7 +1,7 @@
 """The motion of a photograph from points that a person has marked in it and in the reference.
 
 The motion of the wanted kind with the least sum of squared distances in the photograph is found in coordinates about
-the points' middle, scaled to unit spread (Hartley2004 section 4.4): a Euclidean motion by Procrustes
+the points' middle, scaled to unit spread (Hartley2004 Sec. 4.4): a Euclidean motion by Procrustes
 (Umeyama1991), an affine one linearly, a homography by the direct linear transform and Gauss-Newton on the distances.
 Points that do not determine the motion, because there are too few or they lie on one line, give the freest stiffer one.
 """

@@ -1,7 +1,7 @@
 """Framing of the picture within the reference photograph: crop, rectification from four corners, and size.
 
 A framing is four corners in pixels of the reference and a size. It gives a homography from pixels of the picture to
-pixels of the reference (direct linear transform for four points, Hartley2004 section 4.1), which is
+pixels of the reference (direct linear transform for four points, Hartley2004 Sec. 4.1), which is
 multiplied with a photograph's alignment, so that each photograph is resampled exactly once. Where the picture is
 coarser than the photograph, a pixel is the mean of samples spread evenly over its area, so nothing aliases.
 
@@ -80,7 +80,7 @@ def estimated_aspect(corners: Corners, size: tuple[int, int]) -> float:
     """Width / height of the rectangle that a camera with square pixels, centred on (height, width) `size`, sees so.
 
     The homography's columns h1, h2 are images of two perpendicular directions: h1' w h2 = 0 gives the focal length, and
-    |K^-1 h1| / |K^-1 h2| the aspect (Zhang and He 2007, section 3). Where the perspective is too weak to show the focal
+    |K^-1 h1| / |K^-1 h2| the aspect (Zhang2007 Sec. 3). Where the perspective is too weak to show the focal
     length, the mean lengths of opposite sides are compared.
     """
     height, width = size

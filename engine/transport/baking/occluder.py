@@ -1,7 +1,7 @@
 """A simpler model for rays to meet: as Wang2004 (Table 1) sample visibility on fewer triangles.
 
-Vertices that share a cell of a grid become one, at their mean, and triangles that lose a corner go (Rossignac and
-Borrel 1993, "Multi-resolution 3D approximations for rendering complex scenes"). The surface moves by less than the
+Vertices that share a cell of a grid become one, at their mean, and triangles that lose a corner go
+(Rossignac1993). The surface moves by less than the
 diagonal of a cell, so rays must start that far above it, and shadows of what is nearer are lost. What that costs and
 saves is measured against the model itself.
 """

@@ -10,7 +10,7 @@ the widths and energies of all lobes are close to few thousand pairs of both, `c
 their place, 2 bytes a lobe. Views that were left out get the mean direction and width of the views beside them, ring
 by ring; they only serve to mix between views near the horizon of a vertex.
 
-Green2006 section 6.1, name both as what their 7 floats for every view leave to do. Bound
+Green2006 Sec. 6.1, name both as what their 7 floats for every view leave to do. Bound
 by memory: some 0.1 µs a lobe.
 """
 

@@ -1,6 +1,6 @@
 """The diffuse part beside lobes: vectors of spherical harmonics, with shadows, and light between parts of the model.
 
-Green2006 section 4.1, give the diffuse part to SH of fifth order.
+Green2006 Sec. 4.1, give the diffuse part to SH of fifth order.
 A vertex has t_j = 1/π ∫ V(s) g(cos θ) cos θ y_j(s) ds, with g the gain of `diffuse_part`; the gain to the viewer is
 the renderer's. Where colours differ from vertex to vertex, or light comes by way of the model, the vector of each
 channel holds the colour itself; else one vector serves all channels and the colour stands beside it.

@@ -1,10 +1,10 @@
 """Tabulated transport that lobes are fitted to: T(w) = f_glossy(w, v) V(w) max(0, n·w) at a vertex towards each view.
 
-Green2006 section 4.1, tabulate over the texels of a cube map. A narrow lobe falls between
+Green2006 Sec. 4.1, tabulate over the texels of a cube map. A narrow lobe falls between
 them, so directions are drawn here where the BRDF sends them, for every view anew, and a coarse set over the
 whole sphere is added, which sees to it that lobes stay off where nothing is reflected. All drawn sets count together:
 
-    ∫ g(w) dw ≈ Σ g(w_s) q_s,   q_s = 1 / Σ_k n_k p_k(w_s)         (the balance heuristic, Veach1997 section 9.2)
+    ∫ g(w) dw ≈ Σ g(w_s) q_s,   q_s = 1 / Σ_k n_k p_k(w_s)         (the balance heuristic, Veach1997 Sec. 9.2)
 
 The sets are lattices and the same for all vertices in their own frames, so neighbours differ by what they see and not
 by chance. Visibility is asked with a ray for each direction that reflects anything. T is in 1/sr: radiance towards the

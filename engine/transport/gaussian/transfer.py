@@ -2,13 +2,13 @@
 
     T(wi) ≈ sum over lobes of w exp((wi·mu − 1) / sigma²)   Green2006 Eq. 4; per sr of light from wi
 
-Between views and between vertices the PARAMETERS are mixed (section 5), so that a highlight moves and is not faded
-from one place into another: means by barycentric shares, made unit vectors again, and widths by their logarithms, so
-that they rise evenly from the narrow to the wide. In place of w we mix energies, w times the integral of its Gaussian:
-between a narrow lobe and a wide one that reflect the same, the height of neither fits the width of the mixture. Where
-means cancel, the lobe points where that of the nearest view does. Views below the horizon of a vertex have no light to
-give; energies are mixed over the views above it alone, so that a model neither darkens towards its outline nor shines
-from behind it.
+Between views and between vertices the PARAMETERS are mixed (Green2006 Sec. 5), so that a highlight moves and is not
+faded from one place into another: means by barycentric shares, made unit vectors again, and widths by their logarithms,
+so that they rise evenly from the narrow to the wide. In place of w we mix energies, w times the integral of its
+Gaussian: between a narrow lobe and a wide one that reflect the same, the height of neither fits the width of the
+mixture. Where means cancel, the lobe points where that of the nearest view does. Views below the horizon of a vertex
+have no light to give; energies are mixed over the views above it alone, so that a model neither darkens towards its
+outline nor shines from behind it.
 
 The light is `engine.transport.gaussian.lighting`'s; the twin that draws is `engine.gl.gaussian`.
 """

@@ -160,7 +160,7 @@ def _legendre_slopes(order: int, c: Array) -> Array:
 
 
 def cosine_zonal(order: int) -> Array:
-    """(order,) coefficients y_l0 of max(0, cos(theta)): what turns lighting into irradiance (Ramamoorthi 2001)."""
+    """(order,) coefficients y_l0 of max(0, cos(theta)): what turns lighting into irradiance (Ramamoorthi2001)."""
     moment = np.zeros(checked_order(order))  # of P_l over z = 0 … 1 with weight z
     moment[0] = 0.5
     if order > 1:

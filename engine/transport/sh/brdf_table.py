@@ -1,4 +1,4 @@
-"""Reflectances as tables of spherical harmonics over the direction of view (Kautz2002 section 3):
+"""Reflectances as tables of spherical harmonics over the direction of view (Kautz2002 Sec. 3):
 
     c_i(wo) = ∫ y_i(wi) f(wi, wo) max(0, cos θ_i) dwi,        radiance towards wo = Σ c_i(wo) L_i (Kautz2002 Eq. 1)
 

@@ -1,4 +1,4 @@
-"""Reflectances in spherical harmonics whose parameters differ from vertex to vertex (Kautz2002 section 3).
+"""Reflectances in spherical harmonics whose parameters differ from vertex to vertex (Kautz2002 Sec. 3).
 
 There are tables at the nodes of a grid over one or two numbers in [0, 1], which move a parameter each
 (`engine.transport.baking.spatially_varying`), and a vertex mixes those of the corners of its cell: linear in one

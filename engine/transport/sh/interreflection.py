@@ -1,4 +1,4 @@
-"""Interreflection of a model, for transport in spherical harmonics (Sloan2002 section 5).
+"""Interreflection of a model, for transport in spherical harmonics (Sloan2002 Sec. 5).
 
 On its way light meets surfaces as diffuse ones, with the albedo that they have under even light: exact for
 Lambertian models, and said in the file and by the program for others; the last reflection, the one that is seen, is

@@ -105,7 +105,7 @@ def euler_pairs(rotation: Array, out: Array) -> None:
     """Cosines and sines (3, 2) of alpha, beta, gamma with `rotation` = Rz(alpha) Ry(beta) Rz(gamma), to rounding.
 
     alpha is found first, from the column that holds it, and gamma from what is left: so the product is the rotation
-    also where beta is next to 0 or pi and neither angle by itself means anything (Kautz 2002, appendix; X10).
+    also where beta is next to 0 or pi and neither angle by itself means anything (Kautz2002 appendix; X10).
     """
     across = math.hypot(rotation[0, 2], rotation[1, 2])
     out[0, 0], out[0, 1] = 1.0, 0.0

@@ -1,4 +1,4 @@
-"""Lamps near a model in spherical harmonics: an incident light field (Kautz2002 section 4).
+"""Lamps near a model in spherical harmonics: an incident light field (Kautz2002 Sec. 4).
 
 Light from afar is the same for all vertices; light from nearby is not. It is found in closed form at the points of a
 grid about the vertices, and between them interpolated for each vertex, trilinearly. A lamp is a sphere of even

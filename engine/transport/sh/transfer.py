@@ -1,4 +1,4 @@
-"""Self-shadowed transport in spherical harmonics (Kautz2002 section 5; Sloan2002).
+"""Self-shadowed transport in spherical harmonics (Kautz2002 Sec. 5; Sloan2002).
 
 A receiver that shows every view something else has a matrix for each vertex,
 

@@ -2,8 +2,8 @@
 objects using separable BRDF approximation"), on the processor.
 
     T_k(v, wi) = light_k(wi) V(v, wi) cos θ_i dω         the strongest Haar coefficients of each vertex (Wang2004 Eq. 3)
-    L_k(v)     = Σ T_k L                                 for each light: the light-modulated K-tuple (Wang2004 Eq. 6)
-    B(v, wo)   = Σ_k view_k(wo) L_k(v)                   when the view changes
+    L_k(v)     = Σ T_k L                                 for each light: the light-modulated K-tuple (Wang2004 Eq. 5)
+    B(v, wo)   = Σ_k view_k(wo) L_k(v)                   when the view changes (Wang2004 Eq. 6)
 
 Directions of the light are in the world, those of the maps in the vertex's own tangent frame. A ground under the model
 is Lambertian and has one term, of light map 1 and view map albedo/π, whatever the model has. Terms may be those of

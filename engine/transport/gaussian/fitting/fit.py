@@ -1,6 +1,6 @@
 """Fitting Gaussians to the transport of every vertex towards the 92 views.
 
-Green2006 section 4.2: all views of a vertex are fitted at once, so that the distance to
+Green2006 Sec. 4.2: all views of a vertex are fitted at once, so that the distance to
 the data (Green2006 Eq. 7), the agreement of means (8) and of widths (9) with those of neighbouring views, and of the
 arrangement of several lobes with that of neighbouring vertices (10) are small together. Where we differ:
 

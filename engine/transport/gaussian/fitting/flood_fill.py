@@ -1,6 +1,6 @@
 """The order in which the vertices of a mesh are reached when every part of it is flooded from one vertex.
 
-Green2006 section 4.2: a vertex is fitted after a neighbour, and made to agree with those
+Green2006 Sec. 4.2: a vertex is fitted after a neighbour, and made to agree with those
 that are done. We go front by front: a front is all vertices that are as many edges away from where their part began.
 Vertices of one front do not look at each other, so they can be worked on at the same time, and nothing depends on how
 many are. Vertices at the same place (seams of texture coordinates, sharp edges) are neighbours too.
