@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.results import SOAK_LOG, Output
+from app.arguments.results import SOAK_LOG, Input, Output
 from engine.core.errors import MissingCapability
 from engine.core.steps import Step, drain
 
@@ -112,6 +112,7 @@ LARGE = (
     "transport-errors",
     "gaussian-fit-quality",
     "gaussian-errors",
+    "predictions",
     "window-soak",
     "cancel",
 )
@@ -127,12 +128,17 @@ ACCURACIES = {
     "cost-model": "engine.bench.transport.plan:cost_model",
     "gaussian-fit-quality": "engine.bench.transport.gaussian_fit:gaussian_fit_quality",
     "gaussian-errors": "engine.bench.transport.gaussian_bake:gaussian_errors",
+    "predictions": "engine.bench.transport.predictions:predictions",
     "window-soak": "app.bench.soak:window_soak",
     "cancel": "app.bench.cancel:cancel",
 }
 
 #: Options of the command line that a group of errors takes.
-OPTIONS = {"window-soak": ("runs", "run_s", "seed", "log"), "cancel": ("runs", "seed")}
+OPTIONS = {
+    "predictions": ("scenes", "seed", "data"),
+    "window-soak": ("runs", "run_s", "seed", "log"),
+    "cancel": ("runs", "seed"),
+}
 
 log = logging.getLogger(__name__)
 
@@ -150,7 +156,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--run-s", type=float, metavar="S", help="seconds of each run (8)")
     parser.add_argument(
-        "--seed", type=int, metavar="N", help="seed of cancel, or of the first run of window-soak; later runs count up"
+        "--seed",
+        type=int,
+        metavar="N",
+        help="seed of cancel, or of the first run of window-soak or scene of predictions; later ones count up",
+    )
+    parser.add_argument("--scenes", type=int, metavar="N", help="scenes of predictions (10)")
+    parser.add_argument(
+        "--data",
+        type=Input(Path),
+        metavar="FOLDER",
+        help="folder of models and measured BRDFs that join the scenes of predictions",
     )
     parser.add_argument(
         "--log",

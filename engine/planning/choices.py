@@ -1,7 +1,7 @@
 """Every way to draw a scene: a setting together with the effects that it leaves out, its error and its cost.
 
-The error is at most the sum of the errors of what is left out (`estimates`) and of the method's own (`mode_error`), by
-the triangle inequality; the cost is the model's (`cost_model`). Effects are left out from the least upwards.
+The error is that of `engine.planning.predicted_error`, the cost the model's (`cost_model`). Effects are left out from
+the least upwards.
 
 The noise of the reference, estimated from a picture of a few pixels: the samples that an error takes follow from it.
 
@@ -27,9 +27,9 @@ from engine.planning.costs.cost_model import Cost, CostModel, Load
 from engine.planning.costs.load import Rays, covered, rays_of, shaded
 from engine.planning.costs.planned import planning_of
 from engine.planning.costs.setting import Setting, knobs_of, shows
-from engine.planning.effects.estimates import LOW_ORDER, Estimate, Scenery, seen_as
-from engine.planning.effects.mode_error import ModeErrors, mode_errors
-from engine.planning.effects.simplified import albedos, lambertian
+from engine.planning.effects.estimates import LOW_ORDER, Estimate, Scenery
+from engine.planning.effects.simplified import albedos
+from engine.planning.predicted_error import PredictedErrors, depth_of, shows_bounces
 from engine.render.reference import reference
 from engine.scene.scene import Scene
 from engine.transport import method as transport
@@ -37,9 +37,6 @@ from engine.transport.sh.transfer import is_diffuse
 
 #: Side of the picture, samples of each pixel, and what the noise that is found is raised by.
 SIDE, SAMPLES, MARGIN = 32, 16, 1.1
-
-#: Points of the surface that light touches where light between parts of the model counts.
-REFERENCE_DEPTH = 4
 
 
 @lru_cache(maxsize=8)
@@ -150,6 +147,10 @@ class Choices:
     noise: Callable[[int], float] | None
 
     @cached_property
+    def errors(self) -> PredictedErrors:
+        return PredictedErrors(self.scene, self.found, self.noise)
+
+    @cached_property
     def _rays(self) -> Rays:
         return rays_of(self.scene.sample.of)
 
@@ -180,7 +181,7 @@ class Choices:
                     yield self.choice(setting, skipped)
 
     def choice(self, setting: Setting, skipped: frozenset[str]) -> Choice:
-        predict = partial(self._error, setting, skipped)
+        predict = partial(self.errors.of, setting, skipped)
         return Choice(setting, skipped, predict, self.cost(setting, skipped), self.wishes.frames)
 
     def cost(self, setting: Setting, skipped: frozenset[str], asked: frozenset[str] = frozenset()) -> Cost:
@@ -265,7 +266,7 @@ class Choices:
             return
         steps: tuple[int | float, ...] = knob.ladder
         if error is not None:
-            left = error - self._missing(Setting("reference"), skipped)
+            left = error - self.errors.left_out(Setting("reference"), skipped)
             wanted = (self.noise(depth_of(skipped)) / left) ** 2 if left > 0.0 else math.inf
             steps = (min(max(math.ceil(min(wanted * (1.0 + 1e-9), knob.high)), knob.low), knob.high),)
         for samples in steps:
@@ -286,32 +287,6 @@ class Choices:
 
     def _diffuse(self, skipped: frozenset[str]) -> bool:
         return is_diffuse(self.scene.brdf) or "glossy" in skipped
-
-    def _mode_errors(self, skipped: frozenset[str]) -> ModeErrors:
-        """Of the scene, or of the diffuse one that is left without gloss."""
-        flat = "glossy" in skipped and not is_diffuse(self.scene.brdf)
-        even = self.scene.varied is not None and "spatially-varying-gloss" in skipped
-        if flat:
-            return mode_errors(scenery_without_gloss(self.scene))
-        return mode_errors(scenery_of_the_mean(self.scene) if even else self.scene)
-
-    def _error(self, setting: Setting, skipped: frozenset[str]) -> float:
-        missing = self._missing(setting, skipped)
-        if setting.mode == "reference" and self.noise is not None:
-            return self.noise(depth_of(skipped)) / math.sqrt(setting["samples"]) + missing
-        return self._mode_errors(skipped).of(setting) + missing
-
-    def _missing(self, setting: Setting, skipped: frozenset[str]) -> float:
-        """Error of the effects that the setting does not show."""
-        missing = {name: self.found[name].error_rel for name in skipped if name != "all-frequency-light"}
-        if not shows_bounces(setting, skipped):
-            missing["interreflection"] = self.found["interreflection"].error_rel
-        for name in ("self-shadowing", "glossy", "mesostructure"):
-            if not shows(setting.mode, name):
-                missing[name] = self.found[name].error_rel
-        if not shows(setting.mode, "sun-split"):
-            missing.pop("sun-split", None)
-        return sum(missing.values())
 
     def _load(self, skipped: frozenset[str], asked: frozenset[str]) -> Load:
         looked = self.scene.sample
@@ -339,27 +314,3 @@ class Choices:
 def is_low(setting: Setting) -> bool:
     """True for spherical harmonics of an order that is enough where light is of low frequency."""
     return setting.mode == LOW.mode and setting["order"] <= LOW["order"]
-
-
-def shows_bounces(setting: Setting, skipped: frozenset[str]) -> bool:
-    """True if pictures show interreflection."""
-    if setting.mode == "reference":
-        return "interreflection" not in skipped
-    return bool(setting.knobs.get("interreflection"))
-
-
-def depth_of(skipped: frozenset[str]) -> int:
-    """Points of the surface that light of the reference may touch."""
-    return 1 if "interreflection" in skipped else REFERENCE_DEPTH
-
-
-@lru_cache(maxsize=8)
-def scenery_without_gloss(scene: Scenery) -> Scenery:
-    """The same with the diffuse reflectance of equal albedo."""
-    return seen_as(lambertian(scene.brdf), scene.sample, scene.fine, scene.bounced, scene.material)
-
-
-@lru_cache(maxsize=8)
-def scenery_of_the_mean(scene: Scenery) -> Scenery:
-    """The same with one BRDF for the whole surface."""
-    return seen_as(scene.brdf, scene.sample, scene.fine, scene.bounced, scene.material)

@@ -30,14 +30,11 @@ from engine.planning.choices import (
     HIGH,
     LOW,
     PIXELS,
-    REFERENCE_DEPTH,
     Choice,
     Choices,
     Wishes,
-    depth_of,
     is_low,
     probed,
-    shows_bounces,
 )
 from engine.planning.costs.cost_model import Cost, CostModel
 from engine.planning.costs.setting import Setting, shows
@@ -50,6 +47,7 @@ from engine.planning.effects.simplified import (
     WithoutRise,
     lambertian,
 )
+from engine.planning.predicted_error import REFERENCE_DEPTH, depth_of, shows_bounces
 from engine.scene.material import Material
 from engine.transport import method as transport
 from engine.transport.baking.spatially_varying import Variation, with_parameters

@@ -1,0 +1,180 @@
+"""Predicted errors of generated scenes against those of pictures, one setting of each mode a scene.
+
+What a plan would tell of a setting is compared with the relative RMSE of a small picture of it, by the camera that
+frames the model, against a path-traced reference of direct light. Pixels of silhouettes do not count.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from engine.accuracy.compare import ErrorEstimate
+from engine.bench.measure import Accuracy
+from engine.bench.transport.generated_scenes import generated
+from engine.core.errors import InputError, UsageError
+from engine.core.figure_text import percent
+from engine.core.steps import Step, Steps, drain
+from engine.planning.choices import probed
+from engine.planning.costs.setting import Setting
+from engine.planning.effects.estimates import Estimate, estimates, scenery
+from engine.planning.effects.mode_error import mode_errors
+from engine.planning.predicted_error import PredictedErrors
+from engine.render.reference import reference
+from engine.scene.scene import Scene
+from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relit
+from engine.tradeoff.draw import SAMPLES, Drawer, Picture, drawing, shown_vertices
+from engine.tradeoff.reference_error import COVERED, FEW_PASSES, Refining
+from engine.tradeoff.sweep import OTHER_SEED, scene_of
+from engine.transport import method as transport
+
+#: Side of a picture in pixels, and the noise of its reference, relative to the picture.
+SIDE, NOISE = 48, 0.01
+
+#: An error that nothing of a picture is told from.
+LEAST = 1e-3
+
+#: Seconds after which a reference is taken as it is; the errors then tell their own uncertainty.
+MOST_S = 2.0
+
+#: Gaussians take as long as all else together: they are measured in one scene of so many.
+EVERY = 6
+
+#: Knobs of the settings that are drawn, of each mode.
+KNOBS: dict[str, dict[str, tuple[int, ...]]] = {
+    "direct": {"directions": (4, 16, 64, 256)},
+    "sh": {"order": (3, 5, 8)},
+    "wavelet": {"terms": (1, 2, 4), "coefficients": (24, 96, 384), "cube": (16, 32)},
+    "gaussian": {"lobes": (1, 2)},
+    "reference": {"samples": (1, 4, 16)},
+}
+
+#: The effect that pictures of direct light do not have.
+LEFT_OUT = "interreflection"
+
+#: Scenes where nobody says how many, and the share of errors that may be above the predicted ones.
+SCENES, ABOVE = 10, 0.05
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A setting of a scene: its error as predicted, as measured, and how uncertain the measured one is."""
+
+    seed: int
+    scene: str
+    setting: Setting
+    predicted: float
+    measured: float
+    uncertainty: float
+
+    @property
+    def factor(self) -> float:
+        """The larger of both errors over the smaller; errors below `LEAST` count as that."""
+        one, other = max(self.predicted, LEAST), max(self.measured, LEAST)
+        return max(one / other, other / one)
+
+
+def drawn_settings(seed: int, modes: Sequence[str]) -> list[Setting]:
+    """A setting of each of `modes` by seed."""
+    rng = np.random.default_rng((29, seed))
+    turned = {mode: {name: values[rng.integers(len(values))] for name, values in KNOBS[mode].items()} for mode in KNOBS}
+    return [Setting(mode, turned[mode]) for mode in modes]
+
+
+def predictions(
+    _folder: Path, *, scenes: int = SCENES, seed: int = 0, data: Path | None = None
+) -> Steps[list[Accuracy]]:
+    """Errors of predictions of so many scenes, from `seed` on, against what is measured.
+
+    Files of the folder `data` join the models and the BRDFs. UsageError for no scene, InputError for no folder.
+    """
+    if scenes < 1:
+        raise UsageError(f"{scenes} scenes are too few: at least one is predicted and measured")
+    if data is not None and not data.is_dir():
+        raise InputError(data, "it is no folder", "name one with models and measured BRDFs")
+    found: list[Compared] = []
+    with drawing((SIDE, SIDE)) as drawer:
+        for number in range(scenes):
+            yield Step(number / scenes, f"predicting and measuring scene {seed + number}")
+            found += compared(seed + number, drawer, data)
+    return summary(found)
+
+
+def summary(found: Sequence[Compared]) -> list[Accuracy]:
+    """The figures of a campaign. A prediction of a few times too much is dear, one of too little is wrong."""
+    worst = max(found, key=lambda each: each.factor)
+    above = np.mean([each.measured > each.predicted for each in found])
+    count = f"{len(found)} settings on {len({each.seed for each in found})} scenes"
+    apart = [
+        Accuracy(f"predictions-beyond-{times:g}", float(np.mean([each.factor > times for each in found])), what)
+        for times in (1.5, 2.0)
+        for what in [f"share of {count} where one error is more than {times:g} times the other"]
+    ]
+    farthest = (
+        f"farthest factor between both: {worst.setting} of seed {worst.seed}, {percent(worst.measured)} where "
+        f"{percent(worst.predicted)} was predicted ({worst.scene})"
+    )
+    return [
+        Accuracy("predictions-above", float(above), f"share of {count} whose error is above the predicted one", ABOVE),
+        *apart,
+        Accuracy("predictions-worst", worst.factor, farthest),
+    ]
+
+
+def compared(seed: int, drawer: Drawer, data: Path | None = None) -> list[Compared]:
+    """The scene of `seed`, predicted and measured."""
+    name, scene = generated(seed, data)
+    errors = errors_of(scene)
+    known = mode_errors(errors.scene)
+    modes = [mode for mode in KNOBS if mode == "reference" or known.knows(mode)]
+    if seed % EVERY:
+        modes = [mode for mode in modes if mode != "gaussian"]
+    found = measured(scene, drawn_settings(seed, modes), drawer)
+    return [
+        Compared(seed, name, each, errors.of(each, frozenset({LEFT_OUT})), error.rmse_rel, error.uncertainty)
+        for each, error in found.items()
+    ]
+
+
+def errors_of(scene: Scene) -> PredictedErrors:
+    """Predictions that a plan makes of the direct light of a scene."""
+    assert scene.environment is not None
+    brdf: Any = scene.brdf
+    place = {"environment": scene.environment, "environment_rotation": scene.environment_rotation}
+    looked = scenery(scene.mesh, brdf, scene.environment, rotation=scene.environment_rotation)
+    found = {**estimates(looked), LEFT_OUT: Estimate(LEFT_OUT, 0.0, "")}
+    return PredictedErrors(looked, found, lambda depth: probed(scene.mesh, brdf, depth, **place))
+
+
+def measured(scene: Scene, settings: Sequence[Setting], drawer: Drawer) -> dict[Setting, ErrorEstimate]:
+    """The error of a picture of each setting, against a reference whose noise is low."""
+    size = drawer.size
+    with closing(Refining(scene, size, 1, 0)) as refining:
+        plain = drain(drawer.draw(dataclasses.replace(scene, directions=4)))
+        refining.covered = plain.picture[..., 3] >= COVERED
+        truth = drain(refining.refine(MOST_S, NOISE, FEW_PASSES))
+    return {setting: truth.error(picture) for setting, picture in _pictures(scene, settings, drawer)}
+
+
+def _pictures(scene: Scene, settings: Sequence[Setting], drawer: Drawer) -> Iterator[tuple[Setting, Picture]]:
+    shown, known = shown_vertices(scene, drawer.size, SAMPLES), dict[Any, Any]()
+    baked = [each for each in settings if each.mode in transport.names()]
+    shared = groups(baked)
+    alone = [each for each in baked if not any(each in group for group in shared)]
+    jobs = [bake_group(scene, group, shown=shown, known=known) for group in shared]
+    for job in (*jobs, *(bake_alone(scene, each, shown=shown) for each in alone)):
+        for bake in drain(job)[0]:
+            lit = dataclasses.replace(scene, relit=relit(bake, scene))
+            yield bake.setting, drain(drawer.draw(lit)).picture
+    for each in settings:
+        if each.mode == "reference":
+            found = drain(reference(scene, drawer.size, samples=each["samples"], max_depth=1, seed=OTHER_SEED))
+            yield each, found.picture
+        elif each.mode == "direct":
+            yield each, drain(drawer.draw(scene_of(each, scene))).picture

@@ -1,0 +1,86 @@
+"""The error that a plan tells of a setting together with the effects that it leaves out.
+
+It is at most the sum of the errors of what is left out (`estimates`) and of the method's own (`mode_error`), by the
+triangle inequality. That of the reference is its noise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from engine.planning.costs.setting import Setting, shows
+from engine.planning.effects.estimates import Estimate, Scenery, seen_as
+from engine.planning.effects.mode_error import ModeErrors, mode_errors
+from engine.planning.effects.simplified import lambertian
+from engine.transport.sh.transfer import is_diffuse
+
+#: Points of the surface that light touches where light between parts of the model counts.
+REFERENCE_DEPTH = 4
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedErrors:
+    """Errors of a scene that has been looked at, without a bake.
+
+    Attributes
+    ----------
+    found : the estimate of each effect. noise : that of a reference of one sample, by the points of the surface that
+        light may touch; None where no reference is asked about.
+    """
+
+    scene: Scenery
+    found: Mapping[str, Estimate]
+    noise: Callable[[int], float] | None
+
+    def of(self, setting: Setting, skipped: frozenset[str]) -> float:
+        missing = self.left_out(setting, skipped)
+        if setting.mode == "reference" and self.noise is not None:
+            return self.noise(depth_of(skipped)) / math.sqrt(setting["samples"]) + missing
+        return self._of_modes(skipped).of(setting) + missing
+
+    def left_out(self, setting: Setting, skipped: frozenset[str]) -> float:
+        """Error of the effects that the setting does not show."""
+        missing = {name: self.found[name].error_rel for name in skipped if name != "all-frequency-light"}
+        if not shows_bounces(setting, skipped):
+            missing["interreflection"] = self.found["interreflection"].error_rel
+        for name in ("self-shadowing", "glossy", "mesostructure"):
+            if not shows(setting.mode, name):
+                missing[name] = self.found[name].error_rel
+        if not shows(setting.mode, "sun-split"):
+            missing.pop("sun-split", None)
+        return sum(missing.values())
+
+    def _of_modes(self, skipped: frozenset[str]) -> ModeErrors:
+        """Of the scene, or of the diffuse one that is left without gloss."""
+        flat = "glossy" in skipped and not is_diffuse(self.scene.brdf)
+        even = self.scene.varied is not None and "spatially-varying-gloss" in skipped
+        if flat:
+            return mode_errors(scenery_without_gloss(self.scene))
+        return mode_errors(scenery_of_the_mean(self.scene) if even else self.scene)
+
+
+def shows_bounces(setting: Setting, skipped: frozenset[str]) -> bool:
+    """True if pictures show interreflection."""
+    if setting.mode == "reference":
+        return "interreflection" not in skipped
+    return bool(setting.knobs.get("interreflection"))
+
+
+def depth_of(skipped: frozenset[str]) -> int:
+    """Points of the surface that light of the reference may touch."""
+    return 1 if "interreflection" in skipped else REFERENCE_DEPTH
+
+
+@lru_cache(maxsize=8)
+def scenery_without_gloss(scene: Scenery) -> Scenery:
+    """The same with the diffuse reflectance of equal albedo."""
+    return seen_as(lambertian(scene.brdf), scene.sample, scene.fine, scene.bounced, scene.material)
+
+
+@lru_cache(maxsize=8)
+def scenery_of_the_mean(scene: Scenery) -> Scenery:
+    """The same with one BRDF for the whole surface."""
+    return seen_as(scene.brdf, scene.sample, scene.fine, scene.bounced, scene.material)

@@ -1,0 +1,76 @@
+"""Generated scenes and the figures of predictions on them."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.bench.transport.generated_scenes import generated
+from engine.bench.transport.predictions import LEAST, Compared, drawn_settings, predictions, summary
+from engine.core.directions import dot
+from engine.core.errors import InputError, UsageError
+from engine.core.steps import drain
+from engine.planning.costs.setting import Setting
+
+ROW = Compared(3, "a ball under a sky", Setting("sh", {"order": 3}), 0.1, 0.1, 0.001)
+
+
+def errors(*measured: float) -> dict[str, float]:
+    rows = [dataclasses.replace(ROW, seed=seed, measured=value) for seed, value in enumerate(measured)]
+    return {each.name: each.error for each in summary(rows)}
+
+
+def test_predictions_are_judged_whichever_way_they_miss() -> None:
+    assert errors(0.11, 0.09, 0.06, 0.01) == {
+        "predictions-above": 0.25,
+        "predictions-beyond-1.5": 0.5,
+        "predictions-beyond-2": 0.25,
+        "predictions-worst": pytest.approx(10.0),
+    }
+
+
+def test_errors_that_no_picture_shows_are_alike() -> None:
+    assert dataclasses.replace(ROW, predicted=0.0, measured=0.5 * LEAST).factor == 1.0
+
+
+def test_the_worst_is_named_with_the_seed_that_repeats_it() -> None:
+    worst = summary([ROW, dataclasses.replace(ROW, seed=17, measured=0.3)])[-1]
+    assert "seed 17, 30 % where 10 % was predicted (a ball under a sky)" in worst.what
+
+
+def test_a_seed_draws_one_scene_and_its_settings() -> None:
+    names = set()
+    for seed in range(8):
+        (name, scene), (again, same) = generated(seed), generated(seed)
+        assert name == again
+        assert np.array_equal(scene.mesh.positions, same.mesh.positions)
+        assert np.allclose(dot(scene.mesh.normals, scene.mesh.normals), 1.0)
+        assert scene.environment is not None
+        assert np.isfinite(scene.environment.radiance).all()
+        assert drawn_settings(seed, ["direct", "sh"]) == drawn_settings(seed, ["direct", "sh"])
+        names.add(name)
+    assert len(names) == 8
+
+
+def test_closed_models_are_turned_outwards() -> None:
+    for seed in range(8):
+        mesh = generated(seed)[1].mesh
+        a, b, c = (mesh.positions[mesh.faces[:, corner]] for corner in range(3))
+        flat = np.cross(b - a, c - a)
+        assert np.mean(dot(flat, mesh.normals[mesh.faces[:, 0]]) >= 0.0) > 0.99
+
+
+def test_files_of_a_folder_join_where_they_can_be_read(tmp_path: Path) -> None:
+    (tmp_path / "broken.obj").write_bytes(b"v nonsense")
+    (tmp_path / "broken.bsdf").write_bytes(b"")
+    assert all(generated(seed, tmp_path)[1].mesh.positions.size for seed in range(8))
+
+
+def test_wrong_wishes_are_said(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="0 scenes"):
+        drain(predictions(tmp_path, scenes=0))
+    with pytest.raises(InputError, match="no folder"):
+        drain(predictions(tmp_path, data=tmp_path / "absent"))
