@@ -36,6 +36,8 @@ METRICS = {
     "abs": ("Mean absolute", "sr⁻¹"),
     "sq": ("Mean squared", "sr⁻²"),
     "max": ("Largest absolute", "sr⁻¹"),
+    "held_out_rms_cosine_weighted": ("Held out: RMS, cosine-weighted", "sr⁻¹"),
+    "held_out_sq_log": ("Held out: mean squared relative (log)", ""),
 }
 #: Their short labels, for narrow places.
 SHORT_METRICS = {
@@ -46,7 +48,11 @@ SHORT_METRICS = {
     "abs": "Mean",
     "sq": "Mean²",
     "max": "Maximum",
+    "held_out_rms_cosine_weighted": "Held out: RMS × cos",
+    "held_out_sq_log": "Held out: log²",
 }
+#: Those that a search can make small.
+SEARCHED = next(parameter.values for parameter in parameters(FactorSettings) if parameter.name == "metric")
 
 #: The BRDF of the material itself, if no other was chosen.
 MATERIAL = "material"

@@ -200,9 +200,8 @@ class FactorInspector(Panel):
         self.bytes.setText(size_text(rung.size_bytes))
         self.time.setText(f"{rung.time_s:.2f} s")
         for name, figure in self.errors.items():
-            value = rung.rms_cosine_weighted if name == "rms_cosine_weighted" else getattr(rung.metrics, name)
-            unit = METRICS[name][1]
-            figure.setText(f"{value:.3g} {unit}".strip())
+            value, unit = rung.error(name), METRICS[name][1]
+            figure.setText("–" if value is None else f"{value:.3g} {unit}".strip())
         self.remark.setText(remark_of(live.factorisation))
         self.bands.show_bands(rung.rms_by_elevation_band, run.colour)
 
@@ -320,6 +319,12 @@ def remark_of(factorisation: Any) -> str:
     lowest = min(ladder, key=lambda rung: rung.rms_cosine_weighted) if ladder else None
     if lowest is not None and lowest.terms < ladder[-1].terms:
         lines.append(f"RMS × cos is lowest with {lowest.terms} term{'s'[: lowest.terms != 1]}")
+    best = factorisation.best_terms
+    if best is not None:
+        further = "; more make it worse and are not stored" if factorisation.left_out else ""
+        lines.append(f"Held-out errors are best with {best} term{'s'[: best != 1]}{further}")
+    if factorisation.unmeasured:
+        lines.append(factorisation.unmeasured)
     return "\n".join(lines)
 
 
@@ -334,6 +339,8 @@ def _row(*parts: tuple[QWidget, int]) -> QWidget:
 
 
 def _where(name: str) -> str:
+    if name.startswith("held_out"):
+        return "at samples of regions of directions that were left out in turn, or between texels"
     return "over random pairs of directions" if name == "rms_cosine_weighted" else "over the samples and channels"
 
 

@@ -164,25 +164,26 @@ def log_ticks(low: float, high: float) -> list[list[tuple[float, str]]]:
 
 
 def line_of(run: Run, live: Live, against: str, metric: str) -> ErrorLine | None:
-    """The error line of a run; None before it has found anything.
+    """The error line of a run; None before it has found anything, and for errors that are not known of it.
 
     Against time the line goes through everything that was found on the way, against the others through the terms.
     """
-    if not live.ladder:
+    ladder = [rung for rung in live.ladder if rung.error(metric) is not None]
+    if not ladder:
         return None
 
     def error(rung: Any) -> float:
-        found = rung.rms_cosine_weighted if metric == "rms_cosine_weighted" else getattr(rung.metrics, metric)
-        return log10(max(float(found), LEAST))
+        return log10(max(rung.error(metric), LEAST))
 
     def place(rung: Any) -> float:
         if against == "terms":
             return float(rung.terms)
         return log10(max(rung.time_s if against == "time" else rung.size_bytes / 1e3, SHORTEST))
 
-    way = [*live.history] if against == "time" else [*live.ladder]
+    way = ladder
     if against == "time":
-        way += [rung for rung in live.ladder if rung not in way]
+        way = [rung for rung in live.history if rung.error(metric) is not None]
+        way += [rung for rung in ladder if rung not in way]
         way.sort(key=lambda rung: rung.time_s)
-    marks = [(place(rung), error(rung), rung.terms) for rung in live.ladder]
+    marks = [(place(rung), error(rung), rung.terms) for rung in ladder]
     return ErrorLine(run, [place(rung) for rung in way], [error(rung) for rung in way], marks, live.job is not None)

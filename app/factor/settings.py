@@ -16,6 +16,7 @@ from app.document.factoring import (
     METRICS,
     PARAMETRISATIONS,
     PRESETS,
+    SEARCHED,
     SHORT_METRICS,
     Factoring,
 )
@@ -108,7 +109,7 @@ class FactorSettingsPanel(Panel):
             self.search,
             "metric",
             "Minimises",
-            {name: SHORT_METRICS[name] for name in METRICS if name != "rms_cosine_weighted"},
+            {name: SHORT_METRICS[name] for name in METRICS if name in SEARCHED},
             "The error by which the search chooses projections. Logarithms count dark and bright alike, and the "
             "cosine-weighted RMS, which bright values dominate, can rise with them; Mean² weighs bright values most",
         )

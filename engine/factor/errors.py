@@ -179,6 +179,11 @@ class TermError:
             return None
         return HeldOut(self.held_out_rms_cosine_weighted, self.held_out_sq_log)
 
+    def error(self, name: str) -> float | None:
+        """The error called `name`, here or in `metrics`; None for a held-out one that is not known."""
+        found: float | None = getattr(self.metrics, name) if name in METRICS else getattr(self, name)
+        return found
+
 
 @dataclass(frozen=True, eq=False)
 class Factorisation:

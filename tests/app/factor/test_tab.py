@@ -15,9 +15,11 @@ from app.document.document import Document
 from app.document.factoring import MATERIAL, Factoring, Run
 from app.factor.inspector import state_of
 from app.factor.pictures import ANGLES
-from app.factor.plot import log_ticks
+from app.factor.plot import line_of, log_ticks
+from app.factor.runs import Live
 from app.widgets.labels import FIXED, projection_name, shares
 from app.window.main_window import MainWindow
+from engine.factor.errors import Factorisation, Metrics, TermError
 from engine.factor.factor_file import read_factors
 from engine.factor.projections import DIFFERENCE, FIRST, KINDS, SECOND, SUM, FixedProjection, linear
 from engine.factor.settings import FactorSettings
@@ -72,6 +74,9 @@ def test_a_run_becomes_the_chosen_one_and_is_one_step_of_the_history(factor: Any
     assert factor.pages.currentIndex() == 1
     assert len(factor.plot.shown) == 1
     assert "3 of 3" in factor.inspector.many.text()
+    assert "Held-out errors are best with 3 terms" in factor.inspector.remark.text()
+    held_out = factor.inspector.errors["held_out_sq_log"].text()
+    assert float(held_out) == pytest.approx(live.ladder[-1].held_out_sq_log, rel=5e-3)
     document_of(factor).undo_stack.undo()
     assert (factor.factoring.runs, factor.pages.currentIndex()) == ((), 0)
     document_of(factor).undo_stack.redo()
@@ -322,6 +327,19 @@ def test_a_logarithmic_axis_has_ticks_whatever_it_spans(low: float, high: float)
     ticks = log_ticks(low, high)[0]
     assert 1 <= len(ticks) <= 10
     assert all(10.0**place == pytest.approx(float(words)) for place, words in ticks)
+
+
+def test_errors_that_are_not_known_have_no_line() -> None:
+    values = Metrics(0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+    known, older = (
+        TermError(terms, 1, 0.7, (), values, 1.0, 100, held_out_sq_log=held) for terms, held in ((1, 0.8), (2, None))
+    )
+    run = Run(1, 1, "paint", MATERIAL, None)
+    live = Live(factorisation=Factorisation(None, "search", (known, older)))
+    line = line_of(run, live, "terms", "held_out_sq_log")
+    assert line is not None
+    assert [(x, round(10.0**y, 9), terms) for x, y, terms in line.marks] == [(1.0, 0.8, 1)]
+    assert line_of(run, Live(factorisation=Factorisation(None, "search", (older,))), "terms", "held_out_sq_log") is None
 
 
 def test_runs_follow_one_another_when_one_is_removed() -> None:

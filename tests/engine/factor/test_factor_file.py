@@ -139,6 +139,45 @@ def test_damaged_files_are_reported_and_never_read(made: dict[str, Factorisation
             read_factors(tmp_path / "factors")
 
 
+def of_version_1(folder: Path) -> None:
+    """Make the folder one of version 1, which knows nothing of regions that are left out."""
+    record = json.loads((folder / MEMBER).read_text())
+    for name in ("left_out", "held_out_by", "best_terms", "unmeasured"):
+        del record[name]
+    for rung in record["ladder"]:
+        for name in ("held_out_rms_cosine_weighted", "held_out_sq_log", "smoothing"):
+            del rung[name]
+    (folder / MEMBER).write_text(json.dumps(record | {"version": 1}))
+
+
+@pytest.mark.parametrize("kind", ["symmetric", "search"])
+def test_factors_of_version_1_are_read_and_written_as_the_newest(
+    kind: str, made: dict[str, Factorisation], tmp_path: Path
+) -> None:
+    stored = write_factors(tmp_path / "old", made[kind])
+    of_version_1(tmp_path / "old")
+    found = read_factors(tmp_path / "old")
+    wi, wo = np.array([[0.6, 0.0, 0.8]]), np.array([[0.0, 0.28, 0.96]])
+    assert np.array_equal(found.factors.f(wi, wo), stored.factors.f(wi, wo))
+    assert (found.best_terms, found.held_out_by, found.left_out, found.unmeasured) == (None, "", (), "")
+    assert [rung.held_out for rung in found.ladder] == [None] * len(stored.ladder)
+    assert [rung.metrics for rung in found.ladder] == [rung.metrics for rung in stored.ladder]
+    write_factors(tmp_path / "new", found)
+    assert json.loads((tmp_path / "new" / MEMBER).read_text())["version"] == 2
+    assert read_factors(tmp_path / "new").ladder == found.ladder
+
+
+@pytest.mark.long
+def test_a_search_of_version_1_goes_on(made: dict[str, Factorisation], tmp_path: Path) -> None:
+    write_factors(tmp_path / "old", made["search"])
+    of_version_1(tmp_path / "old")
+    old = read_factors(tmp_path / "old")
+    settings = FactorSettings("search", parametrisation="half-diff", size=8, textures=3, restarts=1, samples=500)
+    found = drain(factor(PAINT, settings, old))
+    assert found.best_terms == found.factors.terms
+    assert all(rung.held_out is not None for rung in found.ladder)
+
+
 def test_errors_of_other_terms_are_refused(made: dict[str, Factorisation], tmp_path: Path) -> None:
     for kind in ("symmetric", "search"):
         folder = tmp_path / kind
