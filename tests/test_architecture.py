@@ -59,6 +59,7 @@ EXCEPTIONS = {
     "app/session/settings.py tempfile.mkdtemp": WORKING,
     "app/window/projects.py tempfile.mkdtemp": "a project whose own folder cannot be written",
     "app/session/settings.py shutil.rmtree": WORKING,
+    "app/cli/transport/render_transport.py tempfile.TemporaryDirectory": "a bake for one picture, removed with it",
     "app/bench/window.py tempfile.TemporaryDirectory": "settings of the window that is measured, removed with it",
     "app/bench/soak.py tempfile.TemporaryDirectory": "models and settings of a window that is soaked, removed with it",
     "app/bench/soak.py tempfile.TemporaryFile": "what a soaked window says, read when it has ended",

@@ -93,6 +93,7 @@ SHORT_FILES = {
     "app/cli/selftest.py": "one verb of the command line",
     "app/commands/drawable.py": "one idea that three workspaces share",
     "app/document/history.py": "arithmetic of what undo keeps, without Qt",
+    "app/document/scene.py": "the scene of a project, which window and command line share",
     "app/jobs/newest.py": "the job of which only the newest counts",
     "app/process/garbage.py": "one setting of Python",
     "app/process/heap.py": "one setting of the C library",

@@ -211,7 +211,7 @@ class Workbench(QObject):
         if self.loading is not None:
             self.jobs.cancel(self.loading)
         job = self.jobs.submit("Loading the model", lambda: load_shape(name_or_path), heavy=name_or_path not in SHAPES)
-        job.succeeded.connect(lambda mesh: self.document.change(f"Model {mesh.name}", mesh=mesh))
+        job.succeeded.connect(lambda mesh: self.document.change(f"Model {mesh.name}", mesh=mesh, camera=None))
         self.loading = job
 
     def load_environment(self, name_or_path: str) -> None:

@@ -25,6 +25,7 @@ from engine.capture.stack import ImageStack
 from engine.core.colour import Operator
 from engine.core.directions import Vectors, world_direction
 from engine.core.params import check, param
+from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
@@ -141,7 +142,8 @@ class Look:
 class Project:
     """The photographs, the results made of them, and the display settings; `provenance` is the origin of the material.
 
-    `accuracy` is what was measured of settings of the View workspace.
+    `accuracy` is what was measured of settings of the View workspace. `camera` is where the model is seen from; None
+    where it is framed.
     """
 
     sources: Sources | None = None
@@ -161,6 +163,7 @@ class Project:
     mesh: Mesh | None = None
     environment: EnvironmentMap | None = None
     look: Look = field(default_factory=Look)
+    camera: Camera | None = None
     comparison: Comparison = field(default_factory=Comparison)
     factoring: Factoring = field(default_factory=Factoring)
     accuracy: Accuracy | None = None
@@ -195,9 +198,16 @@ def _nothing_found(name: str) -> Project:
 
 
 class Document(QObject):
-    """Holds the project and its history. `changed(old, new)` follows every change, undo and redo."""
+    """Holds the project and its history.
+
+    Signals
+    -------
+    changed : the project before and after, at every change, undo and redo.
+    seen : the model is seen from elsewhere, which is no step of the history.
+    """
 
     changed = Signal(object, object)
+    seen = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -241,6 +251,12 @@ class Document(QObject):
             for step in again:
                 stack.push(step)
 
+    def look_from(self, camera: Camera | None) -> None:
+        """The model is seen from `camera`; None where it is framed. Undo leaves that as it is."""
+        if camera != self.project.camera:
+            self.project = dataclasses.replace(self.project, camera=camera)
+            self.seen.emit()
+
     def end_gesture(self) -> None:
         """The mouse was released: the next change of the same kind is a step of its own."""
         self._gestures += 1
@@ -281,8 +297,12 @@ class Document(QObject):
         self._show(project)
 
     def _go_to(self, project: Project | str) -> None:
-        if not self._restoring:
-            self._show(self.find(project) if isinstance(project, str) else project)
+        if self._restoring:
+            return
+        found = self.find(project) if isinstance(project, str) else project
+        if found.mesh is self.project.mesh and found.camera != self.project.camera:
+            found = dataclasses.replace(found, camera=self.project.camera)
+        self._show(found)
 
     def _show(self, project: Project) -> None:
         old, self.project = self.project, project

@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from app.document.document import Project, Step
+from app.project.tidying import forget_unused
 from app.project.values import (
     MOST_TEXT,
     Absent,
@@ -39,7 +40,7 @@ from app.project.values import (
     name_of,
 )
 from engine.core.errors import InputError, OutputError
-from engine.storage.atomic import discard, make_folder, write_bytes
+from engine.storage.atomic import make_folder, write_bytes
 
 ENDING = ".lap"
 SCHEMA = 1
@@ -178,7 +179,7 @@ class Writer:
         states.append(history.current)
         self._writes += 1
         if self._writes % TIDY_EVERY == 0:
-            _forget_unused(connection, data_folder(self.path))
+            forget_unused(connection, data_folder(self.path))
         held = {id(getattr(state, part.name)) for state in states for part in fields(state)} | set(map(id, states))
         self._known = {key: known for key, known in self._known.items() if key in held}
 
@@ -186,7 +187,7 @@ class Writer:
         """Forget what no state needs any more, and let go of the file."""
         if self._connection is not None:
             with contextlib.suppress(sqlite3.Error, OSError):  # what is left over is removed the next time
-                _forget_unused(self._connection, data_folder(self.path))
+                forget_unused(self._connection, data_folder(self.path))
         self._let_go()
 
     def _let_go(self) -> None:
@@ -257,14 +258,15 @@ def _keep_beside(path: Path, content: bytes) -> None:
 class Opened:
     """A project that was read: the current document, a function that reads other states by name, and the steps.
 
-    `missing` are the kinds of parts whose data are gone; they are None in the document and can be made again.
+    `missing` are the parts whose data are gone ('mesh', 'shading_map' of the material), with the kind of those; they
+    are None in the document.
     """
 
     current: Project
     state: Callable[[str], Project]
     steps: tuple[Step, ...]
     position: int
-    missing: tuple[str, ...]
+    missing: Mapping[str, str]
 
 
 def read(path: Path) -> Opened:
@@ -276,12 +278,11 @@ def read(path: Path) -> Opened:
     finder = finder_of(path)
     missing: dict[str, str] = {}
     if "current" not in meta:
-        return Opened(Project(), lambda name: _state(path, name, finder, {}), (), 0, ())
+        return Opened(Project(), lambda name: _state(path, name, finder, {}), (), 0, {})
     current = _state(path, meta["current"], finder, missing)
     position = int(meta.get("position", "0")) if str(meta.get("position", "0")).isdigit() else 0
-    return Opened(
-        current, lambda name: _state(path, name, finder, {}), steps, min(position, len(steps)), tuple(missing.values())
-    )
+    missing |= dict.fromkeys(finder.gone, "data that can be made again")
+    return Opened(current, lambda name: _state(path, name, finder, {}), steps, min(position, len(steps)), missing)
 
 
 def _state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -> Project:
@@ -350,51 +351,3 @@ def _read_beside(path: Path) -> bytes:
     if path.stat().st_size > MOST_ARRAY:
         raise OSError("too large")
     return path.read_bytes()
-
-
-def _forget_unused(connection: sqlite3.Connection, folder: Path) -> None:
-    """Remove states that no step leads to, and values and arrays that no state holds."""
-    with connection:
-        connection.execute("BEGIN IMMEDIATE")
-        used = {row[0] for row in connection.execute("SELECT old FROM step UNION SELECT new FROM step")}
-        used |= {row[0] for row in connection.execute("SELECT value FROM meta WHERE name = 'current'")}
-        _keep_only(connection, "state", used)
-        held, arrays = set[str](), set[str]()
-        waiting = [
-            name for (parts,) in connection.execute("SELECT parts FROM state") for name in json.loads(parts).values()
-        ]
-        while waiting:
-            name = waiting.pop()
-            if name in held:
-                continue
-            held.add(name)
-            row = connection.execute("SELECT text FROM value WHERE name = ?", (name,)).fetchone()
-            for kind, content in names_in(json.loads(row[0])) if row else ():
-                if kind == "value":
-                    waiting.append(content)
-                elif kind == "array":
-                    arrays.add(content)
-        _keep_only(connection, "value", held)
-        _keep_only(connection, "array", arrays)
-    connection.execute("PRAGMA incremental_vacuum").fetchall()
-    for beside in (folder / "arrays").glob("*.npy"):
-        if beside.stem not in arrays:
-            discard(beside)
-
-
-def _keep_only(connection: sqlite3.Connection, table: str, names: set[str]) -> None:
-    gone = [(row[0],) for row in connection.execute(f"SELECT name FROM {table}") if row[0] not in names]
-    connection.executemany(f"DELETE FROM {table} WHERE name = ?", gone)
-
-
-def names_in(said: Any) -> Iterator[tuple[str, str]]:
-    """Names of the values, arrays and stacks that a value holds."""
-    if isinstance(said, list):
-        for part in said:
-            yield from names_in(part)
-    elif isinstance(said, Mapping):
-        for key, part in said.items():
-            if key in ("value", "array", "stack") and isinstance(part, str) and len(said) == 1:
-                yield key, part
-            else:
-                yield from names_in(part)

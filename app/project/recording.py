@@ -52,6 +52,7 @@ class Recording(QObject):
         self._delay.setInterval(DELAY_MS)
         self._delay.timeout.connect(self.hand_over)
         document.changed.connect(self._changed)
+        document.seen.connect(self._changed)
         document.undo_stack.indexChanged.connect(self._changed)
         self._thread = threading.Thread(target=self._write, name="project file", daemon=True)
         self._thread.start()
@@ -84,6 +85,7 @@ class Recording(QObject):
     def close(self, seconds: float = 10.0) -> bool:
         """Write what is missing and let go of the file. False where it could not be written in time."""
         self._document.changed.disconnect(self._changed)
+        self._document.seen.disconnect(self._changed)
         self._document.undo_stack.indexChanged.disconnect(self._changed)
         done = self.wait(seconds)
         with self._wake:

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from app.project.copying import photographs
-from app.project.project_file import SCHEMA, connected, data_folder, names_in, read
+from app.project.project_file import SCHEMA, connected, data_folder, read
+from app.project.tidying import names_in
 from engine.core.errors import InputError
 
 

@@ -62,6 +62,7 @@ CLASSES = {
     "engine.factor.projections": ("FixedProjection", "LinearProjection"),
     "engine.factor.separable_factors": ("SeparableFactors",),
     "engine.factor.settings": ("FactorSettings",),
+    "engine.geometry.camera": ("Camera",),
     "engine.geometry.mesh": ("Mesh",),
     "engine.light.environment": ("EnvironmentMap",),
     "engine.light.lamps": ("LampSettings",),
@@ -104,12 +105,16 @@ class Keeper:
 
 @dataclasses.dataclass(frozen=True)
 class Finder:
-    """The other direction: `text` and `array` give what was kept under a name, or raise Absent."""
+    """The other direction: `text` and `array` give what was kept under a name, or raise Absent.
+
+    `made` are the values that were read, by name, and `gone` the parts of materials whose data are not there.
+    """
 
     text: Callable[[str], str]
     array: Callable[[str], Array]
     folder: Path
     made: dict[str, Any] = dataclasses.field(default_factory=dict)
+    gone: set[str] = dataclasses.field(default_factory=set)
 
 
 def name_of(content: bytes) -> str:
@@ -228,16 +233,17 @@ def _decoded_object(said: Mapping[str, Any], finder: Finder, depth: int) -> Any:
     if name == "Sources":
         parts = {**parts, "unpacked": None}
     if name == "Material":  # a material whose maps are gone is built again
-        values = {part: _or_none(each, finder, depth) for part, each in parts.items()}
+        values = {part: _or_none(part, each, finder, depth) for part, each in parts.items()}
     else:
         values = {part: decoded(each, finder, depth + 1) for part, each in parts.items()}
     return kind(**{part: value for part, value in values.items() if part in _parts(kind)})
 
 
-def _or_none(said: Any, finder: Finder, depth: int) -> Any:
+def _or_none(part: str, said: Any, finder: Finder, depth: int) -> Any:
     try:
         return decoded(said, finder, depth + 1)
     except Absent:
+        finder.gone.add(part)
         return None
 
 

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QFileDialog
 
 from app.commands.workbench import Workbench
 from app.document.document import Look, Project
+from app.document.scene import DEFAULT_MODEL
 from app.widgets.panels import Rows, button
 from app.widgets.param_form import ParamForm
 from app.widgets.report import Report
@@ -17,8 +18,6 @@ from engine.core.steps import Step, Steps
 from engine.geometry.mesh import SUFFIXES, Mesh
 from engine.geometry.mesh_repair import INSIDE_OUT
 from engine.geometry.shapes import SHAPES
-
-DEFAULT_MODEL = "cloth"
 
 MODEL_NAMES = {
     "sphere": "Sphere",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from math import radians
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
@@ -13,6 +12,7 @@ from app.commands.workbench import Workbench, load_shape
 from app.document.document import Look, Project
 from app.document.measured import choices_with, look_with, setting_of
 from app.document.modes import flipped, mode_of, modes, why_not
+from app.document.scene import DEFAULT_MODEL, scene_of_project
 from app.jobs.newest import Latest
 from app.view.bake_panel import BakePanel
 from app.view.baking import Baking
@@ -22,7 +22,7 @@ from app.view.light_panel import LIGHT_FIELDS, LightPanel
 from app.view.picture_error import PictureError
 from app.view.pictures import ViewPictures
 from app.view.planning import Planning
-from app.view.scene_panel import DEFAULT_MODEL, ScenePanel
+from app.view.scene_panel import ScenePanel
 from app.viewport.viewport import Viewport
 from app.widgets import theme
 from app.widgets.panels import Fitting, Panel, Segments, enable, side_by_side, text, tool
@@ -31,7 +31,7 @@ from app.widgets.theme import PADDING, STEP, role
 from engine.brdf.brdf import Brdf
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
-from engine.geometry.camera import frame
+from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.setting import Setting
 from engine.scene.scene import Scene
@@ -42,6 +42,9 @@ TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"
 #: Pause after the last change before the error of the directions is measured, and the size of the picture it is for.
 AT_REST_MS = 800
 MEASURED_PX = (640, 480)
+
+#: Pause after the last movement of the camera until the project keeps it.
+KEPT_AFTER_MS = 250
 
 #: A bake that takes no longer begins by itself where a setting is applied that needs it.
 AT_ONCE_S = 60.0
@@ -67,6 +70,11 @@ class ViewTab(QWidget):
         self.at_rest.setSingleShot(True)
         self.at_rest.setInterval(AT_REST_MS)
         self.at_rest.timeout.connect(self._measure)
+        self.camera_at_rest = QTimer(self)
+        self.camera_at_rest.setSingleShot(True)
+        self.camera_at_rest.setInterval(KEPT_AFTER_MS)
+        self.camera_at_rest.timeout.connect(self._keep_camera)
+        self._camera: Camera | None = None
         self._setting: Setting | None = None
         self._to_bake = ""
         self.viewport = Viewport(bench.jobs)
@@ -167,6 +175,7 @@ class ViewTab(QWidget):
         viewport.environment_rotated.connect(self._environment_rotated)
         viewport.drawn.connect(self.drawn)
         viewport.camera_moved.connect(self._error_is_stale)
+        viewport.camera_moved.connect(self.camera_at_rest.start)
         for baking in self.bakings.values():
             baking.relit_changed.connect(self._relit)
             baking.changed.connect(self._setting_may_have_changed)
@@ -231,6 +240,21 @@ class ViewTab(QWidget):
         self.planning.refresh()
         self._want_baked(project, scene)
         self.pictures.show(project, scene, self.lights.handles(project))
+        self._see(project)
+
+    def _see(self, project: Project) -> None:
+        """See the model as a project has it that was opened; a camera that moves meanwhile is left alone."""
+        if project.camera is not self._camera:
+            self._camera = project.camera
+            if project.camera is not None:
+                self.viewport.look_from(project.camera)
+            else:
+                self.viewport.frame()
+
+    def _keep_camera(self) -> None:
+        """The camera has come to rest: the project keeps it."""
+        self._camera = self.viewport.placed
+        self.bench.document.look_from(self._camera)
 
     def _want_baked(self, project: Project, scene: Scene) -> None:
         """Have the light of those modes on screen that are baked."""
@@ -287,25 +311,7 @@ class ViewTab(QWidget):
         mesh = project.mesh or self.default_mesh
         if mesh is None or self.brdf is None:
             return None
-        look = project.look
-        one = 0.0 if look.only_lamps else look.irradiance
-        return Scene(
-            mesh=mesh,
-            camera=self.viewport.camera or frame(mesh.positions),
-            brdf=self.brdf,
-            material=project.material if project.has_map else None,
-            light=tuple(look.light),
-            irradiance=one if project.environment is None else look.gain,
-            environment=project.environment,
-            environment_rotation=radians(look.rotation_deg),
-            directions=look.directions,
-            source=look.source,
-            lookup=look.lookup,
-            above=look.above,
-            repeats=look.repeats,
-            lamps=tuple(settings.lamp for settings in look.lamps),
-            ground=look.ground,
-        )
+        return scene_of_project(project, mesh, self.brdf, self.viewport.camera or frame(mesh.positions))
 
     def _error_is_stale(self) -> None:
         """The picture is another one: its error is measured once it has come to rest."""

@@ -137,6 +137,16 @@ class Viewport(QWidget):
         """Lay a better picture over that of the scene (0) or the other (1), until something changes."""
         self.surface.show_over(side, pixels)
 
+    @property
+    def placed(self) -> Camera | None:
+        """The camera, where somebody has placed it; None where it frames the model."""
+        return None if self._framed else self.camera
+
+    def look_from(self, camera: Camera) -> None:
+        """See the model from `camera`."""
+        if camera != self.camera:
+            self._move(camera)
+
     def frame(self) -> None:
         """Look at the whole model from where it is looked at first."""
         if self._mesh is not None:

@@ -13,7 +13,7 @@ from typing import Any
 from app.arguments.options import settings_from
 from app.arguments.results import TRANSPORT, Input, Output
 from app.cli.brdf import BRDF_HELP
-from app.cli.transport import bake_auto
+from app.cli.transport import bake_auto, project_input
 from app.cli.transport import options as vary
 from app.cli.transport.bake_report import carry_out, subject_of
 from app.cli.transport.method_options import add_options, options, strange_options
@@ -36,9 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "mesh",
         type=Input(reach="file"),
         metavar="MESH",
-        help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob",
+        help=project_input.MESH_HELP,
     )
-    parser.add_argument("--brdf", required=True, type=Input(), metavar="TEXT", help=BRDF_HELP)
+    parser.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
     parser.add_argument(
         "-o",
         "--output",
@@ -50,7 +50,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     hints = "; ".join(f"{method.name}: {method.hint}" for method in transport.METHODS)
     parser.add_argument(
         "--mode",
-        default=transport.DEFAULT,
         choices=(*transport.names(), AUTO),
         help=f"{hints}; {AUTO}: the mode that 'lightarc plan' chooses ({transport.DEFAULT})",
     )
@@ -98,11 +97,22 @@ def _most_variations(method: transport.Method) -> str:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-
+    _choose_mode(arguments)
     _check(arguments)
     if arguments.mode == AUTO:
         return bake_auto.run(arguments, show)
     return _bake(transport.method_of(arguments.mode), arguments, show)
+
+
+def _choose_mode(arguments: argparse.Namespace) -> None:
+    """The mode of a project where nothing else was asked for, if that is baked; a model needs a BRDF."""
+    mode = transport.DEFAULT
+    if project_input.is_given(arguments):
+        chosen = project_input.setup_of(arguments).mode
+        mode = chosen if chosen in transport.names() else mode
+    elif arguments.brdf is None:
+        raise UsageError("a model needs --brdf; a project brings its own")
+    project_input.with_defaults(arguments, {"mode": mode})
 
 
 def _settings(method: Method) -> type[Any]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.arguments.results import Input
+from app.cli.transport import project_input
 from app.cli.transport.bake_report import carry_out, subject_of
 from app.cli.transport.options import variations_of
 from app.cli.transport.plan import add_budget, plan_for, record
@@ -41,7 +42,10 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from engine.transport import method as transport
 
     _check(arguments)
-    environment = open_environment(arguments.env)
+    if project_input.is_given(arguments):
+        environment = project_input.needs_environment(project_input.setup_of(arguments).scene, "--mode auto")
+    else:
+        environment = open_environment(arguments.env)
     variations = variations_of(arguments)
     subject = subject_of(arguments, variations)
     mesh, brdf, ground = subject.mesh, subject.brdf, subject.ground
@@ -91,7 +95,7 @@ def _names(result: dict[str, Any]) -> set[str]:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    if arguments.env is None:
+    if arguments.env is None and not project_input.is_given(arguments):
         raise UsageError("--mode auto needs --env, the light that the plan is for")
     for option in ("error_env", "cluster"):
         if getattr(arguments, option):

@@ -7,8 +7,10 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from app.cli.transport import project_input
 from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, Steps, drain, part
 from engine.transport.method import Baked, Subject, Work
@@ -23,6 +25,10 @@ def subject_of(arguments: argparse.Namespace, variations: Sequence[Variation] = 
     from engine.geometry.ground import Ground
     from engine.geometry.shapes import open_mesh
 
+    if project_input.is_given(arguments):
+        scene = project_input.setup_of(arguments).scene
+        ground = None if scene.ground is None else replace(scene.ground, cells=arguments.ground_cells)
+        return Subject(scene.mesh, scene.brdf, ground, variations)
     ground = None
     if arguments.ground is not None:
         ground = Ground(albedo=arguments.ground, cells=arguments.ground_cells)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from app.arguments.results import Input
 from app.cli.brdf import BRDF_HELP
 from app.cli.transport import options as vary
+from app.cli.transport import project_input
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text, time_text
 from engine.core.steps import Step, drain, part
@@ -18,6 +19,7 @@ from engine.core.steps import Step, drain, part
 if TYPE_CHECKING:
     from engine.planning.ceilings import Ceilings
     from engine.planning.plan import Beyond, EffectsPlan
+    from engine.scene.scene import Scene
 
 HELP = "List the effects that a scene needs, with the error and saving of leaving each out, and the best mode."
 EXAMPLE = "lightarc plan torus-knot --brdf ggx:alpha=0.3 --env studio --error 0.02"
@@ -34,19 +36,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "mesh",
         type=Input(reach="file"),
         metavar="MESH",
-        help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob",
+        help=project_input.MESH_HELP,
     )
-    what = parser.add_mutually_exclusive_group(required=True)
+    what = parser.add_mutually_exclusive_group()
     what.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
     what.add_argument("--material", type=Input(), metavar="BUNDLE", help="a material, with its own BRDF")
     parser.add_argument(
-        "--env", required=True, type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
+        "--env", type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
     )
     add_budget(parser)
     vary.add_argument(parser)
-    parser.add_argument(
-        "--env-rotation-deg", type=float, default=0.0, metavar="A", help="rotation of the environment about +Y (0)"
-    )
+    parser.add_argument("--env-rotation-deg", type=float, metavar="A", help="rotation of the environment about +Y (0)")
     parser.add_argument(
         "--ground",
         nargs="?",
@@ -101,21 +101,13 @@ def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> Non
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.bundle.bundle import open_bundle
-    from engine.factor.factor_file import open_reflectance
-    from engine.geometry.ground import Ground
-    from engine.geometry.shapes import open_mesh
-    from engine.light.environment_file import open_environment
-
     _check(arguments)
-    ground = Ground(albedo=arguments.ground) if arguments.ground is not None else None
-    material = open_bundle(arguments.material) if arguments.material else None
-    brdf = open_reflectance(arguments.brdf) if material is None else material.reflectance
-    mesh, environment = open_mesh(arguments.mesh), open_environment(arguments.env)
+    scene = _scene(arguments)
+    mesh, brdf, environment = scene.mesh, scene.brdf, scene.environment
     options = {
-        "ground": ground,
-        "rotation": math.radians(arguments.env_rotation_deg),
-        "material": material,
+        "ground": scene.ground,
+        "rotation": scene.environment_rotation,
+        "material": scene.material,
         "variations": vary.variations_of(arguments),
         "pixels": arguments.width * arguments.height,
         "aspect": arguments.width / arguments.height,
@@ -130,6 +122,33 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         **record(found),
         "warnings": list(mesh.health.warnings),
     }
+
+
+def _scene(arguments: argparse.Namespace) -> Scene:
+    """The model or the project that is planned, under an environment."""
+    from engine.bundle.bundle import open_bundle
+    from engine.factor.factor_file import open_reflectance
+    from engine.geometry.camera import frame
+    from engine.geometry.ground import Ground
+    from engine.geometry.shapes import open_mesh
+    from engine.light.environment_file import open_environment
+    from engine.scene.scene import Scene
+
+    if project_input.is_given(arguments):
+        scene = project_input.setup_of(arguments).scene
+        project_input.needs_environment(scene, "a plan")
+        return scene
+    material = open_bundle(arguments.material) if arguments.material else None
+    mesh = open_mesh(arguments.mesh)
+    return Scene(
+        mesh=mesh,
+        camera=frame(mesh.positions, arguments.width / arguments.height),
+        brdf=open_reflectance(arguments.brdf) if material is None else material.reflectance,
+        material=material,
+        environment=open_environment(arguments.env),
+        environment_rotation=math.radians(arguments.env_rotation_deg),
+        ground=Ground(albedo=arguments.ground) if arguments.ground is not None else None,
+    )
 
 
 def plan_for(
@@ -291,9 +310,12 @@ def _check(arguments: argparse.Namespace) -> None:
         value = getattr(arguments, name)
         if value is not None and not 0.0 < value < math.inf:
             raise UsageError(f"--{name.replace('_', '-')} {value} is not above 0")
+    if not project_input.is_given(arguments):
+        project_input.check_model(arguments)
+        project_input.with_defaults(arguments, {"env_rotation_deg": 0.0})
     if arguments.frames < 1:
         raise UsageError(f"--frames {arguments.frames} is below 1")
-    if not math.isfinite(arguments.env_rotation_deg):
+    if not math.isfinite(arguments.env_rotation_deg or 0.0):
         raise UsageError(f"--env-rotation-deg {arguments.env_rotation_deg} is not finite")
     if not (1 <= arguments.width <= 1 << 15 and 1 <= arguments.height <= 1 << 15):
         raise UsageError(f"pictures of {arguments.width} × {arguments.height} pixels are not possible")

@@ -6,12 +6,13 @@ import argparse
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, picture_by
-from app.cli.transport import render_auto, render_transport
+from app.cli.transport import project_input, render_auto, render_transport
 from app.cli.transport.options import LIGHT_DEG, angles_argument, lamp_argument
-from app.cli.transport.render_output import ON_PROCESSOR, off_screen, record_of, write_picture
+from app.cli.transport.render_output import ON_PROCESSOR, lights_of, off_screen, record_of, write_picture
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, drain
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from engine.light.lamps import Lamp
+    from app.project.setup import Setup
     from engine.scene.scene import Scene
 
 HELP = "Draw a material on a model."
@@ -34,6 +35,19 @@ MOST_PIXELS = 2**28
 SUB_PIXELS, MOST_SUB_PIXELS = 2, 16
 PATHS, MOST_PATHS = 64, 2**20
 
+#: Values of the options of a model unless something else is said; a project says them itself.
+DEFAULTS = {
+    "intensity": 1.0,
+    "env_rotation_deg": 0.0,
+    "directions": 64,
+    "source": "slices",
+    "lookup": "radiance",
+    "above": "clamp",
+    "tile": 4.0,
+    "exposure": 0.0,
+    "tone_map": "neutral",
+}
+
 #: Most points of the surface that a path may touch.
 MOST_DEPTH = 1000
 
@@ -43,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "mesh",
         type=Input(reach="file"),
         metavar="MESH",
-        help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob",
+        help=project_input.MESH_HELP,
     )
     parser.add_argument(
         "-o",
@@ -69,9 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="direction of the light in the world: THETA from +Y (up), PHI from +Z (the viewer's side of the plane) "
         "towards +X (right); 90,0 shines along -Z (50,30; none if a --lamp is given)",
     )
-    parser.add_argument(
-        "--intensity", type=float, default=1.0, metavar="L", help="irradiance of the light, or factor on --env (1)"
-    )
+    parser.add_argument("--intensity", type=float, metavar="L", help="irradiance of the light, or factor on --env (1)")
     parser.add_argument(
         "--env",
         type=Input(reach="file"),
@@ -82,7 +94,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--env-rotation-deg",
         type=float,
-        default=0.0,
         metavar="A",
         help="rotation of the environment about +Y, anticlockwise from above (0)",
     )
@@ -105,7 +116,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="put the model on a diffuse ground (albedo 0.5)",
     )
     parser.add_argument(
-        "--directions", type=int, default=64, metavar="N", help="number of lights that represent the environment (64)"
+        "--directions", type=int, metavar="N", help="number of lights that represent the environment (64)"
     )
     parser.add_argument(
         "--measure-error",
@@ -121,12 +132,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     render_auto.add_arguments(parser.add_argument_group("--mode auto"))
     render_transport.add_arguments(parser)
-    parser.add_argument("--from", dest="source", default="slices", choices=("slices", "power-law"))
-    parser.add_argument("--lookup", default="radiance", choices=("radiance", "texture", "outgoing", "angle"))
-    parser.add_argument(
-        "--above", default="clamp", choices=("clamp", "scale"), help="lookup beyond the brightest photograph (clamp)"
-    )
-    parser.add_argument("--tile", type=float, default=4.0, metavar="N", help="repeats of the material over one uv (4)")
+    parser.add_argument("--from", dest="source", choices=("slices", "power-law"))
+    parser.add_argument("--lookup", choices=("radiance", "texture", "outgoing", "angle"))
+    parser.add_argument("--above", choices=("clamp", "scale"), help="lookup beyond the brightest photograph (clamp)")
+    parser.add_argument("--tile", type=float, metavar="N", help="repeats of the material over one uv (4)")
     parser.add_argument("--width", type=int, default=1024, metavar="PX", help="width of the picture (1024)")
     parser.add_argument("--height", type=int, default=768, metavar="PX", help="height of the picture (768)")
     parser.add_argument(
@@ -136,8 +145,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="'eye=0,0,4 target=0,0,0 up=0,1,0 fov_deg=35' in the mesh's own coordinates, vertical field of view; "
         "parts left out are chosen to frame the model",
     )
-    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="exposure in stops (0)")
-    parser.add_argument("--tone-map", default="neutral", choices=("neutral", "none", "aces"))
+    parser.add_argument("--exposure", type=float, metavar="EV", help="exposure in stops (0)")
+    parser.add_argument("--tone-map", choices=("neutral", "none", "aces"))
     parser.add_argument(
         "--samples",
         type=int,
@@ -165,12 +174,15 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from engine.render.display import Display
 
     start = time.perf_counter()
+    setup = _setup(arguments)
     _check(arguments)
     display = Display(arguments.exposure, arguments.tone_map)
+    if setup is not None and arguments.mode in transport.names():
+        return render_transport.run_scene(setup.scene, arguments, display, show)
     if render_transport.is_baked(arguments):
         return render_transport.run(arguments, display, show)
     render_transport.check_absent(arguments)
-    scene = _scene(arguments)
+    scene = setup.scene if setup is not None else _scene(arguments)
     plan: dict[str, Any] = {}
     if arguments.mode == "auto":
         scene, arguments, plan = render_auto.planned(scene, arguments, show)
@@ -185,10 +197,29 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         **drawn,
         **record_of(picture),
         "sigma": scene.sigma,
-        **_light(scene),
+        **lights_of(scene),
         **error,
         "time_s": time.perf_counter() - start,
     }
+
+
+def _setup(arguments: argparse.Namespace) -> Setup | None:
+    """The project in the place of the model, whose mode and display hold where nothing else was asked for."""
+    if not project_input.is_given(arguments):
+        project_input.with_defaults(arguments, DEFAULTS)
+        return None
+    setup = project_input.setup_of(arguments)
+    look = setup.project.look
+    project_input.with_defaults(
+        arguments, {"mode": setup.mode, "exposure": look.exposure_ev, "tone_map": look.tone_map}
+    )
+    if arguments.mode == "shading-map" and setup.scene.material is None:
+        raise UsageError("--mode shading-map needs a project with a material")
+    if arguments.mode == "auto":
+        raise UsageError("--mode auto is for a model with a --brdf; a project has its mode")
+    if arguments.measure_error:
+        project_input.needs_environment(setup.scene, "--measure-error")
+    return replace(setup, scene=replace(setup.scene, material=None)) if arguments.mode == "direct" else setup
 
 
 def report(result: dict[str, Any]) -> str:
@@ -216,9 +247,10 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--seed {arguments.seed} is negative")
     if arguments.max_depth > 1 and not is_reference:
         raise UsageError("--max-depth needs --mode reference")
-    if arguments.measure_error and not arguments.env:
+    is_project = project_input.is_given(arguments)
+    if arguments.measure_error and not arguments.env and not is_project:
         raise UsageError("--measure-error needs --env")
-    if arguments.mode == "shading-map" and not arguments.material:
+    if arguments.mode == "shading-map" and not arguments.material and not is_project:
         raise UsageError("--mode shading-map needs --material")
 
 
@@ -330,33 +362,6 @@ def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], No
     picture = drain(radiance(scene, size, samples=arguments.samples), show)
     frame_s = time.perf_counter() - start
     return picture, {}, {"frame_s": frame_s, "gl_renderer": ON_PROCESSOR, "warnings": warnings}
-
-
-def _light(scene: Scene) -> dict[str, Any]:
-    """The lights of the scene, and the ground that they fall on."""
-    lights: dict[str, Any] = {}
-    if scene.environment is not None:
-        lights = {"environment": scene.environment.name, "directions": scene.directions}
-    elif scene.irradiance or not scene.lamps:
-        lights = {"light_direction": list(scene.light), "directions": 1}
-    if scene.lamps:
-        lights["lamps"] = [_described(lamp) for lamp in scene.lamps]
-        lights["directional_lights"] = len(scene.lights.direction)
-    if scene.ground is not None:
-        lights["ground_albedo"] = scene.ground.albedo
-    return lights
-
-
-def _described(lamp: Lamp) -> dict[str, Any]:
-    from engine.core.directions import world_angles
-
-    theta, phi = world_angles(lamp.direction)
-    return {
-        "theta_deg": math.degrees(theta),
-        "phi_deg": math.degrees(phi),
-        "radius_deg": math.degrees(lamp.radius),
-        "irradiance": list(lamp.irradiance),
-    }
 
 
 def _error(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:

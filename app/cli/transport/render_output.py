@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from engine.gl.draw import OffScreen
+    from engine.light.lamps import Lamp
     from engine.render.display import Display
+    from engine.scene.scene import Scene
 
 #: Value of `gl_renderer` if no device has drawn.
 ON_PROCESSOR = "none (drawn on the processor)"
@@ -56,6 +59,33 @@ def record_of(picture: NDArray[np.float32]) -> dict[str, Any]:
         "height_px": height,
         "mean_radiance": float(luminance(picture[..., :3].astype("f8")).mean()),
         "covered_fraction": float(picture[..., 3].mean(dtype="f8")),
+    }
+
+
+def lights_of(scene: Scene) -> dict[str, Any]:
+    """The lights of the scene, and the ground that they fall on."""
+    lights: dict[str, Any] = {}
+    if scene.environment is not None:
+        lights = {"environment": scene.environment.name, "directions": scene.directions}
+    elif scene.irradiance or not scene.lamps:
+        lights = {"light_direction": list(scene.light), "directions": 1}
+    if scene.lamps:
+        lights["lamps"] = [_described(lamp) for lamp in scene.lamps]
+        lights["directional_lights"] = len(scene.lights.direction)
+    if scene.ground is not None:
+        lights["ground_albedo"] = scene.ground.albedo
+    return lights
+
+
+def _described(lamp: Lamp) -> dict[str, Any]:
+    from engine.core.directions import world_angles
+
+    theta, phi = world_angles(lamp.direction)
+    return {
+        "theta_deg": math.degrees(theta),
+        "phi_deg": math.degrees(phi),
+        "radius_deg": math.degrees(lamp.radius),
+        "irradiance": list(lamp.irradiance),
     }
 
 

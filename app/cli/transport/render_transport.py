@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     from engine.geometry.camera import Camera
     from engine.render.display import Display
+    from engine.scene.scene import Scene
     from engine.transport.relit import Illuminated, Relit
 
 
@@ -68,6 +70,38 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         "negative_rel": negative_rel,
         **record_of(picture),
         "warnings": [*found.warnings, *drawn["warnings"], *_negative(negative_rel, found.remedy)],
+        "time_s": time.perf_counter() - started,
+    }
+
+
+def run_scene(
+    scene: Scene, arguments: argparse.Namespace, display: Display, show: Callable[[Step], None]
+) -> dict[str, Any]:
+    """The picture of a project in a baked mode: a bake with the usual settings, which is gone afterwards."""
+    from app.document.bake_request import baked, choices_for, estimated, wanted_of
+    from engine.transport.relit import light_of as light_of_scene
+
+    if arguments.measure_error:
+        raise UsageError("--measure-error needs chosen directions; baked transport uses the whole environment")
+    started = time.perf_counter()
+    choices = choices_for(arguments.mode)
+    wanted = wanted_of(scene.mesh, scene.ground, scene.brdf, choices, None)
+    estimate = drain(part(estimated(wanted), 0.0, 0.1), show)
+    if estimate.why_not:
+        raise UsageError(estimate.why_not)
+    with tempfile.TemporaryDirectory() as folder:
+        made = drain(part(baked(Path(folder) / "scene.transport", estimate), 0.1, 0.8), show)
+        relighting = made.relighter(light_of_scene(scene), choices.light, scene.brdf)
+        relit = drain(part(relighting, 0.8, 0.9), show)
+        picture, drawn = _draw(relit, scene.camera, arguments, show)
+    write_picture(arguments.output, picture, display)
+    return {
+        "image": arguments.output,
+        "mode": arguments.mode,
+        "vertices": len(relit.mesh.positions),
+        "bake_s": made.bake_s,
+        **drawn,
+        **record_of(picture),
         "time_s": time.perf_counter() - started,
     }
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, sweep_in
 from app.cli.brdf import BRDF_HELP
+from app.cli.transport import project_input
 from app.process import ending
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, percent_within, size_text, time_text
@@ -52,14 +53,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "mesh",
         type=Input(reach="file"),
         metavar="MESH",
-        help="a file, or a built-in: sphere, plane, torus-knot, cloth, blob",
+        help=project_input.MESH_HELP,
     )
     parser.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
     parser.add_argument(
         "--material", type=Input(), metavar="BUNDLE", help="a material with a shading map, and its own BRDF"
     )
     parser.add_argument(
-        "--env", required=True, type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
+        "--env", type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
     )
     parser.add_argument(
         "-o",
@@ -86,10 +87,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="name the best setting within '8 ms and 100 MB' (least error) or '1 %%' (least time)",
     )
     parser.add_argument("--axis", default="frame", choices=AXES, help="the time that --choose compares (frame)")
-    parser.add_argument(
-        "--env-rotation-deg", type=float, default=0.0, metavar="A", help="rotation of the environment about +Y (0)"
-    )
-    parser.add_argument("--intensity", type=float, default=1.0, metavar="L", help="factor on the environment (1)")
+    parser.add_argument("--env-rotation-deg", type=float, metavar="A", help="rotation of the environment about +Y (0)")
+    parser.add_argument("--intensity", type=float, metavar="L", help="factor on the environment (1)")
     parser.add_argument(
         "--ground",
         nargs="?",
@@ -104,7 +103,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--width", type=int, default=320, metavar="PX", help="width of the pictures (320)")
     parser.add_argument("--height", type=int, default=240, metavar="PX", help="height of the pictures (240)")
     parser.add_argument("--max-depth", type=int, default=1, metavar="D", help="largest path depth of the reference (1)")
-    parser.add_argument("--tile", type=float, default=4.0, metavar="N", help="repeats of the material over one uv (4)")
+    parser.add_argument("--tile", type=float, metavar="N", help="repeats of the material over one uv (4)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the reference (0)")
 
 
@@ -281,8 +280,9 @@ def _predictions(found: dict[str, Any]) -> list[str]:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    if (arguments.brdf is None) == (arguments.material is None):
-        raise UsageError("give either --brdf or --material")
+    if not project_input.is_given(arguments):
+        project_input.check_model(arguments)
+        project_input.with_defaults(arguments, {"env_rotation_deg": 0.0, "intensity": 1.0, "tile": 4.0})
     if not 1.0 <= arguments.budget_s <= MOST_S:
         raise UsageError(f"--budget-s {arguments.budget_s} is outside 1 … {MOST_S:.0f}")
     width, height = arguments.width, arguments.height
@@ -307,7 +307,7 @@ def _settings(arguments: argparse.Namespace, scene: Scene) -> list[Setting]:
     strange = [mode for mode in modes if mode not in all_modes()]
     if strange:
         raise UsageError(f"{strange[0]!r} is not a mode; known are {', '.join(all_modes())}")
-    if "shading-map" in modes and not arguments.material:
+    if "shading-map" in modes and scene.material is None:
         raise UsageError("the mode shading-map needs --material")
     return settings_of(scene, modes or modes_of(scene), bounces=arguments.max_depth > 1)
 
@@ -321,6 +321,10 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     from engine.light.environment_file import open_environment
     from engine.scene.scene import Scene
 
+    if project_input.is_given(arguments):
+        scene = project_input.setup_of(arguments).scene
+        project_input.needs_environment(scene, "a sweep")
+        return scene
     material = open_bundle(arguments.material) if arguments.material else None
     brdf = material.reflectance if material else open_reflectance(arguments.brdf)
     mesh = open_mesh(arguments.mesh)
@@ -343,6 +347,8 @@ def _scene(arguments: argparse.Namespace) -> Scene:
 def _title(arguments: argparse.Namespace) -> str:
     from engine.brdf.brdf import MODELS
 
+    if project_input.is_given(arguments):
+        return Path(arguments.mesh).stem
     named = arguments.brdf or arguments.material
     what = named if named.partition(":")[0] in MODELS else Path(named).name
     return f"{Path(arguments.mesh).name}, {what}, under {Path(arguments.env).name}"

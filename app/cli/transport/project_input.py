@@ -1,0 +1,104 @@
+"""A project file in place of a model: the scene that a person set up there is what the verbs of transport work on.
+
+Model, ground and material are the project's, and options that contradict them are refused. Light, look-up and camera
+may be given anew, so that a batch goes on from what a person set up.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from engine.core.errors import UsageError
+
+if TYPE_CHECKING:
+    from app.project.setup import Setup
+    from engine.scene.scene import Scene
+
+#: Options that a project decides.
+DECIDED = ("material", "brdf", "ground", "vary")
+
+#: Options for parts of a scene, as they are called there.
+PARTS = {"directions": "directions", "source": "source", "lookup": "lookup", "above": "above", "tile": "repeats"}
+
+MESH_HELP = "a file, a built-in (sphere, plane, torus-knot, cloth, blob), or a project (.lap), which brings its scene"
+
+
+def is_given(arguments: argparse.Namespace) -> bool:
+    """True where a project is in the place of the model."""
+    from app.project.setup import is_project
+
+    return is_project(arguments.mesh)
+
+
+def setup_of(arguments: argparse.Namespace) -> Setup:
+    """The project in the place of the model, with the light, the look-up and the camera that the options give anew."""
+    from app.project.setup import set_up
+
+    for name in DECIDED:
+        if getattr(arguments, name, None):
+            raise UsageError(f"--{name} is part of the project; change it there")
+    size = getattr(arguments, "width", None), getattr(arguments, "height", None)
+    aspect = size[0] / size[1] if size[0] and size[1] else 4.0 / 3.0
+    setup = set_up(Path(arguments.mesh), aspect)
+    return replace(setup, scene=_with_options(setup.scene, arguments))
+
+
+def _with_options(scene: Scene, arguments: argparse.Namespace) -> Scene:
+    from engine.geometry.camera import parse
+
+    parts: dict[str, Any] = {"camera": parse(getattr(arguments, "camera", None) or "", scene.camera)}
+    parts |= _light(arguments)
+    if (intensity := getattr(arguments, "intensity", None)) is not None:
+        parts["irradiance"] = intensity
+    if (turn_deg := getattr(arguments, "env_rotation_deg", None)) is not None:
+        parts["environment_rotation"] = math.radians(turn_deg)
+    for option, part in PARTS.items():
+        if (value := getattr(arguments, option, None)) is not None:
+            parts[part] = value
+    return replace(scene, **parts)
+
+
+def _light(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The light in place of the project's, all of it; nothing where no option names one."""
+    from app.cli.transport.options import LIGHT_DEG
+    from engine.core.directions import world_direction
+    from engine.light.environment_file import open_environment
+
+    light_deg, lamps = getattr(arguments, "light_deg", None), tuple(getattr(arguments, "lamp", ()))
+    path = getattr(arguments, "env", None)
+    if light_deg is None and not lamps and path is None:
+        return {}
+    only_lamps = light_deg is None and path is None
+    return {
+        "light": tuple(world_direction(*map(math.radians, light_deg or LIGHT_DEG))),
+        "irradiance": 0.0 if only_lamps else 1.0,
+        "environment": open_environment(path) if path is not None else None,
+        "environment_rotation": 0.0,
+        "lamps": lamps,
+    }
+
+
+def check_model(arguments: argparse.Namespace) -> None:
+    """Wrong usage where a model comes without what a project brings: one reflectance, and an environment."""
+    if (arguments.brdf is None) == (arguments.material is None):
+        raise UsageError("a model needs either --brdf or --material; a project brings its own")
+    if arguments.env is None:
+        raise UsageError("a model needs --env; a project brings its own light")
+
+
+def with_defaults(arguments: argparse.Namespace, defaults: dict[str, Any]) -> None:
+    """Fill in what was left out, where there is no project that says it."""
+    for name, value in defaults.items():
+        if getattr(arguments, name) is None:
+            setattr(arguments, name, value)
+
+
+def needs_environment(scene: Scene, verb: str) -> Any:
+    """The environment of a scene; wrong usage where one light is all that it has."""
+    if scene.environment is None:
+        raise UsageError(f"{verb} is for an environment, and the project has none: choose one there, or give --env")
+    return scene.environment

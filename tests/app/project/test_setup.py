@@ -1,0 +1,120 @@
+"""A project as input of the command line: the scene that a person set up is what is drawn, baked and planned."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.document.document import Document, Look, Project
+from app.project.project_file import History, Writer, data_folder
+from app.project.setup import set_up
+from engine.core.errors import InputError
+from engine.geometry.camera import Camera, frame
+from engine.geometry.shapes import shape
+from engine.images.decode import read_image
+from engine.light.lamps import LampSettings
+from engine.light.sky import built_in
+from engine.scene.material import Material
+from engine.transport.baking.file import open_transport
+from tests.app.command import Command
+from tests.engine.scenes import weave
+
+CAMERA = Camera((0.0, 0.5, 4.0), (0.0, 0.0, 0.0), fov_deg=30.0)
+BRDF = "ggx:alpha=0.3"
+LOOK = Look(mode="direct", light_theta_deg=40.0, light_phi_deg=10.0, irradiance=2.0, exposure_ev=1.0, has_ground=True)
+SMALL = ("--width", "48", "--height", "36", "--renderer", "cpu", "--samples", "1")
+
+
+def saved(path: Path, **parts: Any) -> Path:
+    """A project file with these parts."""
+    writer = Writer(path)
+    writer.write(History(Project(**parts)))
+    writer.close()
+    return path
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    material = Material(None, None, brdf=BRDF)
+    return saved(tmp_path / "a.lap", mesh=shape("sphere"), material=material, look=LOOK, camera=CAMERA)
+
+
+def test_the_scene_is_the_one_that_was_set_up(tmp_path: Path) -> None:
+    lamps = (LampSettings(),)
+    look = Look(gain=3.0, rotation_deg=90.0, lamps=lamps, repeats=5.0, source="power-law", lookup="angle", directions=8)
+    sky, material = built_in("overcast"), weave(16)
+    path = saved(tmp_path / "a.lap", mesh=shape("sphere"), environment=sky, material=material, look=look, camera=CAMERA)
+    found = set_up(path)
+    scene = found.scene
+    assert (scene.camera, scene.irradiance, scene.repeats, scene.directions) == (CAMERA, 3.0, 5.0, 8)
+    assert (scene.source, scene.lookup, scene.lamps) == ("power-law", "angle", (lamps[0].lamp,))
+    assert scene.environment_rotation == pytest.approx(np.pi / 2)
+    assert scene.environment is not None
+    assert np.array_equal(scene.environment.radiance, sky.radiance)
+    assert scene.material is not None
+    assert found.mode == "shading-map"
+    assert np.array_equal(scene.mesh.positions, shape("sphere").positions)
+
+
+def test_a_model_that_nobody_moved_is_framed_for_the_picture(tmp_path: Path) -> None:
+    path = saved(tmp_path / "a.lap")
+    scene = set_up(path, 2.0).scene
+    assert scene.mesh.name == "cloth"
+    assert scene.camera == frame(scene.mesh.positions, 2.0)
+
+
+def test_data_that_are_gone_are_named_in_place_of_another_scene(tmp_path: Path) -> None:
+    path = saved(tmp_path / "a.lap", mesh=shape("sphere"), environment=built_in("overcast"), material=weave(16))
+    shutil.rmtree(data_folder(path))
+    with pytest.raises(InputError, match="model and light and shading map and power law"):
+        set_up(path)
+
+
+def test_a_picture_of_a_project_is_the_picture_of_its_scene(lightarc: Command, project: Path, tmp_path: Path) -> None:
+    one, other = tmp_path / "one.exr", tmp_path / "other.exr"
+    found = lightarc("render", project, "-o", one, *SMALL, "--json")
+    assert found.code == 0, found.err
+    camera = "eye=0,0.5,4 target=0,0,0 fov_deg=30"
+    options = ("--brdf", BRDF, "--light-deg", "40,10", "--intensity", "2", "--camera", camera, "--ground")
+    assert lightarc("render", "sphere", "-o", other, *options, *SMALL).code == 0
+    assert np.array_equal(read_image(one).pixels, read_image(other).pixels)
+    lit = tmp_path / "lit.exr"
+    assert lightarc("render", project, "-o", lit, "--intensity", "4", *SMALL).code == 0
+    assert np.allclose(read_image(lit).pixels, 2.0 * read_image(one).pixels, rtol=2e-3)
+
+
+def test_options_that_contradict_a_project_are_refused(lightarc: Command, project: Path, tmp_path: Path) -> None:
+    found = lightarc("render", project, "-o", tmp_path / "a.png", "--brdf", "phong")
+    assert found.code == 2
+    assert "--brdf is part of the project" in found.err
+    for verb, output in (("plan", ()), ("tradeoff", ("-o", tmp_path / "sweep"))):
+        assert "the project has none" in lightarc(verb, project, *output).err
+        assert "needs either --brdf or --material" in lightarc(verb, "sphere", *output).err
+    assert "a model needs --brdf" in lightarc("bake", "sphere", "-o", tmp_path / "a.transport").err
+
+
+def test_a_bake_of_a_project_is_of_its_model_ground_and_mode(lightarc: Command, tmp_path: Path) -> None:
+    look = Look(mode="sh", has_ground=True, ground_albedo=0.25)
+    path = saved(tmp_path / "a.lap", mesh=shape("plane"), look=look, material=Material(None, None, brdf="lambert"))
+    target = tmp_path / "a.transport"
+    found = lightarc("bake", path, "-o", target, "--order", "3", "--ground-cells", "4", "--json")
+    assert found.code == 0, found.err
+    assert json.loads(found.out)["vertices"] == len(shape("plane").positions) + 25
+    assert open_transport(target).kind == "sh"
+
+
+def test_the_camera_is_kept_beside_the_steps_and_undo_leaves_it() -> None:
+    document = Document()
+    document.change("Model", mesh=shape("sphere"))
+    document.change("Gain", look=Look(gain=2.0))
+    document.look_from(CAMERA)
+    assert document.undo_stack.count() == 2
+    document.undo_stack.undo()
+    assert (document.project.look.gain, document.project.camera) == (1.0, CAMERA)
+    document.undo_stack.undo()
+    assert (document.project.mesh, document.project.camera) == (None, None)
