@@ -188,6 +188,11 @@ def figures_in(folder: str, options: argparse.Namespace) -> list[tuple[str, Kind
     return [(folder, SHARED), *((str(Path(folder) / name), FIGURE) for name in names if name in FIGURES)]
 
 
+def project_result(path: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
+    """A replay makes a folder, all else that is written of a project is one."""
+    return [(path, REPLAY if options.action == "replay" else PROJECT)]
+
+
 def sweep_in(folder: str, _options: argparse.Namespace) -> list[tuple[str, Kind]]:
     """The files of a sweep, each replaced by itself, within a folder that may hold others."""
     stems = ("tradeoff", "tradeoff-relight", "tradeoff-bake", "tradeoff-memory")
@@ -225,6 +230,7 @@ DEMO = _folder(
 FACTORS = _folder("a folder of factors", "factors.json", "term-*.exr", "terms-*.exr")
 FIGURE = _folder("a figure", "figure.json", "*.png", "*.svg", "pictures.csv", "curves.csv", "radiance/*.exr")
 PROJECT = Kind("a project", (".lap",))
+REPLAY = _folder("a replay", "replay.json", "stack/*", "material.lightarc")
 SHARED = Kind("a folder", shared=True)
 SOAK_LOG = _folder("a record of a soak", "soak.jsonl")
 SWEEP = Kind("a file of a sweep", (".json", ".csv", ".png", ".svg"), is_earlier=_is_sweep)

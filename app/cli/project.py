@@ -1,4 +1,4 @@
-"""`lightarc project`: show, check or collect a project file."""
+"""`lightarc project`: show, check, collect or replay a project file."""
 
 from __future__ import annotations
 
@@ -7,37 +7,48 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from app.arguments.results import PROJECT, Input, Output
+from app.arguments.results import Input, Output, project_result
 from app.arguments.usage import BAD_FILE, DONE
 from engine.core.errors import UsageError
-from engine.core.steps import Step
+from engine.core.steps import Step, drain
 
 NAME = "project"
-HELP = "Show a project file, check it, or collect it with its photographs for another machine."
+HELP = "Show a project file, check it, collect it with its photographs, or make its results anew from them."
 EXAMPLE = "lightarc project info Felt.lap --json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "action", choices=("info", "verify", "collect"), help="info: what is in it; verify: read all; collect: copy all"
+        "action",
+        choices=("info", "verify", "collect", "replay"),
+        help="info: what is in it; verify: read all; collect: copy all; replay: make all results anew and compare them",
     )
     parser.add_argument("path", type=Input(Path), metavar="PROJECT", help="a .lap file")
     parser.add_argument(
-        "-o", "--output", type=Output(PROJECT, Path), metavar="FILE", help="collect: the .lap file to write"
+        "-o",
+        "--output",
+        type=Output(project_result, Path),
+        metavar="FILE",
+        help="collect: the .lap file to write; replay: the folder",
     )
     parser.add_argument("--without-derived", action="store_true", help="collect: leave out what can be made again")
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """The description that `app.project.report` gives; exit code 3 where a verified project is not sound."""
+    from app.commands.replay import replayed
     from app.project.copying import collect
     from app.project.places import remove
     from app.project.report import described, problems_of
 
     show(Step(0.0, "reading the project"))
+    if arguments.action in ("collect", "replay") and arguments.output is None:
+        raise UsageError(
+            f"{arguments.action} needs -o, the {'project' if arguments.action == 'collect' else 'folder'} to write"
+        )
+    if arguments.action == "replay":
+        return {"results": drain(replayed(arguments.path, arguments.output), show), "output": str(arguments.output)}
     if arguments.action == "collect":
-        if arguments.output is None:
-            raise UsageError("collect needs -o FILE, the project to write")
         if arguments.overwrite:
             remove(arguments.output)
         for step in collect(arguments.path, arguments.output, not arguments.without_derived):
@@ -52,6 +63,11 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def report(result: dict[str, Any]) -> str:
     """A few lines for a person."""
+    if "results" in result:
+        verdicts = {True: "bit-equal", False: "not bit-equal", None: "not compared"}
+        return "\n".join(
+            f"{each['name']}: {verdicts[each['bit_equal']]}, {each['reason']}" for each in result["results"]
+        )
     lines = [
         f"{result['name']}: {result['history_steps']} steps, last changed {result['last_change']}",
         f"{len(result['photographs'])} photographs",

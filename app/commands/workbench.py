@@ -160,7 +160,7 @@ class Workbench(QObject):
             self.document.change(words, sources=sources, import_choices=choices)
         if self.importing is not None:
             self.jobs.cancel(self.importing)
-        job = self.jobs.submit("Importing photographs", lambda: _import(sources, choices, target))
+        job = self.jobs.submit("Importing photographs", lambda: stack_of(sources, choices, target))
         job.progressed.connect(self._show_partial)
         name = name or sources.name or "Untitled"
         job.succeeded.connect(lambda stack: self._imported(stack, name, choices))
@@ -189,7 +189,7 @@ class Workbench(QObject):
             return
         if self.building is not None:
             self.jobs.cancel(self.building)
-        self.building = self.jobs.submit("Building the material", lambda: _material(project))
+        self.building = self.jobs.submit("Building the material", lambda: material_of(project))
         self.building.succeeded.connect(lambda material: self._built(project, material))
 
     def _built(self, project: Project, material: Material) -> None:
@@ -277,7 +277,8 @@ def _sample(folder: Path) -> Steps[Sources]:
     return find([place])
 
 
-def _import(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
+def stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
+    """Import the photographs into the folder `target`."""
     yield Step(0.0, "preparing the import")
     from engine.capture.import_stack import import_stack
 
@@ -322,7 +323,8 @@ def load_shape(name_or_path: str) -> Steps[Mesh]:
     return mesh
 
 
-def _material(project: Project) -> Steps[Material]:
+def material_of(project: Project) -> Steps[Material]:
+    """The stack of `project` as slices and their compression, by its settings."""
     yield Step(0.0, "preparing kernels")
     from engine.shading.shading_map import build, included
     from engine.shading.tile import make_tile

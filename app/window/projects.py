@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFileDialog, QUndoView, QVBoxLayout, QWidget
 
 from app.commands.workbench import Workbench
@@ -182,6 +183,7 @@ def show_history(window: QWidget, bench: Workbench) -> QDialog:
     view = QUndoView(bench.document.undo_stack)
     view.setEmptyLabel("The beginning")
     buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+    buttons.button(QDialogButtonBox.StandardButton.Close).setIcon(QIcon())  # the style's own is black, also on dark
     buttons.rejected.connect(dialog.close)
     column = QVBoxLayout(dialog)
     column.addWidget(view)
