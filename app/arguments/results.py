@@ -164,6 +164,16 @@ def _is_table(path: Path) -> bool:
         return False
 
 
+def _is_fit(path: Path) -> bool:
+    from engine.core.errors import InputError
+    from engine.storage.untrusted import read_head
+
+    try:
+        return b'"rmse_log' in read_head(path, 1 << 20)[0]
+    except InputError:
+        return False
+
+
 def _is_bundle(path: Path) -> bool:
     from engine.bundle.bundle import check_replaceable
     from engine.core.errors import OutputError
@@ -212,6 +222,7 @@ def _is_sweep(path: Path) -> bool:
 
 TRANSPORT = Kind("a transport file", (".transport",), is_earlier=_is_transport)
 TABLE = Kind("a table", (".binary", ".exr"), is_earlier=_is_table)
+FIT = Kind("a fit", (".json",), is_earlier=_is_fit)
 BUNDLE = Kind("a bundle", (".lightarc",), is_earlier=_is_bundle)
 BUNDLE_FOLDER = Kind("a bundle", is_earlier=_is_bundle, members=("*",))  # whose reader knows all members
 STACK = _folder("a stack", "stack.json", "radiance.npy", "saturated.npy")

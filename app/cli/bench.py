@@ -16,7 +16,7 @@ from engine.core.errors import MissingCapability
 from engine.core.steps import Step, drain
 
 if TYPE_CHECKING:
-    from engine.bench.measure import Measure
+    from engine.bench.measure import Accuracy, Measure
 
 HELP = "Measure the speed of each part beside the limit that bounds it, in the same run."
 EXAMPLE = "lightarc bench --only linearise power-law-fit"
@@ -112,6 +112,7 @@ LARGE = (
     "transport-errors",
     "gaussian-fit-quality",
     "gaussian-errors",
+    "factors",
     "predictions",
     "window-soak",
     "cancel",
@@ -128,6 +129,7 @@ ACCURACIES = {
     "cost-model": "engine.bench.transport.plan:cost_model",
     "gaussian-fit-quality": "engine.bench.transport.gaussian_fit:gaussian_fit_quality",
     "gaussian-errors": "engine.bench.transport.gaussian_bake:gaussian_errors",
+    "factors": "engine.bench.factor_choice:factors",
     "predictions": "engine.bench.transport.predictions:predictions",
     "window-soak": "app.bench.soak:window_soak",
     "cancel": "app.bench.cancel:cancel",
@@ -138,6 +140,7 @@ OPTIONS = {
     "predictions": ("scenes", "seed", "data"),
     "window-soak": ("runs", "run_s", "seed", "log"),
     "cancel": ("runs", "seed"),
+    "factors": ("data", "samplings", "seed"),
 }
 
 log = logging.getLogger(__name__)
@@ -159,14 +162,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--seed",
         type=int,
         metavar="N",
-        help="seed of cancel, or of the first run of window-soak or scene of predictions; later ones count up",
+        help="seed of cancel and factors, or of the first run of window-soak or scene of predictions; more count up",
     )
     parser.add_argument("--scenes", type=int, metavar="N", help="scenes of predictions (10)")
     parser.add_argument(
         "--data",
         type=Input(Path),
         metavar="FOLDER",
-        help="folder of models and measured BRDFs that join the scenes of predictions",
+        help="folder of models and measured BRDFs that join the scenes of predictions, or of files for factors",
+    )
+    parser.add_argument(
+        "--samplings", type=int, metavar="N", help="random models at directions of instruments, for factors (4)"
     )
     parser.add_argument(
         "--log",
@@ -220,7 +226,13 @@ def _accuracies(name: str, show: Callable[[Step], None], arguments: argparse.Nam
         found = drain(find(folder), show)
     finally:
         close_session(folder)
-    return [asdict(accuracy) for accuracy in found]
+    return [_told(accuracy) for accuracy in found]
+
+
+def _told(accuracy: Accuracy) -> dict[str, Any]:
+    record = asdict(accuracy)
+    more = record.pop("more")
+    return {**record, **more}
 
 
 def _function(place: str) -> Any:

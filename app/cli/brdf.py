@@ -7,9 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.results import TABLE, Input, Output
+from app.arguments.results import FIT, TABLE, Input, Output
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent
+from engine.core.figure_text import number, percent
 from engine.core.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -45,9 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     evaluate.add_argument("--wo-deg", type=two_numbers, metavar="THETA,PHI", help="a single pair: towards the viewer")
 
     fit = _action(actions, "fit", "the parameters of the model that fit best")
-    fit.add_argument(
-        "--model", type=str, required=True, metavar="MODEL", help="e.g. ggx, or ggx:alpha=0.3 to start from there"
-    )
+    fit.add_argument("--model", type=str, metavar="MODEL", help="e.g. ggx, or ggx:alpha=0.3 to start from there")
+    fit.add_argument("--rank", action="store_true", help="fit every model and rank them by the error of --weighting")
     fit.add_argument(
         "--fix", type=str, default="", metavar="NAMES", help="parameters that keep their value, e.g. f0,kd"
     )
@@ -59,6 +58,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     fit.add_argument("--samples", type=int, default=8000, metavar="N", help="number of compared directions (8000)")
     fit.add_argument("--seed", type=int, default=0, metavar="N", help="seed of directions and starts (0)")
+    fit.add_argument(
+        "-o",
+        "--output",
+        type=Output(FIT),
+        metavar="FILE",
+        help="write the fit, or the ranking, with its errors as .json",
+    )
 
     convert = _action(actions, "convert", "write a table: .binary (MERL) or .exr (Lightarc)")
     convert.add_argument(
@@ -135,22 +141,24 @@ def _info(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[s
     """Describe a BRDF; for a measurement also its samples and its defects."""
     import numpy as np
 
-    from engine.brdf.analysis import maximum_albedo, reciprocity_error
+    from engine.brdf.analysis import conserves_energy, doubts, maximum_albedo, reciprocity_error
     from engine.brdf.brdf import MODELS
+    from engine.brdf.samples import BELOW_HORIZON
 
     _check_seed(arguments)
     show(Step(0.0, "reading"))
     brdf: Any = _open(arguments.brdf)
     analytic = type(brdf) in MODELS.values()
     measured = hasattr(brdf, "health")
+    below = int(brdf.health.figures.get(BELOW_HORIZON, 0)) if measured else 0
     result: dict[str, Any] = {
         "name": arguments.brdf if analytic else brdf.name,
         "kind": "analytic model" if analytic else brdf.kind,
         "isotropic": brdf.isotropic,
         "reciprocal": brdf.reciprocal,
-        "energy_conserving": brdf.energy_conserving,
         "samples": brdf.samples if measured else 0,
-        "invalid_samples": brdf.invalid_samples if measured else 0,
+        "invalid_samples": brdf.invalid_samples - below if measured else 0,
+        "samples_below_horizon": below,
     }
     show(Step(0.4, "exchanging light and viewer"))
     error = reciprocity_error(brdf, seed=arguments.seed)
@@ -158,6 +166,7 @@ def _info(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[s
     show(Step(0.6, "integrating"))
     largest = maximum_albedo(brdf)
     result |= {
+        "energy_conserving": conserves_energy(brdf, largest),
         "maximum_albedo": list(largest.albedo),
         "maximum_albedo_theta_deg": float(np.degrees(largest.theta)),
         "maximum_albedo_phi_deg": float(np.degrees(largest.phi)),
@@ -165,7 +174,7 @@ def _info(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[s
     for figure in ("condition_number", "leave_one_out", "leave_one_out_log"):
         if hasattr(brdf, figure):
             result[figure] = float(getattr(brdf, figure))
-    result["warnings"] = brdf.health.warnings if measured else []
+    result["warnings"] = [*brdf.health.warnings, *doubts(brdf, error, largest)] if measured else []
     return result
 
 
@@ -194,16 +203,61 @@ def _directions(arguments: argparse.Namespace) -> tuple[NDArray[np.float64], NDA
 
 
 def _fit(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    """The fitted model as text and numbers, errors before and after, what remains by angle."""
-    import numpy as np
-
-    from engine.brdf.brdf import brdf_from_text, brdf_to_text, model_name
-    from engine.brdf.fit import fit, fit_data
-    from engine.core.params import parameters
+    """The fitted model, or the ranking of all; written to a file where one is named."""
+    from engine.storage.atomic import write_json
 
     if arguments.samples < 1:
         raise UsageError(f"--samples {arguments.samples} is too few")
     _check_seed(arguments)
+    if arguments.rank == (arguments.model is not None):
+        raise UsageError("Give either --model MODEL or --rank")
+    if arguments.rank and arguments.fix:
+        raise UsageError("--fix names parameters of one model, and --rank fits all of them")
+    result = _ranking(arguments, show) if arguments.rank else _fit_one(arguments, show)
+    if arguments.output:
+        write_json(arguments.output, result)
+    return {**result, "output": arguments.output}
+
+
+def _ranking(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    """`ranking`: each model fitted, from the least error up; `best` in the linear and in the logarithmic norm."""
+    from engine.brdf.brdf import MODELS
+    from engine.brdf.fit import fit_data
+    from engine.brdf.ranking import best, ranked
+
+    show(Step(0.0, "reading"))
+    data = fit_data(_open(arguments.brdf), count=arguments.samples, seed=arguments.seed)
+    models = [model() for model in MODELS.values()]
+    offers = drain(ranked(data, models, weighting=arguments.weighting, seed=arguments.seed), show)
+    return {
+        "brdf": arguments.brdf,
+        "weighting": arguments.weighting,
+        "samples": len(data.value),
+        "ranking": [_offer(each) for each in offers],
+        "best": {norm: _offer(each) for norm, each in best(offers).items()},
+    }
+
+
+def _offer(offer: Any) -> dict[str, Any]:
+    from engine.brdf.brdf import brdf_to_text, model_name
+
+    return {
+        "model": model_name(offer.brdf),
+        "fitted": brdf_to_text(offer.brdf),
+        "rmse_rel": offer.linear,
+        "rmse_log": offer.log,
+    }
+
+
+def _fit_one(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    """The fitted model as text and numbers, errors before and after, and by angle; `best` where one norm grew."""
+    import numpy as np
+
+    from engine.brdf.brdf import brdf_from_text, brdf_to_text, model_name
+    from engine.brdf.fit import fit, fit_data
+    from engine.brdf.ranking import fit_both, offer, warning
+    from engine.core.params import parameters
+
     start = brdf_from_text(arguments.model)
     fixed = tuple(filter(None, (name.strip() for name in arguments.fix.split(","))))
     names = [parameter.name for parameter in parameters(start)]
@@ -215,6 +269,12 @@ def _fit(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[st
     data = fit_data(brdf, count=arguments.samples, seed=arguments.seed)
     steps = fit(data, start, weighting=arguments.weighting, fixed=fixed, seed=arguments.seed)
     found = drain(steps, show)
+    before, after = offer(start, data), offer(found.brdf, data)
+    grown = warning(before, after)
+    best = {}
+    if grown:
+        words = {"weighting": arguments.weighting, "fixed": fixed, "seed": arguments.seed}
+        best = drain(fit_both(data, start, found, **words), show)
     return {
         "brdf": arguments.brdf,
         "model": model_name(found.brdf),
@@ -239,6 +299,10 @@ def _fit(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[st
             ]
             for name, remains in found.by_angle.items()
         },
+        "rmse_log_before": before.log,
+        "rmse_log_after": after.log,
+        "warnings": [grown] if grown else [],
+        "best": {norm: _offer(each) for norm, each in best.items()},
         "evaluations": found.evaluations,
     }
 
@@ -281,6 +345,8 @@ def report(result: dict[str, Any]) -> str:
     if "values" in result:
         rows = "\n".join("  ".join(f"{number:12.6g}" for number in value) for value in result["values"])
         return f"R, G, B in 1/sr, without the cosine:\n{rows}"
+    if "ranking" in result:
+        return _report_ranking(result)
     if "fitted" in result:
         bands = result["residual_by_angle"]["theta_h"]
         lines = [f"{result['fitted']}"]
@@ -290,8 +356,26 @@ def report(result: dict[str, Any]) -> str:
             for band in bands
             if band["samples"]
         ]
-        return "\n".join(lines)
+        return "\n".join([*lines, *result["warnings"], *_best(result)])
     return "\n".join(f"{key.replace('_', ' ')}: {_words(value)}" for key, value in result.items())
+
+
+def _report_ranking(result: dict[str, Any]) -> str:
+    lines = [f"{'linear':>9}{'log':>10}  model, by the {result['weighting']} error"]
+    lines += [_line(offer) for offer in result["ranking"]]
+    return "\n".join([*lines, *_best(result)])
+
+
+def _line(offer: dict[str, Any]) -> str:
+    return f"{percent(offer['rmse_rel'], 3):>9}{number(offer['rmse_log'], 3):>10}  {offer['fitted']}"
+
+
+def _best(result: dict[str, Any]) -> list[str]:
+    return [
+        f"best in the {words} norm: {_line(result['best'][norm]).strip()}"
+        for norm, words in (("linear", "linear"), ("log", "logarithmic"))
+        if norm in result["best"]
+    ]
 
 
 def _words(value: Any) -> str:

@@ -32,12 +32,16 @@ class Measure:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """An error called `name`, of what it is in words, and the largest that is promised; None where none is."""
+    """An error called `name`, of what it is in words, and the largest that is promised; None where none is.
+
+    `more` are further figures.
+    """
 
     name: str
     error: float
     what: str
     bound: float | None = None
+    more: Mapping[str, Any] = field(default_factory=dict)
 
 
 def best_of(work: Callable[[], object], repeats: int = 7) -> float:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,11 +18,20 @@ from engine.brdf.half_difference import directions
 from engine.brdf.sampling import sampler_of
 from engine.brdf.sampling_lobes import Sampler
 from engine.core.directions import Vectors, normalize, surface_direction
+from engine.core.figure_text import number, percent
 
 Floats = NDArray[np.float64]
 
 #: Lowest beam that `maximum_albedo` asks, as the angle from the normal in radians.
 GRAZING = float(np.radians(89.9))
+
+
+#: An albedo may exceed 1 by the error of the integration.
+ALBEDO_ERROR = 2e-3
+
+#: Share of itself by which a measurement changes where light and viewer are exchanged, and by which samples miss the
+#: others, from which figures that are made of it are in doubt.
+DOUBTFUL_EXCHANGE, DOUBTFUL_LEFT_OUT = 0.1, 0.25
 
 
 @dataclass(frozen=True)
@@ -107,6 +117,31 @@ def reciprocity_error(brdf: Brdf, *, pairs: int = 20_000, seed: int = 0) -> Reci
         largest=float(np.max(difference / np.where(mean > 0.0, mean, 1.0))),
         pairs=pairs,
     )
+
+
+def conserves_energy(brdf: Brdf, largest: MaximumAlbedo) -> bool:
+    """True if a formula is known to, or no albedo that was found exceeds 1."""
+    return bool(brdf.energy_conserving) or max(largest.albedo) <= 1.0 + ALBEDO_ERROR
+
+
+def doubts(brdf: Any, exchanged: ReciprocityError, largest: MaximumAlbedo) -> list[str]:
+    """Sentences on a measurement that is not reciprocal, that reflects more than it receives, or that is too sparse."""
+    found = []
+    if exchanged.rms > DOUBTFUL_EXCHANGE:
+        found.append(
+            f"exchanging light and viewer changes the values by {percent(exchanged.rms)} (RMS): the measurement is not "
+            "reciprocal"
+        )
+    if not conserves_energy(brdf, largest):
+        angle = number(float(np.degrees(largest.theta)))
+        found.append(f"light from {angle}° is reflected to {percent(max(largest.albedo))}: more than arrives")
+    left_out = float(getattr(brdf, "leave_one_out", 0.0))
+    if left_out > DOUBTFUL_LEFT_OUT:
+        found.append(
+            f"samples that are left out are missed by {percent(left_out)} (RMS): highlights are narrower than the "
+            "distance between samples"
+        )
+    return found
 
 
 def _random_directions(rng: np.random.Generator, count: int) -> Vectors:

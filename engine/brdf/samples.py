@@ -30,6 +30,9 @@ Floats = NDArray[np.float64]
 #: Directions with a smaller cosine count as grazing: in files, 90° is a rounded number.
 HORIZON = 1e-6
 
+#: The figure of health that counts measurements at or below it: a BRDF is 0 there, and they are no faults.
+BELOW_HORIZON = "dropped: at or below the horizon"
+
 #: No surface reflects more than this, in 1/sr; what is above it is damage.
 VALUE_LIMIT = 1e30
 
@@ -140,7 +143,7 @@ def samples_from_rows(
     figures = {
         "dropped: not finite": float((~finite).sum()),
         "dropped: negative": float((finite & negative).sum()),
-        "dropped: at or below the horizon": float((finite & ~negative & ~above).sum()),
+        BELOW_HORIZON: float((finite & ~negative & ~above).sum()),
         "outside sRGB": float((rgb < 0.0).any(axis=1).sum()),
     }
     invalid = int((~usable).sum())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -84,6 +85,9 @@ def test_eval_of_a_single_pair(lightarc: Command) -> None:
         ("fit", "lambert", "--model", "ggx", "--fix", "gloss"),
         ("fit", "absent.csv", "--model", "ggx", "--fix", "gloss"),
         ("fit", "lambert", "--model", "ggx", "--samples", "0"),
+        ("fit", "lambert", "--model", "ggx", "--rank"),
+        ("fit", "lambert", "--rank", "--fix", "kd"),
+        ("fit", "lambert"),
         ("convert", "lambert", "-o", "table.txt"),
         (),
     ],
@@ -127,7 +131,8 @@ def test_info_of_a_measurement_says_what_was_measured_and_how_well_it_is_known(
     found = result(lightarc("brdf", "info", measured_file, "--json"))
     assert found["name"] == "plastic"
     assert found["samples"] == 3 * 14 * 12
-    assert found["invalid_samples"] == 0
+    assert (found["invalid_samples"], found["samples_below_horizon"]) == (0, 0)
+    assert found["energy_conserving"]
     assert found["condition_number"] >= 1
     assert 0 < found["leave_one_out"] < 0.5
     assert 0.3 < max(found["maximum_albedo"]) < 1
@@ -141,6 +146,26 @@ def test_fit_finds_the_parameters_of_measured_values(lightarc: Command, measured
     assert found["rmse_rel_after"] < 1e-3 < found["rmse_rel_before"]
     assert {band["samples"] for band in found["residual_by_angle"]["theta_h"]} != {0}
     assert brdf_from_text(found["fitted"]).f([0, 0, 1], [0, 0, 1])[0] > 0
+
+
+def test_fit_writes_what_it_reports_and_replaces_only_its_own(lightarc: Command, tmp_path: Path) -> None:
+    words = ("brdf", "fit", "phong:kd=0.2,ks=0.1,exponent=5", "--model", "lambert", "--samples", "100")
+    found = result(lightarc(*words, "-o", tmp_path / "fit.json", "--json"))
+    written = json.loads((tmp_path / "fit.json").read_text())
+    assert written == {key: value for key, value in found.items() if key != "output"}
+    assert found["rmse_log_after"] < found["rmse_log_before"]
+    assert lightarc(*words, "-o", tmp_path / "fit.json").code == 0
+    (tmp_path / "mine.json").write_text("{}")
+    assert lightarc(*words, "-o", tmp_path / "mine.json").code != 0
+
+
+def test_models_are_ranked_by_their_errors_in_both_norms(lightarc: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("engine.brdf.brdf.MODELS", {name: MODELS[name] for name in ("lambert", "phong")})
+    words = ("brdf", "fit", "phong:kd=0.2,ks=0.1,exponent=5", "--rank", "--samples", "100")
+    found = result(lightarc(*words, "--json"))
+    assert [each["model"] for each in found["ranking"]] == ["phong", "lambert"]
+    assert found["best"]["linear"] == found["best"]["log"] == found["ranking"][0]
+    assert "best in the linear norm" in lightarc(*words).out
 
 
 @pytest.mark.parametrize("suffix", [".binary", ".exr"])

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from engine.brdf.analysis import (
+    MaximumAlbedo,
+    ReciprocityError,
     albedo,
+    conserves_energy,
+    doubts,
     half_difference_slice,
     lobe,
     maximum_albedo,
@@ -98,3 +102,41 @@ def test_lobe_covers_the_hemisphere_once() -> None:
     assert values[:, 0] == pytest.approx(values[:, -1])
     peak = wo.reshape(-1, 3)[np.argmax(values[..., 0])]
     assert dot(peak, surface_direction(0.6, 0.4 + np.pi)) > np.cos(np.radians(6))
+
+
+def test_energy_is_conserved_where_no_albedo_exceeds_1_whatever_a_measurement_claims() -> None:
+    class Measured(_Half):
+        energy_conserving = False
+
+    kept, lost = (cast(Any, Measured(albedo)) for albedo in (0.5, 1.5))
+    assert conserves_energy(kept, maximum_albedo(kept, angles=3))
+    assert not conserves_energy(lost, maximum_albedo(lost, angles=3))
+
+
+def test_what_makes_a_measurement_doubtful_is_said_and_nothing_else() -> None:
+    measured = cast(Any, _Half(0.5))
+    good, bad = ReciprocityError(0.01, 0.02, 100), ReciprocityError(0.47, 1.5, 100)
+    dim, bright = MaximumAlbedo((0.1, 0.2, 0.3), 0.5, 0.0), MaximumAlbedo((0.1, 1.2, 0.3), np.radians(80.0), 0.0)
+    assert doubts(measured, good, dim) == []
+    (words,) = doubts(measured, bad, dim)
+    assert "47 %" in words
+    measured.energy_conserving = False
+    (words,) = doubts(measured, good, bright)
+    assert "80°" in words
+    assert "120 %" in words
+    measured.leave_one_out = 0.99
+    (words,) = doubts(measured, good, dim)
+    assert "99 %" in words
+
+
+class _Half:
+    """Reflects the same to all sides."""
+
+    isotropic = reciprocal = energy_conserving = True
+
+    def __init__(self, albedo: float) -> None:
+        self.albedo = albedo
+
+    def f(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        wi, wo = np.broadcast_arrays(wi, wo)
+        return np.where((wi[..., 2:] > 0) & (wo[..., 2:] > 0), self.albedo / np.pi, 0.0) * np.ones(3)
