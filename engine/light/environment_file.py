@@ -221,7 +221,8 @@ def repair(
         ordered = np.sort(np.stack(neighbours), axis=0)  # NaN last
         sound = np.isfinite(ordered).sum(axis=0)
         index = np.arange(row.size)
-        median = (ordered[np.maximum(sound - 1, 0) // 2, index] + ordered[sound // 2 % 9, index]) / 2
+        # Halves first: the sum of two of the largest numbers is infinite.
+        median = ordered[np.maximum(sound - 1, 0) // 2, index] / 2 + ordered[sound // 2 % 9, index] / 2
         reached = sound > 0
         at = (row[reached], column[reached], channel[reached])
         radiance[at], bad[at] = median[reached], False

@@ -8,13 +8,14 @@ import warnings
 from engine.core.errors import FileError, MissingCapability, UsageError
 from engine.core.steps import Step, Steps
 from engine.selftest import brdf as selftest_brdf
-from engine.selftest import confinement, light, pictures
+from engine.selftest import confinement, files, light, pictures
 from engine.selftest.case import Case, Question, group_of
 
 QUESTIONS: tuple[Question, ...] = (
     *pictures.QUESTIONS,
     *selftest_brdf.QUESTIONS,
     *light.QUESTIONS,
+    *files.QUESTIONS,
     *confinement.QUESTIONS,
 )
 
