@@ -226,10 +226,10 @@ def _accuracies(name: str, show: Callable[[Step], None], arguments: argparse.Nam
         found = drain(find(folder), show)
     finally:
         close_session(folder)
-    return [_told(accuracy) for accuracy in found]
+    return [_flat(accuracy) for accuracy in found]
 
 
-def _told(accuracy: Accuracy) -> dict[str, Any]:
+def _flat(accuracy: Accuracy) -> dict[str, Any]:
     record = asdict(accuracy)
     more = record.pop("more")
     return {**record, **more}

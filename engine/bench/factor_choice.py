@@ -78,8 +78,8 @@ def row(name: str, brdf: Brdf, settings: FactorSettings) -> Steps[Accuracy]:
         for figure in ("textures", "size_bytes", "held_out_rms_cosine_weighted", "held_out_sq_log")
     }
     worst = largest_ratio(searched.ladder, sets)
-    told = "; ".join(f"{key} {_words(rung)}" for key, rung in last.items())
-    return Accuracy(f"factors {name}", worst, f"held-out error over McCool's: {told}", ROUNDED, more)
+    errors = "; ".join(f"{key} {_words(rung)}" for key, rung in last.items())
+    return Accuracy(f"factors {name}", worst, f"held-out error over McCool's: {errors}", ROUNDED, more)
 
 
 def largest_ratio(ladder: Sequence[TermError], sets: Sequence[TermError]) -> float:
