@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PySide6.QtCore import QPointF, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.capture.marker_view import MarkerView
 from app.capture.pictures_kept import Shelf, as_taken
@@ -19,7 +19,7 @@ from app.commands.workbench import Workbench
 from app.document.document import Pair, Project
 from app.document.import_choices import choose, path_of, points_of, reference_of, stated_points, transfer_of
 from app.widgets.figure_table import FigureTable
-from app.widgets.panels import button, enable, side_by_side, text
+from app.widgets.panels import button, enable, fill_stacked, side_by_side, text
 from app.widgets.theme import PADDING, ROW, STEP, role
 from engine.capture.lights.sources import printable
 from engine.capture.registration.control_points import (
@@ -127,17 +127,7 @@ class PointsTool(QWidget):
         foot.addStretch(1)
         foot.addWidget(self.close_button)
         column.addLayout(foot)
-        whole = QSplitter(Qt.Orientation.Vertical)
-        whole.setHandleWidth(1)
-        whole.setChildrenCollapsible(False)
-        whole.addWidget(halves)
-        whole.addWidget(below)
-        whole.setStretchFactor(0, 7)
-        whole.setStretchFactor(1, 1)
-        whole.setSizes([500, 230])
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, 0, 0)
-        outer.addWidget(whole)
+        fill_stacked(self, halves, below, [500, 230])
 
     def show_photograph(self, name: str | None) -> None:
         """Mark points in the photograph `name`."""

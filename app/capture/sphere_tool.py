@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.capture.pictures_kept import Shelf, as_taken
 from app.capture.sphere_view import Outline, SphereView, Spot
@@ -24,7 +24,7 @@ from app.document.import_choices import choose, path_of, transfer_of
 from app.jobs.newest import Latest
 from app.widgets.figure_table import FigureTable
 from app.widgets.number_field import NumberField
-from app.widgets.panels import button, enable, text
+from app.widgets.panels import button, enable, fill_stacked, text
 from app.widgets.theme import PADDING, STEP, role
 from engine.capture.lights.mirror_sphere import Circle, light_direction
 from engine.capture.lights.sources import Sources, printable
@@ -118,17 +118,7 @@ class SphereTool(QWidget):
         foot.addWidget(self.again)
         foot.addWidget(self.close_button)
         column.addLayout(foot)
-        whole = QSplitter(Qt.Orientation.Vertical)
-        whole.setHandleWidth(1)
-        whole.setChildrenCollapsible(False)
-        whole.addWidget(self.view)
-        whole.addWidget(below)
-        whole.setStretchFactor(0, 7)
-        whole.setStretchFactor(1, 1)
-        whole.setSizes([480, 250])
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, 0, 0)
-        outer.addWidget(whole)
+        fill_stacked(self, self.view, below, [480, 250])
 
     def show_photograph(self, name: str | None) -> None:
         """Show the sphere in the photograph `name`."""

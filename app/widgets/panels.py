@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
     QSizePolicy,
+    QSplitter,
     QStackedWidget,
     QToolButton,
     QVBoxLayout,
@@ -98,6 +99,21 @@ def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
     for place, part in enumerate(parts):
         row.addWidget(part, 1 if place == stretch else 0)
     return holder
+
+
+def fill_stacked(holder: QWidget, above: QWidget, below: QWidget, heights: list[int]) -> None:
+    """Fill `holder` with a picture above its table, with a thin line between them that can be moved."""
+    halves = QSplitter(Qt.Orientation.Vertical)
+    halves.setHandleWidth(1)
+    halves.setChildrenCollapsible(False)
+    halves.addWidget(above)
+    halves.addWidget(below)
+    halves.setStretchFactor(0, 7)
+    halves.setStretchFactor(1, 1)
+    halves.setSizes(heights)
+    outer = QVBoxLayout(holder)
+    outer.setContentsMargins(0, 0, 0, 0)
+    outer.addWidget(halves)
 
 
 class Rows(QWidget):
