@@ -169,8 +169,9 @@ def _encoded_object(value: Any, keeper: Keeper, derived: bool) -> Any:
     if name not in CLASSES.get(kind.__module__, ()):
         raise TypeError(f"{kind.__module__}.{name} is not a value of the document")
     derived = derived or name in DERIVED
-    parts = {part: encoded(getattr(value, part), keeper, derived) for part in _parts(kind)}
-    if name == "Sources":
+    kept = [part for part in _parts(kind) if (name, part) != ("Sources", "unpacked")]
+    parts = {part: encoded(getattr(value, part), keeper, derived) for part in kept}
+    if name == "Sources":  # the folder that an archive was unpacked into does not outlive the program
         parts["unpacked"] = None if value.unpacked is None else {"archive": str(value.unpacked.archive)}
     said = {"is": name, "of": parts}
     if dataclasses.is_dataclass(kind) and kind.__eq__ is object.__eq__:

@@ -160,13 +160,16 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def window(qapp: QApplication, qtbot: object, coarse: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[object]:
-    """The main window without remembered settings, closed at the end; an error that nobody expected fails the test.
+    """The main window without remembered settings, closed at the end; an error that nobody expected fails the test, and
+    so does a project that cannot be written.
 
     What this machine costs is made up, since measuring it takes longer than most tests. The error of the picture is
     measured only where a test asks for it (`window.view.pictures.measure`): it takes a reference.
     """
     from app.window.main_window import MainWindow
 
+    unwritten: list[Path] = []
+    monkeypatch.setattr("app.window.projects.Projects._rescue", lambda projects: unwritten.append(projects.path))
     monkeypatch.setattr("app.session.machine_profile.cost_model", _costs)
     for name, value in AT_ONCE.items():
         monkeypatch.setattr(name, value)
@@ -180,6 +183,7 @@ def window(qapp: QApplication, qtbot: object, coarse: None, monkeypatch: pytest.
     made.close()
     made.deleteLater()
     QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    assert not unwritten, "the project could not be written when the window closed"
 
 
 def _costs(*, anew: bool = False) -> Steps[object]:
