@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -54,8 +55,9 @@ def request_format() -> None:
     QSurfaceFormat.setDefaultFormat(wanted)
 
 
+@cache
 def why_no_gl() -> str:
-    """The reason why OpenGL 3.3 cannot be used in this window; empty where it can."""
+    """The reason why OpenGL 3.3 cannot be used; empty where it can. Asked once: a context takes some 25 ms."""
     context = QOpenGLContext()
     if not context.create():
         return "OpenGL is not available"

@@ -22,10 +22,9 @@ class Plot(pg.PlotWidget):
     """A plot in the window's colours. Axes start at 0 where `from_zero`."""
 
     def __init__(self, x_label: str, y_label: str) -> None:
-        super().__init__()
+        super().__init__(enableMenu=False)
         self.x_label, self.y_label = x_label, y_label
         item = self.getPlotItem()
-        item.setMenuEnabled(False)
         item.hideButtons()
         item.getViewBox().setMouseEnabled(x=False, y=False)
         item.setContentsMargins(4, 8, 12, 4)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import mpmath
 import numpy as np
 import pytest
@@ -169,17 +171,23 @@ def test_a_narrow_gaussian_over_noise_is_the_sum_over_all_texels() -> None:
     np.testing.assert_allclose(values, exact, atol=2e-3)
 
 
+@cache
+def wavy_map_and_rotated() -> tuple[PrefilteredCube, PrefilteredCube]:
+    """A smooth map, and the same rotated by 26 of its 256 columns."""
+    environment = EnvironmentMap((1.1 + np.sin(7 * texel_directions(128, 256)) ** 3).astype(np.float32))
+    rotated = EnvironmentMap(np.ascontiguousarray(np.roll(environment.radiance, 26, axis=1)))
+    return prefiltered(cube_of(environment, 64)), prefiltered(cube_of(rotated, 64))
+
+
 @pytest.mark.parametrize("sigma", [0.05, 0.15, 0.5, 2.0])
 def test_EN11_turning_the_direction_is_turning_the_map(sigma: float) -> None:
-    """The map rotated by 90° exactly, and by 37° as a smooth map."""
-    environment = EnvironmentMap((1.1 + np.sin(7 * texel_directions(128, 256)) ** 3).astype(np.float32))
-    turned = EnvironmentMap(np.ascontiguousarray(np.roll(environment.radiance, 26, axis=1)))
+    """By 37°, which moves the texels of a cube."""
     angle = 2 * np.pi * 26 / 256
     direction = np.random.default_rng(1).normal(size=(500, 3))
     direction /= np.linalg.norm(direction, axis=1)[:, None]
     cosine, sine = np.cos(angle), np.sin(angle)
     by_u = direction @ np.array([[cosine, 0, -sine], [0, 1, 0], [sine, 0, cosine]]).T  # u grows from −Z to +X
-    one, other = (prefiltered(cube_of(m, 64)) for m in (environment, turned))
+    one, other = wavy_map_and_rotated()
     a, b = one.lookup(direction, sigma), other.lookup(by_u, sigma)
     assert np.sqrt(np.mean((a - b) ** 2) / np.mean(a**2)) <= 0.02
     assert np.array_equal(one.lookup(direction, sigma), a)
