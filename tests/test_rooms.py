@@ -137,7 +137,6 @@ SHORT_FILES = {
 #: Files with more lines, and why. A file that comes here is divided first; the list only gets shorter.
 LONG_FILES = {
     "app/brdf/tab.py": "one workspace; its panels are files of their own",
-    "app/capture/points_tool.py": "one tool with its keyboard and mouse",
     "app/capture/tab.py": "one workspace; its panels are files of their own",
     "app/material/tab.py": "one workspace; its panels are files of their own",
     "app/view/tab.py": "one workspace; its panels are files of their own",

@@ -106,10 +106,9 @@ def fill_stacked(holder: QWidget, above: QWidget, below: QWidget, heights: list[
     halves = QSplitter(Qt.Orientation.Vertical)
     halves.setHandleWidth(1)
     halves.setChildrenCollapsible(False)
-    halves.addWidget(above)
-    halves.addWidget(below)
-    halves.setStretchFactor(0, 7)
-    halves.setStretchFactor(1, 1)
+    for place, (part, stretch) in enumerate(((above, 7), (below, 1))):
+        halves.addWidget(part)
+        halves.setStretchFactor(place, stretch)
     halves.setSizes(heights)
     outer = QVBoxLayout(holder)
     outer.setContentsMargins(0, 0, 0, 0)
