@@ -9,16 +9,16 @@ from math import hypot
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
+
 from app.capture.import_panel import is_upright
+from app.widgets import theme
+from app.widgets.image_view import ImageView
 from engine.core.steps import Step, Steps
 
 if TYPE_CHECKING:
     from engine.capture.registration.framing import Framing
-from PySide6.QtCore import QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
-
-from app.widgets import theme
-from app.widgets.image_view import ImageView
 
 Place = tuple[float, float]
 Corners = tuple[Place, Place, Place, Place]

@@ -1,10 +1,7 @@
 """Commands of the window, without its widgets: each verb starts a job and changes the document when it succeeds.
 
-The modules that compile kernels are imported inside the jobs, on their threads, so that the window opens at once.
-
-The preview of a bundle: the project's scene, drawn on the processor, so that no viewport has to be on screen.
-
-A picture of 640 x 480 pixels takes about a second on two cores, and as many times longer as there are lights.
+The modules that compile kernels are imported inside the jobs, on their threads, so that the window opens at once. The
+preview of a bundle is drawn on the processor, so that no viewport has to be on screen.
 """
 
 from __future__ import annotations
@@ -15,14 +12,17 @@ import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from app.commands import brdf as commands_brdf
 from app.commands.recognise import Recognised, recognise
-from app.document.document import Document, ImportChoices, Project
+from app.document.document import Document, ImportChoices, Look, Project
 from app.document.import_choices import lit_by, settings_of
 from app.jobs.jobs import Job, Jobs
 from app.project.places import projects_folder
@@ -33,6 +33,7 @@ from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import SHAPES, open_mesh
 from engine.light.environment import EnvironmentMap, reduced
 from engine.light.light_tree import CELL_ROWS, chosen_lights
+from engine.light.sky import SKIES, built_in
 from engine.scene.material import Material, error_figures
 from engine.shading.power_law import Scale
 
@@ -40,19 +41,10 @@ if TYPE_CHECKING:
     from engine.scene.scene import Scene
     from engine.shading.power_law import PowerLawMap
     from engine.shading.shading_map import ShadingMap
-from typing import TYPE_CHECKING
-
-import numpy as np
-from numpy.typing import NDArray
-
-from app.document.document import Look
-
-if TYPE_CHECKING:
-    from engine.scene.scene import Scene
 
 SIZE = (640, 480)
 
-#: Most directions that stand for an environment.
+#: Most directions that stand for an environment. A preview takes about a second for each on two cores.
 DIRECTIONS = 16
 
 
@@ -259,8 +251,20 @@ def _environment(name_or_path: str) -> Steps[EnvironmentMap]:
     yield Step(0.0, "reading the environment")
     from engine.light.environment_file import open_environment
 
+    if name_or_path in SKIES:
+        return _built_in(name_or_path)
     environment = open_environment(name_or_path)
     yield Step(0.7, "choosing directions")
+    return _with_lights(environment)
+
+
+@lru_cache(maxsize=len(SKIES))
+def _built_in(name: str) -> EnvironmentMap:
+    """One object for each, so that the steps of a history that name it share its texels."""
+    return _with_lights(built_in(name))
+
+
+def _with_lights(environment: EnvironmentMap) -> EnvironmentMap:
     small = reduced(environment, 2 * CELL_ROWS)
     chosen_lights(small, 1)
     return small

@@ -4,13 +4,11 @@ For each method one bake is kept, in the working folder of the run. It belongs t
 method can put in another BRDF, to a BRDF. Estimates, bakes and light all come from
 jobs; of the light only the newest matters, and until it is there the picture keeps the one before. A bake follows the
 plan of the scene (`app.view.planning`), for which it waits where one is coming.
-
-Relighting of a bake: the part that runs on the threads of jobs.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -28,17 +26,12 @@ from app.document.bake_request import (
 )
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
+from engine.core.steps import Step, Steps
 from engine.scene.scene import Scene
 from engine.transport.method import Method
 
 if TYPE_CHECKING:
     from engine.planning.plan import EffectsPlan
-    from engine.transport.relit import Relit
-from typing import TYPE_CHECKING, Any
-
-from engine.core.steps import Step, Steps
-
-if TYPE_CHECKING:
     from engine.transport.relit import Relit
 
 

@@ -1,28 +1,21 @@
-"""Light as the command line of `lightarc render` names it.
-
-`--vary`, the option that lets parameters of a BRDF vary over a model.
-"""
+"""Light as the command line names it, and `--vary`, which lets parameters of a BRDF vary over a model."""
 
 from __future__ import annotations
 
 import argparse
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from app.arguments.results import Input
 from engine.core.errors import UsageError
 
 if TYPE_CHECKING:
     from engine.light.environment import EnvironmentMap
     from engine.light.lamps import Lamp
+    from engine.transport.baking.spatially_varying import Variation
     from engine.transport.relit import Light
     from engine.transport.sh.near_light import NearLamp
-from typing import TYPE_CHECKING, Any
-
-from app.arguments.results import Input
-
-if TYPE_CHECKING:
-    from engine.transport.baking.spatially_varying import Variation
 
 #: Default direction of the light.
 LIGHT_DEG = (50.0, 30.0)
