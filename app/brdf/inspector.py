@@ -1,6 +1,6 @@
 """The right side of the BRDF workspace: the compared BRDFs, parameters or facts of the current one, fit, and use.
 
-The section that fits a model: its target and settings, the error while it runs, and the result.
+The section that fits a model shows its target and settings, the error while it runs, and the result.
 """
 
 from __future__ import annotations

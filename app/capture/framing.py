@@ -1,6 +1,6 @@
 """The framing, the part of the photographs that becomes the picture: its start, and the size that its corners give.
 
-The big picture with handles: four corners of what becomes the material, and a rectangle over a grey patch.
+It is shown as the big picture with handles for the four corners, and for a rectangle over a grey patch.
 """
 
 from __future__ import annotations

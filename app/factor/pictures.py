@@ -3,7 +3,7 @@
 Texels that hold no direction are hatched. What may be negative, products after the first, is blue below 0 and orange
 above; what cannot be is its colour. The white of each picture is written under it.
 
-The projections of a factorisation as a diagram: the directions along the two axes of each texture.
+The projections of a factorisation are drawn as a diagram: the directions along the two axes of each texture.
 
 Each texture has two disks, the parabolic coordinates of the two directions from above. An arrow is a row of the 2 × 4
 matrix: its left half in one disk, its right half in the other; a texture coordinate grows along it. The two axes have

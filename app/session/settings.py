@@ -3,7 +3,7 @@
 A file that cannot be understood is put aside under another name and defaults are used; without a folder that can be
 written, the program works and forgets.
 
-The working folder of one run: imported stacks lie there until the program ends.
+The working folder of one run holds imported stacks until the program ends.
 
 It is removed at the end; the folder of a crashed run is removed at the next start.
 """

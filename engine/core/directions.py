@@ -3,7 +3,7 @@
 Two frames occur. In the world +Y is up; its angles are theta from +Y and phi from +Z towards +X, so that the default
 camera, which looks along −Z, is at theta = 90°, phi = 0. In the surface frame the normal is +z and the tangent +x.
 
-Direction of a brushed surface: tangents from texture coordinates, and frames along any direction.
+A brushed surface has its direction by tangents from texture coordinates, or by frames along any direction.
 
 The tangent is dP/du, the direction in which u grows, and the bitangent n × t: frames are right-handed also where the
 texture is mirrored, which the sign beside the tangent tells. Where texture coordinates say nothing (no area in the

@@ -4,7 +4,7 @@
 the target; and those that are solved anew with every projection that is tried. `Ladder` keeps the factors of every
 number of terms with their errors.
 
-Smoothness of textures, chosen by samples that were held out.
+Their smoothness is chosen by samples that were held out.
 
 λ of `engine.factor.solvers.least_squares` stands for what samples do not tell. Formulas are sampled as densely as one
 likes, and there λ = 1e-4 is what keeps five textures from being better than two; a few hundred measured pairs need it:

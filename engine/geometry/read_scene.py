@@ -3,7 +3,7 @@
 A glTF file may keep its numbers in other files. The parent hands those to the decoder that lie beside or below it, and
 no others.
 
-Memory of a mesh, estimated from the first bytes of its file and its size.
+The memory of a mesh is estimated from the first bytes of its file and its size.
 
 Cost: one read of a few kilobytes.
 """

@@ -4,9 +4,10 @@ Real files have negative texels (ringing of lossy codecs and of resampling, down
 infinite ones (half floats end at 65504). Each such channel of a texel becomes the median of its sound neighbours, and
 the health counts them. Cube maps in a strip or a cross become the equirectangular layout of `engine.light.environment`.
 
-Cube maps as one picture: strips of six faces and crosses, recognised and cut into faces in OpenGL orientation.
+Cube maps may come as one picture: strips of six faces and crosses are recognised and cut into faces in OpenGL
+orientation.
 
-Strips hold +X −X +Y −Y +Z −Z. Faces are taken as OpenGL has them, or each mirrored, as one standing inside sees them
+Strips hold +X −X +Y −Y +Z −Z. Faces are taken as they are, or each mirrored, as one standing inside sees them
 (so OpenEXR stores them): whichever fits together better at the edges. Where OpenEXR says that a picture is a cube map,
 faces are mirrored and the outermost samples lie ON the edges (ImfEnvmap.h). A cross has −X +Z +X −Z in its row, +Y
 above and −Y below +Z; one that stands has −Z below −Y, upside down. A picture of a cross's proportions is a cross if

@@ -6,8 +6,6 @@ for, `capture.toml`, and `truth/` (`capture_notes`): `truth.json`, `height.exr` 
 noise-free radiance EXR to a light (1 = white level at relative exposure 1), without fall-off to the corners and without
 dark signal. Equal settings give equal bytes.
 Cost: 6 s of processor time and 270 MB for ten photographs of 512 x 512; a near lamp adds up to a second to each.
-
-Notes on a simulated capture: `capture.toml` for the import, and `truth/truth.json` to measure it by.
 """
 
 from __future__ import annotations

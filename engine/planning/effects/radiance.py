@@ -9,7 +9,7 @@
 The last is what transfer matrices of order n compute, V being mirrored at the tangent plane as there; of a Lambertian
 BRDF it is what vectors compute, without the first P_n. One evaluation of f serves all of them.
 
-Interreflection at a sample's points: one bounce by rays, and the rest as a series.
+Interreflection at a sample's points is one bounce by rays, and the rest as a series.
 
 From each point rays go as dense as the cosine. Where one meets a surface from its front, the irradiance there is
 estimated from a few directions drawn by the light, each with its own shadow ray; what is met reflects evenly to all

@@ -7,12 +7,13 @@ round alike (no kernel uses fast-math). A worker that is lost costs the chunks t
 
 Scheduler and workers run the code of this project and exchange objects as Dask does: only name a cluster of your own.
 
-Estimated time of a bake, from some vertices of the model and of the ground that lie apart.
+The time of a bake is estimated from some vertices of the model and of the ground that lie apart.
 """
 
 from __future__ import annotations
 
 import importlib
+import os
 import re
 import threading
 import time
@@ -31,7 +32,6 @@ from engine.core.steps import Step, Steps, time_left
 
 if TYPE_CHECKING:
     from engine.transport.baking.file import TransportWriter
-import os
 
 #: Data that all chunks of one bake share.
 Recipe = Mapping[str, Any]
