@@ -96,7 +96,6 @@ SHORT_FILES = {
     "app/document/scene.py": "the scene of a project, which window and command line share",
     "app/jobs/newest.py": "the job of which only the newest counts",
     "app/process/garbage.py": "one setting of Python",
-    "app/process/heap.py": "one setting of the C library",
     "app/process/last_words.py": "one way to end",
     "app/session/machine_profile.py": "the costs of this machine, kept between starts",
     "app/window/help_table.py": "a table of text",

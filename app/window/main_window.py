@@ -51,7 +51,7 @@ from app.jobs.jobs import Job
 from app.material.tab import MaterialTab
 from app.process import crash, ending
 from app.process.garbage import collect_on_this_thread
-from app.process.heap import give_back_freed_arrays
+from app.process.heap import give_back_free_pages, give_back_freed_arrays
 from app.project.places import UNTITLED, interrupted, projects_folder
 from app.project.project_file import ENDING
 from app.session import settings
@@ -542,6 +542,7 @@ def start() -> QApplication:
     Freed memory goes back to the system from now on, and cycles are searched for on this thread alone.
     """
     give_back_freed_arrays()
+    give_back_free_pages()
     request_format()
     sys.setswitchinterval(SWITCH_S)
     application = QApplication.instance() or QApplication(["lightarc"])

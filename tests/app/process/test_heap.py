@@ -32,3 +32,28 @@ def test_arrays_below_a_small_one_go_back_when_they_are_freed() -> None:
     taken, kept = map(float, found.stdout.split())
     assert taken > 60.0
     assert kept < 12.0
+
+
+SMALL_ONES = """
+import time
+import numpy as np, psutil
+from app.process import heap
+
+heap.EVERY_S = 0.05
+heap.give_back_freed_arrays()
+heap.give_back_free_pages()
+before = psutil.Process().memory_full_info().uss / 2**20
+arrays = [np.ones(2**15) for _ in range(800)]  # 256 KiB each, from a pool
+taken = psutil.Process().memory_full_info().uss / 2**20 - before
+del arrays[:-1]  # the last one lies above all others
+time.sleep(0.5)
+print(taken, psutil.Process().memory_full_info().uss / 2**20 - before)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a service of glibc")
+def test_free_pages_below_a_small_array_go_back() -> None:
+    found = subprocess.run([sys.executable, "-c", SMALL_ONES], check=True, capture_output=True, text=True)
+    taken, kept = map(float, found.stdout.split())
+    assert taken > 150.0
+    assert kept < 40.0
