@@ -1,6 +1,6 @@
 """Predicted errors of generated scenes against those of pictures, one setting of each mode a scene.
 
-What a plan would tell of a setting is compared with the relative RMSE of a small picture of it, by the camera that
+What a plan would predict of a setting is compared with the relative RMSE of a small picture of it, by the camera that
 frames the model, against a path-traced reference of direct light. Pixels of silhouettes do not count.
 """
 
@@ -22,7 +22,7 @@ from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, drain
 from engine.planning.choices import probed
-from engine.planning.costs.setting import Setting
+from engine.planning.costs.setting import Setting, knobs_of
 from engine.planning.effects.estimates import Estimate, estimates, scenery
 from engine.planning.effects.mode_error import mode_errors
 from engine.planning.predicted_error import PredictedErrors
@@ -37,23 +37,17 @@ from engine.transport import method as transport
 #: Side of a picture in pixels, and the noise of its reference, relative to the picture.
 SIDE, NOISE = 48, 0.01
 
-#: An error that nothing of a picture is told from.
+#: An error below which a picture shows nothing.
 LEAST = 1e-3
 
-#: Seconds after which a reference is taken as it is; the errors then tell their own uncertainty.
+#: Seconds after which a reference is taken as it is; the errors then say how uncertain they are.
 MOST_S = 2.0
 
-#: Gaussians take as long as all else together: they are measured in one scene of so many.
+#: The mode that bakes most takes as long as all else together: it is measured in one scene of so many.
 EVERY = 6
 
-#: Knobs of the settings that are drawn, of each mode.
-KNOBS: dict[str, dict[str, tuple[int, ...]]] = {
-    "direct": {"directions": (4, 16, 64, 256)},
-    "sh": {"order": (3, 5, 8)},
-    "wavelet": {"terms": (1, 2, 4), "coefficients": (24, 96, 384), "cube": (16, 32)},
-    "gaussian": {"lobes": (1, 2)},
-    "reference": {"samples": (1, 4, 16)},
-}
+#: Modes that draw an environment without a bake, and steps of each ladder from which settings are drawn, from below.
+AT_ONCE, STEPS = ("reference", "direct"), 3
 
 #: The effect that pictures of direct light do not have.
 LEFT_OUT = "interreflection"
@@ -75,16 +69,23 @@ class Compared:
 
     @property
     def factor(self) -> float:
-        """The larger of both errors over the smaller; errors below `LEAST` count as that."""
-        one, other = max(self.predicted, LEAST), max(self.measured, LEAST)
+        """The larger of both errors over the smaller, as near to 1 as the uncertainty of the measured one allows.
+
+        Errors below `LEAST` count as that.
+        """
+        nearest = min(max(self.predicted, self.measured - self.uncertainty), self.measured + self.uncertainty)
+        one, other = max(self.predicted, LEAST), max(nearest, LEAST)
         return max(one / other, other / one)
 
 
 def drawn_settings(seed: int, modes: Sequence[str]) -> list[Setting]:
     """A setting of each of `modes` by seed."""
-    rng = np.random.default_rng((29, seed))
-    turned = {mode: {name: values[rng.integers(len(values))] for name, values in KNOBS[mode].items()} for mode in KNOBS}
-    return [Setting(mode, turned[mode]) for mode in modes]
+    settings = []
+    for mode in modes:
+        rng = np.random.default_rng((29, seed, *mode.encode()))
+        ladders = {name: knob.ladder[:STEPS] for name, knob in knobs_of(mode).items()}
+        settings.append(Setting(mode, {name: steps[rng.integers(len(steps))] for name, steps in ladders.items()}))
+    return settings
 
 
 def predictions(
@@ -132,9 +133,8 @@ def compared(seed: int, drawer: Drawer, data: Path | None = None) -> list[Compar
     name, scene = generated(seed, data)
     errors = errors_of(scene)
     known = mode_errors(errors.scene)
-    modes = [mode for mode in KNOBS if mode == "reference" or known.knows(mode)]
-    if seed % EVERY:
-        modes = [mode for mode in modes if mode != "gaussian"]
+    baked = transport.names()[:-1] if seed % EVERY else transport.names()
+    modes = (*AT_ONCE, *(mode for mode in baked if known.knows(mode)))
     found = measured(scene, drawn_settings(seed, modes), drawer)
     return [
         Compared(seed, name, each, errors.of(each, frozenset({LEFT_OUT})), error.rmse_rel, error.uncertainty)
@@ -158,8 +158,8 @@ def measured(scene: Scene, settings: Sequence[Setting], drawer: Drawer) -> dict[
     with closing(Refining(scene, size, 1, 0)) as refining:
         plain = drain(drawer.draw(dataclasses.replace(scene, directions=4)))
         refining.covered = plain.picture[..., 3] >= COVERED
-        truth = drain(refining.refine(MOST_S, NOISE, FEW_PASSES))
-    return {setting: truth.error(picture) for setting, picture in _pictures(scene, settings, drawer)}
+        exact = drain(refining.refine(MOST_S, NOISE, FEW_PASSES))
+    return {setting: exact.error(picture) for setting, picture in _pictures(scene, settings, drawer)}
 
 
 def _pictures(scene: Scene, settings: Sequence[Setting], drawer: Drawer) -> Iterator[tuple[Setting, Picture]]:

@@ -107,7 +107,7 @@ def test_help_names_every_built_in_environment_and_model(capsys: Any) -> None:
     add_arguments(parser)
     said = " ".join(parser.format_help().replace("-\n", "-").split())
     assert "one of " + ", ".join(SKIES) in said.replace("- ", "-")
-    assert "a built-in: " + ", ".join(SHAPES) in said.replace("- ", "-")
+    assert "a built-in (" + ", ".join(SHAPES) + ")" in said.replace("- ", "-")
 
 
 @pytest.mark.parametrize(

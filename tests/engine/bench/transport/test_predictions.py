@@ -19,7 +19,7 @@ ROW = Compared(3, "a ball under a sky", Setting("sh", {"order": 3}), 0.1, 0.1, 0
 
 
 def errors(*measured: float) -> dict[str, float]:
-    rows = [dataclasses.replace(ROW, seed=seed, measured=value) for seed, value in enumerate(measured)]
+    rows = [dataclasses.replace(ROW, seed=seed, measured=value, uncertainty=0.0) for seed, value in enumerate(measured)]
     return {each.name: each.error for each in summary(rows)}
 
 
@@ -30,6 +30,11 @@ def test_predictions_are_judged_whichever_way_they_miss() -> None:
         "predictions-beyond-2": 0.25,
         "predictions-worst": pytest.approx(10.0),
     }
+
+
+def test_an_uncertain_measurement_counts_as_it_is_nearest() -> None:
+    assert dataclasses.replace(ROW, predicted=0.1, measured=0.0, uncertainty=0.05).factor == pytest.approx(2.0)
+    assert dataclasses.replace(ROW, predicted=0.1, measured=0.12, uncertainty=0.05).factor == 1.0
 
 
 def test_errors_that_no_picture_shows_are_alike() -> None:
