@@ -122,7 +122,8 @@ def _run(parser: argparse.ArgumentParser, options: argparse.Namespace) -> int:
         with ending.during(ending.INTERRUPT):
             check_results(parser, options)
             result = options.module.run(options, progress)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as interrupt:
+        ending.keep_frames(interrupt)
         return _fail(progress, CANCELLED, ending.SENTENCE)
     except FileError as error:
         return _fail(progress, BAD_FILE, str(error))

@@ -59,6 +59,7 @@ def FINISH() -> None:
 
 _answer: Answer = END
 _grace_s = GRACE_S
+_interrupted: BaseException | None = None
 _wished = threading.Event()
 _ends = threading.Lock()
 
@@ -85,6 +86,16 @@ def keep_work() -> None:
     """Give an interrupted verb `KEEPING_S`, because there is something now that it still writes."""
     global _grace_s
     _grace_s = KEEPING_S
+
+
+def keep_frames(interrupt: BaseException) -> None:
+    """Keep the functions that `interrupt` left, with all that they hold, until the process has ended.
+
+    An interrupt falls between any two steps of a library: LLVM frees a module twice where it fell between the call that
+    gives the module to the compiler and the note of it. What is not freed does no harm to a process that ends.
+    """
+    global _interrupted
+    _interrupted = interrupt
 
 
 @contextmanager

@@ -23,6 +23,7 @@ from app.view.picture_error import PictureError
 from app.view.pictures import ViewPictures
 from app.view.planning import Planning
 from app.view.scene_panel import ScenePanel
+from app.viewport.refining import same
 from app.viewport.viewport import Viewport
 from app.widgets import theme
 from app.widgets.panels import Fitting, Panel, Segments, enable, side_by_side, text, tool
@@ -324,10 +325,11 @@ class ViewTab(QWidget):
         project = self.bench.document.project
         scene = self.scene(project)
         if scene is not None and scene.environment is not None and self.isVisible():
-            self.latest.ask(lambda: _directions_error(scene), lambda error: self._show_error(project, scene, error))
+            self.latest.ask(lambda: _directions_error(scene), lambda error: self._show_error(scene, error))
 
-    def _show_error(self, project: Project, scene: Scene, error: float) -> None:
-        if self.bench.document.project is project and self.viewport.camera == scene.camera:
+    def _show_error(self, scene: Scene, error: float) -> None:
+        now = self.scene(self.bench.document.project)
+        if now is not None and same(now, scene):
             self.lights.error.setText(f"{percent(error, 3)}" if error > 0.00095 else "< 0.1 %")
 
     def choose_mode(self, value: str) -> None:

@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 
 from app import command_line
+from app.process import ending
 from engine.core.errors import InputError, MissingCapability, OutOfMemory, OutputError, UsageError
 from engine.core.steps import Step
 
@@ -102,6 +103,25 @@ def test_failures_become_exit_codes_and_one_sentence(
     printed = capfd.readouterr()
     assert printed.out == ""
     assert printed.err == message + "\n"
+
+
+def test_what_an_interrupted_verb_held_is_not_freed_while_the_process_ends(
+    stub: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    freed = []
+
+    class HalfOwned:
+        def __del__(self) -> None:
+            freed.append(self)
+
+    def act(*_arguments: object) -> None:
+        half = HalfOwned()
+        raise KeyboardInterrupt(type(half).__name__)
+
+    monkeypatch.setattr(ending, "_interrupted", None)
+    stub(act)
+    assert command_line.main(["act"]) == ending.CANCELLED
+    assert freed == []
 
 
 def test_mistakes_of_the_programmer_are_not_hidden(stub: Callable[..., None]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
@@ -17,10 +18,12 @@ from PySide6.QtWidgets import QWidget
 from app.viewport.gl_surface import GlSurface
 from app.viewport.refining import MANY_LIGHTS, Cost, Refining
 from app.window.main_window import MainWindow
+from engine.core.steps import Step, Steps
 from engine.geometry.shapes import shape
 from engine.gl.context import create_context
 from engine.gl.direct import DirectRenderer
 from engine.images.encode import rgb_channels, write_exr
+from engine.scene.scene import Scene
 from tests.present import present
 
 Drop = Callable[[QWidget, list[Path]], None]
@@ -92,6 +95,27 @@ def test_an_orbit_makes_the_measured_error_stale_until_it_is_measured_again(lit:
     assert lit.view.lights.error.text() == "–"
     QTest.mouseRelease(lit.view.viewport, Qt.MouseButton.LeftButton, pos=QPoint(230, 310))
     qtbot.waitUntil(lambda: lit.view.lights.error.text() != "–", timeout=120_000)
+
+
+def test_the_error_is_shown_also_where_the_project_keeps_the_camera_while_it_is_measured(
+    lit: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = threading.Event()
+
+    def measured_late(_scene: Scene) -> Steps[float]:
+        yield Step(0.0, "waiting")
+        return 0.0123 if kept.wait(60) else 0.5
+
+    qtbot.waitUntil(lambda: lit.view.lights.error.text() != "–", timeout=120_000)
+    monkeypatch.setattr("app.view.tab._directions_error", measured_late)
+    choose_directions(lit, 256)
+    qtbot.waitUntil(lambda: lit.view.latest.busy, timeout=60_000)
+    camera = lit.view.viewport.camera
+    assert camera is not None
+    lit.bench.document.look_from(camera)
+    kept.set()
+    qtbot.waitUntil(lambda: lit.view.lights.error.text() != "–", timeout=60_000)
+    assert percent(lit) == pytest.approx(1.23)
 
 
 def percent(window: MainWindow) -> float:
