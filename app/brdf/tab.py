@@ -368,9 +368,10 @@ class BrdfTab(QWidget):
         self._show_albedos()
 
     def _judged(self, found: Facts) -> None:
-        self.facts = found
+        """Show facts, unless another entry has become current: its own may have come before."""
         entry = self.entry
         if entry is not None and found.brdf == entry.brdf:
+            self.facts = found
             self.inspector.show_facts(found)
 
     def _show_curves(self) -> None:

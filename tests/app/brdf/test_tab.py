@@ -460,6 +460,21 @@ def test_a_storm_of_undo_and_redo_ends_where_the_project_is(tab: BrdfTab, qtbot:
         assert np.degrees(tab.known[one.number].theta_i) == pytest.approx(tab.light_deg)
 
 
+def test_facts_that_come_late_leave_those_of_the_current_entry(tab: BrdfTab, qtbot: Any) -> None:
+    for text in ("lambert", "phong"):
+        commands_brdf.add_model(tab.bench, text)
+    tab.inspector.list.setCurrentRow(0)
+    rest(tab, qtbot)
+    of_the_first = tab.facts
+    tab.inspector.list.setCurrentRow(1)
+    rest(tab, qtbot)
+    assert of_the_first is not None
+    tab._judged(of_the_first)
+    assert tab.entry is not None
+    assert tab.facts is not None
+    assert tab.facts.brdf == tab.entry.brdf != of_the_first.brdf
+
+
 def test_switching_quickly_between_many_ends_with_the_last(tab: BrdfTab, qtbot: Any) -> None:
     for text in ("ggx", "ward", "phong", "cook-torrance", "lambert"):
         commands_brdf.add_model(tab.bench, text)
