@@ -49,6 +49,8 @@ VERBS = (
     ("bench", "app.cli.bench"),
 )
 
+#: Warnings that are printed; photographs may have some each.
+MOST_WARNINGS = 8
 
 EXIT_CODES = (
     "exit codes: 0 done, 2 wrong usage, 3 a file that cannot be used, 4 cancelled, 5 something is missing from the "
@@ -158,11 +160,24 @@ def _print(options: argparse.Namespace, result: Any) -> None:
     public = {key: value for key, value in result.items() if key != "exit_code"}
     if options.json:
         print(json.dumps(public, allow_nan=False))
-    elif hasattr(options.module, "report"):
+        return
+    if hasattr(options.module, "report"):
         print(options.module.report(public))
     else:
         for key, value in public.items():
             print(f"{key}: {value}")
+    if "warnings" in public:
+        print(health_text(public["warnings"]))
+
+
+def health_text(warnings: Sequence[str]) -> str:
+    """The health of a result: 'Health: no warnings.', or how many with the first `MOST_WARNINGS` of them."""
+    if not warnings:
+        return "Health: no warnings."
+    lines = [f"- {warning}" for warning in warnings[:MOST_WARNINGS]]
+    if len(warnings) > MOST_WARNINGS:
+        lines.append(f"- and {len(warnings) - MOST_WARNINGS} more, which --json lists")
+    return "\n".join([f"Health: {len(warnings)} warning{'s' * (len(warnings) > 1)}:", *lines])
 
 
 def _fail(progress: Progress, code: int, message: str) -> int:

@@ -356,8 +356,9 @@ def report(result: dict[str, Any]) -> str:
             for band in bands
             if band["samples"]
         ]
-        return "\n".join([*lines, *result["warnings"], *_best(result)])
-    return "\n".join(f"{key.replace('_', ' ')}: {_words(value)}" for key, value in result.items())
+        return "\n".join([*lines, *_best(result)])
+    words = [f"{key.replace('_', ' ')}: {_words(value)}" for key, value in result.items() if key != "warnings"]
+    return "\n".join(words)
 
 
 def _report_ranking(result: dict[str, Any]) -> str:

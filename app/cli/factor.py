@@ -153,6 +153,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "epsilon": settings.epsilon,
         "seed": settings.seed,
         "time_s": time_s,
+        "warnings": brdf.health.warnings if hasattr(brdf, "health") else [],
         "uses": list(uses(found, brdf)),
         "cancelled": cancelled,
         "exit_code": CANCELLED if cancelled else DONE,

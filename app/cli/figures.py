@@ -90,7 +90,7 @@ def report(result: dict[str, Any]) -> str:
         lines.append(f"{folder / figure['picture']}: {figure['title']}, {figure['time_s']:.0f} s")
         lines += [_line(picture) for picture in result["pictures"] if picture["name"] == figure["name"]]
     end = ["Cancelled; the figures above are complete."] if result["cancelled"] else []
-    return "\n".join([*filter(None, lines), *result["warnings"], *end])
+    return "\n".join([*filter(None, lines), *end])
 
 
 def _line(picture: dict[str, Any]) -> str:

@@ -169,7 +169,6 @@ def report(result: dict[str, Any]) -> str:
             + ("       –" if residual is None else f"{residual:5.2f} px")
             for angle, mean, clipped, black, residual in rows
         ),
-        *(f"! {warning}" for warning in result["warnings"]),
     ]
     return "\n".join(lines)
 

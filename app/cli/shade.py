@@ -125,6 +125,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "linearise_s": linearise_s,
         "fit_s": fit_s,
         **figures,
+        "warnings": material.health.warnings,
         "worst_texels": [{"row": t.row, "column": t.column, "error_radiance": t.error} for t in worst],
     }
 

@@ -28,7 +28,7 @@ from app.widgets import theme
 from app.widgets.labels import LEAST_ERROR, NAMES
 from app.widgets.panels import button, enable, sheet, text
 from app.widgets.theme import ROW, STEP
-from engine.core.figure_text import percent, size_text, time_text
+from engine.core.figure_text import percent, percent_range, size_text, time_text
 
 if TYPE_CHECKING:
     from engine.planning.plan import Beyond, Effect, EffectsPlan
@@ -186,7 +186,8 @@ class EffectsDock(QDockWidget):
         error, frame = percent(plan.predicted_error_rel), time_text(plan.predicted_frame_s)
         about = f"about {error} and {frame}".replace(" ", "\u00a0")
         self.words.setText(f"{within}{setting_text(plan.setting)}: {about}.")
-        self.words.setToolTip("" if plan.beyond is None else _beyond_text(plan.beyond))
+        expected = f"In 95 of 100 scenes that are predicted so the error is {percent_range(*plan.error_interval_rel)}."
+        self.words.setToolTip(expected if plan.beyond is None else f"{expected}\n{_beyond_text(plan.beyond)}")
         is_shown = plan.setting == self.view.setting
         enable(self.apply, "The plan is what is shown" if is_shown else "")
 

@@ -111,14 +111,16 @@ def measured(
 ) -> Steps[Tradeoff]:
     """The sweep of all ladders of some modes; slow modules are imported on the thread that asks for it."""
     yield Step(0.0, "preparing kernels")
-    from app.session.machine_profile import cost_model
+    from app.session.machine_profile import cost_model, learn_from
     from engine.tradeoff.agenda import settings_of
     from engine.tradeoff.sweep import sweep
 
     settings = settings_of(scene, modes, bases, bounces=bounces > 0)
     costs = yield from part(cost_model(), 0.0, 0.05)
     steps = sweep(scene, settings, size, seconds=seconds, max_depth=bounces + 1, costs=costs)
-    return (yield from part(steps, 0.05, 1.0))
+    found = yield from part(steps, 0.05, 1.0)
+    learn_from(found.points)
+    return found
 
 
 def setting_text(setting: Setting) -> str:

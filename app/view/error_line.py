@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject
 
 from app.view.picture_error import PictureError
-from engine.core.figure_text import percent
+from engine.core.figure_text import percent, percent_range
 
 if TYPE_CHECKING:
     from app.view.tab import ViewTab
@@ -55,7 +55,9 @@ class ErrorLine(QObject):
         why_not, predicted = self.view.pictures.why_no_error, self.view.planning.predicted(self.view.setting)
         if predicted is not None:
             coming = "" if why_not or not self.view.pictures.measuring else " It is measured once the picture rests."
-            return f"≈ {percent(predicted)} predicted", f"The error that the plan predicts for this setting.{coming}"
+            error, interval = predicted
+            told = f"The error that the plan predicts: {percent_range(*interval)} in 95 of 100 scenes.{coming}"
+            return f"≈ {percent(error)} predicted", told
         if why_not:
             return "–", f"There is no reference to compare with. {why_not}."
         if not self.view.pictures.measuring:

@@ -86,9 +86,11 @@ class Planning(QObject):
         """True if a plan of the present scene will be ready soon."""
         return self.at_rest.isActive() or (self._latest.busy and self._asked is not None and self.plan is None)
 
-    def predicted(self, setting: Setting) -> float | None:
-        """The relative error that the plan expects of `setting`; None where it is of another one."""
-        return self.plan.predicted_error_rel if self.plan is not None and self.plan.setting == setting else None
+    def predicted(self, setting: Setting) -> tuple[float, tuple[float, float]] | None:
+        """The relative error that the plan expects of `setting`, and its interval; None where it is of another one."""
+        if self.plan is None or self.plan.setting != setting:
+            return None
+        return self.plan.predicted_error_rel, self.plan.error_interval_rel
 
     def watch(self, who: str, watches: bool) -> None:
         """Plan for as long as anybody watches."""

@@ -154,9 +154,10 @@ def verify_bundle(path: str | os.PathLike[str]) -> Verification:
 
 
 def describe_bundle(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The manifest of a bundle as JSON values, without looking at its pixels."""
+    """The manifest of a bundle as JSON values, with the `warnings` of its health; its pixels are not looked at."""
     archive = open_archive(path, MEMBERS)
-    return read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path).model_dump()
+    manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
+    return {**manifest.model_dump(), "warnings": manifest.health.restored().warnings}
 
 
 def check_replaceable(target: Path) -> None:

@@ -61,6 +61,11 @@ def percent_within(share: float, uncertainty: float) -> str:
     return f"{value:,.{places}f} ± {off:,.{places}f} %"
 
 
+def percent_range(low: float, high: float) -> str:
+    """'0.62 to 1.9 %', and 'up to 1.9 %' from 0."""
+    return f"{percent(low).removesuffix(' %')} to {percent(high)}" if low > 0.0 else f"up to {percent(high)}"
+
+
 def size_text(size_bytes: float) -> str:
     """Bytes in decimal units: '192 B', '3.14 MB', '84 MB'."""
     return _in_units(size_bytes, _SIZES, 3)

@@ -2,6 +2,8 @@
 
 It is at most the sum of the errors of what is left out (`estimates`) and of the method's own (`mode_error`), by the
 triangle inequality. That of the reference is its noise.
+
+Beside it stands the interval that holds the error of 95 of 100 generated scenes (`engine.bench.transport.predictions`).
 """
 
 from __future__ import annotations
@@ -11,11 +13,18 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
+from engine.planning.costs.planned import planning_of
 from engine.planning.costs.setting import Setting, shows
 from engine.planning.effects.estimates import Estimate, Scenery, seen_as
 from engine.planning.effects.mode_error import ModeErrors, mode_errors
 from engine.planning.effects.simplified import lambertian
+from engine.transport import method as transport
 from engine.transport.sh.transfer import is_diffuse
+
+#: What 95 of 100 measured errors are of the predicted ones, at least and at most: of the modes that bake nothing, and
+#: of effects that are left out, which add in squares at best. Methods name their own (`Planning.SPREAD`).
+SPREADS = {"reference": (0.5, 2.0), "direct": (0.5, 2.0), "shading-map": (0.5, 2.0)}
+LEFT_OUT_SPREAD = (1.0 / 3.0, 1.0 / 0.83)
 
 #: Points of the surface that light touches where light between parts of the model counts.
 REFERENCE_DEPTH = 4
@@ -36,10 +45,19 @@ class PredictedErrors:
     noise: Callable[[int], float] | None
 
     def of(self, setting: Setting, skipped: frozenset[str]) -> float:
-        missing = self.left_out(setting, skipped)
+        return self._own(setting, skipped) + self.left_out(setting, skipped)
+
+    def interval(self, setting: Setting, skipped: frozenset[str]) -> tuple[float, float]:
+        """The least and the most that the error of 95 of 100 scenes is where `of` is predicted."""
+        own, missing = self._own(setting, skipped), self.left_out(setting, skipped)
+        least, most = spread(setting.mode)
+        return max(least * own, LEFT_OUT_SPREAD[0] * missing), most * own + LEFT_OUT_SPREAD[1] * missing
+
+    def _own(self, setting: Setting, skipped: frozenset[str]) -> float:
+        """Error of the method itself; of the reference, noise."""
         if setting.mode == "reference" and self.noise is not None:
-            return self.noise(depth_of(skipped)) / math.sqrt(setting["samples"]) + missing
-        return self._of_modes(skipped).of(setting) + missing
+            return self.noise(depth_of(skipped)) / math.sqrt(setting["samples"])
+        return self._of_modes(skipped).of(setting)
 
     def left_out(self, setting: Setting, skipped: frozenset[str]) -> float:
         """Error of the effects that the setting does not show."""
@@ -60,6 +78,11 @@ class PredictedErrors:
         if flat:
             return mode_errors(scenery_without_gloss(self.scene))
         return mode_errors(scenery_of_the_mean(self.scene) if even else self.scene)
+
+
+def spread(mode: str) -> tuple[float, float]:
+    """What 95 of 100 measured errors of a mode are of the predicted ones, at least and at most."""
+    return planning_of(mode).SPREAD if mode in transport.names() else SPREADS[mode]
 
 
 def shows_bounces(setting: Setting, skipped: frozenset[str]) -> bool:

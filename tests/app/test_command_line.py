@@ -182,6 +182,22 @@ def test_a_verb_may_decide_its_exit_code(stub: Callable[..., None]) -> None:
     assert command_line.main(["act"]) == 3
 
 
+def test_health_is_one_line_and_the_first_warnings(
+    stub: Callable[..., None], capfd: pytest.CaptureFixture[str]
+) -> None:
+    for warnings, words in (
+        ([], "Health: no warnings."),
+        (["Row 3 is black."], "Health: 1 warning:\n- Row 3 is black."),
+        (
+            [f"Texel {number} does not brighten." for number in range(34)],
+            "\n- Texel 7 does not brighten.\n- and 26 more, which --json lists",
+        ),
+    ):
+        stub(lambda *_arguments, warnings=warnings: {"figure": 1, "warnings": warnings})
+        assert command_line.main(["act"]) == 0
+        assert words in capfd.readouterr().out
+
+
 def test_people_read_the_report(stub: Callable[..., None], capfd: pytest.CaptureFixture[str]) -> None:
     stub(lambda: {"images": 10}, lambda result: f"{result['images']} photographs")
     command_line.main(["act"])

@@ -165,7 +165,7 @@ def report(result: dict[str, Any]) -> str:
     ]
     if result["chunks_resumed"]:
         lines.append(f"{result['chunks_resumed']} of {result['chunks']} chunks were kept from the cancelled bake")
-    return "\n".join([*lines, *result["skipped"], *result["warnings"]])
+    return "\n".join([*lines, *result["skipped"]])
 
 
 def _lines(result: dict[str, Any]) -> list[str]:

@@ -12,7 +12,7 @@ from app.cli.transport.bake_report import carry_out, subject_of
 from app.cli.transport.options import variations_of
 from app.cli.transport.plan import add_budget, plan_for, record
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent
+from engine.core.figure_text import percent, percent_range
 from engine.core.steps import Step, drain, part
 
 #: Options of the methods that a plan takes too.
@@ -37,6 +37,7 @@ def given(arguments: argparse.Namespace) -> list[str]:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from app.session.machine_profile import learn
     from engine.light.environment_file import open_environment
     from engine.planning.bake import prepare
     from engine.transport import method as transport
@@ -67,6 +68,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     result = {**result, **planned, "knobs": result["knobs"]}
     if baked is None:
         return result
+    if not baked.resumed_chunks:
+        learn(found.mode, found.cost.bake_s, baked.bake_s)
     left_out = [f"No {effect.effect}: {effect.reason}" for effect in found.effects if not effect.on]
     if found.decision("self-shadowing") == "needed":
         left_out += result["skipped"]
@@ -81,9 +84,8 @@ def lines(result: dict[str, Any]) -> list[str]:
     setting = Setting(
         result["mode"], {name: result["knobs"][name] for name in result["knobs"] if name in _names(result)}
     )
-    found = [
-        f"{setting}: with {', '.join(shown) or 'no effect'}, an error of about {percent(result['predicted_error_rel'])}"
-    ]
+    error = f"about {percent(result['predicted_error_rel'])} ({percent_range(*result['error_interval_rel'])})"
+    found = [f"{setting}: with {', '.join(shown) or 'no effect'}, an error of {error}"]
     nearest = "No mode meets the budget below the ceilings; this one has the least error for what it costs."
     return found if result["satisfied"] else [*found, nearest]
 

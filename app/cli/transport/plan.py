@@ -13,7 +13,7 @@ from app.cli.brdf import BRDF_HELP
 from app.cli.transport import options as vary
 from app.cli.transport import project_input
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent, size_text, time_text
+from engine.core.figure_text import number, percent, percent_range, size_text, time_text
 from engine.core.steps import Step, drain, part
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--calibrate",
         action="store_true",
         help="measure the machine profile again: some ten seconds, more while other programs work or kernels are being "
-        "compiled; kept until Lightarc, Python or the machine's name changes",
+        "compiled; kept for a month, unless Lightarc, Python or the machine's name changes",
     )
     parser.add_argument(
         "--frames",
@@ -201,11 +201,13 @@ def record(found: EffectsPlan) -> dict[str, Any]:
         "knobs": found.knobs,
         "means": dict(found.mean),
         "predicted_error_rel": found.predicted_error_rel,
+        "error_interval_rel": list(found.error_interval_rel),
         "predicted_frame_s": found.cost.frame_s,
         "predicted_relight_s": found.cost.relight_s,
         "predicted_bake_s": found.cost.bake_s,
         "predicted_memory_bytes": found.cost.memory_bytes,
         "predicted_size_bytes": found.cost.size_bytes,
+        "times_within_factor": found.times_within,
         "satisfied": found.satisfied,
         "ceilings": asdict(found.ceilings),
         "exceeded": list(found.exceeded),
@@ -237,13 +239,14 @@ def report(result: dict[str, Any]) -> str:
     setting = Setting(result["mode"], result["knobs"])
     lines += [
         "",
-        f"Draw with {setting}: an error of {percent(result['predicted_error_rel'])}, "
+        f"Draw with {setting}: an error of {percent(result['predicted_error_rel'])} "
+        f"({percent_range(*result['error_interval_rel'])} in 95 of 100 scenes), "
         f"{time_text(result['predicted_frame_s'])} a frame, "
         f"{time_text(result['predicted_relight_s'])} for a rotated environment, "
-        f"{time_text(result['predicted_bake_s'])} to bake, {size_text(result['predicted_size_bytes'])}",
+        f"{time_text(result['predicted_bake_s'])} to bake, {size_text(result['predicted_size_bytes'])} "
+        f"(times within a factor of {number(result['times_within_factor'])})",
     ]
-    lines += [*_ceilings(result), *_shortfall(result)]
-    return "\n".join([*lines, *result["warnings"]])
+    return "\n".join([*lines, *_ceilings(result), *_shortfall(result)])
 
 
 #: Ceilings as people read them: what is limited, the flag that raises it, and units in a second or a byte.

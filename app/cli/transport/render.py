@@ -223,12 +223,11 @@ def _setup(arguments: argparse.Namespace) -> Setup | None:
 
 
 def report(result: dict[str, Any]) -> str:
-    warnings = "".join(f"\n{warning}" for warning in result["warnings"])
     if "noise" in result:
         noise = "unknown" if result["noise"] is None else percent(result["noise"])
-        return f"{result['image']}: {result['samples']} samples, noise {noise}, {result['frame_s']:.1f} s{warnings}"
+        return f"{result['image']}: {result['samples']} samples, noise {noise}, {result['frame_s']:.1f} s"
     device = "the processor" if result["gl_renderer"].startswith("none") else result["gl_renderer"]
-    return f"{result['image']}: {1e3 * result['frame_s']:.0f} ms a frame on {device}{warnings}"
+    return f"{result['image']}: {1e3 * result['frame_s']:.0f} ms a frame on {device}"
 
 
 def _check(arguments: argparse.Namespace) -> None:

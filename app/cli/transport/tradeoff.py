@@ -14,7 +14,7 @@ from app.cli.brdf import BRDF_HELP
 from app.cli.transport import project_input
 from app.process import ending
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent, percent_within, size_text, time_text
+from engine.core.figure_text import percent, percent_range, percent_within, size_text, time_text
 from engine.core.steps import Step, drain, part
 from engine.transport import method as transport
 
@@ -142,7 +142,7 @@ def _measured(
     show: Callable[[Step], None],
 ) -> dict[str, Any]:
     from app.arguments.usage import CANCELLED, DONE
-    from app.session.machine_profile import cost_model
+    from app.session.machine_profile import cost_model, learn_from
     from engine.tradeoff.sweep import sweep
     from engine.tradeoff.write import write
 
@@ -165,6 +165,7 @@ def _measured(
         if not latest:
             raise
         found, is_cancelled = latest[0], True
+    learn_from(found.points)
     about = {
         "mesh": arguments.mesh,
         "vertices": len(scene.mesh.positions),
@@ -173,7 +174,7 @@ def _measured(
         "env": arguments.env,
         "max_depth": arguments.max_depth,
         "cancelled": is_cancelled,
-        "plan": {**planned.setting.as_json(), "predicted_error_rel": planned.predicted_error_rel} if planned else None,
+        "plan": _planned_record(planned) if planned else None,
     }
     record = drain(write(found, arguments.output, _title(arguments), **about), show)
     chosen = _chosen(found, budget, arguments.axis)
@@ -237,8 +238,9 @@ def report(result: dict[str, Any]) -> str:
     lines.append(_ladders(result["ladders"]))
     lines += _predictions(result["predictions"])
     if result["plan"]:
-        predicted = percent(result["plan"]["predicted_error_rel"])
-        lines.append(f"A plan chooses {setting_of(result['plan'])}, with an error of {predicted}.")
+        told = result["plan"]
+        predicted = f"{percent(told['predicted_error_rel'])} ({percent_range(*told['error_interval_rel'])})"
+        lines.append(f"A plan chooses {setting_of(told)}, with an error of {predicted}.")
     if "choice_reason" in result:
         chosen = setting_of(result["choice"]) if result["choice"] else "none"
         lines.append(f"Choice: {chosen} ({result['choice_reason']})")
@@ -246,7 +248,7 @@ def report(result: dict[str, Any]) -> str:
     lines += [f"Not measured: {words}" for words in left[:NAMED]]
     lines += [f"Not measured: {len(left) - NAMED} more, see tradeoff.json"] if len(left) > NAMED else []
     lines += ["Cancelled; these are the results so far."] if result["cancelled"] else []
-    return "\n".join([*lines, f"{result['output']}: {', '.join(result['files'])}", *result["warnings"]])
+    return "\n".join([*lines, f"{result['output']}: {', '.join(result['files'])}"])
 
 
 def _ladders(found: list[dict[str, Any]]) -> str:
@@ -257,6 +259,12 @@ def _ladders(found: list[dict[str, Any]]) -> str:
     if not rising:
         return "The error falls along every ladder."
     return f"The error falls along every ladder, but rises along {', '.join(dict.fromkeys(rising))}."
+
+
+def _planned_record(planned: EffectsPlan) -> dict[str, Any]:
+    """The setting that the plan chooses, with its error, as JSON."""
+    error = {"predicted_error_rel": planned.predicted_error_rel, "error_interval_rel": list(planned.error_interval_rel)}
+    return {**planned.setting.as_json(), **error}
 
 
 def _predictions(found: dict[str, Any]) -> list[str]:

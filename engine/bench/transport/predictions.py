@@ -7,6 +7,7 @@ frames the model, against a path-traced reference of direct light. Pixels of sil
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from engine.accuracy.compare import ErrorEstimate
 from engine.bench.measure import Accuracy
 from engine.bench.transport.generated_scenes import generated
 from engine.core.errors import InputError, UsageError
-from engine.core.figure_text import percent
+from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, drain
 from engine.planning.choices import probed
 from engine.planning.costs.setting import Setting, knobs_of
@@ -52,30 +53,45 @@ AT_ONCE, STEPS = ("reference", "direct"), 3
 #: The effect that pictures of direct light do not have.
 LEFT_OUT = "interreflection"
 
-#: Scenes where nobody says how many, and the share of errors that may be above the predicted ones.
-SCENES, ABOVE = 10, 0.05
+#: Scenes where nobody says how many, and the share of errors that may be outside their intervals.
+SCENES, OUTSIDE = 10, 0.05
 
 
 @dataclass(frozen=True)
 class Compared:
-    """A setting of a scene: its error as predicted, as measured, and how uncertain the measured one is."""
+    """A setting of a scene: its error as predicted, as measured, and how uncertain the measured one is.
+
+    `interval` is what the plan tells beside the predicted error: the least and the most of 95 of 100 scenes.
+    """
 
     seed: int
     scene: str
     setting: Setting
     predicted: float
+    interval: tuple[float, float]
     measured: float
     uncertainty: float
 
     @property
-    def factor(self) -> float:
-        """The larger of both errors over the smaller, as near to 1 as the uncertainty of the measured one allows.
+    def ratio(self) -> float:
+        """The measured error over the predicted one, as near to 1 as the uncertainty of the measured one allows.
 
         Errors below `LEAST` count as that.
         """
         nearest = min(max(self.predicted, self.measured - self.uncertainty), self.measured + self.uncertainty)
-        one, other = max(self.predicted, LEAST), max(nearest, LEAST)
-        return max(one / other, other / one)
+        return max(nearest, LEAST) / max(self.predicted, LEAST)
+
+    @property
+    def factor(self) -> float:
+        """The larger of both errors over the smaller."""
+        return max(self.ratio, 1.0 / self.ratio)
+
+    @property
+    def covered(self) -> bool:
+        """True if the measured error may lie within the interval; what is below `LEAST` is 0 there."""
+        low, high = self.interval
+        below = low > LEAST and self.measured + self.uncertainty < low
+        return not below and self.measured - self.uncertainty <= max(high, LEAST)
 
 
 def drawn_settings(seed: int, modes: Sequence[str]) -> list[Setting]:
@@ -84,6 +100,8 @@ def drawn_settings(seed: int, modes: Sequence[str]) -> list[Setting]:
     for mode in modes:
         rng = np.random.default_rng((29, seed, *mode.encode()))
         ladders = {name: knob.ladder[:STEPS] for name, knob in knobs_of(mode).items()}
+        if LEFT_OUT in ladders:
+            ladders[LEFT_OUT] = (0,)  # the reference has none either
         settings.append(Setting(mode, {name: steps[rng.integers(len(steps))] for name, steps in ladders.items()}))
     return settings
 
@@ -121,23 +139,58 @@ def summary(found: Sequence[Compared]) -> list[Accuracy]:
         f"farthest factor between both: {worst.setting} of seed {worst.seed}, {percent(worst.measured)} where "
         f"{percent(worst.predicted)} was predicted ({worst.scene})"
     )
+    widths = [each.interval[1] / max(each.interval[0], LEAST) for each in found if each.interval[1] > LEAST]
+    wide = "median of the largest over the smallest error of an interval"
     return [
-        Accuracy("predictions-above", float(above), f"share of {count} whose error is above the predicted one", ABOVE),
+        Accuracy("predictions-above", float(above), f"share of {count} whose error is above the predicted one"),
         *apart,
         Accuracy("predictions-worst", worst.factor, farthest),
+        Accuracy(
+            "predictions-outside",
+            float(np.mean([not each.covered for each in found])),
+            f"share of {count} whose error is outside the interval that a plan tells",
+            OUTSIDE,
+        ),
+        Accuracy("predictions-width", float(np.median(widths or [1.0])), wide),
+        *(_spread(mode, [each for each in found if each.setting.mode == mode]) for mode in modes_of(found)),
     ]
+
+
+def modes_of(found: Sequence[Compared]) -> list[str]:
+    return list(dict.fromkeys(each.setting.mode for each in found))
+
+
+def spread(found: Sequence[Compared]) -> tuple[float, float]:
+    """The least and the most ratio of 95 of 100, also of one more that is drawn alike (split conformal prediction)."""
+    ratios = sorted(each.ratio for each in found)
+    cut = math.floor(0.5 * OUTSIDE * (len(ratios) + 1))
+    return ratios[max(cut - 1, 0)], ratios[-max(cut, 1)]
+
+
+def _spread(mode: str, found: Sequence[Compared]) -> Accuracy:
+    low, high = spread(found)
+    outside = float(np.mean([not each.covered for each in found]))
+    said = (
+        f"95 of 100 errors of {len(found)} settings of {mode} are {number(low)} to {number(high)} times the predicted"
+    )
+    return Accuracy(f"predictions-spread-{mode}", high / low, f"{said}; {percent(outside)} outside their intervals")
 
 
 def compared(seed: int, drawer: Drawer, data: Path | None = None) -> list[Compared]:
     """The scene of `seed`, predicted and measured."""
     name, scene = generated(seed, data)
     errors = errors_of(scene)
+    skipped = frozenset({LEFT_OUT})
     known = mode_errors(errors.scene)
     baked = transport.names()[:-1] if seed % EVERY else transport.names()
     modes = (*AT_ONCE, *(mode for mode in baked if known.knows(mode)))
     found = measured(scene, drawn_settings(seed, modes), drawer)
     return [
-        Compared(seed, name, each, errors.of(each, frozenset({LEFT_OUT})), error.rmse_rel, error.uncertainty)
+        Compared(
+            *(seed, name, each),
+            *(errors.of(each, skipped), errors.interval(each, skipped)),
+            *(error.rmse_rel, error.uncertainty),
+        )
         for each, error in found.items()
     ]
 

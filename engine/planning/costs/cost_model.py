@@ -19,7 +19,7 @@ import math
 import platform
 from bisect import bisect_left
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -39,10 +39,20 @@ from engine.transport.sh.bake import default_edge
 from engine.transport.wavelet.haar import FACES
 
 #: Changes when the rates of a kept model no longer mean what they did.
-FORMAT = 4
+FORMAT = 5
 
 #: Bytes of a kept model at most.
 FILE_LIMIT_BYTES = 1 << 16
+
+#: Seconds that a profile holds: drivers, governors and other programs change. Share of the processors that other
+#: programs may have had while it was measured, and the seconds that it holds where they had more.
+HOLDS_S, BUSY, BUSY_HOLDS_S = 30 * 86_400.0, 0.2, 600.0
+
+#: What times of an idle machine are within of predicted ones, by 117 bakes and frames of which 110 were.
+WITHIN = 1.5
+
+#: A bake that teaches takes at least so many seconds; the last so many bakes count; no correction is more than this.
+TEACHES_S, REMEMBERED, MOST_CORRECTED = 0.5, 8, 4.0
 
 #: Knobs and seconds of a rate are below this, knobs above its inverse, and nothing grows faster than the products of
 #: three spherical harmonics do.
@@ -111,17 +121,24 @@ class CostModel:
     """The rates of one machine; `tables` by the names of `NAMES`.
 
     `renderer` is the name of the graphics device that frames are for, "processor" where there is none.
-    `background_load` is the share of the processors that other programs had while it was measured.
+    `background_load` is the share of the processors that other programs had while it was measured, `measured_at_s`
+    when that was, in seconds of POSIX. `bakes` has, for each method that was baked since, the mean logarithm of the
+    seconds of its last bakes over those that the rates predict, and their number.
     """
 
     machine: str
     renderer: str
     tables: Mapping[str, Rates] = field(hash=False)
     background_load: float = 0.0
+    measured_at_s: float = 0.0
+    bakes: Mapping[str, tuple[float, int]] = field(default_factory=lambda: MappingProxyType({}), hash=False)
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.background_load <= 1.0:
             raise ValueError(f"other programs cannot have had {self.background_load} of the processors")
+        for method, (mean, count) in self.bakes.items():
+            if not (abs(mean) <= math.log(MOST_CORRECTED) and 1 <= count <= REMEMBERED):
+                raise ValueError(f"bakes of {method} cannot have taken e^{mean} of the predicted time {count} times")
         missing = [name for name in NAMES if not self.tables.get(name)]
         if missing:
             raise ValueError(f"the rates of {missing[0]} are missing")
@@ -131,6 +148,31 @@ class CostModel:
             if not fine or knobs != sorted(set(knobs)):
                 raise ValueError(f"the rates of {name} are not rising knobs with finite seconds")
         object.__setattr__(self, "tables", MappingProxyType(dict(self.tables)))
+        object.__setattr__(self, "bakes", MappingProxyType(dict(self.bakes)))
+
+    @property
+    def within(self) -> float:
+        """The factor that times are within of predicted ones in some 95 of 100 cases.
+
+        Rates that were measured beside other programs are too long by what these had of the processors.
+        """
+        return WITHIN / (1.0 - min(self.background_load, 0.9))
+
+    def expired(self, now_s: float) -> bool:
+        """True where it is too old; much sooner if it was measured beside other programs."""
+        holds_s = HOLDS_S if self.background_load <= BUSY else BUSY_HOLDS_S
+        return not 0.0 <= now_s - self.measured_at_s <= holds_s
+
+    def learned(self, method: str, predicted_s: float, bake_s: float) -> CostModel:
+        """The model that has seen a bake of `method` take `bake_s` where it predicted `predicted_s`."""
+        if min(predicted_s, bake_s) < TEACHES_S:
+            return self
+        before, count = self.bakes.get(method, (0.0, 0))
+        now = before + math.log(bake_s / predicted_s)  # over what the rates alone predict
+        count = min(count + 1, REMEMBERED)
+        most = math.log(MOST_CORRECTED)
+        mean = min(max(before + (now - before) / count, -most), most)
+        return replace(self, bakes={**self.bakes, method: (mean, count)})
 
     def rate(self, name: str, knob: float = 1.0) -> float:
         """Seconds at a knob: a power law between the two measured points, and beyond the ends as at the ends."""
@@ -146,7 +188,8 @@ class CostModel:
         load = load or Load(vertices, pixels, **more)
         if setting.mode in transport.names():
             found: Cost = transport.method_of(setting.mode).planning.cost(self, setting, load)
-            return found
+            mean, _ = self.bakes.get(setting.mode, (0.0, 0))
+            return replace(found, bake_s=found.bake_s * math.exp(mean))
         return self._reference(setting, load) if setting.mode == "reference" else self._direct(setting, load)
 
     def frame_s(self, mode: str, each: float, load: Load) -> float:
@@ -215,8 +258,8 @@ def machine_name() -> str:
 def save(model: CostModel, path: Path) -> None:
     """Keep a model in the file `path`; OutputError where that cannot be."""
     make_folder(path.parent)
-    record = {"machine": model.machine, "renderer": model.renderer, "background_load": model.background_load}
-    write_json(path, {**record, "tables": dict(model.tables)})
+    record = {name: getattr(model, name) for name in ("machine", "renderer", "background_load", "measured_at_s")}
+    write_json(path, {**record, "bakes": dict(model.bakes), "tables": dict(model.tables)})
 
 
 def load_model(path: Path) -> CostModel | None:
@@ -229,7 +272,9 @@ def load_model(path: Path) -> CostModel | None:
             str(name): tuple((float(knob), float(rate)) for knob, rate in rates)
             for name, rates in record["tables"].items()
         }
-        model = CostModel(str(record["machine"]), str(record["renderer"]), tables, float(record["background_load"]))
+        bakes = {str(method): (float(mean), int(count)) for method, (mean, count) in record["bakes"].items()}
+        load, at_s = float(record["background_load"]), float(record["measured_at_s"])
+        model = CostModel(str(record["machine"]), str(record["renderer"]), tables, load, at_s, bakes)
     except (FileError, ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError):
         return None
     return model if model.machine == machine_name() else None

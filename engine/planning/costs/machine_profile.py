@@ -120,7 +120,7 @@ def calibrate() -> Steps[CostModel]:
     _reference(place, tables)
     renderer = yield from part(frame_rates(tables), 0.65, 1.0)
     yield Step(1.0, "measured")
-    return CostModel(machine_name(), renderer, tables, background_load(before, spent()))
+    return CostModel(machine_name(), renderer, tables, background_load(before, spent()), time.time())
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,6 +26,9 @@ from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.haar import FACES
 from engine.transport.wavelet.transfer import Vectors16, WaveletTransport
 
+#: What 95 of 100 measured errors are of the predicted ones, at least and at most, on generated scenes.
+SPREAD = (0.5, 2.0)
+
 
 @dataclass(frozen=True, eq=False)
 class _EveryRay(Occluder):

@@ -65,7 +65,7 @@ def test_a_near_lamp_on_an_unknown_side_is_warned_of(
 ) -> None:
     done = lightarc("import", photographs, "-o", tmp_path / "s", "--no-align", "--lamp-distance", "2")
     assert done.code == 0
-    assert "! The lamp is near, but nothing says on which side it stood" in done.out
+    assert "- The lamp is near, but nothing says on which side it stood" in done.out
     assert "which side" not in lightarc("import", photographs, "-o", tmp_path / "t", "--no-align").out
 
 

@@ -29,7 +29,7 @@ KEYS = [
     "slice_mean_radiance", "slice_target_radiance", "rms", "rms_per_channel", "size_bytes_slices",
     "size_bytes_compressed", "linearise_s", "fit_s", "exponent_bits", "quantisation_bound_radiance",
     "quantisation_error_radiance", "max_error_radiance", "kept_tile_fraction", "seam_error", "tile_width_px",
-    "tile_height_px", "worst_texels",
+    "tile_height_px", "warnings", "worst_texels",
 ]  # fmt: skip
 
 

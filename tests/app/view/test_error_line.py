@@ -111,6 +111,7 @@ def test_before_it_is_known_the_plan_tells_what_to_expect(view: MainWindow) -> N
     view.view.planning.plan = SimpleNamespace(  # type: ignore[assignment]
         setting=view.view.setting,
         predicted_error_rel=0.082,
+        error_interval_rel=(0.04, 0.16),
         predicted_frame_s=0.01,
         satisfied=True,
         beyond=None,

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from engine.core.figure_text import number, percent, percent_within, size_text, time_text
+from engine.core.figure_text import number, percent, percent_range, percent_within, size_text, time_text
 
 #: Every size that a share may have, and values next to whole powers of ten, where rounding carries.
 SHARES = np.concatenate([10.0 ** np.linspace(-9.0, 9.0, 2_001), *(10.0 ** np.arange(-9, 10) * f for f in (0.99, 1.01))])
@@ -67,6 +67,11 @@ def test_per_cents_that_people_meet(share: float, text: str) -> None:
 )
 def test_an_uncertainty_decides_the_digits(share: float, uncertainty: float, text: str) -> None:
     assert percent_within(share, uncertainty) == text
+
+
+def test_a_range_of_per_cents() -> None:
+    assert percent_range(0.0062, 0.019) == "0.62 to 1.9 %"
+    assert percent_range(0.0, 1.2) == "up to 120 %"
 
 
 @pytest.mark.parametrize(

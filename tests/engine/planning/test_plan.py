@@ -25,9 +25,12 @@ from engine.planning import bake as planned
 from engine.planning.ceilings import BAKE_S, FRAME_S, NONE, Ceilings, usual
 from engine.planning.choices import BYTE_S, FRAMES, LIGHTS, SHARE
 from engine.planning.costs.cost_model import CostModel
+from engine.planning.costs.setting import Setting
 from engine.planning.effects.estimates import EFFECTS, Scenery, estimates, scenery
 from engine.planning.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise
+from engine.planning.methods.sh import SPREAD
 from engine.planning.plan import EffectsPlan, brdf_of, plan, plan_of
+from engine.planning.predicted_error import PredictedErrors
 from engine.transport.baking import visibility
 from engine.transport.sh.lighting import project
 from engine.transport.sh.transfer import transferred
@@ -61,6 +64,24 @@ def test_T7_a_larger_budget_of_error_never_costs_more(error: float, factor: floa
         assert one.predicted_error_rel <= error
     else:
         assert one.predicted_error_rel > error
+
+
+def test_a_plan_tells_the_interval_of_its_error() -> None:
+    found = plan_of(looked_at(), COSTS, 0.02, None, modes=("sh",))
+    low, high = found.error_interval_rel
+    assert 0.0 < low < found.predicted_error_rel < high
+    # without anything left out it is that of the method alone
+    errors = PredictedErrors(looked_at(), estimates(looked_at()), None)
+    setting = Setting("sh", {"order": 5, "interreflection": 1})
+    own, (least, most) = errors.of(setting, frozenset()), SPREAD
+    shown = own - errors.left_out(setting, frozenset())
+    assert errors.left_out(setting, frozenset()) == 0.0
+    assert errors.interval(setting, frozenset()) == pytest.approx((least * shown, most * shown))
+    # what is left out adds in squares at best and by itself at worst
+    missing = estimates(looked_at())["self-shadowing"].error_rel
+    low, high = errors.interval(setting, frozenset({"self-shadowing"}))
+    assert low == pytest.approx(max(least * shown, missing / 3.0))
+    assert high == pytest.approx(most * shown + missing / 0.83)
 
 
 @settings(max_examples=15)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
+import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -33,7 +36,7 @@ def mesh(tmp_path: Path) -> str:
 def kept_costs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Costs that are known already, so that nothing is measured."""
     path = tmp_path / "cache" / "cost-model.json"
-    save(replace(every_rate(), machine=machine_name()), path)
+    save(replace(every_rate(), machine=machine_name(), measured_at_s=time.time()), path)
     monkeypatch.setattr(app.session.machine_profile, "cost_path", lambda: path)
     return path
 
@@ -158,6 +161,23 @@ def test_damaged_costs_are_measured_anew(
     kept = load_model(kept_costs)
     assert kept is not None
     assert kept.renderer == "measured anew"
+    save(replace(kept, renderer="processor", measured_at_s=time.time() - 3600.0, background_load=0.4), kept_costs)
+    assert drain(app.session.machine_profile.cost_model()).renderer == "measured anew", "measured beside others"
+
+
+def test_a_bake_that_a_plan_laid_out_teaches_the_profile(kept_costs: Path) -> None:
+    before = load_model(kept_costs)
+    assert before is not None
+    assert not before.bakes
+    app.session.machine_profile.learn("sh", 4.0, 8.0)
+    points = [
+        SimpleNamespace(mode="wavelet", predicted={"bake_s": 2.0}, bake_s=seconds) for seconds in (2.0, 6.0, 600.0)
+    ]
+    points.append(SimpleNamespace(mode="direct", predicted={"frame_s": 2.0}, bake_s=0.0))
+    app.session.machine_profile.learn_from(points)  # type: ignore[arg-type]
+    after = load_model(kept_costs)
+    assert after is not None
+    assert dict(after.bakes) == {"sh": (pytest.approx(math.log(2.0)), 1), "wavelet": (pytest.approx(math.log(3.0)), 1)}
 
 
 def test_the_self_test_tells_its_cases(capsys: pytest.CaptureFixture[str]) -> None:

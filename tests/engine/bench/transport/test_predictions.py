@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from engine.bench.transport.generated_scenes import generated
-from engine.bench.transport.predictions import LEAST, Compared, drawn_settings, predictions, summary
+from engine.bench.transport.predictions import LEAST, Compared, drawn_settings, predictions, spread, summary
 from engine.core.directions import dot
 from engine.core.errors import InputError, UsageError
 from engine.core.steps import drain
 from engine.planning.costs.setting import Setting
 
-ROW = Compared(3, "a ball under a sky", Setting("sh", {"order": 3}), 0.1, 0.1, 0.001)
+ROW = Compared(3, "a ball under a sky", Setting("sh", {"order": 3}), 0.1, (0.05, 0.2), 0.1, 0.001)
 
 
 def errors(*measured: float) -> dict[str, float]:
@@ -29,6 +29,9 @@ def test_predictions_are_judged_whichever_way_they_miss() -> None:
         "predictions-beyond-1.5": 0.5,
         "predictions-beyond-2": 0.25,
         "predictions-worst": pytest.approx(10.0),
+        "predictions-outside": 0.25,
+        "predictions-width": pytest.approx(4.0),
+        "predictions-spread-sh": pytest.approx(11.0),
     }
 
 
@@ -37,12 +40,31 @@ def test_an_uncertain_measurement_counts_as_it_is_nearest() -> None:
     assert dataclasses.replace(ROW, predicted=0.1, measured=0.12, uncertainty=0.05).factor == 1.0
 
 
+def test_an_interval_covers_what_may_lie_in_it() -> None:
+    for measured, uncertainty, covered in (
+        (0.2, 0.0, True),
+        (0.22, 0.01, False),
+        (0.22, 0.03, True),
+        (0.04, 0.0, False),
+    ):
+        assert dataclasses.replace(ROW, measured=measured, uncertainty=uncertainty).covered == covered
+    assert dataclasses.replace(ROW, interval=(0.0, 0.0), measured=0.5 * LEAST).covered
+
+
+def test_a_spread_leaves_out_what_five_of_a_hundred_and_one_more_would_be() -> None:
+    rows = [dataclasses.replace(ROW, measured=0.1 * ratio, uncertainty=0.0) for ratio in np.linspace(0.5, 2.5, 199)]
+    ratios = sorted(each.ratio for each in rows)
+    assert spread(rows) == (ratios[4], ratios[-5])
+    assert spread(rows[:10]) == (ratios[0], ratios[9])
+
+
 def test_errors_that_no_picture_shows_are_alike() -> None:
     assert dataclasses.replace(ROW, predicted=0.0, measured=0.5 * LEAST).factor == 1.0
 
 
 def test_the_worst_is_named_with_the_seed_that_repeats_it() -> None:
-    worst = summary([ROW, dataclasses.replace(ROW, seed=17, measured=0.3)])[-1]
+    rows = summary([ROW, dataclasses.replace(ROW, seed=17, measured=0.3)])
+    worst = next(each for each in rows if each.name == "predictions-worst")
     assert "seed 17, 30 % where 10 % was predicted (a ball under a sky)" in worst.what
 
 

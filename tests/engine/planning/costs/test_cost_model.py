@@ -13,7 +13,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.core.stopwatch import background_load, spent
-from engine.planning.costs.cost_model import NAMES, CostModel, load_model, machine_name, save
+from engine.planning.costs.cost_model import (
+    MOST_CORRECTED,
+    NAMES,
+    REMEMBERED,
+    TEACHES_S,
+    CostModel,
+    load_model,
+    machine_name,
+    save,
+)
 from engine.planning.costs.load import Rays
 from engine.planning.costs.setting import Setting, knobs_of, ladder
 
@@ -62,9 +71,41 @@ def test_T5_open_vertices_cost_no_rays(model: CostModel) -> None:
 
 
 def test_a_kept_model_is_found_again(model: CostModel, tmp_path: Path) -> None:
-    busy = replace(model, background_load=0.4)
+    busy = replace(model, background_load=0.4, measured_at_s=1e9, bakes={"sh": (0.3, 2)})
     save(busy, tmp_path / "new" / "cost.json")
     assert load_model(tmp_path / "new" / "cost.json") == busy
+
+
+def test_a_profile_expires_soon_where_others_worked(model: CostModel) -> None:
+    quiet = replace(model, measured_at_s=1e9)
+    assert not quiet.expired(1e9)
+    assert not quiet.expired(1e9 + 29 * 86_400)
+    assert quiet.expired(1e9 + 31 * 86_400)
+    assert quiet.expired(1e9 - 1.0), "a clock that was set back says nothing of the age"
+    busy = replace(quiet, background_load=0.5)
+    assert not busy.expired(1e9 + 300)
+    assert busy.expired(1e9 + 1200)
+    assert busy.within == pytest.approx(2.0 * quiet.within)
+
+
+def test_bakes_teach_what_they_take(model: CostModel) -> None:
+    """Bakes that take twice the predicted time are predicted by then, whatever the first one took."""
+    asked = Setting("sh"), 200_000, 1000
+    learned, usual = model, model.predict(*asked)
+    for _ in range(12):
+        learned = learned.learned("sh", learned.predict(*asked).bake_s, 2.0 * usual.bake_s)
+    found = learned.predict(*asked)
+    assert usual.bake_s > TEACHES_S
+    assert found == replace(usual, bake_s=found.bake_s)
+    assert found.bake_s == pytest.approx(2.0 * usual.bake_s)
+    assert learned.bakes["sh"][1] == REMEMBERED
+    wavelets = Setting("wavelet")
+    assert learned.predict(wavelets, 1000, 1000) == model.predict(wavelets, 1000, 1000)
+
+
+def test_short_bakes_teach_nothing_and_odd_ones_little(model: CostModel) -> None:
+    assert model.learned("sh", 0.1, 0.3) is model
+    assert model.learned("sh", 1.0, 1e6).bakes["sh"][0] == pytest.approx(math.log(MOST_CORRECTED))
 
 
 def test_other_programs_are_found_from_seconds_of_processors() -> None:
