@@ -113,6 +113,7 @@ LARGE = (
     "gaussian-fit-quality",
     "gaussian-errors",
     "factors",
+    "choices",
     "predictions",
     "window-soak",
     "cancel",
@@ -130,6 +131,7 @@ ACCURACIES = {
     "gaussian-fit-quality": "engine.bench.transport.gaussian_fit:gaussian_fit_quality",
     "gaussian-errors": "engine.bench.transport.gaussian_bake:gaussian_errors",
     "factors": "engine.bench.factor_choice:factors",
+    "choices": "engine.bench.transport.choice:choices",
     "predictions": "engine.bench.transport.predictions:predictions",
     "window-soak": "app.bench.soak:window_soak",
     "cancel": "app.bench.cancel:cancel",
@@ -137,6 +139,7 @@ ACCURACIES = {
 
 #: Options of the command line that a group of errors takes.
 OPTIONS = {
+    "choices": ("scenes", "seed", "data"),
     "predictions": ("scenes", "seed", "data"),
     "window-soak": ("runs", "run_s", "seed", "log"),
     "cancel": ("runs", "seed"),

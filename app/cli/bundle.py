@@ -1,29 +1,52 @@
-"""`lightarc bundle`: check a bundle, or show what is in it."""
+"""`lightarc bundle`: check a bundle, show what is in it, or make one of a project."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from app.arguments.results import Input
+from app.arguments.results import Input, Output, material_at
 from app.arguments.usage import BAD_FILE, DONE
-from engine.core.steps import Step
+from engine.core.errors import UsageError
+from engine.core.steps import Step, drain
 
 NAME = "bundle"
-HELP = "Check a bundle (hashes, schema, bounds, pixels) or show its manifest."
+HELP = "Check a bundle (hashes, schema, bounds, pixels), show its manifest, or make one of a project."
 EXAMPLE = "lightarc bundle verify woven.lightarc --json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("action", choices=("verify", "show"), help="verify: check everything; show: print the manifest")
-    parser.add_argument("path", type=Input(), metavar="BUNDLE", help="a .lightarc file or a bundle folder")
+    parser.add_argument(
+        "action",
+        choices=("verify", "show", "make"),
+        help="verify: check everything; show: print the manifest; make: write the material of a project",
+    )
+    parser.add_argument(
+        "path", type=Input(), metavar="BUNDLE", help="a .lightarc file or a bundle folder; for make a project (.lap)"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Output(material_at),
+        metavar="FILE",
+        help="make: the .lightarc file or folder to write",
+    )
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    """`ok`, `members`, `problems`, `size_bytes`, `schema_version` of a bundle; exit code 3 where it is not sound."""
+    """`ok`, `members`, `problems`, `size_bytes`, `schema_version` of a bundle; exit code 3 where it is not sound.
+
+    One that is made of a project is checked in the same way.
+    """
     from engine.bundle.bundle import describe_bundle, verify_bundle
 
+    if (arguments.action == "make") != (arguments.output is not None):
+        raise UsageError("make, and make alone, needs -o, the bundle to write")
+    if arguments.action == "make":
+        _make(Path(arguments.path), Path(arguments.output), show)
+        arguments.path = arguments.output
     show(Step(0.0, "reading the bundle"))
     if arguments.action == "show":
         return describe_bundle(arguments.path)
@@ -36,6 +59,20 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "schema_version": verification.schema_version,
         "exit_code": DONE if verification.ok else BAD_FILE,
     }
+
+
+def _make(project: Path, output: Path, show: Callable[[Step], None]) -> None:
+    """Write the material that a project has; InputError where it has none, or where its data are gone."""
+    from app.commands.export_bundle import exported
+    from app.project.report import identity
+    from app.project.setup import set_up
+    from engine.core.errors import InputError
+
+    show(Step(0.0, "reading the project"))
+    setup = set_up(project)
+    if not setup.project.has_map:
+        raise InputError(project, "has no material yet", "Build one in the window, or with lightarc shade")
+    drain(exported(setup.project, output, setup.scene, origin={"project": identity(project)}), show)
 
 
 def report(result: dict[str, Any]) -> str:

@@ -1,7 +1,6 @@
 """Commands of the window, without its widgets: each verb starts a job and changes the document when it succeeds.
 
-The modules that compile kernels are imported inside the jobs, on their threads, so that the window opens at once. The
-preview of a bundle is drawn on the processor, so that no viewport has to be on screen.
+The modules that compile kernels are imported inside the jobs, on their threads, so that the window opens at once.
 """
 
 from __future__ import annotations
@@ -11,18 +10,16 @@ import itertools
 import logging
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from app.commands import brdf as commands_brdf
+from app.commands.export_bundle import exported
 from app.commands.recognise import Recognised, recognise
-from app.document.document import Document, ImportChoices, Look, Project
+from app.document.document import Document, ImportChoices, Project
 from app.document.import_choices import lit_by, settings_of
 from app.jobs.jobs import Job, Jobs
 from app.project.places import projects_folder
@@ -34,7 +31,7 @@ from engine.geometry.shapes import SHAPES, open_mesh
 from engine.light.environment import EnvironmentMap, reduced
 from engine.light.light_tree import CELL_ROWS, chosen_lights
 from engine.light.sky import SKIES, built_in
-from engine.scene.material import Material, error_figures
+from engine.scene.material import Material
 from engine.shading.power_law import Scale
 
 if TYPE_CHECKING:
@@ -42,36 +39,10 @@ if TYPE_CHECKING:
     from engine.shading.power_law import PowerLawMap
     from engine.shading.shading_map import ShadingMap
 
-SIZE = (640, 480)
-
-#: Most directions that stand for an environment. A preview takes about a second for each on two cores.
-DIRECTIONS = 16
-
-
-def drawn(scene: Scene, look: Look) -> Steps[NDArray[np.uint8]]:
-    """(480, 640, 3) uint8, sRGB-coded: `scene` with the exposure and tone mapping of `look`, over dark grey."""
-    yield Step(0.0, "preparing kernels")
-    from engine.render.direct import radiance
-    from engine.render.display import Display, displayed
-
-    scene = dataclasses.replace(scene, directions=min(scene.directions, DIRECTIONS))
-    picture = yield from radiance(scene, SIZE, samples=1)
-    return displayed(picture, Display(look.exposure_ev, look.tone_map))
-
-
 log = logging.getLogger(__name__)
 
 #: Under which name the provenance of a bundle says how k_s was chosen.
 SCALE_NOTE = "power_law_scale"
-
-
-@dataclass(frozen=True)
-class Exported:
-    """A bundle that was written: what its verification found, and the bytes of its members."""
-
-    path: Path
-    problems: tuple[str, ...]
-    members: dict[str, int]
 
 
 class Workbench(QObject):
@@ -223,7 +194,7 @@ class Workbench(QObject):
         Its preview shows `scene`.
         """
         project = self.document.project
-        return self.jobs.submit("Writing the bundle", lambda: _export(project, path, include, scene))
+        return self.jobs.submit("Writing the bundle", lambda: exported(project, path, scene, include))
 
     def _bundle_opened(self, material: Material, provenance: dict[str, Any]) -> None:
         self.document.change(
@@ -361,28 +332,3 @@ def _compressed(project: Project, shading_map: ShadingMap) -> Steps[PowerLawMap]
         bound = project.error_bound_percent / 100.0 * shading_map.r_max
         power_law = yield from part(keep_tiles(power_law, shading_map, bound), 0.8, 1.0)
     return power_law
-
-
-def _export(project: Project, path: Path, include: frozenset[str], scene: Scene | None) -> Steps[Exported]:
-    yield Step(0.0, "preparing the bundle")
-    from engine.bundle.bundle import check_replaceable, describe_bundle, save_bundle, verify_bundle
-    from engine.images.encode import encode_png
-
-    whole = project.material
-    material = dataclasses.replace(
-        whole,
-        shading_map=whole.shading_map if "slices" in include else None,
-        power_law=whole.power_law if "power-law" in include else None,
-        name=path.name.removesuffix(".lightarc"),
-    )
-    check_replaceable(path)
-    preview = None
-    if scene is not None:
-        preview = encode_png((yield from part(drawn(scene, project.look), 0.0, 0.2)))
-    figures = error_figures(material)
-    saving = save_bundle(path, material, provenance=project.provenance, figures=figures, preview=preview)
-    yield from part(saving, 0.2, 0.85)
-    yield Step(0.85, "verifying the bundle")
-    problems = verify_bundle(path).problems
-    members = describe_bundle(path)["members"] if not problems else {}
-    return Exported(path, problems, {name: member["size_bytes"] for name, member in members.items()})

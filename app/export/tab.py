@@ -10,7 +10,8 @@ from PySide6.QtCore import Qt, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QShowEvent
 from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLineEdit, QWidget
 
-from app.commands.workbench import Exported, Workbench, drawn
+from app.commands.export_bundle import Exported, drawn
+from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest

@@ -36,6 +36,17 @@ def described(path: Path) -> dict[str, Any]:
     }
 
 
+def identity(path: Path) -> dict[str, Any]:
+    """What tells a project from all others, and from itself at another moment: `name`, `state`, `history_steps`.
+
+    `state` is the hash of the document with all that it holds.
+    """
+    with connected(path) as connection:
+        meta = dict(connection.execute("SELECT name, value FROM meta"))
+        steps = connection.execute("SELECT COUNT(*) FROM step").fetchone()[0]
+    return {"name": meta["name"], "state": meta["current"], "history_steps": steps}
+
+
 def problems_of(path: Path) -> list[str]:
     """Sentences about states of the history that cannot be read; empty for a sound project."""
     with connected(path) as connection:

@@ -233,7 +233,7 @@ def plan_of(
     fitting = [each for each in choices if "memory_bytes" not in each.exceeded(limits)]
     if not fitting:
         raise UsageError(f"no mode is left to choose from in {size_text(limits.memory_bytes)} of memory")
-    chosen, satisfied = _best(_offered(fitting, limits), error, time_s)
+    chosen, satisfied = best(offered(fitting, limits), error, time_s)
     exceeded = chosen.exceeded(limits)
     beyond = None if satisfied or error is None else _beyond(choices, error, limits)
     effects = tuple(_effect(name, found[name], chosen, offers, force, skip) for name in EFFECTS)
@@ -252,14 +252,15 @@ def _check_varied(scene: Scenery, force: frozenset[str], skip: frozenset[str]) -
             raise UsageError(f"{name} cannot be forced on a reflectance that varies and does not have it")
 
 
-def _offered(choices: list[Choice], ceilings: Ceilings) -> list[Choice]:
+def offered(choices: list[Choice], ceilings: Ceilings) -> list[Choice]:
     """Those below the ceilings; a ceiling that none keeps below is raised to `RAISED` times what it takes at least."""
     least = {name: min(getattr(each.cost, name) for each in choices) for name in ("bake_s", "frame_s")}
     room = {name: max(getattr(ceilings, name), RAISED * value) for name, value in least.items()}
     return [each for each in choices if not each.exceeded(replace(ceilings, **room))] or choices
 
 
-def _best(choices: list[Choice], error: float | None, time_s: float | None) -> tuple[Choice, bool]:
+def best(choices: list[Choice], error: float | None, time_s: float | None) -> tuple[Choice, bool]:
+    """The first choice for a budget of error or of seconds a frame, and whether the budget is met."""
     if time_s is not None:
         within = [each for each in choices if each.cost.frame_s <= time_s]
         if within:

@@ -113,16 +113,21 @@ def predictions(
 
     Files of the folder `data` join the models and the BRDFs. UsageError for no scene, InputError for no folder.
     """
-    if scenes < 1:
-        raise UsageError(f"{scenes} scenes are too few: at least one is predicted and measured")
-    if data is not None and not data.is_dir():
-        raise InputError(data, "it is no folder", "name one with models and measured BRDFs")
+    check_campaign(scenes, data)
     found: list[Compared] = []
     with drawing((SIDE, SIDE)) as drawer:
         for number in range(scenes):
             yield Step(number / scenes, f"predicting and measuring scene {seed + number}")
             found += compared(seed + number, drawer, data)
     return summary(found)
+
+
+def check_campaign(scenes: int, data: Path | None) -> None:
+    """UsageError for no scene, InputError for no folder."""
+    if scenes < 1:
+        raise UsageError(f"{scenes} scenes are too few: at least one is measured")
+    if data is not None and not data.is_dir():
+        raise InputError(data, "it is no folder", "name one with models and measured BRDFs")
 
 
 def summary(found: Sequence[Compared]) -> list[Accuracy]:

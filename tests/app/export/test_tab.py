@@ -23,7 +23,7 @@ from tests.present import present
 
 @pytest.fixture
 def tab(window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
-    monkeypatch.setattr("app.commands.workbench.SIZE", (160, 120))
+    monkeypatch.setattr("app.commands.export_bundle.SIZE", (160, 120))
     fill(window)
     roughen(window)
     window.export.set_folder(tmp_path)

@@ -12,7 +12,9 @@ import pytest
 
 from app.document.document import Document, Look, Project
 from app.project.project_file import History, Writer, data_folder
+from app.project.report import identity
 from app.project.setup import set_up
+from engine.bundle.bundle import describe_bundle, open_bundle
 from engine.core.errors import InputError
 from engine.geometry.camera import Camera, frame
 from engine.geometry.shapes import shape
@@ -118,3 +120,30 @@ def test_the_camera_is_kept_beside_the_steps_and_undo_leaves_it() -> None:
     assert (document.project.look.gain, document.project.camera) == (1.0, CAMERA)
     document.undo_stack.undo()
     assert (document.project.mesh, document.project.camera) == (None, None)
+
+
+def test_a_bundle_is_made_of_a_project_and_names_it(lightarc: Command, tmp_path: Path) -> None:
+    """The material is the project's, and the record leads back to the state of the project that it was made of."""
+    path = saved(tmp_path / "felt.lap", mesh=shape("sphere"), material=weave(16), provenance={"camera": "one"})
+    done = lightarc("bundle", "make", str(path), "-o", str(tmp_path / "felt.lightarc"), "--json")
+    assert done.code == 0
+    assert json.loads(done.out)["ok"]
+    made = open_bundle(tmp_path / "felt.lightarc")
+    assert made.shading_map is not None
+    of = weave(16).shading_map
+    assert of is not None
+    assert np.array_equal(made.shading_map.slices, of.slices)
+    record = describe_bundle(tmp_path / "felt.lightarc")["provenance"]
+    assert record["camera"] == "one"
+    assert record["project"] == identity(path)
+    saved(path, mesh=shape("sphere"), material=weave(16), provenance={"camera": "another"})
+    assert identity(path)["state"] != record["project"]["state"]
+
+
+def test_what_cannot_become_a_bundle_is_said(lightarc: Command, project: Path, tmp_path: Path) -> None:
+    done = lightarc("bundle", "make", str(project), "-o", str(tmp_path / "b.lightarc"))
+    assert done.code == 3
+    assert "has no material yet" in done.err
+    assert lightarc("bundle", "make", str(project)).code == 2
+    assert lightarc("bundle", "verify", str(project), "-o", str(tmp_path / "b.lightarc")).code == 2
+    assert not (tmp_path / "b.lightarc").exists()

@@ -1,0 +1,83 @@
+"""The material of a project as a bundle, with a preview that is drawn on the processor: no viewport is needed."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Set
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.document.document import Look, Project
+from engine.core.steps import Step, Steps, part
+from engine.scene.material import error_figures
+
+if TYPE_CHECKING:
+    from engine.scene.scene import Scene
+
+#: Parts of a material that a bundle may leave out, one of them at most.
+PARTS = ("slices", "power-law")
+
+SIZE = (640, 480)
+
+#: Most directions that stand for an environment. A preview takes about a second for each on two cores.
+DIRECTIONS = 16
+
+
+def drawn(scene: Scene, look: Look) -> Steps[NDArray[np.uint8]]:
+    """(480, 640, 3) uint8, sRGB-coded: `scene` with the exposure and tone mapping of `look`, over dark grey."""
+    yield Step(0.0, "preparing kernels")
+    from engine.render.direct import radiance
+    from engine.render.display import Display, displayed
+
+    scene = dataclasses.replace(scene, directions=min(scene.directions, DIRECTIONS))
+    picture = yield from radiance(scene, SIZE, samples=1)
+    return displayed(picture, Display(look.exposure_ev, look.tone_map))
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A bundle that was written: what its verification found, and the bytes of its members."""
+
+    path: Path
+    problems: tuple[str, ...]
+    members: dict[str, int]
+
+
+def exported(
+    project: Project,
+    path: Path,
+    scene: Scene | None,
+    include: Set[str] = frozenset(PARTS),
+    origin: Mapping[str, Any] = MappingProxyType({}),
+) -> Steps[Exported]:
+    """Write the material of `project` with the parts in `include` as the bundle `path`, then verify it.
+
+    The preview shows `scene`; `origin` joins the provenance. Raises OutputError where the bundle cannot be written.
+    """
+    yield Step(0.0, "preparing the bundle")
+    from engine.bundle.bundle import check_replaceable, describe_bundle, save_bundle, verify_bundle
+    from engine.images.encode import encode_png
+
+    whole = project.material
+    material = dataclasses.replace(
+        whole,
+        shading_map=whole.shading_map if "slices" in include else None,
+        power_law=whole.power_law if "power-law" in include else None,
+        name=path.name.removesuffix(".lightarc"),
+    )
+    check_replaceable(path)
+    preview = None
+    if scene is not None:
+        preview = encode_png((yield from part(drawn(scene, project.look), 0.0, 0.2)))
+    figures = error_figures(material)
+    saving = save_bundle(path, material, provenance={**project.provenance, **origin}, figures=figures, preview=preview)
+    yield from part(saving, 0.2, 0.85)
+    yield Step(0.85, "verifying the bundle")
+    problems = verify_bundle(path).problems
+    members = describe_bundle(path)["members"] if not problems else {}
+    return Exported(path, problems, {name: member["size_bytes"] for name, member in members.items()})
