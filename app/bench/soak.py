@@ -47,6 +47,9 @@ SAMPLES = 80
 #: Quantities that are sampled, with their units.
 GROWING = (("descriptors", ""), ("threads", ""), ("memory_mb", " MB"))
 
+#: Bytes that undo may keep here: as much as a person has would hide whatever else grows for the first half hour.
+UNDO_BYTES = 32 * 2**20
+
 BRDFS = (
     "lambert:albedo=0.6",
     "ggx:alpha=0.3",
@@ -139,10 +142,12 @@ def _growth(record: dict[str, Any]) -> dict[str, float]:
 def main() -> int:
     from PySide6.QtCore import QTimer
 
+    from app.document import history
     from app.window.main_window import MainWindow, start
 
     run_s, seed = float(sys.argv[1]), int(sys.argv[2])
     _limit_descriptors()
+    history.KEPT_BYTES = UNDO_BYTES
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
         os.environ.update(XDG_CACHE_HOME=str(folder / "cache"), XDG_CONFIG_HOME=str(folder / "config"))

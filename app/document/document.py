@@ -19,7 +19,8 @@ from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from app.document.comparison import Comparison
 from app.document.factoring import Factoring
-from app.document.history import KEPT_BYTES, KEPT_STEPS, given_up_bytes, steps_to_keep
+from app.document import history
+from app.document.history import KEPT_STEPS, given_up_bytes, steps_to_keep
 from engine.capture.lights.sources import Sources
 from engine.capture.stack import ImageStack
 from engine.core.colour import Operator
@@ -242,7 +243,7 @@ class Document(QObject):
         """Drop the oldest steps where they keep too much; a stack of Qt's loses them only by being filled anew."""
         stack = self.undo_stack
         steps = [cast(_Change, stack.command(at)) for at in range(stack.count())]
-        kept = steps_to_keep([step.given_up_bytes for step in steps], KEPT_BYTES)
+        kept = steps_to_keep([step.given_up_bytes for step in steps], history.KEPT_BYTES)
         if kept == len(steps):
             return
         again = [_Change(self, step.text(), step.old, step.new, step.gesture) for step in steps[-kept:]]
