@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 from PySide6.QtCore import QObject, QSignalBlocker, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
+from app.document import history
 from app.document.comparison import Comparison
 from app.document.factoring import Factoring
-from app.document import history
 from app.document.history import KEPT_STEPS, given_up_bytes, steps_to_keep
 from engine.capture.lights.sources import Sources
 from engine.capture.stack import ImageStack
