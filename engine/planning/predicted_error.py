@@ -26,6 +26,10 @@ from engine.transport.sh.transfer import is_diffuse
 SPREADS = {"reference": (0.5, 2.0), "direct": (0.5, 2.0), "shading-map": (0.5, 2.0)}
 LEFT_OUT_SPREAD = (1.0 / 3.0, 1.0 / 0.83)
 
+#: Error of light that is baked at vertices and interpolated between them, on a model of `FEW`: shadows and highlights
+#: end somewhere on a face, and the share of the picture that such faces have is as their side.
+BETWEEN, FEW = 0.04, 2048
+
 #: Points of the surface that light touches where light between parts of the model counts.
 REFERENCE_DEPTH = 4
 
@@ -51,7 +55,14 @@ class PredictedErrors:
         """The least and the most that the error of 95 of 100 scenes is where `of` is predicted."""
         own, missing = self._own(setting, skipped), self.left_out(setting, skipped)
         least, most = spread(setting.mode)
-        return max(least * own, LEFT_OUT_SPREAD[0] * missing), most * own + LEFT_OUT_SPREAD[1] * missing
+        largest = math.hypot(most * own, self.between(setting))
+        return max(least * own, LEFT_OUT_SPREAD[0] * missing), largest + LEFT_OUT_SPREAD[1] * missing
+
+    def between(self, setting: Setting) -> float:
+        """What a picture may add between the vertices, where alone a prediction looks; 0 of what is not baked."""
+        if setting.mode not in transport.names():
+            return 0.0
+        return BETWEEN * (FEW / self.scene.sample.model_vertices) ** 0.25
 
     def _own(self, setting: Setting, skipped: frozenset[str]) -> float:
         """Error of the method itself; of the reference, noise."""

@@ -61,7 +61,8 @@ SCENES, OUTSIDE = 10, 0.05
 class Compared:
     """A setting of a scene: its error as predicted, as measured, and how uncertain the measured one is.
 
-    `interval` is what the plan tells beside the predicted error: the least and the most of 95 of 100 scenes.
+    `interval` is what the plan tells beside the predicted error: the least and the most of 95 of 100 scenes. `between`
+    is the part of it that light between the vertices may add.
     """
 
     seed: int
@@ -71,6 +72,14 @@ class Compared:
     interval: tuple[float, float]
     measured: float
     uncertainty: float
+    between: float = 0.0
+
+    @property
+    def own(self) -> float:
+        """The ratio without what may come from between the vertices."""
+        least = max(self.measured - self.uncertainty, 0.0)
+        apart = math.sqrt(max(least**2 - self.between**2, 0.0))
+        return max(apart, LEAST) / max(self.predicted, LEAST)
 
     @property
     def ratio(self) -> float:
@@ -166,10 +175,12 @@ def modes_of(found: Sequence[Compared]) -> list[str]:
 
 
 def spread(found: Sequence[Compared]) -> tuple[float, float]:
-    """The least and the most ratio of 95 of 100, also of one more that is drawn alike (split conformal prediction)."""
-    ratios = sorted(each.ratio for each in found)
-    cut = math.floor(0.5 * OUTSIDE * (len(ratios) + 1))
-    return ratios[max(cut - 1, 0)], ratios[-max(cut, 1)]
+    """The least and the most ratio of 95 of 100, also of one more that is drawn alike (split conformal prediction).
+
+    The most is of errors without what light between the vertices may add.
+    """
+    cut = max(1, math.floor(0.5 * OUTSIDE * (len(found) + 1)))
+    return sorted(each.ratio for each in found)[cut - 1], sorted(each.own for each in found)[-cut]
 
 
 def _spread(mode: str, found: Sequence[Compared]) -> Accuracy:
@@ -194,7 +205,7 @@ def compared(seed: int, drawer: Drawer, data: Path | None = None) -> list[Compar
         Compared(
             *(seed, name, each),
             *(errors.of(each, skipped), errors.interval(each, skipped)),
-            *(error.rmse_rel, error.uncertainty),
+            *(error.rmse_rel, error.uncertainty, errors.between(each)),
         )
         for each, error in found.items()
     ]

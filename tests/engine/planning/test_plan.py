@@ -3,6 +3,7 @@ that a bake does what its plan says."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -30,7 +31,7 @@ from engine.planning.effects.estimates import EFFECTS, Scenery, estimates, scene
 from engine.planning.effects.simplified import Brushed, GlossyLambert, Unbrushed, WithoutRetro, WithoutRise
 from engine.planning.methods.sh import SPREAD
 from engine.planning.plan import EffectsPlan, brdf_of, plan, plan_of
-from engine.planning.predicted_error import PredictedErrors
+from engine.planning.predicted_error import BETWEEN, FEW, PredictedErrors
 from engine.transport.baking import visibility
 from engine.transport.sh.lighting import project
 from engine.transport.sh.transfer import transferred
@@ -76,12 +77,16 @@ def test_a_plan_tells_the_interval_of_its_error() -> None:
     own, (least, most) = errors.of(setting, frozenset()), SPREAD
     shown = own - errors.left_out(setting, frozenset())
     assert errors.left_out(setting, frozenset()) == 0.0
-    assert errors.interval(setting, frozenset()) == pytest.approx((least * shown, most * shown))
+    between = BETWEEN * (FEW / len(bowl().positions)) ** 0.25
+    largest = math.hypot(most * shown, between)
+    assert errors.interval(setting, frozenset()) == pytest.approx((least * shown, largest))
     # what is left out adds in squares at best and by itself at worst
     missing = estimates(looked_at())["self-shadowing"].error_rel
     low, high = errors.interval(setting, frozenset({"self-shadowing"}))
     assert low == pytest.approx(max(least * shown, missing / 3.0))
-    assert high == pytest.approx(most * shown + missing / 0.83)
+    assert high == pytest.approx(largest + missing / 0.83)
+    # what is not baked is worked out at every pixel
+    assert errors.between(Setting("direct", {"directions": 16})) == 0.0
 
 
 @settings(max_examples=15)
