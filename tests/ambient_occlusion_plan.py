@@ -10,7 +10,7 @@ from engine.planning.costs.planned import PlannedBake
 from engine.transport.method import Subject
 from tests import ambient_occlusion
 
-#: What 95 of 100 measured errors are of the predicted ones, at least and at most.
+#: Ratios of measured to predicted errors, between which 95 of 100 lie.
 SPREAD = (0.1, 10.0)
 
 

@@ -37,7 +37,7 @@ def described(path: Path) -> dict[str, Any]:
 
 
 def identity(path: Path) -> dict[str, Any]:
-    """What tells a project from all others, and from itself at another moment: `name`, `state`, `history_steps`.
+    """Marks of a project, by which to know it and its moment again: `name`, `state`, `history_steps`.
 
     `state` is the hash of the document with all that it holds.
     """

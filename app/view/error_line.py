@@ -56,8 +56,8 @@ class ErrorLine(QObject):
         if predicted is not None:
             coming = "" if why_not or not self.view.pictures.measuring else " It is measured once the picture rests."
             error, interval = predicted
-            told = f"The error that the plan predicts: {percent_range(*interval)} in 95 of 100 scenes.{coming}"
-            return f"≈ {percent(error)} predicted", told
+            sentence = f"The error that the plan predicts: {percent_range(*interval)} in 95 of 100 scenes.{coming}"
+            return f"≈ {percent(error)} predicted", sentence
         if why_not:
             return "–", f"There is no reference to compare with. {why_not}."
         if not self.view.pictures.measuring:

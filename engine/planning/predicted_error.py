@@ -21,14 +21,15 @@ from engine.planning.effects.simplified import lambertian
 from engine.transport import method as transport
 from engine.transport.sh.transfer import is_diffuse
 
-#: What 95 of 100 measured errors are of the predicted ones, at least and at most: of the modes that bake nothing, and
-#: of effects that are left out, which add in squares at best. Methods name their own (`Planning.SPREAD`).
-SPREADS = {"reference": (0.5, 2.0), "direct": (0.5, 2.0), "shading-map": (0.5, 2.0)}
+#: Ratios of measured to predicted errors, between which 95 of 100 lie: of the modes that bake nothing, and
+#: of effects that are left out, which add in squares at best. That of shading maps is assumed: scenes are generated
+#: without photographs. Methods name their own (`Planning.SPREAD`).
+SPREADS = {"reference": (0.37, 1.0), "direct": (0.03, 5.0), "shading-map": (0.5, 2.0)}
 LEFT_OUT_SPREAD = (1.0 / 3.0, 1.0 / 0.83)
 
 #: Error of light that is baked at vertices and interpolated between them, on a model of `FEW`: shadows and highlights
 #: end somewhere on a face, and the share of the picture that such faces have is as their side.
-BETWEEN, FEW = 0.04, 2048
+BETWEEN, FEW = 0.05, 2048
 
 #: Points of the surface that light touches where light between parts of the model counts.
 REFERENCE_DEPTH = 4
@@ -59,7 +60,7 @@ class PredictedErrors:
         return max(least * own, LEFT_OUT_SPREAD[0] * missing), largest + LEFT_OUT_SPREAD[1] * missing
 
     def between(self, setting: Setting) -> float:
-        """What a picture may add between the vertices, where alone a prediction looks; 0 of what is not baked."""
+        """Error that a picture may add between the vertices, where alone a prediction looks; 0 of what is not baked."""
         if setting.mode not in transport.names():
             return 0.0
         return BETWEEN * (FEW / self.scene.sample.model_vertices) ** 0.25
@@ -92,7 +93,7 @@ class PredictedErrors:
 
 
 def spread(mode: str) -> tuple[float, float]:
-    """What 95 of 100 measured errors of a mode are of the predicted ones, at least and at most."""
+    """Ratios of measured to predicted errors of a mode, between which 95 of 100 lie."""
     return planning_of(mode).SPREAD if mode in transport.names() else SPREADS[mode]
 
 

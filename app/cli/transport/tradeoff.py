@@ -238,9 +238,9 @@ def report(result: dict[str, Any]) -> str:
     lines.append(_ladders(result["ladders"]))
     lines += _predictions(result["predictions"])
     if result["plan"]:
-        told = result["plan"]
-        predicted = f"{percent(told['predicted_error_rel'])} ({percent_range(*told['error_interval_rel'])})"
-        lines.append(f"A plan chooses {setting_of(told)}, with an error of {predicted}.")
+        chosen = result["plan"]
+        predicted = f"{percent(chosen['predicted_error_rel'])} ({percent_range(*chosen['error_interval_rel'])})"
+        lines.append(f"A plan chooses {setting_of(chosen)}, with an error of {predicted}.")
     if "choice_reason" in result:
         chosen = setting_of(result["choice"]) if result["choice"] else "none"
         lines.append(f"Choice: {chosen} ({result['choice_reason']})")

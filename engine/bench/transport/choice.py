@@ -124,6 +124,6 @@ def _settings(seed: int, rng: np.random.Generator) -> frozenset[Setting]:
 
 
 def _counted(each: Choice, error: ErrorEstimate, budget: float) -> float:
-    """What a setting counts as, its error being as small as its uncertainty allows."""
+    """Price of a setting, its error being as small as its uncertainty allows."""
     least = max(error.rmse_rel - error.uncertainty, 0.0)
     return each.price * max(1.0, least / budget) ** 2

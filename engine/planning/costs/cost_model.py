@@ -48,7 +48,7 @@ FILE_LIMIT_BYTES = 1 << 16
 #: programs may have had while it was measured, and the seconds that it holds where they had more.
 HOLDS_S, BUSY, BUSY_HOLDS_S = 30 * 86_400.0, 0.2, 600.0
 
-#: What times of an idle machine are within of predicted ones, by 117 bakes and frames of which 110 were.
+#: Factor within which times of an idle machine are of predicted ones, as 110 of 117 bakes and frames were.
 WITHIN = 1.5
 
 #: A bake that teaches takes at least so many seconds; the last so many bakes count; no correction is more than this.

@@ -29,8 +29,8 @@ from engine.transport.relit import RelitGaussians, relit_gaussians
 from engine.transport.sh.bake import default_edge
 from engine.transport.sh.transfer import is_diffuse
 
-#: What 95 of 100 measured errors are of the predicted ones, at least and at most, on generated scenes.
-SPREAD = (0.5, 2.0)
+#: Ratios of measured to predicted errors, between which 95 of 100 lie, on generated scenes.
+SPREAD = (0.02, 1.0)
 
 #: Effects without which the BRDF is no longer that of a model, which alone is cut into lobes.
 _PARTS = {"glossy", "anisotropy", "fresnel", "retro-reflection"}

@@ -26,8 +26,8 @@ from engine.transport.sh.transfer import ShTransport
 from engine.transport.sh_method import bake_settings
 from engine.transport.wavelet.haar import FACES
 
-#: What 95 of 100 measured errors are of the predicted ones, at least and at most, on generated scenes.
-SPREAD = (0.5, 2.0)
+#: Ratios of measured to predicted errors, between which 95 of 100 lie, on generated scenes.
+SPREAD = (0.04, 3.0)
 
 
 def cost(model: CostModel, setting: Setting, load: Load) -> Cost:

@@ -26,8 +26,8 @@ from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.haar import FACES
 from engine.transport.wavelet.transfer import Vectors16, WaveletTransport
 
-#: What 95 of 100 measured errors are of the predicted ones, at least and at most, on generated scenes.
-SPREAD = (0.5, 2.0)
+#: Ratios of measured to predicted errors, between which 95 of 100 lie, on generated scenes.
+SPREAD = (0.04, 1.6)
 
 
 @dataclass(frozen=True, eq=False)
