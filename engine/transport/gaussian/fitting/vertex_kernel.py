@@ -4,8 +4,7 @@ A vertex takes these steps. 1. Each view by itself, from starts that come from t
 left over, halves of a lobe, a narrow lobe in a wide one) and from vertices that are done: the best is kept. 2. Lobes
 are numbered so that they agree with those of neighbouring views and vertices. 3. Sweeps over the views (Gauss and
 Seidel), each with the pull of its neighbours, which lower the energy of Green2006 Eq. 6 every time. 4. Views that
-reflect
-nothing get weights of 0, and means and widths that are harmonic over the graph of views.
+reflect nothing get weights of 0, and means and widths that are harmonic over the graph of views.
 """
 
 from __future__ import annotations
@@ -31,6 +30,10 @@ from engine.transport.gaussian.fitting.view_kernel import (
 
 #: Views darker than this share of the brightest, by root mean square, count less than others.
 DIM = 0.01
+
+#: Share of the brightest from which on a view reflects nothing that could be seen, and the least transport at all, both
+#: squared: the far side of a narrow lobe is as small as doubles are, and has no reciprocal.
+DARK, DARKEST = 1e-24, 1e-60
 
 #: Steps of a start, of the best start, and of a view in a sweep; the same in a hurry.
 STEPS, HURRIED = np.array([6, 40, 8], np.int64), np.array([6, 0, 0], np.int64)
@@ -254,10 +257,14 @@ def fit_vertex(
     for view in range(views):
         rows = slice(start[view], start[view + 1])
         square[view] = sums(value[rows], area[rows], energy[view])
-        norm[view] = math.sqrt(square[view])
-        lit[view] = square[view] > 0.0
     brightest = square.max()
-    if not brightest > 0.0:
+    for view in range(views):
+        lit[view] = square[view] > max(DARK * brightest, DARKEST)
+        if lit[view]:
+            norm[view] = math.sqrt(square[view])
+        else:
+            energy[view] = 0.0
+    if not brightest > DARKEST:
         fill_dark(near_mean, near_sigma, directions, mean, sigma)
         return 0.0
     for view in range(views):

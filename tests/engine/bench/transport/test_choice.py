@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,8 +10,9 @@ import numpy as np
 import pytest
 
 from engine.accuracy.compare import ErrorEstimate
-from engine.bench.transport.choice import DEARER, WAVELETS, Chosen, _counted, _settings, summary
+from engine.bench.transport.choice import DEARER, WAVELETS, Chosen, _counted, _settings, choices, summary
 from engine.bench.transport.predictions import EVERY
+from engine.core.steps import drain
 from engine.planning.costs.setting import Setting
 
 SH, GAUSSIAN = Setting("sh", {"order": 3}), Setting("gaussian", {"lobes": 2})
@@ -43,3 +45,10 @@ def test_a_seed_draws_the_same_settings_and_few_wavelets() -> None:
     assert sum(each.mode == "wavelet" for each in with_wavelets) == WAVELETS
     assert {each.mode for each in without} == {"direct", "sh", "gaussian"}
     assert all(each.knobs.get("interreflection", 0) == 0 for each in with_wavelets)
+
+
+@pytest.mark.long
+def test_choices_are_nearly_the_best_of_all_settings(tmp_path: Path) -> None:
+    rows = drain(choices(tmp_path, scenes=50, seed=300))
+    dearer = next(each for each in rows if each.name == "choices-dearer")
+    assert dearer.error <= (dearer.bound or 0.0), "\n".join(f"{each.error:.3g} {each.what}" for each in rows)

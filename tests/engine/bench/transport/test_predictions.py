@@ -101,3 +101,12 @@ def test_wrong_wishes_are_said(tmp_path: Path) -> None:
         drain(predictions(tmp_path, scenes=0))
     with pytest.raises(InputError, match="no folder"):
         drain(predictions(tmp_path, data=tmp_path / "absent"))
+
+
+@pytest.mark.long
+def test_intervals_hold_the_errors_of_scenes_that_they_were_not_set_by(tmp_path: Path) -> None:
+    rows = drain(predictions(tmp_path, scenes=100, seed=300))
+    outside = next(each for each in rows if each.name == "predictions-outside")
+    assert outside.error <= (outside.bound or 0.0), "\n".join(
+        f"{each.name} {each.error:.3g} {each.what}" for each in rows
+    )

@@ -187,6 +187,28 @@ def test_G2_a_fit_fills_what_is_below_the_horizon() -> None:
     assert np.abs(average - sigma)[~lit].max() <= 1e-6
 
 
+@pytest.mark.parametrize("faint", [1e-13, 1e-60, 1e-158])
+def test_views_with_hardly_any_light_are_filled_like_dark_ones(faint: float) -> None:
+    given = reflecting(NORMALS[:1], GLOSSY)
+    value = given.value.copy()
+    views = [view for view in range(VIEWS) if given.start[view + 1] > given.start[view]]
+    for view in views[::3]:
+        value[given.start[view] : given.start[view + 1]] *= faint
+    found = fitted(TransportSamples(given.start, given.direction, value, given.area), FitSettings(lobes=2))
+    valid(found.lobes)
+    assert not found.norm[0, views[::3]].any()
+    assert not found.energy[0, views[::3]].any()
+    assert found.norm[0, views[1::3]].all()
+
+
+def test_a_vertex_with_hardly_any_light_is_filled_like_a_dark_one() -> None:
+    given = reflecting(NORMALS[:1], GLOSSY)
+    found = fitted(TransportSamples(given.start, given.direction, 1e-158 * given.value, given.area))
+    valid(found.lobes)
+    assert not found.norm.any()
+    assert not found.lobes.weight.any()
+
+
 def test_G13_nothing_is_reflected_towards_views_below_the_horizon() -> None:
     found = fitted(reflecting(NORMALS, GLOSSY))
     below = view_directions() @ NORMALS.T <= 0.0
