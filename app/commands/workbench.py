@@ -17,12 +17,13 @@ from typing import TYPE_CHECKING, Any, get_args
 from PySide6.QtCore import QObject, Signal
 
 from app.commands import brdf as commands_brdf
-from app.commands.export_bundle import exported
+from app.commands.export_bundle import Exported, exported
 from app.commands.recognise import Recognised, recognise
 from app.document.document import Document, ImportChoices, Project
 from app.document.import_choices import lit_by, settings_of
 from app.jobs.jobs import Job, Jobs
 from app.project.places import projects_folder
+from app.project.project_file import state_name
 from engine.capture.lights.sources import Sources, find, find_packed
 from engine.capture.stack import ImageStack, open_stack
 from engine.core.steps import Step, Steps, part
@@ -191,10 +192,16 @@ class Workbench(QObject):
     def export(self, path: Path, include: frozenset[str], scene: Scene | None) -> Job:
         """Write the bundle `path` with the parts in `include` ('slices', 'power-law'), then verify it: `Exported`.
 
-        Its preview shows `scene`.
+        Its preview shows `scene`; its provenance names the project and this state of it.
         """
-        project = self.document.project
-        return self.jobs.submit("Writing the bundle", lambda: exported(project, path, scene, include))
+        project, folder, steps = self.document.project, self.folder, len(self.document.steps)
+
+        def work() -> Steps[Exported]:
+            yield Step(0.0, "naming the state of the project")
+            origin = {"name": project.name, "state": state_name(project, folder), "history_steps": steps}
+            return (yield from exported(project, path, scene, include, {"project": origin}))
+
+        return self.jobs.submit("Writing the bundle", work)
 
     def _bundle_opened(self, material: Material, provenance: dict[str, Any]) -> None:
         self.document.change(

@@ -219,7 +219,7 @@ class Writer:
             value = getattr(state, part.name)
             kept = self._known.get(id(value))
             if kept is None:
-                kept = (value, keeper.text(json.dumps(encoded(value, keeper), sort_keys=True, allow_nan=False)))
+                kept = (value, _keep_value(value, keeper))
                 self._known[id(value)] = kept
             parts[part.name] = kept[1]
         text = json.dumps(parts, sort_keys=True)
@@ -227,6 +227,20 @@ class Writer:
         connection.execute("INSERT OR IGNORE INTO state VALUES (?, ?)", (name, text))
         self._known[id(state)] = (state, name)
         return name
+
+
+def state_name(state: Project, folder: Path) -> str:
+    """The name that a state has in a project file whose data lie in `folder`; nothing is written.
+
+    Arrays are hashed, which takes a second a gigabyte or so.
+    """
+    keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: name_of(array_bytes(array)), folder)
+    parts = {part.name: _keep_value(getattr(state, part.name), keeper) for part in fields(state)}
+    return name_of(json.dumps(parts, sort_keys=True).encode())
+
+
+def _keep_value(value: Any, keeper: Keeper) -> str:
+    return keeper.text(json.dumps(encoded(value, keeper), sort_keys=True, allow_nan=False))
 
 
 def _keeper(connection: sqlite3.Connection, folder: Path) -> Keeper:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
+from app.project.report import identity
 from app.window.main_window import MainWindow
 from engine.bundle.bundle import describe_bundle, open_bundle
 from engine.core.colour import luminance
@@ -105,6 +106,8 @@ def test_what_the_material_workspace_makes_is_exported_verified_and_reopened(
     manifest = describe_bundle(target)
     assert manifest["figures"] == error_figures(made)
     assert manifest["provenance"]["excluded_photographs"] == sorted(project.excluded)
+    qtbot.waitUntil(lambda: window.projects.is_saved, timeout=30_000)
+    assert manifest["provenance"]["project"] == identity(window.projects.path)
 
     window.new()
     window.open([target])
@@ -123,7 +126,9 @@ def test_what_the_material_workspace_makes_is_exported_verified_and_reopened(
     window.export.name.setText("again.lightarc")
     window.show_workspace("export")
     assert "verified" in export(window, qtbot)
-    assert describe_bundle(tmp_path / "again.lightarc")["provenance"] == manifest["provenance"]
+    again = describe_bundle(tmp_path / "again.lightarc")["provenance"]
+    assert again.pop("project")["state"] != manifest["provenance"].pop("project")["state"]
+    assert again == manifest["provenance"]
 
 
 def test_the_preview_is_the_scene_even_where_view_was_never_opened(

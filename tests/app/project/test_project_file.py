@@ -21,8 +21,8 @@ from app.document.comparison import Comparison, Entry
 from app.document.document import ImportChoices, Look, Project, Step
 from app.project import places
 from app.project.copying import collect, copy
-from app.project.project_file import APPLICATION, KEPT_STEPS, History, Writer, data_folder, read
-from app.project.report import described, problems_of
+from app.project.project_file import APPLICATION, KEPT_STEPS, History, Writer, data_folder, read, state_name
+from app.project.report import described, identity, problems_of
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.capture.lights.sources import find
 from engine.core.errors import InputError, OutputError
@@ -79,6 +79,14 @@ def test_a_project_is_read_as_it_was_written(tmp_path: Path, photographs: Path) 
     assert not opened.missing
     for part in dataclasses.fields(Project):
         assert same(getattr(opened.current, part.name), getattr(project, part.name)), part.name
+
+
+def test_a_state_has_the_same_name_without_being_written(tmp_path: Path, photographs: Path) -> None:
+    project = full(photographs)
+    path = written(tmp_path / "Felt.lap", project)
+    assert state_name(project, data_folder(path)) == identity(path)["state"]
+    other = dataclasses.replace(project, look=Look())
+    assert state_name(other, data_folder(path)) != identity(path)["state"]
 
 
 def test_states_of_the_history_share_what_they_shared(tmp_path: Path) -> None:
