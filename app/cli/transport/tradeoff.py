@@ -41,6 +41,9 @@ MOST_PIXELS = 1 << 20
 #: Sub-pixels of each pixel, as pictures of a sweep are drawn.
 SUBPIXELS = 4
 
+#: Effects that every picture of a sweep shows where the scene has them.
+SHOWN = frozenset({"self-shadowing", "glossy", "anisotropy", "fresnel", "retro-reflection"})
+
 AXES = ("frame", "relight", "bake", "memory")
 
 #: Wrong predictions that are listed one by one, and the labels of the figures.
@@ -186,7 +189,7 @@ def _measured(
 def _planned(
     arguments: argparse.Namespace, scene: Scene, costs: CostModel, budget: Budget | None
 ) -> EffectsPlan | None:
-    """The plan for the same budget; None where there can be none."""
+    """The plan for the same budget, with the effects that a sweep shows; None where there can be none."""
     from engine.planning.ceilings import usual
     from engine.planning.costs.setting import modes
     from engine.planning.plan import plan
@@ -194,6 +197,7 @@ def _planned(
     if scene.environment is None or scene.irradiance != 1.0:
         return None
     error, time_s, room = (None, None, None) if budget is None else (budget.error, budget.time_s, budget.bytes)
+    bounces = arguments.max_depth > 1
     try:
         return plan(
             scene.mesh,
@@ -202,7 +206,8 @@ def _planned(
             cost=costs,
             error=error,
             time_ms=None if time_s is None or error is not None else 1e3 * time_s,
-            skip=("interreflection",) if arguments.max_depth == 1 else (),
+            force=SHOWN | {"interreflection"} if bounces else SHOWN,
+            skip=() if bounces else ("interreflection",),
             modes=_modes(arguments) or modes(),
             ground=scene.ground,
             rotation=scene.environment_rotation,
@@ -240,7 +245,9 @@ def report(result: dict[str, Any]) -> str:
     if result["plan"]:
         chosen = result["plan"]
         predicted = f"{percent(chosen['predicted_error_rel'])} ({percent_range(*chosen['error_interval_rel'])})"
-        lines.append(f"A plan chooses {setting_of(chosen)}, with an error of {predicted}.")
+        hidden = chosen["interreflection_error_rel"]
+        beside = f", of which up to {percent(hidden)} is interreflection that these pictures lack" if hidden else ""
+        lines.append(f"A plan chooses {setting_of(chosen)}, with an error of {predicted}{beside}.")
     if "choice_reason" in result:
         chosen = setting_of(result["choice"]) if result["choice"] else "none"
         lines.append(f"Choice: {chosen} ({result['choice_reason']})")
@@ -262,9 +269,14 @@ def _ladders(found: list[dict[str, Any]]) -> str:
 
 
 def _planned_record(planned: EffectsPlan) -> dict[str, Any]:
-    """The setting that the plan chooses, with its error, as JSON."""
-    error = {"predicted_error_rel": planned.predicted_error_rel, "error_interval_rel": list(planned.error_interval_rel)}
-    return {**planned.setting.as_json(), **error}
+    """The setting that the plan chooses, with its error, and how much of it pictures of direct light do not show."""
+    hidden = next(each for each in planned.effects if each.effect == "interreflection")
+    return {
+        **planned.setting.as_json(),
+        "predicted_error_rel": planned.predicted_error_rel,
+        "error_interval_rel": list(planned.error_interval_rel),
+        "interreflection_error_rel": 0.0 if hidden.on else hidden.estimated_error_rel,
+    }
 
 
 def _predictions(found: dict[str, Any]) -> list[str]:
