@@ -21,9 +21,9 @@ from engine.planning.effects.simplified import lambertian
 from engine.transport import method as transport
 from engine.transport.sh.transfer import is_diffuse
 
-#: Ratios of measured to predicted errors, between which 95 of 100 lie: of the modes that bake nothing, and
-#: of effects that are left out, which the view may hardly look at. That of shading maps is assumed: scenes are generated
-#: without photographs. Methods name their own (`Planning.SPREAD`).
+#: Ratios of measured to predicted errors, between which 95 of 100 lie: of the modes that bake nothing, and of effects
+#: that are left out, which the view may hardly look at. That of shading maps is assumed: scenes are generated without
+#: photographs. Methods name their own (`Planning.SPREAD`).
 SPREADS = {"reference": (0.37, 1.1), "direct": (0.03, 5.0), "shading-map": (0.5, 2.0)}
 LEFT_OUT_SPREAD = (0.05, 1.0 / 0.83)
 
