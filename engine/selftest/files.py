@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from engine.core.errors import InputError
 from engine.geometry.mesh_weld import without_gaps
 from engine.geometry.unwrap import atlas
+from engine.images.decode import LARGEST_RADIANCE, refuse_larger
 from engine.light.environment_file import repair
 from engine.selftest.case import Found, Question
 from engine.selftest.light import ball
@@ -55,10 +58,24 @@ def _numbers_stay() -> Found:
     return float(sum(utf8(each) != each for each in content)), 0.0
 
 
+def _too_bright() -> Found:
+    """Radiances of photographs that cannot be computed with are refused before a stack is written, and no others."""
+    wrong = 0
+    for radiance, is_refused in [(LARGEST_RADIANCE, False), *((each, True) for each in (1e16, 1e30, -1e30, math.nan))]:
+        try:
+            refuse_larger("photograph.exr", np.full((2, 2, 3), radiance, np.float32))
+        except InputError:
+            wrong += not is_refused
+        else:
+            wrong += is_refused
+    return float(wrong), 0.0
+
+
 QUESTIONS = (
     Question("N1", "relative error of damaged texels among texels of 3e38", _bright_neighbours),
     Question("N2", "texture coordinates of a strip of 1e7 to 1 that are no numbers", _thin_charts),
     Question("N3", "points too many in a model whose corners differ by 1e-7", _gaps_are_closed),
     Question("N4", "texts in UTF-16 that are not read", _two_bytes_a_letter),
     Question("N5", "tables of numbers that are taken for text in UTF-16", _numbers_stay),
+    Question("N6", "radiances of photographs that are refused or taken wrongly, of 1e15 to 1e30", _too_bright),
 )
