@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from PySide6.QtCore import QObject, Signal
 
 from app.commands import brdf as commands_brdf
-from app.commands.export_bundle import Exported, exported
+from app.commands.export_bundle import Exported, exported, with_view
 from app.commands.recognise import Recognised, recognise
 from app.document.document import Document, ImportChoices, Project
 from app.document.import_choices import lit_by, settings_of
@@ -213,6 +213,7 @@ class Workbench(QObject):
             excluded=frozenset(),
             built_from=(),
             name=material.name,
+            look=with_view(self.document.project.look, provenance),
             **_settings(material, provenance),
         )
         self.wanted.emit("view" if self.document.project.mesh is not None else "material")

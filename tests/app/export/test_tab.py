@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
+from app.commands.export_bundle import with_view
+from app.document.document import Look
 from app.project.report import identity
 from app.window.main_window import MainWindow
 from engine.bundle.bundle import describe_bundle, open_bundle
@@ -129,6 +131,37 @@ def test_what_the_material_workspace_makes_is_exported_verified_and_reopened(
     again = describe_bundle(tmp_path / "again.lightarc")["provenance"]
     assert again.pop("project")["state"] != manifest["provenance"].pop("project")["state"]
     assert again == manifest["provenance"]
+
+
+def test_a_bundle_brings_the_view_back_that_it_was_exported_with(
+    tab: Any, window: MainWindow, qtbot: Any, tmp_path: Path
+) -> None:
+    build(window, qtbot)
+    document = window.bench.document
+    look = Look(
+        light_theta_deg=12.0, light_phi_deg=-170.0, gain=3.0, exposure_ev=-1.5, tone_map="aces", has_ground=True
+    )
+    document.change("View", look=look)
+    tab.name.setText("felt")
+    assert "verified" in export(window, qtbot)
+    window.new()
+    assert document.project.look != look
+    window.open([tmp_path / "felt"])
+    qtbot.waitUntil(lambda: document.project.has_map, timeout=30_000)
+    assert document.project.look == look
+    window.undo.trigger()
+    assert document.project.look == Look()
+
+
+@pytest.mark.parametrize(
+    "view",
+    [
+        *(None, 3.0, [], {}, {"gain": "3"}, {"gain": True}, {"gain": float("nan")}, {"gain": 1e9}, {"exposure_ev": {}}),
+        *({"tone_map": "nonsense"}, {"tone_map": []}, {"has_ground": 1}, {"has_ground": None}, {"mode": "nonsense"}),
+    ],
+)
+def test_a_view_that_cannot_be_changes_nothing(view: Any) -> None:
+    assert with_view(Look(gain=2.0), {"view": view}) == Look(gain=2.0)
 
 
 def test_the_preview_is_the_scene_even_where_view_was_never_opened(
