@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 #: Parts of a material that a bundle may leave out, one of them at most.
 PARTS = ("slices", "power-law")
 
-#: What a bundle keeps of the view: numbers of `Look`, beside its tone mapping and the ground.
+#: Parts of the view that a bundle keeps: numbers of `Look`, beside its tone mapping and the ground.
 VIEW = (
     *("light_theta_deg", "light_phi_deg", "irradiance", "rotation_deg", "gain"),
     *("repeats", "exposure_ev", "ground_albedo"),
