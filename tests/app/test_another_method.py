@@ -72,7 +72,7 @@ def test_a_sweep_measures_it(lightarc: Command, mesh: Path, tmp_path: Path) -> N
     assert found.code == 0, found.err
     record = json.loads(found.out)
     own = [point for point in record["points"] if point["mode"] == NAME]
-    assert [point["knobs"]["rays"] for point in own] == [4, 8, 16]
+    assert sorted(point["knobs"]["rays"] for point in own) == [4, 8, 16]  # the choice of the plan comes first
     assert all(point["bake_s"] > 0.0 and point["predicted_frame_s"] == 1e-9 for point in own)
     assert {(each["mode"], each["knob"]) for each in record["ladders"]} >= {(NAME, "rays")}
     assert "Ambient occlusion" in (tmp_path / "out" / "tradeoff.svg").read_text()
