@@ -10,6 +10,7 @@ from typing import Any
 from app.arguments.results import Input, Output, project_result
 from app.arguments.usage import BAD_FILE, DONE
 from engine.core.errors import UsageError
+from engine.core.figure_text import time_text
 from engine.core.steps import Step, drain
 
 NAME = "project"
@@ -73,10 +74,14 @@ def report(result: dict[str, Any]) -> str:
         f"{len(result['photographs'])} photographs",
         *(f"missing: {path}" for path in result["missing"]),
         *(
-            f"{each['kind']}: {each['bytes']:,} bytes{'' if each['present'] else ', gone, can be made again'}"
+            f"{each['kind']}: {each['bytes']:,} bytes{'' if each['present'] else _made_again(each['seconds'])}"
             for each in result["derived"]
         ),
     ]
     if "ok" in result:
         lines += ["The project is sound."] if result["ok"] else ["The project is not sound:", *result["problems"]]
     return "\n".join(lines)
+
+
+def _made_again(seconds: float | None) -> str:
+    return ", gone, can be made again" + (f" in about {time_text(seconds)}" if seconds is not None else "")

@@ -9,6 +9,7 @@ import dataclasses
 import itertools
 import logging
 import math
+import time
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -22,6 +23,7 @@ from app.commands.recognise import Recognised, recognise
 from app.document.document import Document, ImportChoices, Project
 from app.document.import_choices import lit_by, settings_of
 from app.jobs.jobs import Job, Jobs
+from app.project.made import note
 from app.project.places import projects_folder
 from app.project.project_file import state_name
 from engine.capture.lights.sources import Sources, find, find_packed
@@ -265,7 +267,10 @@ def stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[Im
     yield Step(0.0, "preparing the import")
     from engine.capture.import_stack import import_stack
 
-    return (yield from import_stack(lit_by(sources, choices), settings_of(choices), target))
+    began = time.perf_counter()
+    stack = yield from import_stack(lit_by(sources, choices), settings_of(choices), target)
+    note(target, "stack", time.perf_counter() - began)
+    return stack
 
 
 def _stack(folder: Path) -> Steps[ImageStack]:

@@ -1,12 +1,14 @@
 """State of the Factor workspace in the project: the BRDF, the settings, the runs, and the chosen run.
 
 A run is known by a colour and a marker that no other has. What it has found so far is not here but in
-`app.factor.runs`, because a search goes on whatever is undone.
+`app.factor.runs`, because a search goes on whatever is undone, and beside the project (`app.factor.kept`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 from app.document.comparison import MARKERS, colour_of
 from engine.core.params import parameters
@@ -60,13 +62,21 @@ MATERIAL = "material"
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One factorisation that was asked for. `source` is as in `Factoring`; `choices` is None for factors of a file."""
+    """One factorisation that was asked for.
+
+    Attributes
+    ----------
+    source : as in `Factoring`. given : the BRDF that it named then, or the path of its file.
+    choices : None for factors that were opened, from `folder`.
+    """
 
     number: int
     identity: int
     name: str
     source: str
     choices: FactorSettings | None
+    given: Any = None
+    folder: Path | None = None
 
     @property
     def colour(self) -> str:

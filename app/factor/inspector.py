@@ -151,8 +151,13 @@ class FactorInspector(Panel):
         job = live.job if live is not None else None
         over = "" if job is not None and not job.stopping else "It has ended"
         paused = job is not None and job.state == "paused"
-        self.pause.setText("Go on" if paused else "Pause")
-        enable(self.pause, nothing or over, "Pause and let other jobs run, or resume (Space in the list)")
+        again = run is not None and run.choices is not None and live is not None and live.may_go_on
+        anew = again and live is not None and not live.ladder
+        self.pause.setText("Factor again" if anew else "Go on" if paused or again else "Pause")
+        hint = "Pause and let other jobs run, or resume (Space in the list)"
+        enable(
+            self.pause, nothing or ("" if again else over), "Factor with the settings of this run" if again else hint
+        )
         enable(self.stop, nothing or over, "End now and keep the best so far")
         enable(self.remove, nothing, "Remove the run from the list (Del); undo restores it")
         why = nothing

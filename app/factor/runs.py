@@ -1,11 +1,13 @@
 """The live runs of the Factor workspace: their jobs, and the results of each so far.
 
 The document says which runs there are; this follows it. A run that is no longer there is cancelled and keeps the best
-that it had, so that undoing its removal brings it back. Pausing keeps everything, also the place in the search.
+that it had, so that undoing its removal brings it back. Pausing keeps everything, also the place in the search. Results
+of runs that were made before this start are read from beside the project (`app.factor.kept`).
 """
 
 from __future__ import annotations
 
+import random
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,10 +19,11 @@ from app.commands.workbench import Workbench
 from app.document.comparison import MARKERS
 from app.document.document import Project
 from app.document.factoring import MATERIAL, METHODS, Run, names_of
+from app.factor.kept import Keeping, read_kept
 from app.jobs.jobs import Job
 from app.widgets.labels import BRDF_NAMES
 from engine.brdf.brdf import MODELS, brdf_from_text
-from engine.core.errors import InputError, UsageError
+from engine.core.errors import FileError, InputError, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.factor.settings import FactorSettings
 
@@ -29,14 +32,17 @@ if TYPE_CHECKING:
 
 FULL = f"{len(MARKERS)} runs are listed at most; remove one first"
 GONE = "The BRDF is no longer in the list of the BRDF workspace"
+READING = "reading"
+LOST = "Its result is no longer beside the project: factor again"
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The BRDF that is factored, and the factorisation so far, if there is one."""
+    """The BRDF that is factored, and the factorisation so far, if there is one; why one of them is missing."""
 
     brdf: Any
     factorisation: Factorisation | None
+    why: str = ""
 
 
 @dataclass(eq=False)
@@ -49,6 +55,13 @@ class Live:
     history: list[TermError] = field(default_factory=list)
     state: str = ""
     why: str = ""
+
+    @property
+    def may_go_on(self) -> bool:
+        """True where nothing was found, or a search ended before its end."""
+        if self.job is not None or self.state == READING:
+            return False
+        return self.factorisation is None or self.factorisation.searching
 
     @property
     def ladder(self) -> tuple[TermError, ...]:
@@ -78,7 +91,7 @@ class FactorRuns(QObject):
         super().__init__(bench)
         self.bench = bench
         self.live: dict[int, Live] = {}
-        self._last_number = 0
+        self._folder = bench.folder
         bench.document.changed.connect(self._follow)
         bench.jobs.changed.connect(self._job_changed)
 
@@ -93,15 +106,23 @@ class FactorRuns(QObject):
         if identity is None or factoring.choices.why_not:
             return None
         name = name_of(self.bench.document.project, factoring.source)
-        run = Run(self._next_number(), identity, name, factoring.source, factoring.choices)
         given = source_of(self.bench.document.project, factoring.source)
         if given is None:
             self.bench.said.emit(GONE)
             return None
+        run = Run(self._next_number(), identity, name, factoring.source, factoring.choices, given)
+        self.live[run.number] = Live()
         words = f"Factor {name}: {METHODS[factoring.choices.method]}"
         self.bench.document.change(words, factoring=factoring.with_run(run))
         self._begin(run, given, None)
         return run
+
+    def again(self, run: Run) -> None:
+        """Factor anew what has no result, and go on with a search that was stopped or interrupted."""
+        live = self.of(run)
+        if live.may_go_on and run.choices is not None:
+            given = live.brdf if live.brdf is not None else run.given
+            self._begin(run, given, live.factorisation if run.choices.method == "search" else None)
 
     def more(self, run: Run, terms: int) -> None:
         """Go on to `terms` terms: a search from where it is, the others anew."""
@@ -126,7 +147,7 @@ class FactorRuns(QObject):
         if identity is None:
             self.bench.said.emit(FULL)
             return
-        run = Run(self._next_number(), identity, path.name, factoring.source, None)
+        run = Run(self._next_number(), identity, path.name, factoring.source, None, found.brdf, path.absolute())
         self.live[run.number] = Live(None, found.brdf, found.factorisation, list(_ladder(found)), "opened")
         self.bench.document.change(f"Open factors {path.name}", factoring=factoring.with_run(run))
 
@@ -149,29 +170,43 @@ class FactorRuns(QObject):
             self.bench.jobs.cancel(job)
 
     def _next_number(self) -> int:
-        self._last_number += 1
-        return self._last_number
+        """A number by chance: the history may bring back runs of earlier starts, which nobody has counted."""
+        return next(number for number in iter(lambda: random.getrandbits(30), None) if number not in self.live)
 
     def _begin(self, run: Run, given: Any, resume: Factorisation | None) -> None:
-        live, choices = self.of(run), run.choices
+        live, choices, folder = self.of(run), run.choices, self.bench.folder
         assert choices is not None
         title = f"Factoring {run.name}: {METHODS[choices.method]}"
-        job = self.bench.jobs.submit(title, lambda: _factored(run.name, given, choices, resume))
+        job = self.bench.jobs.submit(title, lambda: _factored(run, given, choices, resume, folder))
         live.job, live.state, live.why = job, "", ""
-        job.progressed.connect(lambda step: self._progressed(run.number, step))
-        job.succeeded.connect(lambda found: self._ended(run.number, "done", found))
-        job.cancelled.connect(lambda: self._ended(run.number, "stopped", None))
-        job.failed.connect(lambda error: self._failed(run.number, error))
+        job.progressed.connect(lambda step: self._progressed(run.number, live, step))
+        job.succeeded.connect(lambda found: self._ended(run.number, live, "done", found))
+        job.cancelled.connect(lambda: self._ended(run.number, live, "stopped", None))
+        job.failed.connect(lambda error: self._failed(run.number, live, error))
         self.changed.emit(run.number)
+
+    def _read(self, run: Run) -> None:
+        """Read the result that a run found before this start."""
+        live, folder = self.of(run), self.bench.folder
+        live.state = READING
+        job = self.bench.jobs.submit("Reading factors", lambda: _kept(run, folder), heavy=False)
+        job.succeeded.connect(lambda found: self._was_read(run.number, live, found))
+
+    def _was_read(self, number: int, live: Live, found: Found) -> None:
+        if live.job is None and live.factorisation is None:
+            live.why = found.why
+            whole = found.factorisation is not None and not found.factorisation.searching
+            self._ended(number, live, "done" if whole else "not finished", found)
+            live.history = list(live.ladder)
 
     def _job_changed(self, job: Job) -> None:
         for number, live in self.live.items():
             if live.job is job and not job.over:
                 self.changed.emit(number)
 
-    def _progressed(self, number: int, step: Step) -> None:
+    def _progressed(self, number: int, live: Live, step: Step) -> None:
         if step.partial is not None:
-            self._take(self.live[number], step.partial)
+            self._take(live, step.partial)
             self.found.emit(number)
         self.changed.emit(number)
 
@@ -184,12 +219,11 @@ class FactorRuns(QObject):
         if rungs and (not live.history or live.history[-1] is not rungs[-1]):
             live.history.append(rungs[-1])
 
-    def _failed(self, number: int, error: Exception) -> None:
-        self.live[number].why = str(error)
-        self._ended(number, "failed", None)
+    def _failed(self, number: int, live: Live, error: Exception) -> None:
+        live.why = str(error)
+        self._ended(number, live, "failed", None)
 
-    def _ended(self, number: int, state: str, found: Found | None) -> None:
-        live = self.live[number]
+    def _ended(self, number: int, live: Live, state: str, found: Found | None) -> None:
         live.job, live.state = None, state
         if found is not None:
             self._take(live, found)
@@ -199,10 +233,15 @@ class FactorRuns(QObject):
     def _follow(self, old: Project, new: Project) -> None:
         if old.factoring is new.factoring:
             return
+        if self._folder != self.bench.folder:  # another project
+            self.live, self._folder = {}, self.bench.folder
         kept = {run.number for run in new.factoring.runs}
         for run in old.factoring.runs:
             if run.number not in kept:
                 self.cancel(run)
+        for run in new.factoring.runs:
+            if run.number not in self.live:
+                self._read(run)
         if not kept and not self.bench.document.undo_stack.count():
             self.live = {number: live for number, live in self.live.items() if live.job is not None}
 
@@ -255,26 +294,49 @@ def _brdf(given: Any) -> Steps[Any]:
     return (yield from read_brdf_steps(given))
 
 
-def _factored(name: str, given: Any, choices: FactorSettings, resume: Factorisation | None) -> Steps[Found]:
-    """Factor; each step's `partial` is the result so far."""
+def _factored(
+    run: Run, given: Any, choices: FactorSettings, resume: Factorisation | None, folder: Path
+) -> Steps[Found]:
+    """Factor; each step's `partial` is the result so far. The best is kept in `folder`, however this ends."""
     yield Step(0.0, "preparing kernels")
     from engine.factor.factor import factor
 
     brdf = yield from part(_brdf(given), 0.0, 0.05)
     yield Step(0.05, "sampling", Found(brdf, resume))
+    best, keeping = resume, Keeping(run, folder)
     steps = part(factor(brdf, choices, resume), 0.05, 1.0)
     try:
         while True:
             try:
                 step = next(steps)
             except StopIteration as finished:
-                return Found(brdf, finished.value)
+                best = finished.value
+                return Found(brdf, best)
             except UsageError as error:
-                raise InputError(name, str(error), "Choose another method or other settings") from error
-            found = Found(brdf, step.partial) if step.partial is not None else None
-            yield Step(step.done, step.note, found)
+                raise InputError(run.name, str(error), "Choose another method or other settings") from error
+            if step.partial is not None:
+                best = step.partial
+                keeping.now_and_then(best)
+            yield Step(step.done, step.note, Found(brdf, best) if step.partial is not None else None)
     finally:
         steps.close()
+        keeping.keep(best)
+
+
+def _kept(run: Run, folder: Path) -> Steps[Found]:
+    """A result that was found before, and the BRDF that it is of; what is gone is said and not raised."""
+    yield Step(0.0, "reading factors")
+    brdf, factorisation, why = None, None, ""
+    try:
+        factorisation = read_kept(run, folder)
+        why = LOST if factorisation is None else ""
+    except FileError as error:
+        why = str(error)
+    try:
+        brdf = yield from part(_brdf(run.given), 0.5, 1.0)
+    except FileError as error:
+        why = why or str(error)
+    return Found(brdf, factorisation, why)
 
 
 def _opened(path: Path, given: Any) -> Steps[Found]:

@@ -216,7 +216,9 @@ class FactorTab(QWidget):
 
     def _pause_or_go_on(self, run: Run) -> None:
         job = self.runs.of(run).job
-        if job is not None and job.state == "paused":
+        if job is None:
+            self.runs.again(run)
+        elif job.state == "paused":
             self.runs.resume(run)
         else:
             self.runs.pause(run)

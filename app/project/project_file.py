@@ -43,6 +43,7 @@ from engine.core.errors import InputError, OutputError
 from engine.storage.atomic import make_folder, write_bytes
 
 ENDING = ".lap"
+_DATA = "-data"
 SCHEMA = 1
 
 #: 'LARC', as SQLite's application id: `file` and other programs know the kind of the file by it.
@@ -83,7 +84,13 @@ class History:
 
 def data_folder(path: Path) -> Path:
     """`NAME.lap-data` beside `NAME.lap`."""
-    return path.with_name(path.name + "-data")
+    return path.with_name(path.name + _DATA)
+
+
+def path_of(folder: Path) -> Path:
+    """`NAME.lap` beside its `NAME.lap-data`; another folder is no project's, and gets a name that nothing has."""
+    name = folder.name.removesuffix(_DATA)
+    return folder.with_name(name if name.endswith(ENDING) else folder.name + ENDING)
 
 
 @contextlib.contextmanager

@@ -127,6 +127,7 @@ class Recording(QObject):
 
 
 def is_worth_keeping(project: Project) -> bool:
-    """True if a person has brought something in: photographs, a material, a model, a light or a BRDF."""
+    """True if a person has brought or made something: photographs, a material, a model, a light, BRDFs or factors."""
     brought = (project.sources, project.stack, project.mesh, project.environment, project.material.measured)
-    return project.has_map or bool(project.comparison.entries) or any(each is not None for each in brought)
+    worked = project.has_map or bool(project.comparison.entries) or bool(project.factoring.runs)
+    return worked or any(each is not None for each in brought)

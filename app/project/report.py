@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from app.project.copying import photographs
+from app.project.made import noted, size_of
 from app.project.project_file import SCHEMA, connected, data_folder, read
 from app.project.tidying import names_in
 from engine.core.errors import InputError
@@ -18,7 +19,8 @@ def described(path: Path) -> dict[str, Any]:
     """For `lightarc project info --json`.
 
     `schema`, `name`, `photographs` (paths), `history_steps`, `position`, `missing` (photographs that are not there),
-    `derived` (kind, bytes and presence of what can be made again) and `last_change` (ISO 8601, UTC).
+    `derived` (kind, bytes and presence of what can be made again, and the seconds that it took or None) and
+    `last_change` (ISO 8601, UTC).
     Raises InputError where this is no project.
     """
     opened = read(path)
@@ -63,15 +65,19 @@ def problems_of(path: Path) -> list[str]:
 
 
 def _derived(path: Path) -> Iterator[dict[str, Any]]:
-    """Arrays and stacks beside the file that the current document or its history names."""
+    """All that lies beside the file: arrays and stacks that the document or its history names, factors and bakes."""
     folder = data_folder(path)
     with connected(path) as connection:
         inside = {row[0] for row in connection.execute("SELECT name FROM array")}
         texts = [row[0] for row in connection.execute("SELECT text FROM value")]
+    took = {each.name: each for each in noted(path)}
     named = sorted({item for text in texts for item in names_in(json.loads(text))})
     for kind, name in named:
         if kind == "value" or name in inside:
             continue
         place = folder / name if kind == "stack" else folder / "arrays" / f"{name}.npy"
-        sizes = [file.stat().st_size for file in (place.rglob("*") if place.is_dir() else [place]) if file.is_file()]
-        yield {"kind": kind, "name": name, "bytes": sum(sizes), "present": bool(sizes)}
+        seconds = took.pop(name).seconds if name in took else None
+        yield {"kind": kind, "name": name, "bytes": size_of(place), "present": place.exists(), "seconds": seconds}
+    for each in took.values():
+        size, seconds = each.size_bytes if each.present else 0, each.seconds
+        yield {"kind": each.kind, "name": each.name, "bytes": size, "present": each.present, "seconds": seconds}

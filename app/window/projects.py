@@ -15,6 +15,7 @@ from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.project import places
 from app.project.copying import collect, copy
+from app.project.made import cost_text, noted
 from app.project.project_file import ENDING, Opened, data_folder, read
 from app.project.recording import Recording, is_worth_keeping
 from engine.core.errors import FileError, InputError
@@ -74,14 +75,16 @@ class Projects(QObject):
             return
         found = read(path)
         was_interrupted = places.was_interrupted(path)
+        lost = cost_text(each for each in noted(path) if not each.present)
         read_only = not _claimed(path)
         self.finish()
         self._show(path, found, read_only)
         self.opened.emit(path)
         if read_only:
             self.bench.said.emit(f"{path.name} is open in another window or cannot be written: changes are not kept")
-        elif found.missing:
-            self.bench.said.emit(f"{path.name} is open; what was made from the sources is gone, and can be made again")
+        elif found.missing or lost:
+            words = lost or "What was made from the sources is gone, and can be made again"
+            self.bench.said.emit(f"{path.name} is open. {words}")
         elif was_interrupted:
             self.bench.said.emit(
                 f"Lightarc ended unexpectedly; {found.current.name} is as it was after the last change"

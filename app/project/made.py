@@ -1,0 +1,134 @@
+"""Results of a project that take long to make: beside its file, under the hash of what it was made from.
+
+It is written whole or not at all and may be removed at any time. What making it took is noted in the file itself
+(rows `made NAME` of `meta`), so that the program can say what it costs to make it again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import logging
+import os
+import sqlite3
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from app.project.project_file import connected, data_folder, path_of
+from app.project.values import Keeper, array_bytes, encoded, name_of
+from engine.core.errors import FileError
+from engine.core.figure_text import time_text
+from engine.storage.atomic import discard
+
+log = logging.getLogger(__name__)
+
+_ROW = "made "
+
+#: Words for one result of each kind, and for several.
+KINDS = {
+    "stack": ("an import of photographs", "imports of photographs"),
+    "factors": ("a factor run", "factor runs"),
+    "bake": ("a bake", "bakes"),
+}
+
+
+@dataclass(frozen=True)
+class Made:
+    """One result: its kind, its name in the data folder, what it took to make, its size, and whether it is there."""
+
+    kind: str
+    name: str
+    seconds: float
+    size_bytes: int
+    present: bool
+
+
+def key_of(*made_from: Any) -> str:
+    """The hash of what a result is made from: values of the document, and files, which count by their content.
+
+    TypeError for what is no value of the document, OSError for a file that cannot be read.
+    """
+    keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: name_of(array_bytes(array)), Path())
+    said = [_hash_of(each) if isinstance(each, Path) else encoded(each, keeper) for each in made_from]
+    return name_of(json.dumps(said, sort_keys=True, allow_nan=False).encode())
+
+
+def _hash_of(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=20)).hexdigest()
+
+
+def note(place: Path, kind: str, seconds: float) -> None:
+    """Note that `place` in a data folder was made, and what that took."""
+    said = json.dumps({"kind": kind, "seconds": round(seconds, 3), "bytes": size_of(place)})
+    _write(path_of(place.parent), "INSERT OR REPLACE INTO meta VALUES (?, ?)", [(_ROW + place.name, said)])
+
+
+def _write(project: Path, statement: str, rows: list[tuple[str, ...]]) -> None:
+    """Change rows of a project file. Where it cannot be written that is only logged: the results are there or not."""
+    if not project.is_file():
+        return
+    try:
+        with connected(project) as connection, connection:
+            connection.execute("BEGIN IMMEDIATE")
+            connection.executemany(statement, rows)
+    except (FileError, sqlite3.Error) as error:
+        log.info("what results took could not be noted: %s", error)
+
+
+def noted(project: Path) -> tuple[Made, ...]:
+    """All results that a project file tells of, also those that are no longer there."""
+    with connected(project) as connection:
+        rows = connection.execute("SELECT name, value FROM meta WHERE name LIKE 'made %' ORDER BY name").fetchall()
+    folder = data_folder(project)
+    made = (_made(folder / Path(str(name).removeprefix(_ROW)).name, value) for name, value in rows)
+    return tuple(each for each in made if each is not None)
+
+
+def _made(place: Path, text: str) -> Made | None:
+    """One result; None where its row is damaged, since the document does not depend on it."""
+    try:
+        said = json.loads(text)
+        size = size_of(place) if place.exists() else int(said["bytes"])
+        return Made(str(said["kind"]), place.name, float(said["seconds"]), size, place.exists())
+    except (ValueError, KeyError, TypeError):
+        return None
+
+
+def size_of(place: Path) -> int:
+    """Bytes of a file, or of all files in a folder."""
+    files = place.rglob("*") if place.is_dir() else [place]
+    return sum(each.stat().st_size for each in files if each.is_file())
+
+
+def keep_newest(folder: Path, pattern: str, count: int) -> None:
+    """Remove all but the `count` results that match `pattern` and were used last, and forget what they took."""
+    places = sorted(folder.glob(pattern), key=lambda place: place.stat().st_mtime, reverse=True)
+    gone = places[count:]
+    for place in gone:
+        discard(place)
+    if gone:
+        _write(path_of(folder), "DELETE FROM meta WHERE name = ?", [(_ROW + place.name,) for place in gone])
+
+
+def used(place: Path) -> None:
+    """Mark a result as used now, for `keep_newest`."""
+    with contextlib.suppress(OSError):
+        os.utime(place)
+
+
+def cost_text(gone: Iterable[Made]) -> str:
+    """A sentence on results that were lost and on the time that making them again takes; empty where none was."""
+    lost = [each for each in gone if each.kind in KINDS]
+    if not lost:
+        return ""
+    counts = {kind: sum(each.kind == kind for each in lost) for kind in KINDS}
+    words = [
+        one if counts[kind] == 1 else f"{counts[kind]} {many}" for kind, (one, many) in KINDS.items() if counts[kind]
+    ]
+    what = " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+    took = time_text(sum(each.seconds for each in lost))
+    return f"Gone from the data folder: {what}. Making that again takes about {took}"
