@@ -164,12 +164,13 @@ def _is_table(path: Path) -> bool:
         return False
 
 
-def _is_fit(path: Path) -> bool:
+def _holds(path: Path, words: bytes, most_bytes: int) -> bool:
+    """True where the first bytes of a file have these words."""
     from engine.core.errors import InputError
     from engine.storage.untrusted import read_head
 
     try:
-        return b'"rmse_log' in read_head(path, 1 << 20)[0]
+        return words in read_head(path, most_bytes)[0]
     except InputError:
         return False
 
@@ -211,18 +212,12 @@ def sweep_in(folder: str, _options: argparse.Namespace) -> list[tuple[str, Kind]
 
 
 def _is_sweep(path: Path) -> bool:
-    from engine.core.errors import InputError
-    from engine.storage.untrusted import read_head
-
-    try:
-        return b'"reference_samples"' in read_head(path.with_name("tradeoff.json"), 1 << 24)[0]
-    except InputError:
-        return False
+    return _holds(path.with_name("tradeoff.json"), b'"reference_samples"', 1 << 24)
 
 
 TRANSPORT = Kind("a transport file", (".transport",), is_earlier=_is_transport)
 TABLE = Kind("a table", (".binary", ".exr"), is_earlier=_is_table)
-FIT = Kind("a fit", (".json",), is_earlier=_is_fit)
+FIT = Kind("a fit", (".json",), is_earlier=lambda path: _holds(path, b'"rmse_log', 1 << 20))
 BUNDLE = Kind("a bundle", (".lightarc",), is_earlier=_is_bundle)
 BUNDLE_FOLDER = Kind("a bundle", is_earlier=_is_bundle, members=("*",))  # whose reader knows all members
 STACK = _folder("a stack", "stack.json", "radiance.npy", "saturated.npy")
@@ -242,6 +237,9 @@ FACTORS = _folder("a folder of factors", "factors.json", "term-*.exr", "terms-*.
 FIGURE = _folder("a figure", "figure.json", "*.png", "*.svg", "pictures.csv", "curves.csv", "radiance/*.exr")
 PROJECT = Kind("a project", (".lap",))
 REPLAY = _folder("a replay", "replay.json", "stack/*", "material.lightarc")
+SELFTEST_CASES = Kind(
+    "cases of the self-test", (".json",), is_earlier=lambda path: _holds(path, b'"lightarc-selftest-cases-1"', 1 << 8)
+)
 SHARED = Kind("a folder", shared=True)
 SOAK_LOG = _folder("a record of a soak", "soak.jsonl")
 SWEEP = Kind("a file of a sweep", (".json", ".csv", ".png", ".svg"), is_earlier=_is_sweep)

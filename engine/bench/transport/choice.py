@@ -20,7 +20,15 @@ from engine.accuracy.compare import ErrorEstimate
 from engine.bench.measure import Accuracy
 from engine.bench.transport.generated_scenes import generated
 from engine.bench.transport.plan import costs
-from engine.bench.transport.predictions import EVERY, LEFT_OUT, SIDE, STEPS, check_campaign, errors_of, measured
+from engine.bench.transport.predictions import (
+    LEFT_OUT,
+    SIDE,
+    STEPS,
+    baked_modes,
+    check_campaign,
+    errors_of,
+    measured,
+)
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
 from engine.planning.ceilings import usual
@@ -29,13 +37,12 @@ from engine.planning.costs.cost_model import CostModel
 from engine.planning.costs.setting import Setting, knobs_of
 from engine.planning.plan import best, offered
 from engine.tradeoff.draw import Drawer, drawing
-from engine.transport import method as transport
 
 #: Scenes where nobody says how many, how much dearer a choice may be than the best, and the share that may be more.
 SCENES, DEARER, SHARE = 10, 1.2, 0.1
 
-#: Least and largest budget of error, settings of wavelets that are measured, and directions of lights.
-BUDGETS, WAVELETS, DIRECTIONS = (0.01, 0.2), 3, (16, 64, 256)
+#: Least and largest budget of error, settings that are few, and directions of lights.
+BUDGETS, FEW, DIRECTIONS = (0.01, 0.2), 3, (16, 64, 256)
 
 
 @dataclass(frozen=True)
@@ -109,17 +116,15 @@ def chosen(seed: int, drawer: Drawer, model: CostModel, data: Path | None = None
 
 
 def _settings(seed: int, rng: np.random.Generator) -> frozenset[Setting]:
-    """The first steps of every ladder; of the method that bakes most a few, in one scene of some."""
+    """The first steps of every ladder; of a mode with many ladders a few."""
     found = [Setting("direct", {"directions": directions}) for directions in DIRECTIONS]
-    for mode in transport.names():
+    for mode in baked_modes(seed):
         ladders = {name: knob.ladder[:STEPS] for name, knob in knobs_of(mode).items()}
         if LEFT_OUT in ladders:
             ladders[LEFT_OUT] = (0,)
         turned = [Setting(mode, dict(zip(ladders, values, strict=True))) for values in product(*ladders.values())]
-        few = len(turned) > 2 * WAVELETS
-        if few and seed % EVERY:
-            continue
-        found += [turned[at] for at in rng.choice(len(turned), WAVELETS, replace=False)] if few else turned
+        is_many = len(turned) > 2 * FEW
+        found += [turned[at] for at in rng.choice(len(turned), FEW, replace=False)] if is_many else turned
     return frozenset(found)
 
 

@@ -115,6 +115,11 @@ def drawn_settings(seed: int, modes: Sequence[str]) -> list[Setting]:
     return settings
 
 
+def baked_modes(seed: int) -> tuple[str, ...]:
+    """The modes that are baked of a scene: all in one of `EVERY`, else without the one that bakes most."""
+    return transport.names()[:-1] if seed % EVERY else transport.names()
+
+
 def predictions(
     _folder: Path, *, scenes: int = SCENES, seed: int = 0, data: Path | None = None
 ) -> Steps[list[Accuracy]]:
@@ -198,8 +203,7 @@ def compared(seed: int, drawer: Drawer, data: Path | None = None) -> list[Compar
     errors = errors_of(scene)
     skipped = frozenset({LEFT_OUT})
     known = mode_errors(errors.scene)
-    baked = transport.names()[:-1] if seed % EVERY else transport.names()
-    modes = (*AT_ONCE, *(mode for mode in baked if known.knows(mode)))
+    modes = (*AT_ONCE, *(mode for mode in baked_modes(seed) if known.knows(mode)))
     found = measured(scene, drawn_settings(seed, modes), drawer)
     return [
         Compared(

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from engine.accuracy.compare import ErrorEstimate
-from engine.bench.transport.choice import DEARER, WAVELETS, Chosen, _counted, _settings, choices, summary
+from engine.bench.transport.choice import DEARER, FEW, Chosen, _counted, _settings, choices, summary
 from engine.bench.transport.predictions import EVERY
 from engine.core.steps import drain
 from engine.planning.costs.setting import Setting
+from engine.transport import method as transport
 
 SH, GAUSSIAN = Setting("sh", {"order": 3}), Setting("gaussian", {"lobes": 2})
 ROW = Chosen(4, "a ball under a sky", 0.05, SH, 0.06, GAUSSIAN, 0.04, 1.4, 9)
@@ -39,12 +40,13 @@ def test_a_row_names_both_settings_and_the_last_one_the_share() -> None:
     assert rows[-1].error == 0.5
 
 
-def test_a_seed_draws_the_same_settings_and_few_wavelets() -> None:
-    with_wavelets, without = (_settings(seed, np.random.default_rng(1)) for seed in (EVERY, EVERY + 1))
-    assert with_wavelets == _settings(EVERY, np.random.default_rng(1))
-    assert sum(each.mode == "wavelet" for each in with_wavelets) == WAVELETS
-    assert {each.mode for each in without} == {"direct", "sh", "gaussian"}
-    assert all(each.knobs.get("interreflection", 0) == 0 for each in with_wavelets)
+def test_a_seed_draws_the_same_settings_and_few_of_many_ladders() -> None:
+    every, some = (_settings(seed, np.random.default_rng(1)) for seed in (EVERY, EVERY + 1))
+    assert every == _settings(EVERY, np.random.default_rng(1))
+    assert {each.mode for each in every} == {"direct", *transport.names()}
+    assert {each.mode for each in some} == {"direct", *transport.names()} - {transport.names()[-1]}
+    assert sum(each.mode == "wavelet" for each in every) == FEW
+    assert all(each.knobs.get("interreflection", 0) == 0 for each in every)
 
 
 @pytest.mark.long
