@@ -80,6 +80,7 @@ LINES = {
         "tradeoff {inputs}/mesh.obj --brdf lambert --env {inputs}/sky.exr --modes sh --budget-s 1 --width 8 --height 6 "
         "-o {folder}/sweep",
     ),
+    "selftest": ("selftest --long --only M5 --cases 2",),
 }
 
 #: Options that hold several numbers, or a text with numbers in it, each with a place for an extreme one.

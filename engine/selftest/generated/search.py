@@ -28,6 +28,9 @@ LAWS: tuple[Law, ...] = (*pictures.LAWS, *brdf.LAWS, *light.LAWS, *files.LAWS)
 #: Cases of a whole search, over all laws, and rounds in which they are drawn; a search can be cancelled between laws.
 CASES, ROUNDS = 10_000, 10
 
+#: The most cases of a search, and the most that are drawn of a law between two moments at which it can be cancelled.
+MOST_CASES, MOST_AT_ONCE = 10**9, 100
+
 #: Schema of a file of cases, and the most bytes that are read of one.
 SCHEMA, MOST_BYTES = "lightarc-selftest-cases-1", 1 << 18
 
@@ -54,15 +57,16 @@ class Searched:
 def search(cases: int = CASES, first_seed: int = 0, only: Sequence[str] = ()) -> Steps[Searched]:
     """Some `cases` over all laws, or those of the ids `only`, from `first_seed` on; a broken law is not asked again.
 
-    About 25 ms a case on two cores, most of it the decoders. UsageError for no case, or for an id that is not known.
+    About 25 ms a case on two cores, most of it the decoders. UsageError for a number of cases outside 1 … `MOST_CASES`,
+    and for an id that is not known.
     """
-    if cases < 1:
-        raise UsageError(f"{cases} cases are too few: at least one is drawn")
+    if not 1 <= cases <= MOST_CASES:
+        raise UsageError(f"the number of cases must lie between 1 and {MOST_CASES:,}")
     laws = [law for law in LAWS if not only or law.id in only]
     if not laws or set(only) - {law.id for law in laws}:
         raise UsageError(f"no law is called so; known are {', '.join(law.id for law in LAWS)}")
     drawn, broken = 0, dict[str, Broken]()
-    each = math.ceil(cases / (len(laws) * ROUNDS))
+    each = min(math.ceil(cases / (len(laws) * ROUNDS)), MOST_AT_ONCE)
     rounds = math.ceil(cases / (len(laws) * each))
     for number in range(rounds):
         for place, law in enumerate(laws):
