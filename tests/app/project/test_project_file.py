@@ -19,6 +19,8 @@ import pytest
 
 from app.document.comparison import Comparison, Entry
 from app.document.document import ImportChoices, Look, Project, Step
+from app.document.measured import Accuracy, scene_key
+from app.document.scene import scene_of_project
 from app.project import places
 from app.project.copying import collect, copy
 from app.project.project_file import APPLICATION, KEPT_STEPS, History, Writer, data_folder, read, state_name
@@ -27,6 +29,7 @@ from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.capture.lights.sources import find
 from engine.core.errors import InputError, OutputError
 from engine.core.steps import drain
+from engine.geometry.camera import Camera
 from engine.geometry.shapes import shape
 from engine.light.lamps import LampSettings
 from engine.scene.material import Material
@@ -79,6 +82,15 @@ def test_a_project_is_read_as_it_was_written(tmp_path: Path, photographs: Path) 
     assert not opened.missing
     for part in dataclasses.fields(Project):
         assert same(getattr(opened.current, part.name), getattr(project, part.name)), part.name
+
+
+def test_what_was_measured_under_lamps_on_a_ground_is_kept(tmp_path: Path) -> None:
+    look = Look(lamps=(LampSettings(),), has_ground=True)
+    scene = scene_of_project(Project(look=look), shape("sphere"), brdf_from_text("lambert"), Camera((0.0, 0.0, 3.0)))
+    accuracy = Accuracy((), scene_key(scene, 2), (32, 24), 4, "test")
+    found = read(written(tmp_path / "a.lap", Project(accuracy=accuracy, look=look))).current.accuracy
+    assert found is not None
+    assert (found.of[1], found.of[7]) == (look.ground, (LampSettings().lamp,))
 
 
 def test_a_state_has_the_same_name_without_being_written(tmp_path: Path, photographs: Path) -> None:
