@@ -90,7 +90,7 @@ def test_what_was_measured_under_lamps_on_a_ground_is_kept(tmp_path: Path) -> No
     accuracy = Accuracy((), scene_key(scene, 2), (32, 24), 4, "test")
     found = read(written(tmp_path / "a.lap", Project(accuracy=accuracy, look=look))).current.accuracy
     assert found is not None
-    assert (found.of[1], found.of[7]) == (look.ground, (LampSettings().lamp,))
+    assert (found.of[1], found.of[8]) == (look.ground, (LampSettings().lamp,))
 
 
 def test_a_state_has_the_same_name_without_being_written(tmp_path: Path, photographs: Path) -> None:
