@@ -10,8 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from app.document.document import Project
+from app.project.database import connected
 from app.project.places import remove
-from app.project.project_file import History, Writer, connected, data_folder, read
+from app.project.project_file import History, Writer, data_folder, read
 from engine.capture.lights.sources import Sources
 from engine.core.errors import InputError, OutputError
 from engine.core.steps import Step, Steps

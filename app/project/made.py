@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from app.project.project_file import connected, data_folder, path_of
+from app.project.database import connected
+from app.project.project_file import data_folder, path_of
 from app.project.values import Keeper, array_bytes, encoded, name_of
 from engine.core.errors import FileError
 from engine.core.figure_text import time_text

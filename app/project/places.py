@@ -12,7 +12,8 @@ from pathlib import Path
 
 import platformdirs
 
-from app.project.project_file import ENDING, connected, data_folder
+from app.project.database import connected
+from app.project.project_file import ENDING, data_folder
 from engine.storage.atomic import discard, make_folder, write_bytes
 from engine.storage.writer import is_gone, is_own, writer
 

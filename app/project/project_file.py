@@ -1,14 +1,9 @@
 """The project file: an SQLite database of the states of a document and the steps between them.
 
-SQLite was weighed against a folder of JSON files and a zip: it alone changes a file in place so that a process or a
-machine may end at any moment, writes what changed and no more, and stays one file that can be copied and mailed. It
-runs with a rollback journal, because the write-ahead log needs shared memory, which network drives lack.
-
-    meta(name, value)                schema, and the number of the current step
-    step(number, text, gesture, old, new)   the undo history: from state to state
-    state(name, parts)               a document: the name of the value of each part
-    value(name, text)                a value (`app.project.values`)
-    array(name, content)             an array that cannot be made again, as .npy
+Its tables are those of `app.project.database`. SQLite was weighed against a folder of JSON files and a zip: it alone
+changes a file in place so that a process or a machine may end at any moment, writes what changed and no more, and stays
+one file that can be copied and mailed. It runs with a rollback journal, because the write-ahead log needs shared
+memory, which network drives lack.
 
 Names are hashes of contents. Arrays that can be made again lie in `NAME.lap-data/arrays`, stacks of
 photographs in `NAME.lap-data/stack-N`; both may be deleted.
@@ -18,14 +13,14 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
 
 from app.document.document import Project, Step
+from app.project.database import connected, explained
 from app.project.tidying import forget_unused
 from app.project.values import (
     MOST_TEXT,
@@ -39,15 +34,11 @@ from app.project.values import (
     encoded,
     name_of,
 )
-from engine.core.errors import InputError, OutputError
+from engine.core.errors import InputError
 from engine.storage.atomic import make_folder, write_bytes
 
 ENDING = ".lap"
 _DATA = "-data"
-SCHEMA = 1
-
-#: 'LARC', as SQLite's application id: `file` and other programs know the kind of the file by it.
-APPLICATION = 0x4C415243
 
 #: Steps of the undo history that a file keeps.
 KEPT_STEPS = 200
@@ -57,14 +48,6 @@ TIDY_EVERY = 200
 
 #: Largest file of an array beside the project that is read, in bytes.
 MOST_ARRAY = 4 * 2**30
-
-_TABLES = """
-CREATE TABLE IF NOT EXISTS meta(name TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID;
-CREATE TABLE IF NOT EXISTS step(number INTEGER PRIMARY KEY, text TEXT, gesture TEXT, old TEXT, new TEXT);
-CREATE TABLE IF NOT EXISTS state(name TEXT PRIMARY KEY, parts TEXT);
-CREATE TABLE IF NOT EXISTS value(name TEXT PRIMARY KEY, text TEXT);
-CREATE TABLE IF NOT EXISTS array(name TEXT PRIMARY KEY, content BLOB);
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,60 +76,6 @@ def path_of(folder: Path) -> Path:
     return folder.with_name(name if name.endswith(ENDING) else folder.name + ENDING)
 
 
-@contextlib.contextmanager
-def connected(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connection]:
-    """The database of a project, closed at the end.
-
-    Raises InputError where it is no project or of a newer version, OutputError where it cannot be written.
-    """
-    if not create and not path.is_file():
-        raise InputError(path, "there is no such project", "Check the name, or open the folder that it was moved to")
-    mode = "rwc" if create else "rw" if os.access(path, os.W_OK) else "ro"
-    try:
-        connection = sqlite3.connect(
-            f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=5.0, isolation_level=None
-        )
-    except sqlite3.Error as error:
-        raise OutputError(
-            path, f"cannot be opened ({error})", "Check the folder's permissions and free space"
-        ) from error
-    try:
-        with _explained(path):
-            _check_or_make(connection, path, create)
-        yield connection
-    finally:
-        connection.close()
-
-
-def _check_or_make(connection: sqlite3.Connection, path: Path, create: bool) -> None:
-    connection.execute("PRAGMA trusted_schema=OFF")
-    connection.execute("PRAGMA cell_size_check=ON")
-    kind = connection.execute("PRAGMA application_id").fetchone()[0]
-    if kind == 0 and create and not connection.execute("SELECT 1 FROM sqlite_master").fetchone():
-        connection.execute("PRAGMA auto_vacuum=INCREMENTAL")
-        with connection:
-            connection.executescript(f"BEGIN; PRAGMA application_id={APPLICATION}; {_TABLES}")
-            connection.execute("INSERT INTO meta VALUES ('schema', ?)", (str(SCHEMA),))
-        return
-    if kind != APPLICATION:
-        raise InputError(path, "is no project of Lightarc", "Choose a file that ends in .lap")
-    schema = connection.execute("SELECT value FROM meta WHERE name = 'schema'").fetchone()
-    if schema is None or not str(schema[0]).isdigit():
-        raise InputError(path, "is damaged: it does not say its version", "Open a copy of it")
-    if int(schema[0]) > SCHEMA:
-        raise InputError(path, f"was made by a newer version (schema {schema[0]}, not {SCHEMA})", "Update Lightarc")
-
-
-@contextlib.contextmanager
-def _explained(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except sqlite3.DatabaseError as error:
-        if isinstance(error, sqlite3.OperationalError):
-            raise OutputError(path, f"cannot be read or written ({error})", "Check the disk that it lies on") from error
-        raise InputError(path, f"is damaged or no project ({error})", "Open a copy of it") from error
-
-
 class Writer:
     """Writes histories to one project file; what the file has already is not written again.
 
@@ -165,7 +94,7 @@ class Writer:
         """Make the file hold `history`. Raises OutputError or InputError where that is impossible; try it again."""
         history = history.kept
         connection = self._ready()
-        with _explained(self.path), connection:
+        with explained(self.path), connection:
             connection.execute("BEGIN IMMEDIATE")
             rows = [
                 (at, step.text, step.gesture, self._state(connection, step.old), self._state(connection, step.new))
@@ -292,7 +221,7 @@ class Opened:
 
 def read(path: Path) -> Opened:
     """Open a project file. Raises InputError where it is none, damaged, or of a newer version."""
-    with connected(path) as connection, _explained(path):
+    with connected(path) as connection, explained(path):
         meta = dict(connection.execute("SELECT name, value FROM meta"))
         rows = connection.execute("SELECT text, gesture, old, new FROM step ORDER BY number LIMIT ?", (KEPT_STEPS,))
         steps = tuple(Step(str(text), str(gesture), str(old), str(new)) for text, gesture, old, new in rows)
@@ -311,7 +240,7 @@ def _state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -> Pr
     key = f"state {name}"
     if key in finder.made:
         return cast(Project, finder.made[key])
-    with connected(path) as connection, _explained(path):
+    with connected(path) as connection, explained(path):
         row = connection.execute("SELECT parts FROM state WHERE name = ?", (name,)).fetchone()
     if row is None:
         raise InputError(path, "is damaged: a state of its history is gone", "Open a copy of it")
@@ -343,7 +272,7 @@ def finder_of(path: Path) -> Finder:
     folder = data_folder(path)
 
     def find_text(name: str) -> str:
-        with connected(path) as connection, _explained(path):
+        with connected(path) as connection, explained(path):
             row = connection.execute(
                 "SELECT text FROM value WHERE name = ? AND length(text) <= ?", (name, MOST_TEXT)
             ).fetchone()
@@ -355,7 +284,7 @@ def finder_of(path: Path) -> Finder:
         beside = folder / "arrays" / f"{name}.npy"
         if len(name) != 40 or not name.isalnum():
             raise ValueError(f"no name of an array: {name!r:.60}")
-        with connected(path) as connection, _explained(path):
+        with connected(path) as connection, explained(path):
             row = connection.execute("SELECT content FROM array WHERE name = ?", (name,)).fetchone()
         try:
             content = row[0] if row is not None else _read_beside(beside)

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from app.project.copying import photographs
+from app.project.database import SCHEMA, connected
 from app.project.made import noted, size_of
-from app.project.project_file import SCHEMA, connected, data_folder, read
+from app.project.project_file import data_folder, read
 from app.project.tidying import names_in
 from engine.core.errors import InputError
 

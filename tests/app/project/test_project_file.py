@@ -23,7 +23,8 @@ from app.document.measured import Accuracy, scene_key
 from app.document.scene import scene_of_project
 from app.project import places
 from app.project.copying import collect, copy
-from app.project.project_file import APPLICATION, KEPT_STEPS, History, Writer, data_folder, read, state_name
+from app.project.database import APPLICATION
+from app.project.project_file import KEPT_STEPS, History, Writer, data_folder, read, state_name
 from app.project.report import described, identity, problems_of
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.capture.lights.sources import find

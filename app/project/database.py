@@ -1,0 +1,85 @@
+"""The database of a project: opened, checked, and made with its tables where it is new.
+
+meta(name, value)                schema, and the number of the current step
+step(number, text, gesture, old, new)   the undo history: from state to state
+state(name, parts)               a document: the name of the value of each part
+value(name, text)                a value (`app.project.values`)
+array(name, content)             an array that cannot be made again, as .npy
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+
+from engine.core.errors import InputError, OutputError
+
+SCHEMA = 1
+
+#: 'LARC', as SQLite's application id: `file` and other programs know the kind of the file by it.
+APPLICATION = 0x4C415243
+
+_TABLES = """
+CREATE TABLE IF NOT EXISTS meta(name TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS step(number INTEGER PRIMARY KEY, text TEXT, gesture TEXT, old TEXT, new TEXT);
+CREATE TABLE IF NOT EXISTS state(name TEXT PRIMARY KEY, parts TEXT);
+CREATE TABLE IF NOT EXISTS value(name TEXT PRIMARY KEY, text TEXT);
+CREATE TABLE IF NOT EXISTS array(name TEXT PRIMARY KEY, content BLOB);
+"""
+
+
+@contextlib.contextmanager
+def connected(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connection]:
+    """The database of a project, closed at the end.
+
+    Raises InputError where it is no project or of a newer version, OutputError where it cannot be written.
+    """
+    if not create and not path.is_file():
+        raise InputError(path, "there is no such project", "Check the name, or open the folder that it was moved to")
+    mode = "rwc" if create else "rw" if os.access(path, os.W_OK) else "ro"
+    try:
+        connection = sqlite3.connect(
+            f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=5.0, isolation_level=None
+        )
+    except sqlite3.Error as error:
+        raise OutputError(
+            path, f"cannot be opened ({error})", "Check the folder's permissions and free space"
+        ) from error
+    try:
+        with explained(path):
+            _check_or_make(connection, path, create)
+        yield connection
+    finally:
+        connection.close()
+
+
+def _check_or_make(connection: sqlite3.Connection, path: Path, create: bool) -> None:
+    connection.execute("PRAGMA trusted_schema=OFF")
+    connection.execute("PRAGMA cell_size_check=ON")
+    kind = connection.execute("PRAGMA application_id").fetchone()[0]
+    if kind == 0 and create and not connection.execute("SELECT 1 FROM sqlite_master").fetchone():
+        connection.execute("PRAGMA auto_vacuum=INCREMENTAL")
+        with connection:
+            connection.executescript(f"BEGIN; PRAGMA application_id={APPLICATION}; {_TABLES}")
+            connection.execute("INSERT INTO meta VALUES ('schema', ?)", (str(SCHEMA),))
+        return
+    if kind != APPLICATION:
+        raise InputError(path, "is no project of Lightarc", "Choose a file that ends in .lap")
+    schema = connection.execute("SELECT value FROM meta WHERE name = 'schema'").fetchone()
+    if schema is None or not str(schema[0]).isdigit():
+        raise InputError(path, "is damaged: it does not say its version", "Open a copy of it")
+    if int(schema[0]) > SCHEMA:
+        raise InputError(path, f"was made by a newer version (schema {schema[0]}, not {SCHEMA})", "Update Lightarc")
+
+
+@contextlib.contextmanager
+def explained(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except sqlite3.DatabaseError as error:
+        if isinstance(error, sqlite3.OperationalError):
+            raise OutputError(path, f"cannot be read or written ({error})", "Check the disk that it lies on") from error
+        raise InputError(path, f"is damaged or no project ({error})", "Open a copy of it") from error
