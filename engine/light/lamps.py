@@ -32,6 +32,10 @@ GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 Triple = tuple[float, float, float]
 
 
+#: Lengths that differ from 1 by no more are those of unit vectors.
+ROUNDING = 2.0 * float(np.finfo(np.float64).eps)
+
+
 @dataclass(frozen=True)
 class Lamp:
     """One distant lamp.
@@ -56,7 +60,8 @@ class Lamp:
             raise UsageError(f"the irradiance of a lamp needs three numbers from 0, got {self.irradiance!r}")
         if not 0.0 <= self.radius <= math.pi / 2:
             raise UsageError(f"a lamp of radius {math.degrees(self.radius):g}° is not between 0 and 90°")
-        unit = normalize(direction / np.abs(direction).max())
+        is_unit = abs(math.hypot(*direction) - 1.0) <= ROUNDING  # read from a record, it shall be what was written
+        unit = direction if is_unit else normalize(direction / np.abs(direction).max())
         object.__setattr__(self, "direction", tuple(float(x) for x in unit))
         object.__setattr__(self, "irradiance", tuple(float(x) for x in irradiance))
 
