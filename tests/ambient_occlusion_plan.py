@@ -6,12 +6,12 @@ from typing import Any
 
 from engine.core.steps import Steps
 from engine.planning.costs.cost_model import Cost
-from engine.planning.costs.planned import PlannedBake
+from engine.planning.costs.planned import PlannedBake, Spread
 from engine.transport.method import Subject
 from tests import ambient_occlusion
 
-#: Ratios of measured to predicted errors, between which 95 of 100 lie.
-SPREAD = (0.1, 10.0)
+#: Ratios of measured to predicted errors.
+SPREAD = Spread((0.1, 10.0), (0.1, 10.0))
 
 
 def cost(_model: Any, setting: Any, load: Any) -> Cost:

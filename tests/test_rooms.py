@@ -119,6 +119,7 @@ SHORT_FILES = {
     "engine/images/codes.py": "a kernel that the decoder child alone compiles",
     "engine/planning/bake.py": "the bake that a plan calls for, whatever the method",
     "engine/planning/ceilings.py": "one value: what a plan may cost",
+    "engine/planning/effects/relative_error.py": "one figure, which effects and methods share",
     "engine/render/display.py": "what both renderers are told of the picture",
     "engine/selftest/case.py": "what every case of the self-test is",
     "engine/selftest/confinement.py": "one hard case",

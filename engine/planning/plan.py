@@ -21,6 +21,7 @@ from typing import Any
 
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text
+from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
@@ -167,11 +168,13 @@ def plan(
     aspect: float = 1.0,
     frames: int = FRAMES,
     ceilings: Ceilings | None = None,
+    camera: Camera | None = None,
 ) -> EffectsPlan:
     """The plan for a budget: `error` relative (0.01 where neither is given) or `time_ms` of a frame.
 
     `variations` move parameters of the BRDF over the mesh. `modes` narrows the choice. A bake is spread over
-    `frames`; `ceilings` are the usual ones where they are None. UsageError for both budgets,
+    `frames`; `ceilings` are the usual ones where they are None. Errors are those of the picture of `camera`, or without
+    one of pictures from all around, which are known much less well. UsageError for both budgets,
     budgets that are not positive, and effects that are not known or both forced and skipped. Less than a second for
     50,000 vertices once mesh and BRDF are known, half as much again where no cheap method meets the budget.
     """
@@ -182,7 +185,8 @@ def plan(
     for value, name in ((budget, "error"), (time_ms, "time")):
         if value is not None and not 0.0 < value < float("inf"):
             raise UsageError(f"a budget of {name} of {value} is not above 0")
-    scene = scenery(mesh, brdf, environment, rotation=rotation, ground=ground, material=material, variations=variations)
+    looked: dict[str, Any] = {"rotation": rotation, "ground": ground, "camera": camera}
+    scene = scenery(mesh, brdf, environment, material=material, variations=variations, **looked)
     place = {"environment": environment, "environment_rotation": rotation, "ground": ground}
 
     def noise(depth: int) -> float:

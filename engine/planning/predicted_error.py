@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from engine.planning.costs.planned import planning_of
+from engine.planning.costs.planned import Spread, planning_of
 from engine.planning.costs.setting import Setting, shows
 from engine.planning.effects.estimates import Estimate, Scenery, seen_as
 from engine.planning.effects.mode_error import ModeErrors, mode_errors
@@ -21,11 +21,15 @@ from engine.planning.effects.simplified import lambertian
 from engine.transport import method as transport
 from engine.transport.sh.transfer import is_diffuse
 
-#: Ratios of measured to predicted errors, between which 95 of 100 lie: of the modes that bake nothing, and of effects
-#: that are left out, which the view may hardly look at. That of shading maps is assumed: scenes are generated without
-#: photographs. Methods name their own (`Planning.SPREAD`).
-SPREADS = {"reference": (0.37, 1.1), "direct": (0.03, 5.0), "shading-map": (0.5, 2.0)}
-LEFT_OUT_SPREAD = (0.05, 1.0 / 0.83)
+#: Ratios of measured to predicted errors: of the modes that bake nothing, and of effects that are left
+#: out. That of shading maps is assumed: scenes are generated without photographs. Methods name their own
+#: (`Planning.SPREAD`).
+SPREADS = {
+    "reference": Spread(by_camera=(0.43, 1.05), around=(0.37, 1.1)),
+    "direct": Spread(by_camera=(0.2, 1.4), around=(0.03, 5.0)),
+    "shading-map": Spread(by_camera=(0.5, 2.0), around=(0.5, 2.0)),
+}
+LEFT_OUT_SPREAD = Spread(by_camera=(0.2, 1.0 / 0.83), around=(0.05, 1.0 / 0.83))
 
 #: Error of light that is baked at vertices and interpolated between them, on a model of `FEW`: shadows and highlights
 #: end somewhere on a face, and the share of the picture that such faces have is as their side.
@@ -55,13 +59,22 @@ class PredictedErrors:
     def interval(self, setting: Setting, skipped: frozenset[str]) -> tuple[float, float]:
         """The least and the most that the error of 95 of 100 scenes is where `of` is predicted."""
         own, missing = self._own(setting, skipped), self.left_out(setting, skipped)
-        least, most = spread(setting.mode)
+        least, most = spread(setting.mode).of(self.has_camera)
+        left_out = LEFT_OUT_SPREAD.of(self.has_camera)
         largest = math.hypot(most * own, self.between(setting))
-        return max(least * own, LEFT_OUT_SPREAD[0] * missing), largest + LEFT_OUT_SPREAD[1] * missing
+        return max(least * own, left_out[0] * missing), largest + left_out[1] * missing
+
+    @property
+    def has_camera(self) -> bool:
+        """True if errors are those of the picture of one camera."""
+        return self.scene.between is not None
 
     def between(self, setting: Setting) -> float:
-        """Error that a picture may add between the vertices, where alone a prediction looks; 0 of what is not baked."""
-        if setting.mode not in transport.names():
+        """Error that a picture may add between the vertices, where alone a prediction from all around looks.
+
+        0 of what is not baked, and for a camera, whose errors contain it.
+        """
+        if setting.mode not in transport.names() or self.has_camera:
             return 0.0
         return BETWEEN * (FEW / self.scene.sample.model_vertices) ** 0.25
 
@@ -92,8 +105,8 @@ class PredictedErrors:
         return mode_errors(scenery_of_the_mean(self.scene) if even else self.scene)
 
 
-def spread(mode: str) -> tuple[float, float]:
-    """Ratios of measured to predicted errors of a mode, between which 95 of 100 lie."""
+def spread(mode: str) -> Spread:
+    """Ratios of measured errors of a mode to the predicted ones."""
     return planning_of(mode).SPREAD if mode in transport.names() else SPREADS[mode]
 
 
@@ -112,10 +125,10 @@ def depth_of(skipped: frozenset[str]) -> int:
 @lru_cache(maxsize=8)
 def scenery_without_gloss(scene: Scenery) -> Scenery:
     """The same with the diffuse reflectance of equal albedo."""
-    return seen_as(lambertian(scene.brdf), scene.sample, scene.fine, scene.bounced, scene.material)
+    return seen_as(lambertian(scene.brdf), scene.sample, scene.fine, scene.bounced, scene.material, None, scene.between)
 
 
 @lru_cache(maxsize=8)
 def scenery_of_the_mean(scene: Scenery) -> Scenery:
     """The same with one BRDF for the whole surface."""
-    return seen_as(scene.brdf, scene.sample, scene.fine, scene.bounced, scene.material)
+    return seen_as(scene.brdf, scene.sample, scene.fine, scene.bounced, scene.material, None, scene.between)

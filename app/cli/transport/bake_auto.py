@@ -38,19 +38,21 @@ def given(arguments: argparse.Namespace) -> list[str]:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.session.machine_profile import learn
+    from engine.geometry.camera import frame
     from engine.light.environment_file import open_environment
     from engine.planning.bake import prepare
     from engine.transport import method as transport
 
     _check(arguments)
-    if project_input.is_given(arguments):
-        environment = project_input.needs_environment(project_input.setup_of(arguments).scene, "--mode auto")
-    else:
-        environment = open_environment(arguments.env)
     variations = variations_of(arguments)
     subject = subject_of(arguments, variations)
     mesh, brdf, ground = subject.mesh, subject.brdf, subject.ground
-    options: dict[str, Any] = {"modes": transport.names(), "ground": ground, "variations": variations}
+    if project_input.is_given(arguments):
+        scene = project_input.setup_of(arguments).scene
+        environment, camera = project_input.needs_environment(scene, "--mode auto"), scene.camera
+    else:
+        environment, camera = open_environment(arguments.env), frame(mesh.positions)
+    options: dict[str, Any] = {"modes": transport.names(), "ground": ground, "variations": variations, "camera": camera}
     found = plan_for(arguments, mesh, brdf, environment, lambda step: show(step), **options)
     fine = 4 if arguments.fine is None else arguments.fine
     preparing = prepare(found, mesh, brdf, ground, variations=variations, fine=fine)

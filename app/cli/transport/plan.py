@@ -55,6 +55,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ALBEDO",
         help="put the model on a diffuse ground (albedo 0.5)",
     )
+    parser.add_argument(
+        "--camera", type=str, metavar="TEXT", help="as for lightarc render; otherwise the model is framed"
+    )
     parser.add_argument("--width", type=int, default=WIDTH, metavar="PX", help=f"width of the pictures ({WIDTH})")
     parser.add_argument("--height", type=int, default=HEIGHT, metavar="PX", help=f"height of the pictures ({HEIGHT})")
     parser.add_argument(
@@ -73,7 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-    """The budget and what is forced, which `lightarc bake --mode auto` shares."""
+    """The budget and the wishes, which `lightarc bake --mode auto` shares."""
     budget = parser.add_mutually_exclusive_group()
     budget.add_argument("--error", type=float, metavar="E", help="allowed relative error (0.01)")
     budget.add_argument("--time-ms", type=float, metavar="MS", help="allowed time of a frame")
@@ -107,6 +110,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     options = {
         "ground": scene.ground,
         "rotation": scene.environment_rotation,
+        "camera": scene.camera,
         "material": scene.material,
         "variations": vary.variations_of(arguments),
         "pixels": arguments.width * arguments.height,
@@ -128,7 +132,7 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     """The model or the project that is planned, under an environment."""
     from engine.bundle.bundle import open_bundle
     from engine.factor.factor_file import open_reflectance
-    from engine.geometry.camera import frame
+    from engine.geometry.camera import frame, parse
     from engine.geometry.ground import Ground
     from engine.geometry.shapes import open_mesh
     from engine.light.environment_file import open_environment
@@ -142,7 +146,7 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     mesh = open_mesh(arguments.mesh)
     return Scene(
         mesh=mesh,
-        camera=frame(mesh.positions, arguments.width / arguments.height),
+        camera=parse(arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height)),
         brdf=open_reflectance(arguments.brdf) if material is None else material.reflectance,
         material=material,
         environment=open_environment(arguments.env),

@@ -55,6 +55,7 @@ def planned(
         modes=MODES,
         ground=scene.ground,
         rotation=scene.environment_rotation,
+        camera=scene.camera,
         pixels=arguments.width * arguments.height,
         frames=1,
     )

@@ -211,6 +211,7 @@ def _planned(
             modes=_modes(arguments) or modes(),
             ground=scene.ground,
             rotation=scene.environment_rotation,
+            camera=scene.camera,
             material=scene.material,
             pixels=SUBPIXELS * arguments.width * arguments.height,
             aspect=arguments.width / arguments.height,

@@ -220,7 +220,7 @@ def errors_of(scene: Scene) -> PredictedErrors:
     assert scene.environment is not None
     brdf: Any = scene.brdf
     place = {"environment": scene.environment, "environment_rotation": scene.environment_rotation}
-    looked = scenery(scene.mesh, brdf, scene.environment, rotation=scene.environment_rotation)
+    looked = scenery(scene.mesh, brdf, scene.environment, rotation=scene.environment_rotation, camera=scene.camera)
     found = {**estimates(looked), LEFT_OUT: Estimate(LEFT_OUT, 0.0, "")}
     return PredictedErrors(looked, found, lambda depth: probed(scene.mesh, brdf, depth, **place))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from engine.core.steps import Steps
 from engine.planning.costs.setting import Setting
@@ -26,15 +26,28 @@ class PlannedBake:
     start: Callable[[str | os.PathLike[str]], Steps[Any]]
 
 
+class Spread(NamedTuple):
+    """Ratios of measured to predicted errors, between which 95 of 100 lie on generated scenes.
+
+    `by_camera` of pictures of the camera that the prediction is made for, `around` of those of any other.
+    """
+
+    by_camera: tuple[float, float]
+    around: tuple[float, float]
+
+    def of(self, has_camera: bool) -> tuple[float, float]:
+        return self.by_camera if has_camera else self.around
+
+
 class Planning(Protocol):
     """The module that plans a method.
 
     Attributes
     ----------
-    SPREAD : what 95 of 100 measured errors are of the predicted ones, at least and at most.
+    SPREAD : how far measured errors are from the predicted ones.
     """
 
-    SPREAD: tuple[float, float]
+    SPREAD: Spread
 
     def cost(self, model: Any, setting: Setting, load: Load) -> Any:
         """Cost of a setting, as a `cost_model.Cost`, by the rates of a `cost_model.CostModel`."""

@@ -22,11 +22,14 @@ from numpy.typing import NDArray
 
 from engine.core.colour import luminance
 from engine.core.figure_text import percent
+from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
 from engine.light.light_tree import chosen_lights
+from engine.planning.effects.between_vertices import Between, between_vertices
 from engine.planning.effects.radiance import FEWER, Radiances, bounced, radiances
+from engine.planning.effects.relative_error import relative_error, with_margin
 from engine.planning.effects.sample import FINE, Sample, sample
 from engine.planning.effects.simplified import albedos
 from engine.planning.effects.varied import Varied, varied
@@ -53,12 +56,6 @@ EFFECTS = (
 #: The order of spherical harmonics that is enough where light is of low frequency.
 LOW_ORDER = 5
 
-#: Standard errors that are added to an estimate, and the least and the most that they raise it by.
-MARGIN, LEAST, MOST = 1.0, 1.2, 1.6
-
-#: An error of less than this is rounding.
-ROUNDING = 1e-9
-
 #: A rise towards grazing views that changes less is the noise of the albedos that tell it.
 NOISE = 1e-3
 
@@ -75,41 +72,6 @@ class Estimate:
     text: str
 
 
-def relative_error(
-    values: Array,
-    wanted: Array,
-    shares: Sequence[Array],
-    *,
-    difference: Array | None = None,
-    margin: bool = True,
-    least: float = LEAST,
-) -> float:
-    """The root mean square of `values` − `wanted` (N, K, 3) over that of `wanted`, with its margin, `least` or more.
-
-    Pairs count for `shares` (N, K), of which the one with the largest error is reported.
-
-    `difference` (N, K) may hold the squares of the differences instead, where their noise has been taken off.
-    """
-    apart = ((values - wanted) ** 2).sum(axis=-1) if difference is None else difference
-    whole = (wanted**2).sum(axis=-1)
-    return max(_with_margin((apart * w).sum(axis=1), (whole * w).sum(axis=1), margin, least) for w in shares)
-
-
-def _with_margin(apart: Array, whole: Array, margin: bool, least: float = LEAST) -> float:
-    """The root of Σ apart / Σ whole over points, raised by the standard error of that ratio."""
-    total, count = float(whole.sum()), len(whole)
-    if total <= 0.0:
-        return 0.0
-    ratio = max(float(apart.sum()), 0.0) / total
-    if ratio < ROUNDING**2:
-        return 0.0
-    if not margin:
-        return math.sqrt(ratio)
-    spread = math.sqrt(count / max(count - 1, 1) * float(((apart - ratio * whole) ** 2).sum())) / total
-    raised = math.sqrt(ratio + MARGIN * spread) / math.sqrt(ratio)
-    return math.sqrt(ratio) * min(max(raised, least), MOST)
-
-
 @dataclass(frozen=True, eq=False)
 class Scenery:
     """A scene that has been looked at.
@@ -120,6 +82,7 @@ class Scenery:
     fine, methods : fewer under a finer map, by each method.
     bounced : what other parts of the surface add to `sample`, twice with different noise.
     varied : the BRDF where it is not the same all over the model; `brdf` is then the mean of it.
+    between : places between the vertices, where a camera looks at the model.
     """
 
     sample: Sample
@@ -130,6 +93,7 @@ class Scenery:
     bounced: tuple[Array, Array]
     material: Material | None = None
     varied: Varied | None = None
+    between: Between | None = None
 
     @property
     def mean(self) -> Mapping[str, float]:
@@ -150,19 +114,23 @@ def scenery(
     ground: Ground | None = None,
     material: Material | None = None,
     variations: Sequence[Variation] = (),
+    camera: Camera | None = None,
 ) -> Scenery:
     """Look at a scene: `mesh`, on a ground where there is one, of the BRDF `brdf`, under a rotated map.
 
-    `variations` move parameters of the BRDF over the mesh: ValueError for those that it does not have.
+    `variations` move parameters of the BRDF over the mesh: ValueError for those that it does not have. With a `camera`
+    it is looked at in its picture, else from all around.
     """
-    place: dict[str, Any] = {"rotation": rotation, "ground": ground}
+    place: dict[str, Any] = {"rotation": rotation, "ground": ground, "camera": camera}
     points, views, edge = FINE
     many = sample(mesh, environment, **place)
     fine = sample(mesh, environment, points=points, views=views, edge=edge, seed=1, **place)
     own = varied(mesh, brdf, variations) if variations else None
     if own is not None:
         brdf = with_parameters(brdf, dict(own.mean(many)))
-    return seen_as(brdf, many, fine, bounced(many, brdf, ground.albedo if ground else 0.0), material, own)
+    light = bounced(many, brdf, ground.albedo if ground else 0.0)
+    between = between_vertices(many, camera, len(mesh.faces)) if camera is not None else None
+    return seen_as(brdf, many, fine, light, material, own, between)
 
 
 def seen_as(
@@ -172,12 +140,13 @@ def seen_as(
     light: tuple[Array, Array],
     material: Material | None = None,
     own: Varied | None = None,
+    between: Between | None = None,
 ) -> Scenery:
     """A scene whose samples have been taken, with the BRDF `brdf`; where it varies, points have their `own`."""
     at = [None if own is None else own.at(each.vertices) for each in (many, fine)]
     effects = radiances(many, brdf, own=at[0], methods=False)
     methods = radiances(fine, brdf, own=at[1], effects=False)
-    return Scenery(many, brdf, effects, fine, methods, light, material, own)
+    return Scenery(many, brdf, effects, fine, methods, light, material, own, between)
 
 
 @lru_cache(maxsize=8)
@@ -296,7 +265,7 @@ def mesostructure(scene: Scenery) -> Estimate:
         apart[number] = ((value - value.mean(axis=0)) ** 2).sum(axis=-1).mean(axis=0)
         whole[number] = (value**2).sum(axis=-1).mean(axis=0)
     cosine = scene.sample.shares[0]
-    error = _with_margin((apart * cosine).sum(axis=1), (whole * cosine).sum(axis=1), True)
+    error = with_margin((apart * cosine).sum(axis=1), (whole * cosine).sum(axis=1), True)
     return Estimate("mesostructure", error, f"The texels of the material differ from their mean by {percent(error)}.")
 
 

@@ -25,9 +25,10 @@ from engine.core.directions import Vectors
 from engine.core.one_thread import one_thread
 from engine.light.gaussian_prefilter import gaussian_integral
 from engine.planning.costs.cost_model import DIFFUSE_ORDER
-from engine.planning.effects.estimates import Scenery, relative_error
+from engine.planning.effects.estimates import Scenery
 from engine.planning.effects.fine_light import FineLight, fine_light
 from engine.planning.effects.radiance import coefficients
+from engine.planning.effects.relative_error import relative_error
 from engine.planning.effects.sample import Sample
 from engine.planning.effects.simplified import lambertian
 from engine.transport.baking.diffuse_specular import parts

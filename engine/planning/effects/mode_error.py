@@ -25,8 +25,10 @@ from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.planned import planning_of
 from engine.planning.costs.setting import Setting, knobs_of
-from engine.planning.effects.estimates import Scenery, relative_error
+from engine.planning.effects.between_vertices import interpolation_error
+from engine.planning.effects.estimates import Scenery
 from engine.planning.effects.radiance import LIGHTS, ORDERS
+from engine.planning.effects.relative_error import relative_error
 from engine.planning.effects.sample import FINE, Sample
 from engine.transport import method as transport
 from engine.transport.wavelet.bake import factors_for
@@ -53,12 +55,16 @@ FLOOR = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class ModeErrors:
-    """Errors of settings on one scene; `wavelet` by terms and coefficients, `coarse` of half the edge of `FINE`."""
+    """Errors of settings on one scene; `wavelet` by terms and coefficients, `coarse` of half the edge of `FINE`.
+
+    `interpolated` is that of radiance between the vertices, where a camera looks at the model, else 0.
+    """
 
     scene: Scenery
     spherical_harmonics: dict[int, float]
     lights: dict[int, float]
     coarse: float
+    interpolated: float
 
     @cached_property
     def wavelet(self) -> dict[tuple[int, int], float]:
@@ -87,7 +93,7 @@ def wavelet_error(errors: ModeErrors, setting: Setting) -> float:
         for terms in TERMS
     }
     texels = errors.coarse * (0.5 * FINE[2]) / setting["cube"]
-    return max(FLOOR, math.hypot(between(rows, setting["terms"]), texels))
+    return max(FLOOR, math.hypot(between(rows, setting["terms"]), texels, errors.interpolated))
 
 
 @lru_cache(maxsize=8)
@@ -99,7 +105,8 @@ def mode_errors(scene: Scenery) -> ModeErrors:
     }
     lights = {number: relative_error(found.lights[number], found.unshadowed, shares) for number in LIGHTS}
     coarse = relative_error(found.coarse, found.full, shares)
-    return ModeErrors(scene, _falling(spherical_harmonics), _falling(lights), coarse)
+    interpolated = interpolation_error(scene.between, scene.brdf) if scene.between is not None else 0.0
+    return ModeErrors(scene, _falling(spherical_harmonics), _falling(lights), coarse, interpolated)
 
 
 def _shares(sample: Sample) -> tuple[Array, ...]:

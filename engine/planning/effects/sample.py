@@ -3,10 +3,11 @@
 Vertices are drawn by the area around them, evenly along the list of vertices, which neighbours share; views of each
 evenly over its hemisphere, and a pair weighs as its cosine: pairs at grazing angles, where highlights are brightest,
 are few in pictures, but make much of their errors. A mean over such pairs is a mean over pixels of pictures from all
-around, save that parts of the model hide others: pairs whose view is blocked are marked in `seen`. Light is a cube map
-of the environment without its suns, which are lamps; visibility is asked once for each texel. Effects are estimated
-from many pairs under a coarse map, because few pairs make most of a highlight; the errors of methods from fewer under a
-finer one.
+around, save that parts of the model hide others: pairs whose view is blocked are marked in `seen`. Where a camera is
+given the pairs are pixels of its picture: a corner of the face that each shows, and the way from there to the eye.
+Light is a cube map of the environment without its suns, which are lamps; visibility is asked once for each texel.
+Effects are estimated from many pairs under a coarse map, because few pairs make most of a highlight; the errors of
+methods from fewer under a finer one.
 """
 
 from __future__ import annotations
@@ -15,11 +16,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.directions import Vectors, dot, normalize
+from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import CubeMap, cube_of
@@ -36,6 +39,9 @@ Array = NDArray[np.float64]
 #: Points, views of each, and texels along an edge of the light's cube map: for effects, and for methods.
 POINTS, VIEWS, EDGE = 192, 8, 16
 FINE = (64, 4, 32)
+
+#: Pixels along a side of the picture by which a camera looks at the model, and pairs from all around for each of its.
+SIDE, SHARE = 96, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,10 +77,13 @@ class Sample:
     surface : the model, with its ground where it has one. of : all its vertices as receivers of light.
     vertices : (N,) of the model.
     frames : (N, 3, 3) with columns tangent, bitangent, normal.
-    views : (N, K, 3) in the frame of the point. seen : (N, K) whether no part of the surface blocks them.
-    visible : (N, 6 edge²) bool. mirrored : the same below the horizon, as a mirror at the tangent plane shows it.
+    views : (N, K, 3) in the frame of the point. weight : (N, K) share that a pair has of a picture.
+    seen : (N, K) whether no part of the surface blocks the view.
+    visible : (N, 6 edge²) bool, or the visible shares of texels.
+    mirrored : the same below the horizon, as a mirror at the tangent plane shows it.
     lamp_direction : (S, 3) world. lamp_irradiance : (S, 3). lamp_lit : (N, S) bool.
     free_share : of the model's vertices, those that see their whole hemisphere.
+    by_camera : whether the views are those of one camera, and not from all around.
     """
 
     surface: Mesh
@@ -82,15 +91,17 @@ class Sample:
     vertices: NDArray[np.int64]
     frames: Array
     views: Array
+    weight: Array
     seen: NDArray[np.bool_]
-    visible: NDArray[np.bool_]
-    mirrored: NDArray[np.bool_]
+    visible: NDArray[Any]
+    mirrored: NDArray[Any]
     light: Light
     lamp_direction: Array
     lamp_irradiance: Array
     lamp_lit: NDArray[np.bool_]
     free_share: float
     model_vertices: int
+    by_camera: bool
 
     @property
     def edge(self) -> int:
@@ -103,8 +114,7 @@ class Sample:
     @property
     def shares(self) -> tuple[Array, Array]:
         """(N, K) what each pair counts for, without and with those whose view is blocked."""
-        cosine = self.views[..., 2]
-        return cosine, cosine * self.seen
+        return self.weight, self.weight * self.seen
 
     @property
     def incident(self) -> Array:
@@ -129,43 +139,87 @@ def sample(
     views: int = VIEWS,
     edge: int = EDGE,
     seed: int = 0,
+    camera: Camera | None = None,
 ) -> Sample:
-    """Draw the points of `mesh` and look around from each; the same call draws the same."""
+    """Draw the points of `mesh` and look around from each; the same call draws the same.
+
+    With a camera points are those of its pixels, each with one view, and there are half as many pairs; where the camera
+    sees none of the model, it is looked at from all around.
+    """
     of, frames, areas = _prepared(mesh, ground)
-    light = light_of(environment, rotation, tuple(lamps), edge)
     rng = np.random.default_rng(seed)
+    pixels = None if camera is None else pixels_of(camera, of, len(mesh.faces), points * views // SHARE, rng)
+    light = light_of(environment, rotation, tuple(lamps), edge)
+    scene = Place(of_surface(mesh, ground), of, light, len(mesh.positions))
+    if pixels is not None and len(pixels.face):
+        corner = (np.cumsum(pixels.barycentric, axis=1) < rng.random((len(pixels.face), 1))).sum(axis=1).clip(max=2)
+        chosen = of.caster.faces[pixels.face, corner].astype(np.int64)
+        local = above(np.einsum("nij,ni->nj", frames[chosen], -pixels.direction))
+        return by_camera(scene, chosen, frames[chosen], local)
     chosen = _drawn(areas, points, rng)
     own = frames[chosen]
-    u, turn = rng.random((2, len(chosen), views))
-    cosine, phi = np.maximum((np.arange(views) + u) / views, 1e-3), 2.0 * math.pi * turn
-    radius = np.sqrt(1.0 - cosine**2)
-    local = normalize(np.stack([radius * np.cos(phi), radius * np.sin(phi), cosine], axis=-1))
-    world = np.einsum("nij,nkj->nki", own, local)
-    origin = of.origin[chosen]
-    blocked = of.caster.occluded(np.repeat(origin, views, axis=0), world.reshape(-1, 3)).reshape(-1, views)
-    counts = np.concatenate([each for _, each in visibility_shares(of, edge, 1, chosen)])
-    visible = counts > 0
+    local = _all_around(len(chosen), views, rng)
+    world = np.einsum("nij,nkj->nki", own, local).reshape(-1, 3)
+    blocked = of.caster.occluded(np.repeat(of.origin[chosen], views, axis=0), world).reshape(-1, views)
+    return _looked(scene, chosen, own, local, local[..., 2], ~blocked, False)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A surface, its vertices as receivers, of which the first are the model's, and the light on it."""
+
+    surface: Mesh
+    of: Receivers
+    light: Light
+    model_vertices: int
+
+
+def by_camera(scene: Place, chosen: NDArray[np.int64], frames: Array, local: Array, fine: int = 1) -> Sample:
+    """The sample of one view (N, 3) of each of the receivers `chosen`, all of them pixels of a picture.
+
+    Texels that are partly visible are cut into `fine`² parts.
+    """
+    seen = np.ones((len(chosen), 1), np.bool_)
+    return _looked(scene, chosen, frames, local[:, None], seen.astype(np.float64), seen, True, fine)
+
+
+def _looked(
+    scene: Place,
+    chosen: NDArray[np.int64],
+    own: Array,
+    local: Array,
+    weight: Array,
+    seen: NDArray[np.bool_],
+    has_camera: bool,
+    fine: int = 1,
+) -> Sample:
+    """The sample of views `local` (N, K, 3) of the receivers `chosen`: what they see of the light."""
+    of, light = scene.of, scene.light
+    edge, origin = light.cube.edge, of.origin[chosen]
+    counts = np.concatenate([each for _, each in visibility_shares(of, edge, fine, chosen)])
+    visible = counts > 0 if fine == 1 else counts / fine**2
     directional = lights_of_all(light.lamps)
     lit = np.ones((len(chosen), len(directional.direction)), np.bool_)
     for number, direction in enumerate(directional.direction):
         facing = own[:, :, 2] @ direction > 0.0
         lit[:, number] = facing & ~of.caster.occluded(origin, np.broadcast_to(direction, origin.shape))
-    first = len(mesh.positions)
     return Sample(
-        of_surface(mesh, ground),
+        scene.surface,
         of,
         chosen,
         own,
         local,
-        ~blocked,
+        weight,
+        seen,
         visible,
         _mirrored(visible, own, edge),
         light,
         directional.direction,
         directional.irradiance,
         lit,
-        float(np.mean(of.free[:first])),
-        first,
+        float(np.mean(of.free[: scene.model_vertices])),
+        scene.model_vertices,
+        has_camera,
     )
 
 
@@ -191,7 +245,42 @@ def _drawn(areas: Array, points: int, rng: np.random.Generator) -> NDArray[np.in
     return np.minimum(np.searchsorted(total, at, side="right"), len(areas) - 1).astype(np.int64)
 
 
-def _mirrored(visible: NDArray[np.bool_], frames: Array, edge: int) -> NDArray[np.bool_]:
+def _all_around(count: int, views: int, rng: np.random.Generator) -> Array:
+    """(count, views, 3) directions, evenly over the hemisphere about +z."""
+    u, turn = rng.random((2, count, views))
+    cosine, phi = np.maximum((np.arange(views) + u) / views, 1e-3), 2.0 * math.pi * turn
+    radius = np.sqrt(1.0 - cosine**2)
+    return normalize(np.stack([radius * np.cos(phi), radius * np.sin(phi), cosine], axis=-1))
+
+
+def above(directions: Array) -> Array:
+    """(N, 3) unit directions above the horizon; of smooth normals on a coarse model some look away from the eye."""
+    return normalize(np.concatenate([directions[:, :2], np.maximum(directions[:, 2:], 1e-3)], axis=1))
+
+
+class Pixels(NamedTuple):
+    """M places of the model that a picture shows: the face (M,), `barycentric` and the `direction` of view (M, 3)."""
+
+    face: NDArray[np.int32]
+    barycentric: Array
+    direction: Vectors
+
+    def at(self, rows: NDArray[np.int64]) -> Pixels:
+        return Pixels(self.face[rows], self.barycentric[rows], self.direction[rows])
+
+
+def pixels_of(camera: Camera, of: Receivers, faces: int, most: int, rng: np.random.Generator) -> Pixels:
+    """Up to `most` pixels of a picture that show the first `faces`, the model's, evenly over it."""
+    row, column = np.mgrid[0:SIDE, 0:SIDE].reshape(2, -1) + rng.random((2, SIDE**2))
+    direction = camera.rays(column, row, SIDE, SIDE)
+    hits = of.caster.intersect(np.broadcast_to(np.asarray(camera.eye), direction.shape), direction)
+    met = np.flatnonzero((hits.face >= 0) & (hits.face < faces))
+    if len(met) > most:
+        met = met[((np.arange(most) + rng.random(most)) / most * len(met)).astype(np.int64)]
+    return Pixels(hits.face[met], hits.barycentric[met], direction[met])
+
+
+def _mirrored(visible: NDArray[Any], frames: Array, edge: int) -> NDArray[Any]:
     """`visible` with the texels below each horizon as their mirror images above it are."""
     from engine.light.cube_map import face_coordinates
 

@@ -11,7 +11,7 @@ from engine.core.steps import Steps
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
 from engine.planning.costs.cost_model import Cost, CostModel, Load
-from engine.planning.costs.planned import PlannedBake
+from engine.planning.costs.planned import PlannedBake, Spread
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import DIFFUSE_ORDER, gaussians
 from engine.planning.effects.lobe_error import lobe_error
@@ -29,8 +29,8 @@ from engine.transport.relit import RelitGaussians, relit_gaussians
 from engine.transport.sh.bake import default_edge
 from engine.transport.sh.transfer import is_diffuse
 
-#: Ratios of measured to predicted errors, between which 95 of 100 lie, on generated scenes.
-SPREAD = (0.02, 1.0)
+#: Ratios of measured to predicted errors.
+SPREAD = Spread(by_camera=(0.3, 1.3), around=(0.02, 1.0))
 
 #: Effects without which the BRDF is no longer that of a model, which alone is cut into lobes.
 _PARTS = {"glossy", "anisotropy", "fresnel", "retro-reflection"}

@@ -11,7 +11,7 @@ from engine.brdf.models.diffuse import Lambert
 from engine.core.steps import Steps
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.cost_model import Cost, CostModel, Load, basis_values
-from engine.planning.costs.planned import PlannedBake
+from engine.planning.costs.planned import PlannedBake, Spread
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import channels, spherical_harmonics
 from engine.planning.effects.mode_error import FLOOR, ModeErrors, between
@@ -26,8 +26,8 @@ from engine.transport.sh.transfer import ShTransport
 from engine.transport.sh_method import bake_settings
 from engine.transport.wavelet.haar import FACES
 
-#: Ratios of measured to predicted errors, between which 95 of 100 lie, on generated scenes.
-SPREAD = (0.04, 3.0)
+#: Ratios of measured to predicted errors.
+SPREAD = Spread(by_camera=(0.12, 1.6), around=(0.04, 3.0))
 
 
 def cost(model: CostModel, setting: Setting, load: Load) -> Cost:
@@ -67,8 +67,8 @@ def _tables_s(model: CostModel, order: int, diffuse: bool) -> float:
 
 
 def error(errors: ModeErrors, setting: Setting) -> float:
-    """That of the truncated sums."""
-    return max(FLOOR, between(errors.spherical_harmonics, setting["order"]))
+    """That of the truncated sums, and of radiance between the vertices."""
+    return max(FLOOR, math.hypot(between(errors.spherical_harmonics, setting["order"]), errors.interpolated))
 
 
 def can_draw(_scene: Any) -> bool:

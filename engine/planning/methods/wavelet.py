@@ -12,7 +12,7 @@ from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.mesh import Mesh
 from engine.planning.costs.cost_model import Cost, CostModel, Load
-from engine.planning.costs.planned import PlannedBake
+from engine.planning.costs.planned import PlannedBake, Spread
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import wavelets
 from engine.planning.effects.mode_error import ModeErrors, can_be_factored, wavelet_error
@@ -26,8 +26,8 @@ from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.haar import FACES
 from engine.transport.wavelet.transfer import Vectors16, WaveletTransport
 
-#: Ratios of measured to predicted errors, between which 95 of 100 lie, on generated scenes.
-SPREAD = (0.04, 1.6)
+#: Ratios of measured to predicted errors.
+SPREAD = Spread(by_camera=(0.17, 1.35), around=(0.04, 1.6))
 
 
 @dataclass(frozen=True, eq=False)

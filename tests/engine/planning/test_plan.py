@@ -74,7 +74,7 @@ def test_a_plan_tells_the_interval_of_its_error() -> None:
     # without anything left out it is that of the method alone
     errors = PredictedErrors(looked_at(), estimates(looked_at()), None)
     setting = Setting("sh", {"order": 5, "interreflection": 1})
-    own, (least, most) = errors.of(setting, frozenset()), SPREAD
+    own, (least, most) = errors.of(setting, frozenset()), SPREAD.around
     shown = own - errors.left_out(setting, frozenset())
     assert errors.left_out(setting, frozenset()) == 0.0
     between = BETWEEN * (FEW / len(bowl().positions)) ** 0.25

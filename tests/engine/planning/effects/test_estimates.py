@@ -16,11 +16,11 @@ from engine.planning.effects.estimates import (
     Estimate,
     Scenery,
     estimates,
-    relative_error,
     scenery,
     sun_split,
 )
 from engine.planning.effects.radiance import radiances
+from engine.planning.effects.relative_error import relative_error
 from engine.planning.effects.sample import sample
 from engine.planning.effects.simplified import Unbrushed, WithoutRetro, WithoutRise, lambertian
 from tests.engine.planning.brute_force import (
