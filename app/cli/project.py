@@ -1,4 +1,4 @@
-"""`lightarc project`: show, check, collect or replay a project file."""
+"""`lightarc project`: show, check, collect or replay a project file, or find its photographs again."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ from typing import Any
 
 from app.arguments.results import Input, Output, project_result
 from app.arguments.usage import BAD_FILE, DONE
-from engine.core.errors import UsageError
+from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import time_text
 from engine.core.steps import Step, drain
 
 NAME = "project"
-HELP = "Show a project file, check it, collect it with its photographs, or make its results anew from them."
+HELP = "Show a project file, check it, find or collect its photographs, or make its results anew from them."
 EXAMPLE = "lightarc project info Felt.lap --json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "action",
-        choices=("info", "verify", "collect", "replay"),
-        help="info: what is in it; verify: read all; collect: copy all; replay: make all results anew and compare them",
+        choices=("info", "verify", "find", "collect", "replay"),
+        help="info: what is in it; verify: read all; find: photographs that moved; collect: copy all; replay: make all "
+        "results anew and compare them",
     )
     parser.add_argument("path", type=Input(Path), metavar="PROJECT", help="a .lap file")
     parser.add_argument(
@@ -31,6 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Output(project_result, Path),
         metavar="FILE",
         help="collect: the .lap file to write; replay: the folder",
+    )
+    parser.add_argument(
+        "--photographs", type=Input(Path), metavar="FOLDER", help="find: look here, by content, for those that moved"
     )
     parser.add_argument("--without-derived", action="store_true", help="collect: leave out what can be made again")
 
@@ -55,11 +59,30 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         for step in collect(arguments.path, arguments.output, not arguments.without_derived):
             show(step)
         return described(arguments.output)
+    if arguments.action == "find":
+        _find(arguments.path, arguments.photographs, show)
     result = described(arguments.path)
     if arguments.action == "verify":
-        problems = problems_of(arguments.path)
+        problems = drain(problems_of(arguments.path), show)
         result |= {"ok": not problems, "problems": problems, "exit_code": BAD_FILE if problems else DONE}
     return result
+
+
+def _find(path: Path, folder: Path | None, show: Callable[[Step], None]) -> None:
+    """Note where photographs are that moved; UsageError without a folder, or where a window has the project open."""
+    from app.project.photographs import find_moved, photographs, relocate
+    from app.project.places import claim, release
+    from app.project.project_file import read
+
+    if folder is None:
+        raise UsageError("find needs --photographs, the folder that the photographs moved to")
+    gone = [each for each in photographs(read(path).current) if not each.is_file()]
+    if not claim(path):
+        raise InputError(path, "is open in a window", "Find the photographs there, or close it")
+    try:
+        relocate(path, drain(find_moved(path, gone, folder), show))
+    finally:
+        release(path)
 
 
 def report(result: dict[str, Any]) -> str:

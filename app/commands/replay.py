@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import engine
 from app.commands.workbench import material_of, stack_of
 from app.document.document import Project
-from app.project.copying import photographs
+from app.project.photographs import photographs
 from app.project.project_file import read
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps, part

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 import shutil
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from app.document.document import Project
-from app.project.database import connected
+from app.project.database import connected, upgrade
+from app.project.photographs import INSIDE, copy_places, photographs, relocate
 from app.project.places import remove
-from app.project.project_file import History, Writer, data_folder, read
-from engine.capture.lights.sources import Sources
+from app.project.project_file import data_folder, read
 from engine.core.errors import InputError, OutputError
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import atomic_file, explaining, make_folder
-
-PHOTOGRAPHS = "photographs"
 
 
 def copy(source: Path, target: Path, *, with_derived: bool = True) -> Steps[Path]:
@@ -32,6 +28,7 @@ def copy(source: Path, target: Path, *, with_derived: bool = True) -> Steps[Path
     with _whole_or_not_at_all(target):
         yield from _copied_files(data_folder(source), folder, with_derived)
         _copy_database(source, target)
+        copy_places(source, target)
     return target
 
 
@@ -62,55 +59,16 @@ def _whole_or_not_at_all(target: Path) -> Iterator[None]:
             remove(target)
 
 
-def photographs(project: Project) -> tuple[Path, ...]:
-    """All files that the capture of a project was read from, each once."""
-    return tuple(dict.fromkeys(_files_of(project.sources))) if project.sources is not None else ()
-
-
-def _files_of(sources: Sources) -> Iterator[Path]:
-    yield from sources.photographs
-    for exposures in sources.exposures:
-        yield from (exposure.path for exposure in exposures)
-    yield from (path for path in (sources.dark, sources.flat, sources.reference) if path is not None)
-
-
 def _with_photographs_inside(target: Path) -> Steps[None]:
-    """Copy the photographs into the data folder, and let the current document find them there."""
-    opened = read(target)
-    inside = data_folder(target) / PHOTOGRAPHS
-    places: dict[Path, Path] = {}
-    files = photographs(opened.current)
-    for at, path in enumerate(files):
-        yield Step(at / len(files), f"copying {path.name}")
-        places[path] = inside / f"{at + 1:04d}" / path.name
-        _copy_file(path, places[path])
-    if files:
-        assert opened.current.sources is not None
-        current = dataclasses.replace(opened.current, sources=moved(opened.current.sources, places))
-        writer = Writer(target)
-        writer.write(History(current, opened.steps, opened.position))
-        writer.close()
+    """Copy the photographs into the data folder, and note that they are there, for every state of the history."""
+    inside = data_folder(target) / INSIDE
+    files = [path for path in photographs(read(target).current) if not path.is_relative_to(inside)]
+    places = {path: inside / f"{at + 1:04d}" / path.name for at, path in enumerate(files)}
+    for at, (path, place) in enumerate(places.items()):
+        yield Step(at / len(places), f"copying {path.name}")
+        _copy_file(path, place)
+    relocate(target, places)
     yield Step(1.0, "collected")
-
-
-def moved(sources: Sources, places: dict[Path, Path]) -> Sources:
-    """The same photographs at other places."""
-
-    def place(path: Path | None) -> Path | None:
-        return None if path is None else places.get(path, path)
-
-    return dataclasses.replace(
-        sources,
-        photographs=tuple(places.get(path, path) for path in sources.photographs),
-        exposures=tuple(
-            tuple(dataclasses.replace(each, path=places.get(each.path, each.path)) for each in exposures)
-            for exposures in sources.exposures
-        ),
-        dark=place(sources.dark),
-        flat=place(sources.flat),
-        reference=place(sources.reference),
-        control_points={places.get(path, path): points for path, points in sources.control_points.items()},
-    )
 
 
 def _copied_files(source: Path, target: Path, with_derived: bool) -> Steps[None]:
@@ -118,7 +76,7 @@ def _copied_files(source: Path, target: Path, with_derived: bool) -> Steps[None]
     make_folder(target)
     files = [path for path in source.rglob("*") if path.is_file() and not path.name.startswith("open-")]
     if not with_derived:
-        files = [path for path in files if path.relative_to(source).parts[0] == PHOTOGRAPHS]
+        files = [path for path in files if path.relative_to(source).parts[0] == INSIDE]
     for at, path in enumerate(files):
         yield Step(at / len(files), f"copying {path.name}")
         _copy_file(path, target / path.relative_to(source))
@@ -135,5 +93,6 @@ def _copy_database(source: Path, target: Path) -> None:
         copy_ = sqlite3.connect(target)
         try:
             there.backup(copy_)
+            upgrade(copy_, target)
         finally:
             copy_.close()

@@ -5,6 +5,7 @@ step(number, text, gesture, old, new)   the undo history: from state to state
 state(name, parts)               a document: the name of the value of each part
 value(name, text)                a value (`app.project.values`)
 array(name, content)             an array that cannot be made again, as .npy
+photograph(place, size, modified, hash, now)   a photograph by its path: its content, and where it was found since
 """
 
 from __future__ import annotations
@@ -16,19 +17,29 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from engine.core.errors import InputError, OutputError
+from engine.storage.atomic import atomic_path
 
-SCHEMA = 1
+SCHEMA = 2
 
 #: 'LARC', as SQLite's application id: `file` and other programs know the kind of the file by it.
 APPLICATION = 0x4C415243
 
-_TABLES = """
+_PHOTOGRAPHS = """
+CREATE TABLE IF NOT EXISTS photograph(
+    place TEXT PRIMARY KEY, size INTEGER, modified INTEGER, hash TEXT, now TEXT);
+"""
+
+_TABLES = f"""
 CREATE TABLE IF NOT EXISTS meta(name TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS step(number INTEGER PRIMARY KEY, text TEXT, gesture TEXT, old TEXT, new TEXT);
 CREATE TABLE IF NOT EXISTS state(name TEXT PRIMARY KEY, parts TEXT);
 CREATE TABLE IF NOT EXISTS value(name TEXT PRIMARY KEY, text TEXT);
 CREATE TABLE IF NOT EXISTS array(name TEXT PRIMARY KEY, content BLOB);
+{_PHOTOGRAPHS}
 """
+
+#: Statements that bring a file of each older schema to the next one.
+_MIGRATIONS = {1: _PHOTOGRAPHS}
 
 
 @contextlib.contextmanager
@@ -68,11 +79,54 @@ def _check_or_make(connection: sqlite3.Connection, path: Path, create: bool) -> 
         return
     if kind != APPLICATION:
         raise InputError(path, "is no project of Lightarc", "Choose a file that ends in .lap")
-    schema = connection.execute("SELECT value FROM meta WHERE name = 'schema'").fetchone()
-    if schema is None or not str(schema[0]).isdigit():
+    schema_of(connection, path)
+
+
+def schema_of(connection: sqlite3.Connection, path: Path) -> int:
+    """The schema of a project; InputError where it says none, or a newer one."""
+    found = dict(connection.execute("SELECT name, value FROM meta WHERE name IN ('schema', 'software')"))
+    schema = str(found.get("schema"))
+    if not schema.isdigit() or not 0 < int(schema) < 10**6:
         raise InputError(path, "is damaged: it does not say its version", "Open a copy of it")
-    if int(schema[0]) > SCHEMA:
-        raise InputError(path, f"was made by a newer version (schema {schema[0]}, not {SCHEMA})", "Update Lightarc")
+    if int(schema) > SCHEMA:
+        by = f"{str(found.get('software', ''))[:40]}, schema {schema}; this one reads up to {SCHEMA}".lstrip(", ")
+        raise InputError(path, f"was made by a newer version ({by})", "Update Lightarc")
+    return int(schema)
+
+
+def migrate(path: Path) -> Path | None:
+    """Bring a project of an older schema to this one, on a copy that takes its place when it is whole.
+
+    The original is kept beside it: its path, or None where the project is of this schema. Raises OutputError where
+    either cannot be written; the project is then as it was.
+    """
+    with connected(path) as connection, explained(path):
+        schema = schema_of(connection, path)
+        if schema == SCHEMA:
+            return None
+        kept = _free(path, schema)
+        with atomic_path(kept) as partial, contextlib.closing(sqlite3.connect(partial)) as copy:
+            connection.backup(copy)
+        with atomic_path(path) as partial, contextlib.closing(sqlite3.connect(partial)) as copy:
+            connection.backup(copy)
+            upgrade(copy, path)
+    return kept
+
+
+def upgrade(copy: sqlite3.Connection, path: Path) -> None:
+    """Bring a copy of the project at `path` to this schema."""
+    with copy:
+        for older in range(schema_of(copy, path), SCHEMA):
+            copy.executescript(_MIGRATIONS[older])
+        copy.execute("UPDATE meta SET value = ? WHERE name = 'schema'", (str(SCHEMA),))
+
+
+def _free(path: Path, schema: int) -> Path:
+    """A path beside that of a project, for its file as it was before its migration."""
+    names = (
+        f"{path.stem} (schema {schema}{more}){path.suffix}" for more in ("", *(f", {at}" for at in range(2, 1000)))
+    )
+    return next(other for name in names if not (other := path.with_name(name)).exists())
 
 
 @contextlib.contextmanager

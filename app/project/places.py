@@ -12,7 +12,7 @@ from pathlib import Path
 
 import platformdirs
 
-from app.project.database import connected
+from app.project.database import connected, migrate
 from app.project.project_file import ENDING, data_folder
 from engine.storage.atomic import discard, make_folder, write_bytes
 from engine.storage.writer import is_gone, is_own, writer
@@ -41,7 +41,10 @@ def is_untitled(path: Path) -> bool:
 
 
 def claim(path: Path) -> bool:
-    """Take a project for this process; False where another one has it. Two that ask at once do not both get it."""
+    """Take a project for this process; False where another one has it. Two that ask at once do not both get it.
+
+    One of an older schema is brought to this one, and the original kept (`app.project.database.migrate`).
+    """
     folder = data_folder(path)
     make_folder(folder)
     with connected(path, create=True) as connection, connection:
@@ -50,6 +53,7 @@ def claim(path: Path) -> bool:
             return False
         release(path)
         write_bytes(folder / f"{_OPEN}{writer()}", b"")
+    migrate(path)
     return True
 
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
 
+import engine
 from app.document.document import Project, Step
 from app.project.database import connected, explained
 from app.project.tidying import forget_unused
@@ -32,6 +33,7 @@ from app.project.values import (
     array_from,
     decoded,
     encoded,
+    found_path,
     name_of,
 )
 from engine.core.errors import InputError
@@ -110,6 +112,7 @@ class Writer:
                 connection.execute("DELETE FROM step WHERE number >= ?", (same,))
                 connection.executemany("INSERT INTO step VALUES (?, ?, ?, ?, ?)", rows[same:])
             meta = [("position", str(history.position)), ("current", current), ("name", history.current.name)]
+            meta.append(("software", f"lightarc {engine.__version__}"))
             connection.executemany("INSERT OR REPLACE INTO meta VALUES (?, ?)", meta)
         states = [state for step in history.steps for state in (step.old, step.new) if not isinstance(state, str)]
         states.append(history.current)
@@ -294,7 +297,18 @@ def finder_of(path: Path) -> Finder:
             raise Absent("data that can be made again")
         return array_from(content)
 
-    return Finder(find_text, find_array, folder)
+    return Finder(find_text, find_array, folder, _places(path, folder))
+
+
+def _places(path: Path, folder: Path) -> dict[str, Path]:
+    """Places of photographs that a person found again (`app.project.photographs`), by the path in the document."""
+    places: dict[str, Path] = {}
+    with connected(path) as connection, explained(path), contextlib.suppress(ValueError, TypeError, KeyError):
+        if connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'photograph'").fetchone() is not None:
+            rows = connection.execute("SELECT place, now FROM photograph WHERE now IS NOT NULL").fetchall()
+            for place, now in rows:
+                places[str(json.loads(place)["path"])] = found_path(json.loads(now), folder)
+    return places
 
 
 def _read_beside(path: Path) -> bytes:

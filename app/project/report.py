@@ -8,12 +8,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from app.project.copying import photographs
-from app.project.database import SCHEMA, connected
+from app.project.database import connected, schema_of
 from app.project.made import noted, size_of
+from app.project.photographs import checked, photographs
 from app.project.project_file import data_folder, read
 from app.project.tidying import names_in
 from engine.core.errors import InputError
+from engine.core.steps import Step, Steps
 
 
 def described(path: Path) -> dict[str, Any]:
@@ -26,9 +27,11 @@ def described(path: Path) -> dict[str, Any]:
     """
     opened = read(path)
     files = photographs(opened.current)
+    with connected(path) as connection:
+        schema = schema_of(connection, path)
     changed = datetime.datetime.fromtimestamp(path.stat().st_mtime, datetime.UTC)
     return {
-        "schema": SCHEMA,
+        "schema": schema,
         "name": opened.current.name,
         "photographs": [str(file) for file in files],
         "history_steps": len(opened.steps),
@@ -50,8 +53,10 @@ def identity(path: Path) -> dict[str, Any]:
     return {"name": meta["name"], "state": meta["current"], "history_steps": steps}
 
 
-def problems_of(path: Path) -> list[str]:
-    """Sentences about states of the history that cannot be read; empty for a sound project."""
+def problems_of(path: Path) -> Steps[list[str]]:
+    """Sentences about states of the history that cannot be read, and photographs that are gone or changed; empty for a
+    sound project."""
+    yield Step(0.0, "reading all states")
     with connected(path) as connection:
         found = [str(row[0]) for row in connection.execute("PRAGMA integrity_check") if row[0] != "ok"]
     opened = read(path)
@@ -62,7 +67,9 @@ def problems_of(path: Path) -> list[str]:
                     opened.state(state)
             except InputError as error:
                 found.append(f"step {at + 1} ({step.text}): {error}")
-    return found
+    about = yield from checked(path, photographs(opened.current), thorough=True)
+    found += [f"{each} is missing" for each in about.missing]
+    return [*found, *(f"{each} is not as it was when it was imported" for each in about.changed)]
 
 
 def _derived(path: Path) -> Iterator[dict[str, Any]]:

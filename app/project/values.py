@@ -51,7 +51,7 @@ CLASSES = {
     "engine.brdf.scattered": ("ScatteredBrdf", "Shape", "Symmetry"),
     "engine.brdf.table": ("DirectionTable", "HalfDifferenceTable"),
     "engine.capture.lights.mirror_sphere": ("Circle",),
-    "engine.capture.lights.sources": ("Sources",),
+    "engine.capture.lights.sources": ("Sources", "Unpacked"),
     "engine.capture.photograph.exposures": ("Exposure",),
     "engine.capture.registration.framing": ("Framing",),
     "engine.capture.report": ("Quality",),
@@ -108,12 +108,14 @@ class Keeper:
 class Finder:
     """The other direction: `text` and `array` give what was kept under a name, or raise Absent.
 
-    `made` are the values that were read, by name, and `gone` the parts of materials whose data are not there.
+    `places` are paths by which the file knows what a person has found elsewhere since; `made` are the values that were
+    read, by name, and `gone` the parts of materials whose data are not there.
     """
 
     text: Callable[[str], str]
     array: Callable[[str], Array]
     folder: Path
+    places: Mapping[str, Path] = dataclasses.field(default_factory=dict)
     made: dict[str, Any] = dataclasses.field(default_factory=dict)
     gone: set[str] = dataclasses.field(default_factory=set)
 
@@ -148,11 +150,11 @@ def encoded(value: Any, keeper: Keeper, derived: bool = False) -> Any:
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else {"float": str(float(value))}
     if isinstance(value, PurePath):
-        return _said_path(Path(value), keeper.folder)
+        return said_path(Path(value), keeper.folder)
     if isinstance(value, np.ndarray):
         return {"array": keeper.array(value, derived)}
     if isinstance(value, ImageStack) and value.folder is not None:
-        return {"stack": _said_path(value.folder, keeper.folder)["path"]}
+        return {"stack": said_path(value.folder, keeper.folder)["path"]}
     if isinstance(value, Mapping):
         return {"map": [[encoded(part, keeper, derived) for part in item] for item in value.items()]}
     if isinstance(value, frozenset):
@@ -170,10 +172,8 @@ def _encoded_object(value: Any, keeper: Keeper, derived: bool) -> Any:
     if name not in CLASSES.get(kind.__module__, ()):
         raise TypeError(f"{kind.__module__}.{name} is not a value of the document")
     derived = derived or name in DERIVED
-    kept = [part for part in _parts(kind) if (name, part) != ("Sources", "unpacked")]
+    kept = [part for part in _parts(kind) if (name, part) != ("Unpacked", "folder")]  # a handle, not a value
     parts = {part: encoded(getattr(value, part), keeper, derived) for part in kept}
-    if name == "Sources":  # the folder that an archive was unpacked into does not outlive the program
-        parts["unpacked"] = None if value.unpacked is None else {"archive": str(value.unpacked.archive)}
     said = {"is": name, "of": parts}
     if dataclasses.is_dataclass(kind) and kind.__eq__ is object.__eq__:
         return {"value": keeper.text(json.dumps(said, sort_keys=True, allow_nan=False))}
@@ -201,7 +201,7 @@ def decoded(said: Any, finder: Finder, depth: int = 0) -> Any:
     if kind == "array":
         return finder.array(str(content))
     if kind == "path":
-        return _found_path(said, finder.folder)
+        return found_path(said, finder.folder, finder.places)
     if kind == "stack":
         return _opened_stack(_inside(str(content), finder.folder), finder)
     if kind == "verdict":
@@ -232,7 +232,7 @@ def _decoded_object(said: Mapping[str, Any], finder: Finder, depth: int) -> Any:
     if module is None or not isinstance(parts, dict):
         raise ValueError(f"no class of the document: {name!r:.60}")
     kind = getattr(import_module(module), name)
-    if name == "Sources":
+    if name == "Sources" and "archive" in (parts.get("unpacked") or ()):  # schema 1 kept no more than its name
         parts = {**parts, "unpacked": None}
     if name == "Material":  # a material whose maps are gone is built again
         values = {part: _or_none(part, each, finder, depth) for part, each in parts.items()}
@@ -268,7 +268,7 @@ def _parts(kind: type) -> tuple[str, ...]:
     return tuple(part.name for part in dataclasses.fields(kind) if part.init)
 
 
-def _said_path(path: Path, folder: Path) -> dict[str, str]:
+def said_path(path: Path, folder: Path) -> dict[str, str]:
     """A path below the folder of the data relative to it; any other in full, and as seen from the project's folder."""
     if path.is_relative_to(folder):
         return {"path": path.relative_to(folder).as_posix()}
@@ -279,11 +279,17 @@ def _said_path(path: Path, folder: Path) -> dict[str, str]:
         return {"path": str(path)}
 
 
-def _found_path(said: Mapping[str, Any], folder: Path) -> Path:
-    """The path that is there: first the full one, then the same seen from where the project lies now."""
-    path = _inside(str(said["path"]), folder)
-    near = Path(os.path.normpath(folder.parent / str(said["near"]))) if "near" in said else path
-    return near if not path.exists() and near.exists() else path
+def found_path(said: Mapping[str, Any], folder: Path, places: Mapping[str, Path] = MappingProxyType({})) -> Path:
+    """The path that is there: where a person found it again (`places`), as seen from the project now, or in full."""
+    full, *near = paths_of(said, folder)
+    candidates = (places.get(str(said["path"])), *near, full)
+    return next((each for each in candidates if each is not None and each.exists()), full)
+
+
+def paths_of(said: Mapping[str, Any], folder: Path) -> list[Path]:
+    """The path in full, and where it differs, as seen from where the project lies now."""
+    near = [Path(os.path.normpath(folder.parent / str(said["near"])))] if "near" in said else []
+    return [_inside(str(said["path"]), folder), *near]
 
 
 def _inside(text: str, folder: Path) -> Path:

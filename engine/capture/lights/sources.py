@@ -32,7 +32,7 @@ from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps
 from engine.storage.archive import one_line
-from engine.storage.atomic import make_folder
+from engine.storage.atomic import discard, make_folder
 from engine.storage.unpack import is_archive, unpack
 
 
@@ -56,11 +56,11 @@ _SET_ASIDE = re.compile(
 @dataclass(frozen=True, eq=False)
 class Unpacked:
     """The `archive` that photographs come from, the `members` by the name of the unpacked file, and their folder, which
-    vanishes with the last reference to it."""
+    vanishes with the last reference to it; None where they lie in a folder that stays."""
 
     archive: Path
     members: Mapping[str, str]
-    folder: TemporaryDirectory[str]
+    folder: TemporaryDirectory[str] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,11 +301,13 @@ def find_packed(
     sphere: Circle | Literal["auto"] | None = None,
     aside: Sequence[Path] = (),
     scratch: Path | None = None,
+    keep: Path | None = None,
 ) -> Steps[Sources]:
     """As `sources.find`, where `paths` may also be one archive (zip, or tar with or without compression).
 
     It is unpacked into a folder in `scratch` (else in the system's folder for temporary files), which vanishes when
-    nothing refers to the sources any more. Of its folders the uppermost with photographs counts.
+    nothing refers to the sources any more, or into the new folder `keep`, which stays. Of its folders the uppermost
+    with photographs counts.
     """
     yield Step(0.0, "Looking for photographs")
     archives = [path for path in paths if is_archive(path)]
@@ -314,15 +316,26 @@ def find_packed(
     (archive, *others) = archives
     if others or len(paths) > 1:
         raise InputError(archive, "is an archive among other files", "Give one archive alone, or files and folders")
-    folder = _scratch_folder(scratch)
-    place = make_folder(Path(folder.name) / archive.name)
-    left_out: list[str] = []
-    members = yield from unpack(archive, place, lambda names: _chosen(archive, names, left_out))
-    sources = find([place], angles_deg, sphere=sphere, aside=aside)
+    folder = None if keep is not None else _scratch_folder(scratch)
+    top = keep or Path(folder.name if folder is not None else "")
+    is_whole = False
+    try:
+        place, left_out = make_folder(top / archive.name), list[str]()
+        members = yield from unpack(archive, place, lambda names: _chosen(archive, names, left_out))
+        sources = find([place], angles_deg, sphere=sphere, aside=aside)
+        is_whole = True
+    finally:
+        if keep is not None and not is_whole:
+            discard(keep)
     text = f"Photographs in other folders of {archive.name} were left out: {listed(left_out)}"
     findings = (Finding(Verdict.NOTE, text),) if left_out else ()
     unpacked = Unpacked(archive, members, folder)
     return replace(sources, unpacked=unpacked, findings=(*sources.findings, *findings))
+
+
+def unpacked_again(unpacked: Unpacked, place: Path) -> Steps[None]:
+    """Unpack the photographs of an archive into the folder `place`, where they were before."""
+    yield from unpack(unpacked.archive, make_folder(place), lambda names: _chosen(unpacked.archive, names, []))
 
 
 def _scratch_folder(scratch: Path | None) -> tempfile.TemporaryDirectory[str]:
