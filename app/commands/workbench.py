@@ -24,10 +24,12 @@ from app.document.document import Document, ImportChoices, Project
 from app.document.import_choices import lit_by, settings_of
 from app.jobs.jobs import Job, Jobs
 from app.project.made import note
+from app.project.photographs import INSIDE, keep, photographs, taken
 from app.project.places import projects_folder
-from app.project.project_file import state_name
+from app.project.project_file import path_of, state_name
 from engine.capture.lights.sources import Sources, find, find_packed
 from engine.capture.stack import ImageStack, open_stack
+from engine.core.errors import FileError
 from engine.core.steps import Step, Steps, part
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import SHAPES, open_mesh
@@ -126,7 +128,8 @@ class Workbench(QObject):
             self.document.change(words, sources=sources, import_choices=choices)
         if self.importing is not None:
             self.jobs.cancel(self.importing)
-        job = self.jobs.submit("Importing photographs", lambda: stack_of(sources, choices, target))
+        files = photographs(dataclasses.replace(self.document.project, sources=sources, import_choices=choices))
+        job = self.jobs.submit("Importing photographs", lambda: _marked_stack(sources, choices, target, files))
         job.progressed.connect(self._show_partial)
         name = name or sources.name or "Untitled"
         job.succeeded.connect(lambda stack: self._imported(stack, name, choices))
@@ -252,7 +255,9 @@ def _with_lights(environment: EnvironmentMap) -> EnvironmentMap:
 
 
 def _found(paths: tuple[Path, ...], folder: Path) -> Steps[Sources]:
-    return (yield from find_packed(paths, scratch=folder))
+    """The capture that `paths` hold; what an archive holds is unpacked into the data folder, and stays."""
+    free = (folder / INSIDE / f"archive-{at}" for at in itertools.count(1))
+    return (yield from find_packed(paths, keep=next(path for path in free if not path.exists())))
 
 
 def _sample(folder: Path) -> Steps[Sources]:
@@ -270,6 +275,17 @@ def stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[Im
     began = time.perf_counter()
     stack = yield from import_stack(lit_by(sources, choices), settings_of(choices), target)
     note(target, "stack", time.perf_counter() - began)
+    return stack
+
+
+def _marked_stack(sources: Sources, choices: ImportChoices, target: Path, files: tuple[Path, ...]) -> Steps[ImageStack]:
+    """As `stack_of`; the project keeps the marks of `files`, by which they are known again."""
+    marks = yield from part(taken(files), 0.0, 0.1)
+    stack = yield from part(stack_of(sources, choices, target), 0.1, 1.0)
+    try:
+        keep(path_of(target.parent), marks)
+    except FileError as error:
+        log.info("photographs could not be marked: %s", error)
     return stack
 
 

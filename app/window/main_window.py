@@ -66,9 +66,11 @@ from app.widgets.image_view import ImageView
 from app.widgets.panels import text
 from app.widgets.status_bar import StatusBar
 from app.widgets.theme import PADDING, STEP, role
+from app.window.banner import Banners
 from app.window.failures import Failures
 from app.window.help_table import help_table
 from app.window.projects import Projects, ask_for_place, ask_to_open, proposed_name, show_history
+from app.window.whereabouts import Whereabouts
 from engine.core.errors import FileError
 
 log = logging.getLogger(__name__)
@@ -311,10 +313,13 @@ class MainWindow(QMainWindow):
 
     def _make_centre(self) -> None:
         self.status = StatusBar(self.bench.jobs)
+        self.banners = Banners()
+        self.whereabouts = Whereabouts(self.bench, self.projects, self.banners)
         centre = QWidget()
         column = QVBoxLayout(centre)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(1)
+        column.addWidget(self.banners)
         column.addWidget(self.stack, 1)
         self.setCentralWidget(centre)
         bottom = self.statusBar()

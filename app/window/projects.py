@@ -32,10 +32,12 @@ class Projects(QObject):
     -------
     changed : another project is open, or its state of saving has changed.
     opened : the path of a project that was opened or given a place.
+    switched : the document is that of another project now, or was read again.
     """
 
     changed = Signal()
     opened = Signal(object)
+    switched = Signal()
 
     def __init__(self, bench: Workbench, folder: Path) -> None:
         """Projects without a place of their own lie in `folder`."""
@@ -89,6 +91,13 @@ class Projects(QObject):
             self.bench.said.emit(
                 f"Lightarc ended unexpectedly; {found.current.name} is as it was after the last change"
             )
+
+    def read_again(self) -> None:
+        """Take the document and its history from the file, in which paths were changed."""
+        self._on_disk()
+        found = read(self.path)
+        self.bench.document.restore(found.current, found.steps, found.position, found.state)
+        self.switched.emit()
 
     def copy_to(self, path: Path) -> None:
         """Go on in a copy of the project at `path`; the old one stays as it is."""
@@ -147,6 +156,7 @@ class Projects(QObject):
             self._recording.failed.connect(self._failed, Qt.ConnectionType.QueuedConnection)
             self._recording.written.connect(self._written, Qt.ConnectionType.QueuedConnection)
         self.changed.emit()
+        self.switched.emit()
 
     def _failed(self, words: str) -> None:
         self.problem = words

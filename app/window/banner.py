@@ -1,0 +1,73 @@
+"""Sentences that stay above the workspaces until their cause is gone, each with buttons that help."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+
+from app.widgets.panels import button, text
+from app.widgets.theme import PADDING, STEP, role
+
+#: Words of a button, and what it does.
+Offer = tuple[str, Callable[[], object]]
+
+
+class Banner(QWidget):
+    """One sentence and its buttons."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        role(self, "banner")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.words = text("", wrap=True)
+        self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.buttons: list[QPushButton] = []
+        self._row = QHBoxLayout(self)
+        self._row.setContentsMargins(PADDING, STEP, PADDING, STEP)
+        self._row.setSpacing(2 * STEP)
+        self._row.addWidget(self.words, 1)
+        self.hide()
+
+    def say(self, words: str, offers: Sequence[Offer] = ()) -> None:
+        """Show `words` with a button for each of `offers`; nothing where there are no words."""
+        if words == self.words.text() and [label for label, _ in offers] == [each.text() for each in self.buttons]:
+            return
+        self.words.setText(words)
+        for old in self.buttons:
+            self._row.removeWidget(old)
+            old.hide()
+            old.deleteLater()
+        self.buttons = []
+        for label, run in offers:
+            made = button(label)
+            made.clicked.connect(lambda _checked=False, run=run: run())
+            self._row.addWidget(made)
+            self.buttons.append(made)
+        self.setVisible(bool(words))
+
+
+class Banners(QWidget):
+    """A banner for each cause, in the order of their first words."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(1)
+        self.of: dict[str, Banner] = {}
+
+    def say(self, cause: str, words: str, *offers: Offer) -> None:
+        """Say `words` about `cause`; nothing any more where they are empty."""
+        if cause not in self.of and not words:
+            return
+        if cause not in self.of:
+            self.of[cause] = Banner()
+            self._column.addWidget(self.of[cause])
+        self.of[cause].say(words, offers)
+
+    @property
+    def words(self) -> dict[str, str]:
+        """All that is said, by its cause."""
+        return {cause: banner.words.text() for cause, banner in self.of.items() if banner.words.text()}

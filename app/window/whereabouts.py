@@ -1,0 +1,142 @@
+"""Photographs of the open project that moved or changed: looked for in a job, named in a banner, found on request."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from app.commands.workbench import Workbench
+from app.document.document import Project
+from app.project.photographs import Checked, checked, find_moved, keep, photographs, relocate
+from app.project.project_file import data_folder
+from app.window.banner import Banners
+from app.window.projects import Projects
+from engine.capture.lights.sources import unpacked_again
+from engine.core.errors import FileError, UsageError
+from engine.core.steps import Step, Steps
+
+log = logging.getLogger(__name__)
+
+#: Names that a sentence lists; of more it gives the number.
+MOST_NAMES = 3
+
+
+class Whereabouts(QObject):
+    """Watches over the photographs of one window's project. Nothing is imported anew by itself."""
+
+    def __init__(self, bench: Workbench, projects: Projects, banners: Banners) -> None:
+        super().__init__(banners)
+        self.bench, self.projects, self.banners = bench, projects, banners
+        self.missing: tuple[Path, ...] = ()
+        projects.switched.connect(self.look)
+        bench.document.changed.connect(self._changed)
+
+    def look(self) -> None:
+        """Look for the photographs of the project that is open now, and for changes in them."""
+        self._say(Checked())
+        path, project, read_only = self.projects.path, self.bench.document.project, self.projects.is_read_only
+        if not photographs(project):
+            return
+        job = self.bench.jobs.submit(
+            "Looking for the photographs", lambda: looked_for(path, project, read_only), heavy=False
+        )
+        job.succeeded.connect(lambda about: self._looked(path, about))
+
+    def _looked(self, path: Path, about: Checked) -> None:
+        if path == self.projects.path:
+            self._say(about)
+
+    def _changed(self, old: Project, new: Project) -> None:
+        """Photographs that were just imported are as they are; others are there, or not."""
+        if new.stack is not old.stack:
+            self.banners.say("changed", "")
+        if self.missing and new.sources is not old.sources:
+            self.look()
+
+    def _say(self, about: Checked) -> None:
+        self.missing = about.missing
+        words = ""
+        if about.missing:
+            them = "it" if len(about.missing) == 1 else "them"
+            words = f"{named(about.missing)} missing. What was made of {them} is here."
+        self.banners.say("missing", words, ("Find…", self.choose))
+        words = ""
+        if about.changed:
+            was = "it was when it was" if len(about.changed) == 1 else "they were when they were"
+            words = f"{named(about.changed)} not as {was} imported. Nothing was made anew."
+        hide = partial(self.banners.say, "changed", "")
+        self.banners.say("changed", words, ("Import again", self._import), ("Hide", hide))
+
+    def _import(self) -> None:
+        project = self.bench.document.project
+        if project.sources is not None:
+            self.bench.import_photographs(project.sources, name=project.name)
+
+    def choose(self) -> None:
+        """Ask for the folder that the photographs moved to, and find them there."""
+        window = self.banners.window()
+        assert isinstance(window, QWidget)
+        chosen = QFileDialog.getExistingDirectory(window, "Folder that the photographs moved to")
+        if chosen:
+            self.find(Path(chosen))
+
+    def find(self, folder: Path) -> None:
+        """Find the missing photographs within `folder`, all at once, for every step of the history."""
+        path, missing, read_only = self.projects.path, self.missing, self.projects.is_read_only
+        job = self.bench.jobs.submit(
+            "Finding the photographs", lambda: found(path, missing, folder, read_only), heavy=False
+        )
+        job.succeeded.connect(lambda places: self._found(path, places))
+
+    def _found(self, path: Path, places: dict[Path, Path]) -> None:
+        if path != self.projects.path:
+            return
+        if places:
+            self.projects.read_again()
+            self.look()
+        left = len(self.missing) - len(places)
+        words = f"{len(places)} of {len(self.missing)} photographs found" if left else "All photographs found"
+        self.bench.said.emit(words)
+
+
+def looked_for(path: Path, project: Project, read_only: bool) -> Steps[Checked]:
+    """Compare the photographs of `project` with their marks, and mark those that had none.
+
+    Those that came from an archive and went with the data folder are unpacked again, unless this is `read_only`.
+    """
+    files = photographs(project)
+    about = yield from checked(path, files)
+    unpacked = project.sources.unpacked if project.sources is not None else None
+    places = {each.parent for each in about.missing if each.is_relative_to(data_folder(path))}
+    if unpacked is not None and unpacked.archive.is_file() and len(places) == 1 and not read_only:
+        yield from unpacked_again(unpacked, places.pop())
+        about = yield from checked(path, files)
+    if about.new and not read_only:
+        try:
+            keep(path, about.new)
+        except FileError as error:
+            log.info("photographs could not be marked: %s", error)
+    return about
+
+
+def found(path: Path, missing: Sequence[Path], folder: Path, read_only: bool) -> Steps[dict[Path, Path]]:
+    """Note where within `folder` photographs are that are missing. UsageError where the project is `read_only`."""
+    yield Step(0.0, "looking through the folder")
+    if read_only:
+        raise UsageError("This project is read-only; save it under another name first")
+    places = yield from find_moved(path, missing, folder)
+    relocate(path, places)
+    return places
+
+
+def named(files: Sequence[Path]) -> str:
+    """The beginning of a sentence: names of files, or their number, with its verb."""
+    if len(files) > MOST_NAMES:
+        return f"{len(files)} photographs, {files[0].name} among them, are"
+    names = " and ".join(filter(None, (", ".join(each.name for each in files[:-1]), files[-1].name)))
+    return f"{names} {'is' if len(files) == 1 else 'are'}"

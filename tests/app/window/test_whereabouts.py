@@ -1,0 +1,100 @@
+"""Photographs that moved or changed while their project was closed: said in a banner, found and kept on request."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.project.photographs import marks_of, photographs
+from app.project.project_file import data_folder, read
+from app.window.main_window import MainWindow
+from engine.images.encode import encode_png
+
+
+@pytest.fixture
+def pictures(tmp_path: Path, photographs: Path) -> Path:
+    """Photographs of this test alone."""
+    return Path(shutil.copytree(photographs, tmp_path / "pictures" / "Felt"))
+
+
+def imported(window: MainWindow, qtbot: Any, paths: list[Path]) -> Path:
+    """The path of a project with `paths` imported; the window shows another one then."""
+    window.open(paths)
+    qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=240_000)
+    path = window.projects.path
+    qtbot.waitUntil(lambda: window.projects.is_saved, timeout=60_000)
+    window.new()
+    return path
+
+
+def opened(window: MainWindow, qtbot: Any, path: Path) -> None:
+    window.open_project(path)
+    qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
+
+
+def test_photographs_that_moved_are_named_and_found_all_at_once(
+    window: MainWindow, qtbot: Any, pictures: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = imported(window, qtbot, [pictures])
+    document = window.bench.document
+    assert len(marks_of(path)) >= 5
+    opened(window, qtbot, path)
+    assert window.banners.words == {}
+    window.new()
+    pictures.rename(pictures.parent / "elsewhere")
+    opened(window, qtbot, path)
+    assert window.banners.words["missing"].startswith("5 photographs")
+    assert document.project.has_map
+    steps = document.undo_stack.count()
+    monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getExistingDirectory", lambda *_: str(pictures.parent))
+    window.banners.of["missing"].buttons[0].click()
+    qtbot.waitUntil(lambda: window.banners.words == {}, timeout=60_000)
+    assert all(each.parent == pictures.parent / "elsewhere" for each in photographs(document.project))
+    assert document.undo_stack.count() == document.undo_stack.index() == steps
+    assert document.project.recipe == document.project.built_from
+    window.undo.trigger()
+    assert all(each.is_file() for each in photographs(document.project))
+    qtbot.waitUntil(lambda: window.projects.is_saved, timeout=60_000)
+
+
+def test_photographs_that_changed_are_named_and_nothing_is_made_anew(
+    window: MainWindow, qtbot: Any, pictures: Path
+) -> None:
+    path = imported(window, qtbot, [pictures])
+    changed = pictures / "felt_50deg.png"
+    changed.write_bytes(encode_png(np.full((96, 128, 3), 30_000, np.uint16)))
+    opened(window, qtbot, path)
+    document = window.bench.document
+    stack = document.project.stack
+    assert "felt_50deg.png is not as it was when it was imported" in window.banners.words["changed"]
+    qtbot.wait(200)
+    assert document.project.stack is stack
+    again = next(each for each in window.banners.of["changed"].buttons if each.text() == "Import again")
+    again.click()
+    qtbot.waitUntil(lambda: document.project.stack is not stack, timeout=240_000)
+    assert "changed" not in window.banners.words
+    qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=240_000)
+    assert marks_of(path)[changed].size == changed.stat().st_size
+
+
+def test_photographs_of_an_archive_are_there_after_a_restart(
+    window: MainWindow, qtbot: Any, photographs: Path, tmp_path: Path
+) -> None:
+    archive = Path(shutil.make_archive(str(tmp_path / "Red felt"), "zip", photographs))
+    path = imported(window, qtbot, [archive])
+    sources = read(path).current.sources
+    assert sources is not None
+    assert all(each.is_file() for each in sources.photographs)
+    shutil.rmtree(data_folder(path) / "photographs")
+    opened(window, qtbot, path)
+    assert window.banners.words == {}
+    assert all(each.is_file() for each in sources.photographs)
+    shutil.rmtree(data_folder(path) / "photographs")
+    archive.unlink()
+    window.new()
+    opened(window, qtbot, path)
+    assert "missing" in window.banners.words
