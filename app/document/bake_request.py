@@ -44,6 +44,13 @@ class BakeChoices:
         """The same choices with the default light."""
         return replace(self, light=self.method.light())
 
+    @property
+    def values(self) -> dict[str, Any]:
+        """The settings of the bake and of the light that are not the method's defaults."""
+        default = choices_for(self.method.name)
+        names = [each.name for of in (self.settings, self.light) for each in fields(of)]
+        return {name: self.value(name) for name in names if self.value(name) != default.value(name)}
+
     def value(self, name: str) -> Any:
         """A setting of the bake or of the light."""
         return getattr(self.settings if hasattr(self.settings, name) else self.light, name)
@@ -165,11 +172,11 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A finished bake: the transport of one method, its time and its size."""
+    """A finished bake: the transport of one method, its time and its size. `bake_s` is None where nobody knows it."""
 
     wanted: Wanted
     transport: Any
-    bake_s: float
+    bake_s: float | None
     size_bytes: int
 
     @cached_property

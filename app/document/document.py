@@ -143,8 +143,9 @@ class Look:
 class Project:
     """The photographs, the results made of them, and the display settings; `provenance` is the origin of the material.
 
-    `accuracy` is what was measured of settings of the View workspace. `camera` is where the model is seen from; None
-    where it is framed.
+    `bakes` are the settings of bakes in the View workspace by method, those that are not its defaults, by name.
+    `accuracy` is what was measured of settings there. `camera` is where the model is seen from; None where it is
+    framed.
     """
 
     sources: Sources | None = None
@@ -165,6 +166,7 @@ class Project:
     environment: EnvironmentMap | None = None
     look: Look = field(default_factory=Look)
     camera: Camera | None = None
+    bakes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     comparison: Comparison = field(default_factory=Comparison)
     factoring: Factoring = field(default_factory=Factoring)
     accuracy: Accuracy | None = None

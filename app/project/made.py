@@ -12,8 +12,9 @@ import json
 import logging
 import os
 import sqlite3
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -38,13 +39,17 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Made:
-    """One result: its kind, its name in the data folder, what it took to make, its size, and whether it is there."""
+    """One result: its kind, its name in the data folder, what it took to make, its size, and whether it is there.
+
+    `made_with` is what only this kind notes of how it was made.
+    """
 
     kind: str
     name: str
     seconds: float
     size_bytes: int
     present: bool
+    made_with: Mapping[str, Any] = field(default_factory=dict)
 
 
 def key_of(*made_from: Any) -> str:
@@ -62,9 +67,10 @@ def _hash_of(path: Path) -> str:
         return hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=20)).hexdigest()
 
 
-def note(place: Path, kind: str, seconds: float) -> None:
-    """Note that `place` in a data folder was made, and what that took."""
-    said = json.dumps({"kind": kind, "seconds": round(seconds, 3), "bytes": size_of(place)})
+def note(place: Path, kind: str, seconds: float, made_with: Mapping[str, Any] | None = None) -> None:
+    """Note that `place` in a data folder was made, what that took, and what it was made with, as JSON can say it."""
+    size = size_of(place)
+    said = json.dumps({"kind": kind, "seconds": round(seconds, 3), "bytes": size, "made_with": made_with or {}})
     _write(path_of(place.parent), "INSERT OR REPLACE INTO meta VALUES (?, ?)", [(_ROW + place.name, said)])
 
 
@@ -89,12 +95,24 @@ def noted(project: Path) -> tuple[Made, ...]:
     return tuple(each for each in made if each is not None)
 
 
+def noted_of(place: Path) -> Made | None:
+    """One result that the project tells of; None where it tells nothing of it, or cannot be read."""
+    project = path_of(place.parent)
+    try:
+        with connected(project) as connection:
+            row = connection.execute("SELECT value FROM meta WHERE name = ?", (_ROW + place.name,)).fetchone()
+    except (FileError, sqlite3.Error):
+        return None
+    return _made(place, row[0]) if row is not None else None
+
+
 def _made(place: Path, text: str) -> Made | None:
     """One result; None where its row is damaged, since the document does not depend on it."""
     try:
         said = json.loads(text)
         size = size_of(place) if place.exists() else int(said["bytes"])
-        return Made(str(said["kind"]), place.name, float(said["seconds"]), size, place.exists())
+        made_with = dict(said.get("made_with", {}))
+        return Made(str(said["kind"]), place.name, float(said["seconds"]), size, place.exists(), made_with)
     except (ValueError, KeyError, TypeError):
         return None
 
@@ -105,10 +123,15 @@ def size_of(place: Path) -> int:
     return sum(each.stat().st_size for each in files if each.is_file())
 
 
-def keep_newest(folder: Path, pattern: str, count: int) -> None:
-    """Remove all but the `count` results that match `pattern` and were used last, and forget what they took."""
+def keep_newest(folder: Path, pattern: str, count: int, most_bytes: int = 1 << 62) -> None:
+    """Remove results that match `pattern` and forget what they took, those first that were used longest ago.
+
+    `count` of them stay at most, and `most_bytes` together; the last one stays whatever its size.
+    """
     places = sorted(folder.glob(pattern), key=lambda place: place.stat().st_mtime, reverse=True)
-    gone = places[count:]
+    sizes = accumulate(map(size_of, places))
+    kept = [at == 0 or (at < count and total <= most_bytes) for at, total in enumerate(sizes)]
+    gone = [place for place, is_kept in zip(places, kept, strict=True) if not is_kept]
     for place in gone:
         discard(place)
     if gone:

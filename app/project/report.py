@@ -86,6 +86,10 @@ def _derived(path: Path) -> Iterator[dict[str, Any]]:
         place = folder / name if kind == "stack" else folder / "arrays" / f"{name}.npy"
         seconds = took.pop(name).seconds if name in took else None
         yield {"kind": kind, "name": name, "bytes": size_of(place), "present": place.exists(), "seconds": seconds}
+    unnoted = {place.name for kind in ("bake", "factors") for place in folder.glob(f"{kind}-*")} - set(took)
+    for name in sorted(unnoted):  # the process ended between making and noting
+        place = folder / name
+        yield {"kind": name.partition("-")[0], "name": name, "bytes": size_of(place), "present": True, "seconds": None}
     for each in took.values():
         size, seconds = each.size_bytes if each.present else 0, each.seconds
         yield {"kind": each.kind, "name": each.name, "bytes": size, "present": each.present, "seconds": seconds}

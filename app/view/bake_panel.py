@@ -84,7 +84,8 @@ def state_text(baking: Baking) -> str:
         return f"{baking.job.step.note.capitalize() or 'Waiting'}. Until then the picture shows {_shown(baking)}."
     made, estimate = baking.made, baking.ready
     if baking.is_made and made is not None:
-        words = f"Baked in {time_text(made.bake_s)}, {size_text(made.size_bytes)}."
+        took = f"Baked in {time_text(made.bake_s)}" if made.bake_s else "Baked"
+        words = f"{took}, {size_text(made.size_bytes)}."
         return " ".join(filter(None, (words, left_out_text(made.wanted), "Light and camera move freely.")))
     takes = LOOKING if baking.is_planning else "Estimating…"
     if estimate is not None and estimate.why_not:

@@ -1,9 +1,9 @@
 """Baked light in the View workspace: the estimate of a bake, the bake, and its relighting under each new light.
 
-For each method one bake is kept, in the working folder of the run. It belongs to a model on a ground and, unless the
-method can put in another BRDF, to a BRDF. Estimates, bakes and light all come from
-jobs; of the light only the newest matters, and until it is there the picture keeps the one before. A bake follows the
-plan of the scene (`app.view.planning`), for which it waits where one is coming.
+For each method one bake is drawn; all are kept beside the project (`app.project.bakes`), and one that was made before
+is read instead of made. It belongs to a model on a ground and, unless the method can put in another BRDF, to a BRDF.
+Estimates, bakes and light all come from jobs; of the light only the newest matters, and until it is there the picture
+keeps the one before. A bake follows the plan of the scene (`app.view.planning`), for which it waits where one comes.
 """
 
 from __future__ import annotations
@@ -18,14 +18,13 @@ from app.document.bake_request import (
     Estimate,
     Made,
     Wanted,
-    baked,
     choices_for,
     decided_by,
-    estimated,
     wanted_of,
 )
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
+from app.project.bakes import bake_and_keep, bake_or_cost
 from engine.core.steps import Step, Steps
 from engine.scene.scene import Scene
 from engine.transport.method import Method
@@ -58,7 +57,6 @@ class Baking(QObject):
     def __init__(self, bench: Workbench, method: Method) -> None:
         super().__init__()
         self.bench, self.method = bench, method
-        self.choices = choices_for(method.name)
         self.estimate: Estimate | None = None
         self.made: Made | None = None
         self.job: Job | None = None
@@ -67,6 +65,7 @@ class Baking(QObject):
         self._wanted: Wanted | None = None
         self._scene: Scene | None = None
         self._asked: Wanted | None = None
+        self._folder = bench.folder
         self._relit: tuple[Wanted, Relit] | None = None
         self._light: tuple[Scene, object] | None = None
         self._estimating = Latest(bench.jobs, "Estimating a bake")
@@ -77,15 +76,27 @@ class Baking(QObject):
 
         The bake follows `plan`; while one is on the way, the one before holds for what is there, and nothing is begun.
         """
+        if self._folder != self.bench.folder:  # another project, with bakes of its own
+            self._folder, self.made, self.estimate, self._asked = self.bench.folder, None, None, None
         self._scene, self.is_planning = scene, is_planning
         if not is_planning:
             self.plan = plan
         self._want()
 
-    def choose(self, choices: BakeChoices) -> None:
+    @property
+    def choices(self) -> BakeChoices:
+        """The settings of the next bake and of the light on it, which the project has."""
+        return choices_for(self.method.name, **self.bench.document.project.bakes.get(self.method.name, {}))
+
+    def choose(self, choices: BakeChoices, words: str = "") -> None:
         """Bake the next time with these choices."""
-        self.choices = choices
+        if choices != self.choices:
+            self.bench.document.change(words or f"Settings of {self.method.noun}", bakes=self.with_choices(choices))
         self._want()
+
+    def with_choices(self, choices: BakeChoices) -> dict[str, Any]:
+        """The settings of all bakes of the project, with these of this one."""
+        return {**self.bench.document.project.bakes, self.method.name: choices.values}
 
     def _want(self) -> None:
         scene = self._scene
@@ -148,10 +159,17 @@ class Baking(QObject):
     def _ask(self, wanted: Wanted) -> None:
         if not wanted.is_as(self._asked):
             self._asked, self.estimate = wanted, None
-            self._estimating.ask(lambda: estimated(wanted), self._keep_estimate)
+            folder = self.bench.folder
+            self._estimating.ask(lambda: bake_or_cost(wanted, folder), lambda found: self._found(wanted, *found))
 
-    def _keep_estimate(self, estimate: Estimate) -> None:
-        if estimate.wanted.is_as(self._asked):
+    def _found(self, wanted: Wanted, made: Made | None, estimate: Estimate | None) -> None:
+        """A bake that was made before, or the cost of one; the former is drawn also where another plan led to it."""
+        if self._asked is not wanted:
+            return
+        if made is not None and (estimate is None or not self.is_drawn):
+            self.made, self._relit, self._light = made, None, None
+            self.relit_changed.emit()
+        if self._asked is wanted:
             self.estimate = estimate
             self.changed.emit()
 
@@ -168,8 +186,8 @@ class Baking(QObject):
         estimate = self.ready
         if estimate is None or estimate.why_not or self.job is not None:
             return
-        path = self.bench.folder / f"baked-{self.method.name}.transport"
-        job = self.bench.jobs.submit(f"Baking {self.method.noun}", lambda: baked(path, estimate))
+        folder = self.bench.folder
+        job = self.bench.jobs.submit(f"Baking {self.method.noun}", lambda: bake_and_keep(estimate, folder))
         self.job = job
         job.succeeded.connect(self._keep)
         job.failed.connect(lambda _error: self._ended())

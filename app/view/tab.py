@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
@@ -357,11 +358,13 @@ class ViewTab(QWidget):
         project = self.bench.document.project
         if next((why_not(mode, project) for mode in modes() if mode.value == setting.mode), "unknown"):
             return
+        parts: dict[str, Any] = {"look": dataclasses.replace(project.look, **look_with(setting, project.look))}
         baking = self.bakings.get(setting.mode)
         if baking is not None:
-            baking.choose(choices_with(setting, baking.choices))
+            parts["bakes"] = baking.with_choices(choices_with(setting, baking.choices))
             self._to_bake = setting.mode
-        self._set_look(f"Use {setting}", **look_with(setting, project.look))
+        if any(getattr(project, name) != part for name, part in parts.items()):
+            self.bench.document.change(f"Use {setting}", **parts)
         self._setting_may_have_changed()
 
     def _setting_may_have_changed(self) -> None:

@@ -126,8 +126,12 @@ class Projects(QObject):
         if not written:
             self._rescue()
         places.release(self.path)
-        if places.is_untitled(self.path) and not is_worth_keeping(self.bench.document.project) and written:
+        if places.is_untitled(self.path) and written and not self._is_worth_keeping():
             places.remove(self.path)
+
+    def _is_worth_keeping(self) -> bool:
+        """True if a person has brought or made something, a bake too."""
+        return is_worth_keeping(self.bench.document.project) or bool(noted(self.path))
 
     def _on_disk(self) -> None:
         if self._recording is not None and not self._recording.wait(10.0):

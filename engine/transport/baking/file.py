@@ -26,6 +26,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+import engine
 from engine.core.errors import InputError
 from engine.core.health import Health
 from engine.geometry.mesh import Mesh
@@ -118,7 +119,8 @@ def plan_transport(
 
     Parameters
     ----------
-    settings : whatever JSON holds; a bake with others does not go on with this one.
+    settings : whatever JSON holds; a bake with others does not go on with this one, nor does one of another version of
+        the program, which is named beside them.
     streamed : for each streamed array its type and the shape of one row.
     bounds : (chunks + 1,) rising from 0: chunk c has the rows bounds[c] … bounds[c + 1] − 1.
     """
@@ -137,7 +139,7 @@ def plan_transport(
         mesh_name=mesh.name[:1000],
         mesh_sha256=mesh_fingerprint(mesh),
         texture_coordinates_made=bool(mesh.health.figures.get("texture_coordinates_made")),
-        settings=dict(settings),
+        settings={**settings, "software": f"lightarc {engine.__version__}"},
         chunks=chunks,
         table_offset=0,
         size_bytes=0,
