@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 
 from engine.core.errors import MissingCapability
 from engine.gl import context as context_module
-from engine.gl.program import SHADERS, ShaderError, _with_names, expand
+from engine.gl.program import SHADERS, ShaderError, _with_names, expand, interrupts_held
 
 
 def files(folder: Path, **texts: str) -> Path:
@@ -87,3 +88,13 @@ def test_context_has_opengl_3_3_and_limits(gl: Any) -> None:
     assert limits.texture_size >= 1024
     assert limits.layers >= 256
     assert context_module.renderer_name(gl)
+
+
+def test_an_interrupt_waits_until_a_program_is_made() -> None:
+    reached = []
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt), interrupts_held():  # noqa: PT012 - the signal may not end the block
+        signal.raise_signal(signal.SIGINT)
+        reached.append(True)
+    assert reached
+    assert signal.getsignal(signal.SIGINT) is before
