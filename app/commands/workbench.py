@@ -129,7 +129,10 @@ class Workbench(QObject):
         if self.importing is not None:
             self.jobs.cancel(self.importing)
         files = photographs(dataclasses.replace(self.document.project, sources=sources, import_choices=choices))
-        job = self.jobs.submit("Importing photographs", lambda: _marked_stack(sources, choices, target, files))
+        again = {"kind": "import", "name": name}
+        job = self.jobs.submit(
+            "Importing photographs", lambda: _marked_stack(sources, choices, target, files), again=again
+        )
         job.progressed.connect(self._show_partial)
         name = name or sources.name or "Untitled"
         job.succeeded.connect(lambda stack: self._imported(stack, name, choices))
@@ -158,7 +161,8 @@ class Workbench(QObject):
             return
         if self.building is not None:
             self.jobs.cancel(self.building)
-        self.building = self.jobs.submit("Building the material", lambda: material_of(project))
+        again = {"kind": "build"}
+        self.building = self.jobs.submit("Building the material", lambda: material_of(project), again=again)
         self.building.succeeded.connect(lambda material: self._built(project, material))
 
     def _built(self, project: Project, material: Material) -> None:

@@ -91,6 +91,7 @@ class FactorRuns(QObject):
         super().__init__(bench)
         self.bench = bench
         self.live: dict[int, Live] = {}
+        self._awaited = -1
         self._folder = bench.folder
         bench.document.changed.connect(self._follow)
         bench.jobs.changed.connect(self._job_changed)
@@ -123,6 +124,14 @@ class FactorRuns(QObject):
         if live.may_go_on and run.choices is not None:
             given = live.brdf if live.brdf is not None else run.given
             self._begin(run, given, live.factorisation if run.choices.method == "search" else None)
+
+    def go_on(self, number: int) -> None:
+        """As `again`, once it is known what the run of this number has found."""
+        run = next((each for each in self.bench.document.project.factoring.runs if each.number == number), None)
+        if run is not None and self.of(run).state == READING:
+            self._awaited = number
+        elif run is not None:
+            self.again(run)
 
     def more(self, run: Run, terms: int) -> None:
         """Go on to `terms` terms: a search from where it is, the others anew."""
@@ -177,7 +186,8 @@ class FactorRuns(QObject):
         live, choices, folder = self.of(run), run.choices, self.bench.folder
         assert choices is not None
         title = f"Factoring {run.name}: {METHODS[choices.method]}"
-        job = self.bench.jobs.submit(title, lambda: _factored(run, given, choices, resume, folder))
+        again = {"kind": "factor", "number": run.number}
+        job = self.bench.jobs.submit(title, lambda: _factored(run, given, choices, resume, folder), again=again)
         live.job, live.state, live.why = job, "", ""
         job.progressed.connect(lambda step: self._progressed(run.number, live, step))
         job.succeeded.connect(lambda found: self._ended(run.number, live, "done", found))
@@ -198,6 +208,9 @@ class FactorRuns(QObject):
             whole = found.factorisation is not None and not found.factorisation.searching
             self._ended(number, live, "done" if whole else "not finished", found)
             live.history = list(live.ladder)
+            if number == self._awaited:
+                self._awaited = -1
+                self.go_on(number)
 
     def _job_changed(self, job: Job) -> None:
         for number, live in self.live.items():

@@ -12,7 +12,8 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -41,16 +42,19 @@ class Outcome:
 
 
 class Job(QObject):
-    """One piece of long work. Emits `progressed` any number of times, then one of the other three."""
+    """One piece of long work. Emits `progressed` any number of times, then one of the other three.
+
+    `again` says, as JSON can, how to go on with the work if the program is killed meanwhile; None where nothing can.
+    """
 
     progressed = Signal(object)
     succeeded = Signal(object)
     failed = Signal(object)
     cancelled = Signal()
 
-    def __init__(self, title: str, work: Work, *, heavy: bool) -> None:
+    def __init__(self, title: str, work: Work, *, heavy: bool, again: Mapping[str, Any] | None = None) -> None:
         super().__init__()
-        self.title = title
+        self.title, self.again = title, again
         self.heavy = heavy
         self.state: State = "queued"
         self.step = Step(0.0, "")
@@ -89,7 +93,10 @@ class Job(QObject):
 
 
 class Jobs(QObject):
-    """The queue. `changed`: a job was added, began, paused, is to stop, or ended; `progressed`: it moved on."""
+    """The queue. `changed`: a job was added, began, paused, is to stop, or ended; `progressed`: it moved on.
+
+    Each heavy job runs within the context that `around` makes of it, which is entered and left on the job's thread.
+    """
 
     changed = Signal(object)
     progressed = Signal(object)
@@ -101,15 +108,18 @@ class Jobs(QObject):
         self._running: list[Job] = []
         self._paused: list[Job] = []
         self.accepting = True
+        self.around: Callable[[Job], AbstractContextManager[object]] = nullcontext
 
     @property
     def active(self) -> tuple[Job, ...]:
         """Running jobs, then waiting ones, then paused ones."""
         return (*self._running, *self._waiting, *self._paused)
 
-    def submit(self, title: str, work: Work, *, heavy: bool = True) -> Job:
+    def submit(self, title: str, work: Work, *, heavy: bool = True, again: Mapping[str, Any] | None = None) -> Job:
         """Queue `work`; it is called on the job's own thread, so it may import slow modules there."""
-        job = Job(title, work, heavy=heavy)
+        job = Job(title, work, heavy=heavy, again=again)
+        if heavy:
+            job._thread.around = self.around(job)
         job._thread.stepped.connect(lambda step: self._progress(job, step))
         job._thread.finished.connect(lambda: self._end(job, job._thread.outcome))
         if self.accepting:
@@ -212,6 +222,7 @@ class _Thread(QThread):
         super().__init__()
         self.setStackSize(16 * 2**20)
         self.work: Work | None = work
+        self.around: AbstractContextManager[object] = nullcontext()
         self.stop = threading.Event()
         self.go = threading.Event()
         self.outcome = Outcome("cancelled")
@@ -219,13 +230,14 @@ class _Thread(QThread):
 
     def let_go(self) -> None:
         """Keep neither work nor outcome."""
-        self.work, self.outcome = None, Outcome("cancelled")
+        self.work, self.outcome, self.around = None, Outcome("cancelled"), nullcontext()
 
     def run(self) -> None:
         if sys.platform == "linux":
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
         try:
-            self.outcome = self._drive()
+            with self.around:
+                self.outcome = self._drive()
         except BaseException as error:  # the border of the thread: whatever was raised is the job's outcome
             self.outcome = Outcome("failed", error=error)
 

@@ -74,7 +74,7 @@ def _with_photographs_inside(target: Path) -> Steps[None]:
 def _copied_files(source: Path, target: Path, with_derived: bool) -> Steps[None]:
     """The data folder without the marks of windows that have it open."""
     make_folder(target)
-    files = [path for path in source.rglob("*") if path.is_file() and not path.name.startswith("open-")]
+    files = [path for path in source.rglob("*") if path.is_file() and not path.name.startswith(("open-", "job-"))]
     if not with_derived:
         files = [path for path in files if path.relative_to(source).parts[0] == INSIDE]
     for at, path in enumerate(files):

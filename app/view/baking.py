@@ -66,6 +66,7 @@ class Baking(QObject):
         self._scene: Scene | None = None
         self._asked: Wanted | None = None
         self._folder = bench.folder
+        self._is_awaited = False
         self._relit: tuple[Wanted, Relit] | None = None
         self._light: tuple[Scene, object] | None = None
         self._estimating = Latest(bench.jobs, "Estimating a bake")
@@ -106,7 +107,19 @@ class Baking(QObject):
                 self._relight(scene)
             if not self.is_made and self.job is None and not self.is_planning:
                 self._ask(self._wanted)
+        self._begin_awaited()
         self.changed.emit()
+
+    def go_on(self) -> None:
+        """Bake as soon as it is known what that takes, unless the bake is there; one that was interrupted goes on."""
+        self._is_awaited = True
+        self._want()
+
+    def _begin_awaited(self) -> None:
+        if self._is_awaited and not self.is_planning and (self.is_made or self.ready is not None):
+            self._is_awaited = False
+            if not self.is_made:
+                self.bake()
 
     def _of(self, scene: Scene) -> Wanted:
         return wanted_of(scene.mesh, scene.ground, scene.brdf, self.choices, self.plan)
@@ -171,6 +184,7 @@ class Baking(QObject):
             self.relit_changed.emit()
         if self._asked is wanted:
             self.estimate = estimate
+            self._begin_awaited()
             self.changed.emit()
 
     @property
@@ -187,7 +201,8 @@ class Baking(QObject):
         if estimate is None or estimate.why_not or self.job is not None:
             return
         folder = self.bench.folder
-        job = self.bench.jobs.submit(f"Baking {self.method.noun}", lambda: bake_and_keep(estimate, folder))
+        title, again = f"Baking {self.method.noun}", {"kind": "bake", "method": self.method.name}
+        job = self.bench.jobs.submit(title, lambda: bake_and_keep(estimate, folder), again=again)
         self.job = job
         job.succeeded.connect(self._keep)
         job.failed.connect(lambda _error: self._ended())

@@ -367,6 +367,12 @@ class ViewTab(QWidget):
             self.bench.document.change(f"Use {setting}", **parts)
         self._setting_may_have_changed()
 
+    def bake_again(self, method: str) -> None:
+        """Show a method, and bake it unless that is done; a bake that was interrupted goes on."""
+        if method in self.bakings:
+            self.choose_mode(method)
+            self.bakings[method].go_on()
+
     def _setting_may_have_changed(self) -> None:
         baking = self.bakings.get(self._to_bake)
         if baking is not None and (baking.is_made or baking.job is not None):

@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 import logging
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QByteArray, QObject, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
@@ -69,6 +70,7 @@ from app.widgets.theme import PADDING, STEP, role
 from app.window.banner import Banners
 from app.window.failures import Failures
 from app.window.help_table import help_table
+from app.window.interrupted import Interrupted
 from app.window.projects import Projects, ask_for_place, ask_to_open, proposed_name, show_history
 from app.window.whereabouts import Whereabouts
 from engine.core.errors import FileError
@@ -315,6 +317,7 @@ class MainWindow(QMainWindow):
         self.status = StatusBar(self.bench.jobs)
         self.banners = Banners()
         self.whereabouts = Whereabouts(self.bench, self.projects, self.banners)
+        self.interrupted = Interrupted(self.projects, self.banners, self._ways_to_go_on())
         centre = QWidget()
         column = QVBoxLayout(centre)
         column.setContentsMargins(0, 0, 0, 0)
@@ -359,6 +362,25 @@ class MainWindow(QMainWindow):
         self.buttons.button(list(WORKSPACES).index(name)).setChecked(True)
         self.status.show_frame_time(None)
         self.error_line.refresh()
+
+    def _ways_to_go_on(self) -> dict[str, Callable[[Mapping[str, Any]], object]]:
+        """Functions that go on with an interrupted job, by the kind of the job."""
+
+        def bake(again: Mapping[str, Any]) -> None:
+            self.show_workspace("view")
+            self.view.bake_again(str(again["method"]))
+
+        def factor(again: Mapping[str, Any]) -> None:
+            self.show_workspace("factor")
+            self.factor.runs.go_on(int(again["number"]))
+
+        def read(again: Mapping[str, Any]) -> None:
+            sources = self.bench.document.project.sources
+            self.show_workspace("capture")
+            if sources is not None:
+                self.bench.import_photographs(sources, name=str(again["name"]))
+
+        return {"bake": bake, "factor": factor, "import": read, "build": lambda _again: self.bench.build_material()}
 
     def open(self, paths: Sequence[Path]) -> None:
         """Open `paths` by their content, and remember them."""

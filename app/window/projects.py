@@ -15,6 +15,7 @@ from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.project import places
 from app.project.copying import collect, copy
+from app.project.interrupted import running
 from app.project.made import cost_text, noted
 from app.project.project_file import ENDING, Opened, data_folder, read
 from app.project.recording import Recording, is_worth_keeping
@@ -47,6 +48,7 @@ class Projects(QObject):
         self.problem = ""
         self.is_read_only = False
         self._recording: Recording | None = None
+        bench.jobs.around = lambda job: running(bench.folder, job.title, job.again)
 
     @property
     def name(self) -> str:

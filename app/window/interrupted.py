@@ -1,0 +1,65 @@
+"""Jobs of the open project that a crash interrupted: a banner names them, with a button for each that can go on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import QObject
+
+from app.project.interrupted import Interrupted as Job
+from app.project.interrupted import forget, interrupted_in
+from app.project.project_file import data_folder
+from app.window.banner import Banners
+from app.window.projects import Projects
+
+CAUSE = "interrupted"
+
+#: Buttons for jobs, at most.
+MOST_BUTTONS = 3
+
+
+class Interrupted(QObject):
+    """Watches over the projects that one window opens."""
+
+    def __init__(
+        self, projects: Projects, banners: Banners, ways: Mapping[str, Callable[[Mapping[str, Any]], object]]
+    ) -> None:
+        """`ways` go on with a job, by the kind that it says (`app.jobs.jobs.Job.again`)."""
+        super().__init__(banners)
+        self.projects, self.banners, self.ways = projects, banners, ways
+        self.jobs: tuple[Job, ...] = ()
+        projects.switched.connect(self.look)
+
+    def look(self) -> None:
+        """List the jobs that the project which is open now was left with; those of a second window are not its own."""
+        self.jobs = () if self.projects.is_read_only else interrupted_in(data_folder(self.projects.path))
+        self._say()
+
+    def _say(self) -> None:
+        names = ", ".join(lowered(job.title) for job in self.jobs)
+        words = f"Lightarc ended unexpectedly in the middle of this work: {names}." if self.jobs else ""
+        able = [job for job in self.jobs if job.again.get("kind") in self.ways][:MOST_BUTTONS]
+        labels = ["Go on" if len(able) == 1 else f"Go on {lowered(job.title)}" for job in able]
+        offers = [(label, partial(self.go_on, job)) for label, job in zip(labels, able, strict=True)]
+        self.banners.say(CAUSE, words, *offers, ("Hide", self.hide))
+
+    def go_on(self, job: Job) -> None:
+        """Go on with a job where it was, or begin it anew where it kept nothing."""
+        self.jobs = tuple(each for each in self.jobs if each is not job)
+        forget(job)
+        self._say()
+        self.ways[str(job.again["kind"])](job.again)
+
+    def hide(self) -> None:
+        """Forget them all."""
+        for job in self.jobs:
+            forget(job)
+        self.jobs = ()
+        self._say()
+
+
+def lowered(title: str) -> str:
+    """'baking wavelets', within a sentence."""
+    return title[:1].lower() + title[1:]

@@ -1,0 +1,147 @@
+"""Jobs that a crash interrupted: listed when the project is opened again, with a button that goes on."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.jobs.jobs import Jobs
+from app.project.interrupted import interrupted_in, running
+from app.project.project_file import data_folder
+from app.window.interrupted import CAUSE
+from app.window.main_window import MainWindow
+from engine.core.steps import Step, Steps
+from tests.app.view.test_baking import LONG
+from tests.app.view.test_planning import bake, planned
+
+__all__ = ["planned"]
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from app.project.interrupted import running
+with running(Path(sys.argv[1]), sys.argv[2], eval(sys.argv[3])):
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def killed_during(folder: Path, title: str, again: dict[str, Any] | None) -> None:
+    """Let a process be killed in the middle of a job."""
+    command = [sys.executable, "-c", KILLED, str(folder), title, repr(again)]
+    assert subprocess.run(command, check=False).returncode < 0
+
+
+def test_a_job_leaves_a_file_while_it_runs_and_no_longer(tmp_path: Path) -> None:
+    with running(tmp_path, "Baking", {"kind": "bake"}):
+        assert len(list(tmp_path.glob("job-*"))) == 1
+        assert interrupted_in(tmp_path) == (), "the process lives"
+    with pytest.raises(ValueError, match="mishap"), running(tmp_path, "Baking"):
+        raise ValueError("mishap")
+    assert not list(tmp_path.iterdir())
+    with running(tmp_path / "gone", "Baking"):
+        assert not (tmp_path / "gone").exists()
+
+
+def test_jobs_of_a_killed_process_are_listed_and_damaged_files_are_not(tmp_path: Path) -> None:
+    killed_during(tmp_path, "Baking wavelets", {"kind": "bake", "method": "wavelet"})
+    killed_during(tmp_path, "Fitting", None)
+    (first, second) = interrupted_in(tmp_path)
+    assert (first.title, dict(first.again)) == ("Baking wavelets", {"kind": "bake", "method": "wavelet"})
+    assert (second.title, dict(second.again)) == ("Fitting", {})
+    for content in (b"", b"[]", json.dumps({"title": 1}).encode(), b"{" * 100_000):
+        second.path.write_bytes(content)
+        assert [each.title for each in interrupted_in(tmp_path)] == ["Baking wavelets"]
+        assert not second.path.exists()
+
+
+def test_every_heavy_job_of_the_window_leaves_its_file(window: MainWindow, qtbot: Any) -> None:
+    jobs: Jobs = window.bench.jobs
+    seen: dict[str, int] = {}
+
+    def work(name: str) -> Steps[None]:
+        seen[name] = len(list(window.bench.folder.glob("job-*")))
+        yield Step(0.5, "half")
+
+    heavy = jobs.submit("Heavy", lambda: work("heavy"), again={"kind": "none"})
+    qtbot.waitUntil(lambda: heavy.over, timeout=LONG)
+    light = jobs.submit("Light", lambda: work("light"), heavy=False)
+    qtbot.waitUntil(lambda: light.over, timeout=LONG)
+    assert seen == {"heavy": 1, "light": 0}
+    assert not list(window.bench.folder.glob("job-*"))
+
+
+def opened_after(window: MainWindow, qtbot: Any, jobs: list[tuple[str, dict[str, Any] | None]]) -> Any:
+    """The banner of the project that is opened after a process was killed during `jobs`."""
+    path = window.projects.path
+    qtbot.waitUntil(lambda: window.projects.is_saved, timeout=LONG)
+    window.new()
+    for title, again in jobs:
+        killed_during(data_folder(path), title, again)
+    window.open_project(path)
+    return window.banners.of[CAUSE]
+
+
+def test_an_interrupted_bake_goes_on_at_a_button(planned: MainWindow, qtbot: Any) -> None:
+    banner = opened_after(
+        planned,
+        qtbot,
+        [("Baking spherical harmonics", {"kind": "bake", "method": "sh"}), ("Fitting GGX", {"kind": "unknown"})],
+    )
+    assert banner.isVisibleTo(planned)
+    assert "in the middle of this work: baking spherical harmonics, fitting GGX." in banner.words.text()
+    assert [each.text() for each in banner.buttons] == ["Go on", "Hide"]
+    planned.show_workspace("capture")
+    baking = planned.view.bakings["sh"]
+    banner.buttons[0].click()
+    assert planned.stack.currentWidget() is planned.view
+    qtbot.waitUntil(lambda: baking.job is None and baking.is_made, timeout=LONG)
+    assert "spherical" not in banner.words.text()
+    banner.buttons[-1].click()
+    assert not banner.isVisibleTo(planned)
+    assert not list(planned.bench.folder.glob("job-*"))
+
+
+def test_a_bake_that_was_done_after_all_is_not_baked_anew(
+    planned: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bake(planned, qtbot)
+    again = {"kind": "bake", "method": "sh"}
+    banner = opened_after(planned, qtbot, [("Baking spherical harmonics", again)])
+    monkeypatch.setattr("app.project.bakes.baked", None)
+    banner.buttons[0].click()
+    baking = planned.view.bakings["sh"]
+    qtbot.waitUntil(lambda: baking.is_made, timeout=LONG)
+    assert baking.job is None
+
+
+def test_an_interrupted_import_begins_again_and_its_material_follows(
+    window: MainWindow, qtbot: Any, drop: Any, photographs: Path
+) -> None:
+    from engine.capture.lights.sources import find
+
+    window.bench.document.change("Open 5 photographs", sources=find([photographs]))
+    banner = opened_after(window, qtbot, [("Importing photographs", {"kind": "import", "name": "Felt"})])
+    banner.buttons[0].click()
+    qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=2 * LONG)
+    assert window.bench.document.project.name == "Felt"
+    assert banner.words.text() == ""
+
+
+def test_an_interrupted_run_is_factored(window: MainWindow, qtbot: Any) -> None:
+    from tests.app.factor.test_kept import factored
+    from tests.app.factor.test_tab import settle
+
+    run, _ = factored(window, qtbot)
+    for place in window.bench.folder.glob("factors-*"):
+        for file in place.iterdir():
+            file.unlink()
+        place.rmdir()
+    banner = opened_after(window, qtbot, [("Factoring", {"kind": "factor", "number": run.number})])
+    banner.buttons[0].click()
+    settle(window.factor, qtbot)
+    qtbot.waitUntil(lambda: window.factor.runs.of(window.factor.factoring.runs[0]).state == "done", timeout=LONG)
