@@ -1,6 +1,8 @@
-"""A project replayed: its results made anew from the photographs, and compared bit by bit with those that it has.
+"""A project replayed: its results made anew, and compared bit by bit with those that it has.
 
-What the project has no result of, because its data are gone or it was never made, is made and not compared.
+Stack and material are made from the photographs, factor runs and bakes (`app.commands.replay_made`) from what the
+document says. Results that the project lacks, because its data are gone or they were never made, are made and not
+compared.
 """
 
 from __future__ import annotations
@@ -14,46 +16,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
+from app.commands.replay_made import NOTHING, bakes_again, factors_again
 from app.commands.workbench import material_of, stack_of
 from app.document.document import Project
+from app.project.made import noted
 from app.project.photographs import photographs
-from app.project.project_file import read
+from app.project.project_file import data_folder, read
 from engine.core.errors import InputError
 from engine.core.steps import Step, Steps, part
 from engine.storage.atomic import make_folder, write_bytes
 
 Arrays = dict[str, NDArray[Any]]
 
-NOTHING = "the project has no such result to compare with"
-
 
 def replayed(path: Path, folder: Path) -> Steps[list[dict[str, Any]]]:
-    """Make stack and material of the project at `path` anew in `folder`: `name`, `bit_equal` and `reason` of each.
+    """Make all results of the project at `path` anew in `folder`: `name`, `bit_equal` and `reason` of each.
 
-    Raises InputError where the project has no photographs, or where some of them are gone.
+    Raises InputError where nothing in the project can be made anew, or where some of its photographs are gone.
     """
-    from engine.bundle.bundle import save_bundle
-
     project = read(path).current
     gone = [file for file in photographs(project) if not file.is_file()]
-    if project.sources is None:
-        raise InputError(path, "was not made from photographs, so nothing can be made anew", "Choose another project")
+    made = [each for each in noted(path) if each.kind == "bake"]
+    runs = [run for run in project.factoring.runs if run.choices is not None]
+    if project.sources is None and not made and not runs:
+        raise InputError(
+            path, "was not made from photographs and has no runs or bakes to repeat", "Choose another project"
+        )
     if gone:
         raise InputError(gone[0], f"is missing ({len(gone)} of the photographs)", "Put the photographs back")
     make_folder(folder)
+    results = (yield from part(_from_photographs(project, folder), 0.0, 0.6)) if project.sources is not None else []
+    results += yield from part(factors_again(runs, data_folder(path), folder), 0.6, 0.8)
+    results += yield from part(bakes_again(project, made, data_folder(path), folder), 0.8, 1.0)
+    write_bytes(folder / "replay.json", json.dumps(results, indent=2).encode())
+    yield Step(1.0, "compared")
+    return results
+
+
+def _from_photographs(project: Project, folder: Path) -> Steps[list[dict[str, Any]]]:
+    """Stack and material."""
+    from engine.bundle.bundle import save_bundle
+
+    assert project.sources is not None
     choices = project.imported_with or project.import_choices
     stack = yield from part(stack_of(project.sources, choices, folder / "stack"), 0.0, 0.6)
     material = yield from part(material_of(dataclasses.replace(project, stack=stack)), 0.6, 0.9)
     material = dataclasses.replace(material, brdf=project.material.brdf, measured=project.material.measured)
     yield from part(save_bundle(folder / "material.lightarc", material), 0.9, 1.0)
-    results = [
+    return [
         _compared("stack", _arrays(project.stack), _arrays(stack), _why(project, of_material=False)),
         _compared("shading map", _arrays(project.material.shading_map), _arrays(material.shading_map), _why(project)),
         _compared("power law", _arrays(project.material.power_law), _arrays(material.power_law), _why(project)),
     ]
-    write_bytes(folder / "replay.json", json.dumps(results, indent=2).encode())
-    yield Step(1.0, "compared")
-    return results
 
 
 def _arrays(value: Any) -> Arrays:

@@ -1,7 +1,7 @@
 """State of the Factor workspace in the project: the BRDF, the settings, the runs, and the chosen run.
 
 A run is known by a colour and a marker that no other has. What it has found so far is not here but in
-`app.factor.runs`, because a search goes on whatever is undone, and beside the project (`app.factor.kept`).
+`app.factor.runs`, because a search goes on whatever is undone, and beside the project (`app.project.factors`).
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The document says which runs there are; this follows it. A run that is no longer there is cancelled and keeps the best
 that it had, so that undoing its removal brings it back. Pausing keeps everything, also the place in the search. Results
-of runs that were made before this start are read from beside the project (`app.factor.kept`).
+of runs that were made before this start are read from beside the project (`app.project.factors`).
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from app.commands.workbench import Workbench
 from app.document.comparison import MARKERS
 from app.document.document import Project
 from app.document.factoring import MATERIAL, METHODS, Run, names_of
-from app.factor.kept import Keeping, read_kept
 from app.jobs.jobs import Job
+from app.project.factors import Keeping, read_kept
 from app.widgets.labels import BRDF_NAMES
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.core.errors import FileError, InputError, UsageError

@@ -168,6 +168,16 @@ def write_factors(folder: str | os.PathLike[str], factorisation: Factorisation) 
     return _factorisation(record, pictures)
 
 
+def fingerprints(folder: str | os.PathLike[str]) -> dict[str, str]:
+    """SHA-256 of the numbers of each texture in a folder of factors, by its file; InputError where it is none."""
+    path = Path(folder)
+    value = read_json(read_bytes(path / MEMBER, _JSON_LIMIT_BYTES), path, MEMBER, _REMEDY)
+    found = value.get("sha256") if isinstance(value, dict) else None
+    if not isinstance(found, dict):
+        raise InputError(path, f"{MEMBER} does not describe factors", _REMEDY)
+    return {str(name): str(each) for name, each in found.items()}
+
+
 def read_factors(folder: str | os.PathLike[str]) -> Factorisation:
     """The factorisation in `folder`; InputError for anything else, and for one that is damaged."""
     path = Path(folder)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from app.document.factoring import Run
-from app.factor.kept import place_of, read_kept
 from app.factor.runs import LOST
+from app.project.factors import place_of, read_kept
 from app.project.made import noted
 from app.project.project_file import data_folder
 from app.project.report import described

@@ -1,0 +1,105 @@
+"""Factor runs and bakes of a project made anew: equal bit by bit, and a reason where they are not or cannot be."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from app.commands.replay import replayed
+from app.commands.replay_made import NOT_AT_END, NOTHING, OTHER_STATE
+from app.document.bake_request import Wanted, choices_for, estimated
+from app.document.document import Project
+from app.document.factoring import Factoring, Run
+from app.project.bakes import bake_and_keep, place_of
+from app.project.factors import Keeping
+from app.project.factors import place_of as place_of_factors
+from app.project.project_file import data_folder
+from engine.brdf.brdf import brdf_from_text
+from engine.core.steps import drain
+from engine.factor.factor import factor
+from engine.factor.settings import FactorSettings
+from engine.geometry.mesh import Mesh
+from engine.scene.material import Material
+from tests.app.command import Command
+from tests.app.commands.test_replay import saved
+
+GLOSSY = "ggx:kd=0.5,alpha=0.4,f0=0.04"
+
+
+def ball() -> Mesh:
+    made = trimesh.creation.icosphere(subdivisions=1)
+    positions = np.asarray(made.vertices, np.float64)
+    uv = np.zeros((len(positions), 2), np.float32)
+    return Mesh(positions, positions.astype(np.float32), uv, np.asarray(made.faces, np.int32), "ball")
+
+
+@pytest.fixture
+def project(coarse: None, tmp_path: Path) -> tuple[Path, Project, Run]:
+    """A project without photographs, with a factor run and a bake."""
+    given = brdf_from_text(GLOSSY)
+    run = Run(7, 0, "GGX", "material", FactorSettings(side=8, products=2), given)
+    made = Project(
+        mesh=ball(),
+        material=Material(None, None, brdf=GLOSSY, name="Ball"),
+        bakes={"sh": {"order": 3}},
+        factoring=Factoring().with_run(run),
+    )
+    path = saved(tmp_path / "a.lap", made)
+    assert run.choices is not None
+    Keeping(run, data_folder(path)).keep(drain(factor(given, run.choices, None)))
+    wanted = Wanted(ball(), None, given, choices_for("sh", order=3))
+    drain(bake_and_keep(drain(estimated(wanted)), data_folder(path)))
+    return path, made, run
+
+
+def verdicts(results: list[dict[str, Any]]) -> dict[str, bool | None]:
+    return {each["name"]: each["bit_equal"] for each in results}
+
+
+def test_runs_and_bakes_are_equal_bit_by_bit(
+    project: tuple[Path, Project, Run], lightarc: Command, tmp_path: Path
+) -> None:
+    found = lightarc("project", "replay", project[0], "-o", tmp_path / "again", "--json")
+    assert found.code == 0, found.err
+    results = json.loads(found.out)["results"]
+    assert list(verdicts(results).values()) == [True, True], results
+    names = list(verdicts(results))
+    assert names[0].startswith("factors of GGX, ")
+    assert names[1].startswith("bake sh, order 3")
+    assert json.loads((tmp_path / "again" / "replay.json").read_text()) == results
+
+
+def test_differences_are_named(project: tuple[Path, Project, Run], tmp_path: Path) -> None:
+    """A result is put in place of another: the replay does not call them equal."""
+    path, _, run = project
+    folder = data_folder(path)
+    assert run.choices is not None
+    other = drain(factor(brdf_from_text("ggx:kd=0.5,alpha=0.3,f0=0.04"), run.choices, None))
+    Keeping(run, folder).keep(dataclasses.replace(other, searching=True))
+    wanted = Wanted(ball(), None, brdf_from_text(GLOSSY), choices_for("sh", order=3))
+    another = Wanted(ball(), None, brdf_from_text("lambert:albedo=0.3"), choices_for("sh", order=3))
+    drain(bake_and_keep(drain(estimated(another)), tmp_path / "elsewhere"))
+    place_of(another, tmp_path / "elsewhere").replace(place_of(wanted, folder))
+    factors, bake = drain(replayed(path, tmp_path / "again"))
+    assert (factors["bit_equal"], bake["bit_equal"]) == (False, False)
+    assert NOT_AT_END in factors["reason"]
+    assert "differ: settings are the same" in bake["reason"]
+
+
+def test_results_of_other_states_and_lost_ones_are_told_apart(
+    project: tuple[Path, Project, Run], tmp_path: Path
+) -> None:
+    path, made, run = project
+    for place in data_folder(path).glob("bake-*"):
+        place.unlink()
+    place_of_factors(run, data_folder(path)).rename(tmp_path / "away")
+    results = drain(replayed(path, tmp_path / "again"))
+    assert [(each["bit_equal"], each["reason"]) for each in results] == [(None, NOTHING), (None, NOTHING)]
+    saved(path, dataclasses.replace(made, material=Material(None, None, brdf="lambert", name="Ball")))
+    assert drain(replayed(path, tmp_path / "other"))[-1]["reason"] == OTHER_STATE
