@@ -43,7 +43,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     """The description that `app.project.report` gives; exit code 3 where a verified project is not sound."""
     from app.commands.replay import replayed
     from app.project.copying import collect
-    from app.project.places import remove
     from app.project.report import described, problems_of
 
     show(Step(0.0, "reading the project"))
@@ -54,8 +53,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if arguments.action == "replay":
         return {"results": drain(replayed(arguments.path, arguments.output), show), "output": str(arguments.output)}
     if arguments.action == "collect":
-        if arguments.overwrite:
-            remove(arguments.output)
         for step in collect(arguments.path, arguments.output, not arguments.without_derived):
             show(step)
         return described(arguments.output)

@@ -9,6 +9,7 @@ import dataclasses
 import itertools
 import logging
 import math
+import secrets
 import time
 from collections.abc import Sequence
 from functools import lru_cache
@@ -53,6 +54,11 @@ SCALE_NOTE = "power_law_scale"
 class Workbench(QObject):
     """Document, jobs and the working folder together.
 
+    Attributes
+    ----------
+    folder : data of the project.
+    own : the folder of new stacks, and of what archives held; another one where the project is read-only.
+
     Signals
     -------
     said : a sentence for the status bar.
@@ -68,7 +74,7 @@ class Workbench(QObject):
 
     def __init__(self, folder: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.folder = folder
+        self.folder = self.own = folder
         self.document = Document(self)
         self.jobs = Jobs(self)
         self.importing: Job | None = None
@@ -112,7 +118,8 @@ class Workbench(QObject):
             job.succeeded.connect(lambda stack: self._imported(stack, found.paths[0].stem))
         else:
             self.wanted.emit("capture")
-            job = self.jobs.submit("Looking for photographs", lambda: _found(found.paths, self.folder))
+            place = self._free(f"{INSIDE}/archive")
+            job = self.jobs.submit("Looking for photographs", lambda: find_packed(found.paths, keep=place))
             job.succeeded.connect(self._import_others)
 
     def _import_others(self, sources: Sources, name: str = "") -> None:
@@ -121,8 +128,7 @@ class Workbench(QObject):
     def import_photographs(self, sources: Sources, choices: ImportChoices | None = None, name: str = "") -> None:
         """Import `sources` into the working folder, then build the material."""
         choices = choices or self.document.project.import_choices
-        taken = {path.name for path in self.folder.glob("stack-*")}
-        target = next(path for at in itertools.count(1) if (path := self.folder / f"stack-{at}").name not in taken)
+        target = self._free("stack")
         if sources is not self.document.project.sources:
             words = f"Open {len(sources.photographs)} photographs"
             self.document.change(words, sources=sources, import_choices=choices)
@@ -137,6 +143,12 @@ class Workbench(QObject):
         name = name or sources.name or "Untitled"
         job.succeeded.connect(lambda stack: self._imported(stack, name, choices))
         self.importing = job
+
+    def _free(self, name: str) -> Path:
+        """A path for something new, which nothing in the folder of the project has either."""
+        numbers = (f"{name}-{at}" for at in itertools.count(1))
+        free = next(each for each in numbers if not (self.folder / each).exists() and not (self.own / each).exists())
+        return self.own / (free if self.own == self.folder else f"{name}-{secrets.token_hex(4)}")
 
     def _show_partial(self, step: Step) -> None:
         if step.partial is not None:
@@ -256,12 +268,6 @@ def _with_lights(environment: EnvironmentMap) -> EnvironmentMap:
     small = reduced(environment, 2 * CELL_ROWS)
     chosen_lights(small, 1)
     return small
-
-
-def _found(paths: tuple[Path, ...], folder: Path) -> Steps[Sources]:
-    """The capture that `paths` hold; what an archive holds is unpacked into the data folder, and stays."""
-    free = (folder / INSIDE / f"archive-{at}" for at in itertools.count(1))
-    return (yield from find_packed(paths, keep=next(path for path in free if not path.exists())))
 
 
 def _sample(folder: Path) -> Steps[Sources]:

@@ -1,34 +1,44 @@
-"""Copies of projects: as they are, and collected, with their photographs inside."""
+"""Copies of projects: as they are, and collected, with their photographs inside.
+
+A copy is made under a hidden name and takes the place of what has its name when it is whole: one rename of the file
+decides, and the data folder follows, after an interruption when the project is next opened (`settle`).
+"""
 
 from __future__ import annotations
 
 import shutil
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
+from app.document.document import Project
 from app.project.database import connected, upgrade
 from app.project.photographs import INSIDE, copy_places, photographs, relocate
-from app.project.places import remove
-from app.project.project_file import data_folder, read
-from engine.core.errors import InputError, OutputError
+from app.project.places import is_open_elsewhere, remove
+from app.project.project_file import WAITING, History, Writer, data_folder, read, settle
+from engine.core.errors import FileError, InputError, OutputError
 from engine.core.steps import Step, Steps
-from engine.storage.atomic import atomic_file, explaining, make_folder
+from engine.storage.atomic import atomic_file, discard, explaining, make_folder, put_file, replaceable, synchronise
+from engine.storage.partial_names import partial_name
 
 
-def copy(source: Path, target: Path, *, with_derived: bool = True) -> Steps[Path]:
-    """Copy the project `source`, its history and its data to `target`; its file comes last.
+def copy(
+    source: Path,
+    target: Path,
+    *,
+    with_derived: bool = True,
+    now: History | None = None,
+    own: Path | None = None,
+) -> Steps[Path]:
+    """Copy the project `source`, its history and its data to `target`, which it replaces in one step.
 
-    Raises OutputError where `target` exists or cannot be written; then nothing of it stays.
+    `now` is a document that could not be written to `source`, and `own` the folder of what was made of it; then the
+    copy holds that, also where `source` can no longer be read. Raises OutputError where `target` is open or cannot be
+    written; it is then as it was.
     """
-    folder = data_folder(target)
-    if target.exists() or folder.exists():
-        raise OutputError(target, "exists already", "Choose another name, or remove it first")
-    with _whole_or_not_at_all(target):
-        yield from _copied_files(data_folder(source), folder, with_derived)
-        _copy_database(source, target)
-        copy_places(source, target)
+    with _becoming(target) as partial:
+        yield from _copied(source, partial, with_derived, now, own)
     return target
 
 
@@ -40,23 +50,75 @@ def collect(source: Path, target: Path, with_derived: bool = True) -> Steps[Path
     gone = [path for path in photographs(read(source).current) if not path.is_file()]
     if gone:
         raise InputError(gone[0], f"is missing ({len(gone)} of the photographs)", "Say where they are now, or copy")
-    yield from copy(source, target, with_derived=with_derived)
-    with _whole_or_not_at_all(target):
-        yield from _with_photographs_inside(target)
+    with _becoming(target) as partial:
+        yield from _copied(source, partial, with_derived, None, None)
+        yield from _with_photographs_inside(partial)
     return target
 
 
 @contextmanager
-def _whole_or_not_at_all(target: Path) -> Iterator[None]:
-    """Remove what was written of `target` unless the block ends well."""
-    is_whole = False
+def _becoming(target: Path) -> Iterator[Path]:
+    """The hidden path of a project that takes the place of `target` where the block ends well, and goes otherwise."""
+    existing = replaceable(target, target)
+    if is_open_elsewhere(target):
+        raise OutputError(target, "is open in another window", "Close it there, or choose another name")
+    if existing is None and data_folder(target).exists():
+        raise OutputError(data_folder(target), "exists already", "Choose another name, or remove it first")
+    make_folder(target.parent)
+    partial, is_whole = target.with_name(partial_name(target)), False
     try:
         with explaining(target):
-            yield
+            yield partial
+        with connected(partial) as connection, connection:
+            connection.execute("INSERT INTO meta VALUES (?, ?)", (WAITING, data_folder(partial).name))
+        if existing is not None:
+            _finish_journal(target)
+        synchronise(partial)
         is_whole = True
+        put_file(partial, target, existing)
     finally:
-        if not is_whole:
-            remove(target)
+        if not is_whole or partial.exists():
+            remove(partial)
+    settle(target)
+
+
+def _finish_journal(target: Path) -> None:
+    """Let SQLite finish what an interrupted process left of the old file: it would take that for the new one's."""
+    with suppress(FileError), connected(target):
+        pass
+    discard(target.with_name(target.name + "-journal"))
+
+
+def _copied(source: Path, partial: Path, with_derived: bool, now: History | None, own: Path | None) -> Steps[None]:
+    """The project at `partial`, of the file at `source` and of what is only in memory."""
+    make_folder(data_folder(partial))
+    try:
+        _copy_database(source, partial)
+        yield from _copied_files(data_folder(source), data_folder(partial), with_derived)
+    except (FileError, OSError):
+        if now is None:
+            raise
+        discard(partial)
+        now = in_memory(now)
+    if now is not None:
+        if own is not None and own != data_folder(source):
+            yield from _copied_files(own, data_folder(partial), True)
+        writer = Writer(partial, seen_from=data_folder(source), own=own)
+        with closing(writer):
+            writer.write(now)
+    copy_places(source, partial)
+
+
+def in_memory(history: History) -> History:
+    """The latest steps of a history that need no file: those between documents that were read."""
+    unread = [at for at, step in enumerate(history.steps) if not (_is_read(step.old) and _is_read(step.new))]
+    first = unread[-1] + 1 if unread else 0
+    kept = history.steps[first:] if first <= history.position else ()
+    return History(history.current, kept, history.position - first if kept else 0)
+
+
+def _is_read(state: Project | str) -> bool:
+    return isinstance(state, Project)
 
 
 def _with_photographs_inside(target: Path) -> Steps[None]:
@@ -73,7 +135,6 @@ def _with_photographs_inside(target: Path) -> Steps[None]:
 
 def _copied_files(source: Path, target: Path, with_derived: bool) -> Steps[None]:
     """The data folder without the marks of windows that have it open."""
-    make_folder(target)
     files = [path for path in source.rglob("*") if path.is_file() and not path.name.startswith(("open-", "job-"))]
     if not with_derived:
         files = [path for path in files if path.relative_to(source).parts[0] == INSIDE]
@@ -89,10 +150,6 @@ def _copy_file(source: Path, target: Path) -> None:
 
 
 def _copy_database(source: Path, target: Path) -> None:
-    with connected(source) as there:
-        copy_ = sqlite3.connect(target)
-        try:
-            there.backup(copy_)
-            upgrade(copy_, target)
-        finally:
-            copy_.close()
+    with connected(source) as there, closing(sqlite3.connect(target)) as copy_:
+        there.backup(copy_)
+        upgrade(copy_, target)

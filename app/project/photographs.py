@@ -22,7 +22,7 @@ from typing import Any
 
 from app.document.document import Project
 from app.project.database import connected, explained
-from app.project.project_file import data_folder, finder_of
+from app.project.project_file import data_folder, places_of
 from app.project.values import found_path, paths_of, said_path
 from engine.capture.lights.sources import Sources
 from engine.core.errors import InputError
@@ -156,8 +156,8 @@ def _paths(place: Any, now: Any, folder: Path) -> Iterator[Path]:
 def copy_places(source: Path, target: Path) -> None:
     """Let the copy of a project find every file where the project finds it, and no other beside itself."""
     there, here = data_folder(source), data_folder(target)
-    places = finder_of(source).places
-    with connected(source) as connection, explained(source):
+    with connected(target) as connection, explained(target):
+        places = places_of(connection, there)
         texts = [text for (text,) in connection.execute("SELECT text FROM value WHERE text LIKE '%\"near\"%'")]
     named = {json.dumps(said, sort_keys=True): said for text in texts for said in _paths_in(json.loads(text))}
     found = {place: found_path(said, there, places) for place, said in named.items()}

@@ -13,7 +13,7 @@ from pathlib import Path
 import platformdirs
 
 from app.project.database import connected, migrate
-from app.project.project_file import ENDING, data_folder
+from app.project.project_file import ENDING, data_folder, settle
 from engine.storage.atomic import discard, make_folder, write_bytes
 from engine.storage.writer import is_gone, is_own, writer
 
@@ -47,14 +47,21 @@ def claim(path: Path) -> bool:
     """
     folder = data_folder(path)
     make_folder(folder)
+    if path.is_file():
+        settle(path)
     with connected(path, create=True) as connection, connection:
         connection.execute("BEGIN IMMEDIATE")
-        if any(not is_own(other) and not is_gone(other) for other in _marks(folder)):
+        if is_open_elsewhere(path):
             return False
         release(path)
         write_bytes(folder / f"{_OPEN}{writer()}", b"")
     migrate(path)
     return True
+
+
+def is_open_elsewhere(path: Path) -> bool:
+    """True if another process has the project."""
+    return any(not is_own(other) and not is_gone(other) for other in _marks(data_folder(path)))
 
 
 def release(path: Path) -> None:

@@ -36,11 +36,15 @@ from app.project.values import (
     found_path,
     name_of,
 )
-from engine.core.errors import InputError
-from engine.storage.atomic import make_folder, write_bytes
+from engine.core.errors import InputError, OutputError
+from engine.storage.atomic import discard, make_folder, perform, write_bytes
+from engine.storage.partial_names import is_partial
 
 ENDING = ".lap"
 _DATA = "-data"
+
+#: The row of `meta` that names the data folder of a project until it has its place.
+WAITING = "data folder"
 
 #: Steps of the undo history that a file keeps.
 KEPT_STEPS = 200
@@ -84,11 +88,13 @@ class Writer:
     `write` may be interrupted at any moment by the end of the process: the file then holds the history before or after.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, seen_from: Path | None = None, own: Path | None = None) -> None:
+        """A copy is written as `seen_from` another data folder; what lies in the folder `own` counts as lying there."""
         self.path = path
+        self._seen = (seen_from or data_folder(path), own)
         self._opened = contextlib.ExitStack()
         self._connection: sqlite3.Connection | None = None
-        self._inode = -1
+        self._inode = self._device = -1
         self._writes = 0
         self._known: dict[int, tuple[Any, str]] = {}
 
@@ -133,17 +139,23 @@ class Writer:
         self._opened.close()
         self._connection, self._known = None, {}
 
+    @property
+    def is_there(self) -> bool:
+        """True unless the file was removed or replaced since it was written."""
+        return self._connection is None or self._inode == _inode(self.path)
+
     def _ready(self) -> sqlite3.Connection:
-        """The connection; a new file where somebody has removed or replaced the one that was there."""
-        try:
-            there = self.path.stat().st_ino
-        except OSError:
-            there = -1
-        if self._connection is None or there != self._inode:
+        """The connection; a new file where somebody has removed or replaced the one that was there.
+
+        Raises OutputError where its folder went as well: whoever makes that anew hides what comes back.
+        """
+        if self._connection is None or not self.is_there:
             self._let_go()
+            if self._device not in (-1, _device(self.path.parent)):
+                raise OutputError(self.path, "its folder is gone", "Bring it back, or save the project elsewhere")
             make_folder(data_folder(self.path))
             self._connection = self._opened.enter_context(connected(self.path, create=True))
-            self._inode = self.path.stat().st_ino
+            self._inode, self._device = _inode(self.path), _device(self.path.parent)
         return self._connection
 
     def _state(self, connection: sqlite3.Connection, state: Project | str) -> str:
@@ -152,7 +164,7 @@ class Writer:
         known = self._known.get(id(state))
         if known is not None:
             return known[1]
-        keeper = _keeper(connection, data_folder(self.path))
+        keeper = _keeper(connection, data_folder(self.path), *self._seen)
         parts = {}
         for part in fields(state):
             value = getattr(state, part.name)
@@ -166,6 +178,21 @@ class Writer:
         connection.execute("INSERT OR IGNORE INTO state VALUES (?, ?)", (name, text))
         self._known[id(state)] = (state, name)
         return name
+
+
+def _inode(path: Path) -> int:
+    try:
+        return path.stat().st_ino
+    except OSError:
+        return -1
+
+
+def _device(folder: Path) -> int:
+    """The number of the drive that holds a folder; -2 where it is gone."""
+    try:
+        return folder.stat().st_dev
+    except OSError:
+        return -2
 
 
 def state_name(state: Project, folder: Path) -> str:
@@ -182,7 +209,7 @@ def _keep_value(value: Any, keeper: Keeper) -> str:
     return keeper.text(json.dumps(encoded(value, keeper), sort_keys=True, allow_nan=False))
 
 
-def _keeper(connection: sqlite3.Connection, folder: Path) -> Keeper:
+def _keeper(connection: sqlite3.Connection, folder: Path, seen_from: Path, own: Path | None) -> Keeper:
     def keep_text(text: str) -> str:
         name = name_of(text.encode())
         connection.execute("INSERT OR IGNORE INTO value VALUES (?, ?)", (name, text))
@@ -197,7 +224,7 @@ def _keeper(connection: sqlite3.Connection, folder: Path) -> Keeper:
             connection.execute("INSERT OR IGNORE INTO array VALUES (?, ?)", (name, content))
         return name
 
-    return Keeper(keep_text, keep_array, folder)
+    return Keeper(keep_text, keep_array, seen_from, own)
 
 
 def _keep_beside(path: Path, content: bytes) -> None:
@@ -205,6 +232,23 @@ def _keep_beside(path: Path, content: bytes) -> None:
     if not path.exists():
         make_folder(path.parent)
         write_bytes(path, content)
+
+
+def settle(path: Path) -> None:
+    """Give a project that took the place of another its data folder, where that was interrupted.
+
+    Raises OutputError where the old folder cannot be removed.
+    """
+    with connected(path) as connection:
+        row = connection.execute("SELECT value FROM meta WHERE name = ?", (WAITING,)).fetchone()
+        if row is None:
+            return
+        folder, waiting = data_folder(path), path.with_name(Path(str(row[0])).name)
+        if is_partial(waiting.name) and waiting.name.endswith(_DATA) and waiting.is_dir():
+            discard(folder)
+            perform("rename", folder, lambda: waiting.rename(folder))
+        with explained(path), connection:
+            connection.execute("DELETE FROM meta WHERE name = ?", (WAITING,))
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,6 +268,7 @@ class Opened:
 
 def read(path: Path) -> Opened:
     """Open a project file. Raises InputError where it is none, damaged, or of a newer version."""
+    settle(path)
     with connected(path) as connection, explained(path):
         meta = dict(connection.execute("SELECT name, value FROM meta"))
         rows = connection.execute("SELECT text, gesture, old, new FROM step ORDER BY number LIMIT ?", (KEPT_STEPS,))
@@ -297,15 +342,16 @@ def finder_of(path: Path) -> Finder:
             raise Absent("data that can be made again")
         return array_from(content)
 
-    return Finder(find_text, find_array, folder, _places(path, folder))
+    with connected(path) as connection, explained(path):
+        return Finder(find_text, find_array, folder, places_of(connection, folder))
 
 
-def _places(path: Path, folder: Path) -> dict[str, Path]:
+def places_of(connection: sqlite3.Connection, folder: Path) -> dict[str, Path]:
     """Places of photographs that a person found again (`app.project.photographs`), by the path in the document."""
     places: dict[str, Path] = {}
-    with connected(path) as connection, explained(path), contextlib.suppress(ValueError, TypeError, KeyError):
-        if connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'photograph'").fetchone() is not None:
-            rows = connection.execute("SELECT place, now FROM photograph WHERE now IS NOT NULL").fetchall()
+    if connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'photograph'").fetchone() is not None:
+        rows = connection.execute("SELECT place, now FROM photograph WHERE now IS NOT NULL").fetchall()
+        with contextlib.suppress(ValueError, TypeError, KeyError):
             for place, now in rows:
                 places[str(json.loads(place)["path"])] = found_path(json.loads(now), folder)
     return places

@@ -23,8 +23,11 @@ DELAY_MS = 150
 
 UNSAVED = "the latest changes from being saved"
 
-#: Seconds until what could not be written is tried again.
+#: Seconds until what could not be written is tried again, and between two looks after the file.
 AGAIN_S = 3.0
+
+#: Seconds that closing waits for what is being written, a large material for example. A failure ends the wait at once.
+CLOSING_S = 60.0
 
 
 class Recording(QObject):
@@ -34,10 +37,12 @@ class Recording(QObject):
     -------
     written : all changes so far are on disk.
     failed : a sentence, at the first attempt that fails; the changes are kept in memory and tried again.
+    restored : the file had been removed, and was written again.
     """
 
     written = Signal()
     failed = Signal(str)
+    restored = Signal()
 
     def __init__(self, document: Document, path: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -47,6 +52,7 @@ class Recording(QObject):
         self._next: History | None = None
         self._is_idle = True
         self._ends = False
+        self._failures = 0
         self._delay = QTimer(self)
         self._delay.setSingleShot(True)
         self._delay.setInterval(DELAY_MS)
@@ -77,13 +83,15 @@ class Recording(QObject):
         return self._is_idle and not self._delay.isActive()
 
     def wait(self, seconds: float) -> bool:
-        """Hand over and wait until everything is on disk; False where that fails or takes longer."""
+        """Hand over and wait until everything is on disk; False as soon as that fails, or where it takes longer."""
+        before = self._failures
         self.hand_over()
         with self._wake:
-            return self._wake.wait_for(lambda: self._is_idle, seconds)
+            self._wake.wait_for(lambda: self._is_idle or self._failures > before, seconds)
+            return self._is_idle
 
-    def close(self, seconds: float = 10.0) -> bool:
-        """Write what is missing and let go of the file. False where it could not be written in time."""
+    def close(self, seconds: float = CLOSING_S) -> bool:
+        """Write what is missing and let go of the file. False where it could not be written."""
         self._document.changed.disconnect(self._changed)
         self._document.seen.disconnect(self._changed)
         self._document.undo_stack.indexChanged.disconnect(self._changed)
@@ -91,18 +99,22 @@ class Recording(QObject):
         with self._wake:
             self._ends = True
             self._wake.notify_all()
-        self._thread.join(seconds)
+        self._thread.join(seconds if done else 0.5)
         return done
 
     def _write(self) -> None:
-        """The thread: write the newest history, again and again where that fails, until the end."""
-        writer, reported = Writer(self.path), False
+        """The thread: write the newest history, again where that fails or the file was removed, until the end."""
+        writer, reported, last = Writer(self.path), False, None
         while True:
             with self._wake:
-                self._wake.wait_for(lambda: self._next is not None or self._ends)
-                if self._next is None:
-                    break
+                self._wake.wait_for(lambda: self._next is not None or self._ends, AGAIN_S)
                 history, self._next = self._next, None
+                if history is None and self._ends:
+                    break
+            is_restored = history is None and not writer.is_there
+            history = last if is_restored else history
+            if history is None:
+                continue
             try:
                 writer.write(history)
             except Exception as error:  # the border of the thread: what a person does shall go on
@@ -112,17 +124,21 @@ class Recording(QObject):
                     self.failed.emit(str(error) if is_expected else f"A fault of the program keeps {UNSAVED}: {error}")
                 reported = True
                 with self._wake:
+                    self._failures += 1
+                    self._next, self._is_idle = self._next or history, False
+                    self._wake.notify_all()
                     if self._ends:
                         break
-                    self._next = self._next or history
                     self._wake.wait(AGAIN_S)
                 continue
-            reported = False
+            reported, last = False, history
             with self._wake:
                 if self._next is None:
                     self._is_idle = True
                     self._wake.notify_all()
             self.written.emit()
+            if is_restored:
+                self.restored.emit()
         writer.close()
 
 

@@ -97,11 +97,13 @@ class Keeper:
     text : keeps the text of a value of its own; gives its name.
     array : keeps an array, in the file or, where `derived`, beside it; gives its name.
     folder : place of the stacks; paths below it are kept relative to it.
+    own : another folder, whose content is kept as if it lay there.
     """
 
     text: Callable[[str], str]
     array: Callable[[Array, bool], str]
     folder: Path
+    own: Path | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -150,11 +152,11 @@ def encoded(value: Any, keeper: Keeper, derived: bool = False) -> Any:
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else {"float": str(float(value))}
     if isinstance(value, PurePath):
-        return said_path(Path(value), keeper.folder)
+        return said_path(_inside_of(keeper, Path(value)), keeper.folder)
     if isinstance(value, np.ndarray):
         return {"array": keeper.array(value, derived)}
     if isinstance(value, ImageStack) and value.folder is not None:
-        return {"stack": said_path(value.folder, keeper.folder)["path"]}
+        return {"stack": said_path(_inside_of(keeper, value.folder), keeper.folder)["path"]}
     if isinstance(value, Mapping):
         return {"map": [[encoded(part, keeper, derived) for part in item] for item in value.items()]}
     if isinstance(value, frozenset):
@@ -164,6 +166,10 @@ def encoded(value: Any, keeper: Keeper, derived: bool = False) -> Any:
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
         return {"tuple": [encoded(part, keeper, derived) for part in value]}
     return _encoded_object(value, keeper, derived)
+
+
+def _inside_of(keeper: Keeper, path: Path) -> Path:
+    return keeper.folder / path.relative_to(keeper.own) if keeper.own and path.is_relative_to(keeper.own) else path
 
 
 def _encoded_object(value: Any, keeper: Keeper, derived: bool) -> Any:

@@ -122,6 +122,7 @@ class MainWindow(QMainWindow):
         self._session = session_settings.open_session() if config is None else None
         self.bench = Workbench(self._session or projects_folder(), self)
         self.projects = Projects(self.bench, self._session or projects_folder())
+        self.banners = Banners()
         self.projects.begin()
         with theme.dressing_at_once():
             self._make_workspaces()
@@ -315,7 +316,6 @@ class MainWindow(QMainWindow):
 
     def _make_centre(self) -> None:
         self.status = StatusBar(self.bench.jobs)
-        self.banners = Banners()
         self.whereabouts = Whereabouts(self.bench, self.projects, self.banners)
         self.interrupted = Interrupted(self.projects, self.banners, self._ways_to_go_on())
         centre = QWidget()
@@ -490,8 +490,9 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         self._keep_settings()
-        self.closes.emit()
         self.hide()
+        self.projects.write()
+        self.closes.emit()
         self.bench.jobs.close()
         self.projects.finish()
         self.log_dock.disconnect_log()
@@ -515,8 +516,11 @@ class MainWindow(QMainWindow):
         self.title.setText(" – ".join(filter(None, [name if self._has_title else "", state])))
         self.title.setToolTip(projects.problem or str(projects.path))
         self.setWindowTitle(f"{name} – Lightarc" if self._has_title else "Lightarc")
-        if projects.problem:
-            self.status.say(projects.problem)
+        elsewhere = ("Save elsewhere…", self.save_as)
+        words = f"{projects.problem} Everything is kept in memory, and written as soon as that works."
+        self.banners.say("saving", words if projects.problem else "", elsewhere)
+        words = f"{projects.path.name} {projects.why_read_only}. Changes in this window are not kept in it."
+        self.banners.say("read-only", words if projects.is_read_only else "", ("Save as…", self.save_as))
 
     def _show_health(self) -> None:
         self.health_dock.show()

@@ -14,11 +14,12 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFileDialog, QUndoView,
 from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.project import places
-from app.project.copying import collect, copy
+from app.project.copying import collect, copy, in_memory
 from app.project.interrupted import running
 from app.project.made import cost_text, noted
-from app.project.project_file import ENDING, Opened, data_folder, read
-from app.project.recording import Recording, is_worth_keeping
+from app.project.project_file import ENDING, History, Opened, Writer, data_folder, read
+from app.project.recording import CLOSING_S, Recording, is_worth_keeping
+from app.session.settings import close_session, open_session
 from engine.core.errors import FileError, InputError
 
 log = logging.getLogger(__name__)
@@ -47,8 +48,11 @@ class Projects(QObject):
         self.path = Path()
         self.problem = ""
         self.is_read_only = False
+        self.why_read_only = ""
         self._recording: Recording | None = None
         bench.jobs.around = lambda job: running(bench.folder, job.title, job.again)
+        self._as_opened = bench.document.project
+        self._is_elsewhere = False
 
     @property
     def name(self) -> str:
@@ -80,13 +84,13 @@ class Projects(QObject):
         found = read(path)
         was_interrupted = places.was_interrupted(path)
         lost = cost_text(each for each in noted(path) if not each.present)
-        read_only = not _claimed(path)
+        why_not = _why_not_claimed(path)
         self.finish()
-        self._show(path, found, read_only)
+        self._show(path, found, bool(why_not))
+        self.why_read_only = why_not
+        self.changed.emit()
         self.opened.emit(path)
-        if read_only:
-            self.bench.said.emit(f"{path.name} is open in another window or cannot be written: changes are not kept")
-        elif found.missing or lost:
+        if found.missing or lost:
             words = lost or "What was made from the sources is gone, and can be made again"
             self.bench.said.emit(f"{path.name} is open. {words}")
         elif was_interrupted:
@@ -102,34 +106,73 @@ class Projects(QObject):
         self.switched.emit()
 
     def copy_to(self, path: Path) -> None:
-        """Go on in a copy of the project at `path`; the old one stays as it is."""
-        if path == self.path:
+        """Go on in a copy of the project at `path`, in place of what lies there; the old one stays as it is.
+
+        What could not be written to the old one is in the copy.
+        """
+        if path.absolute() == self.path:
             return
-        self._on_disk()
-        source, target = self.path, path.absolute()
-        job = self.bench.jobs.submit(f"Saving as {path.name}", lambda: copy(source, target))
-        job.succeeded.connect(lambda _: self.open(target))
+        if self._is_kept():
+            self._on_disk()
+            self._copy(path.absolute(), None)
+        else:
+            self._copy(path.absolute(), self._history())
+
+    def _copy(self, target: Path, now: History | None) -> None:
+        source, own, copied = self.path, self.bench.own, self.bench.document.project
+        title = f"Saving as {target.name}"
+        job = self.bench.jobs.submit(title, lambda: copy(source, target, now=now, own=own))
+        job.succeeded.connect(lambda _: self._copied(source, target, copied))
+
+    def _copied(self, source: Path, target: Path, copied: Project) -> None:
+        """Go on in the copy; once more with what was done while it was made."""
+        if self.path != source:
+            return
+        if self.bench.document.project is not copied:
+            self._copy(target, self._history())
+            return
+        self._is_elsewhere = True
+        self.open(target)
+
+    def _is_kept(self) -> bool:
+        """True if the project file holds the document, or will in a moment."""
+        return not self.problem and not (self.is_read_only and self._is_changed())
+
+    def _is_changed(self) -> bool:
+        return self.bench.document.project is not self._as_opened
+
+    def _history(self) -> History:
+        document = self.bench.document
+        return History(document.project, document.steps, document.undo_stack.index())
 
     def collect_to(self, path: Path, *, with_derived: bool = True) -> None:
         """Write a project that needs nothing outside itself: photographs inside, derived data where wanted."""
+        if not self._is_kept():
+            raise InputError(self.path, "does not hold the latest changes", "Save the project elsewhere first")
         self._on_disk()
         source, target = self.path, path.absolute()
         job = self.bench.jobs.submit(f"Collecting {path.name}", lambda: collect(source, target, with_derived))
         job.succeeded.connect(lambda _: self.bench.said.emit(f"{path.name} holds the project and all that it needs"))
 
+    def write(self) -> None:
+        """Wait until all changes are on disk, as long as that goes on."""
+        if self._recording is not None:
+            self._recording.wait(CLOSING_S)
+
     def finish(self) -> None:
         """Write what is missing and let go of the project; one that nobody put anything into is removed."""
-        if self._recording is None:
-            return
         for job in self.bench.jobs.active:
             self.bench.jobs.cancel(job)
-        written = self._recording.close()
-        self._recording = None
-        if not written:
+        written = self._recording.close() if self._recording is not None else not self._is_changed()
+        if not written and not self._is_elsewhere:
             self._rescue()
-        places.release(self.path)
-        if places.is_untitled(self.path) and written and not self._is_worth_keeping():
-            places.remove(self.path)
+        if self._recording is not None:
+            self._recording = None
+            places.release(self.path)
+            if places.is_untitled(self.path) and written and not self._is_worth_keeping():
+                places.remove(self.path)
+        if self.bench.own != self.bench.folder and written:
+            close_session(self.bench.own)
 
     def _is_worth_keeping(self) -> bool:
         """True if a person has brought or made something, a bake too."""
@@ -140,29 +183,38 @@ class Projects(QObject):
             raise InputError(self.path, "cannot be written now", "Check the disk that it lies on")
 
     def _rescue(self) -> None:
-        """Write the project elsewhere, because its own place takes nothing."""
+        """Write the document elsewhere, because its own place takes nothing; the next start opens it."""
         path = places.new_path(places.projects_folder())
         try:
-            recording = Recording(self.bench.document, path)
-            if recording.close():
-                log.warning("%s could not be written; everything is in %s", self.path, path)
-        except OSError as error:
+            places.claim(path)
+            writer = Writer(path)
+            writer.write(in_memory(self._history()))
+            writer.close()
+        except (FileError, OSError) as error:
             log.error("%s could not be written, nor could %s: %s", self.path, path, error)
+            return
+        log.warning("%s could not be written; everything is in %s", self.path, path)
 
     def _show(self, path: Path, found: Opened | None, read_only: bool) -> None:
-        self.path, self.is_read_only, self.problem = path, read_only, ""
+        self.path, self.is_read_only, self.problem, self._is_elsewhere = path, read_only, "", False
         self.bench.folder = data_folder(path)
+        self.bench.own = open_session() if read_only else self.bench.folder
         document = self.bench.document
         if found is None:
             document.clear()
         else:
             document.restore(found.current, found.steps, found.position, found.state)
+        self._as_opened = document.project
         if not read_only:
             self._recording = Recording(document, path, self)
             self._recording.failed.connect(self._failed, Qt.ConnectionType.QueuedConnection)
             self._recording.written.connect(self._written, Qt.ConnectionType.QueuedConnection)
+            self._recording.restored.connect(self._restored, Qt.ConnectionType.QueuedConnection)
         self.changed.emit()
         self.switched.emit()
+
+    def _restored(self) -> None:
+        self.bench.said.emit(f"{self.path.name} had been removed, and was written again")
 
     def _failed(self, words: str) -> None:
         self.problem = words
@@ -173,11 +225,12 @@ class Projects(QObject):
         self.changed.emit()
 
 
-def _claimed(path: Path) -> bool:
+def _why_not_claimed(path: Path) -> str:
+    """Take a project for this window; the reason where that cannot be, empty where it is done."""
     try:
-        return places.claim(path)
+        return "" if places.claim(path) else "is open in another window"
     except FileError:
-        return False
+        return "cannot be written"
 
 
 def ask_to_open(window: QWidget, open_path: Callable[[Path], None], folder: str) -> None:

@@ -1,0 +1,227 @@
+"""Copies that take the place of another project: the old one or the new one at any moment, and never half of either."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.document.document import Look, Project, Step
+from app.project.copying import collect, copy, in_memory
+from app.project.places import claim, release
+from app.project.project_file import WAITING, History, Writer, data_folder, read
+from engine.capture.stack import ImageStack
+from engine.core.errors import OutputError
+from engine.core.steps import drain
+from engine.geometry.shapes import shape
+from engine.storage import atomic
+from tests.app.command import Command
+
+
+def saved(path: Path, name: str, model: str) -> Path:
+    """A project with one step and an array beside it."""
+    first = Project(mesh=shape(model), name=name)
+    second = dataclasses.replace(first, look=Look(gain=2.0))
+    writer = Writer(path)
+    writer.write(History(second, (Step("Gain", "", first, second),), 1))
+    writer.close()
+    return path
+
+
+@pytest.fixture
+def new(tmp_path: Path) -> Path:
+    return saved(tmp_path / "New.lap", "new", "sphere")
+
+
+@pytest.fixture
+def old(tmp_path: Path) -> Path:
+    (tmp_path / "there").mkdir()
+    return saved(tmp_path / "there" / "Old.lap", "old", "plane")
+
+
+def whole(path: Path) -> str:
+    """The name of the project at `path`, all of whose data are there."""
+    opened = read(path)
+    assert not opened.missing
+    state = opened.state(str(opened.steps[0].old))
+    assert state.mesh is not None
+    assert opened.current.mesh is not None
+    assert len(opened.current.mesh.positions) == len(shape({"new": "sphere", "old": "plane"}[state.name]).positions)
+    return state.name
+
+
+def test_a_copy_replaces_a_project_with_its_data(new: Path, old: Path) -> None:
+    drain(copy(new, old))
+    assert whole(old) == whole(new) == "new"
+    assert sorted(path.name for path in old.parent.iterdir()) == ["Old.lap", "Old.lap-data"]
+    files = [sorted(each.name for each in data_folder(path).rglob("*.npy")) for path in (old, new)]
+    assert files[0] == files[1]
+
+
+def failing(number: int, act: object) -> list[int]:
+    """Let `act` happen at the `number`th operation on a file; the count of them so far."""
+    count = [0]
+
+    def fault(_operation: str, _path: Path) -> None:
+        count[0] += 1
+        if count[0] == number:
+            act()  # type: ignore[operator]
+
+    atomic.fault = fault
+    return count
+
+
+def test_where_any_operation_fails_the_old_project_stays_or_the_new_is_there(
+    new: Path, old: Path, tmp_path: Path
+) -> None:
+    def fail() -> None:
+        raise OSError(28, "No space left on device")
+
+    outcomes = []
+    try:
+        for number in range(1, 200, 2):
+            count = failing(number, fail)
+            try:
+                drain(copy(new, old))
+                outcomes.append("new")
+            except OutputError:
+                outcomes.append(whole(old))
+            atomic.fault = None
+            assert whole(old) == outcomes[-1]
+            if count[0] < number:
+                break
+            shutil.rmtree(old.parent)
+            old.parent.mkdir()
+            saved(old, "old", "plane")
+    finally:
+        atomic.fault = None
+    assert set(outcomes) == {"old", "new"}
+    assert outcomes[0] == "old"
+    assert outcomes[-1] == "new"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_killed_at_any_operation_the_project_is_the_old_one_or_the_new_one(new: Path, old: Path) -> None:
+    program = (
+        "import os, signal, sys; from pathlib import Path; from app.project.copying import copy\n"
+        "from engine.core.steps import drain; from engine.storage import atomic\n"
+        "number, seen = int(sys.argv[3]), [0]\n"
+        "def fault(operation, path):\n"
+        "    seen[0] += 1\n"
+        "    if seen[0] == number: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "def main():\n"
+        "    for number_ in range(1, 300, 3):\n"
+        "        globals()['number'] = number_; seen[0] = 0\n"
+        "        child = os.fork()\n"
+        "        if child == 0:\n"
+        "            atomic.fault = fault; drain(copy(Path(sys.argv[1]), Path(sys.argv[2]))); os._exit(0)\n"
+        "        ended = os.waitpid(child, 0)[1]\n"
+        "        print(ended, flush=True)\n"
+        "        if sys.stdin.readline() == '' or ended == 0: return\n"
+        "main()\n"
+    )
+    outcomes = []
+    with subprocess.Popen(
+        [sys.executable, "-c", program, str(new), str(old), "0"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as copying:
+        assert copying.stdin is not None
+        assert copying.stdout is not None
+        while True:
+            ended = int(copying.stdout.readline())
+            outcomes.append(whole(old))
+            if ended == 0:
+                break
+            assert os.WTERMSIG(ended) == signal.SIGKILL
+            shutil.rmtree(old.parent)
+            old.parent.mkdir()
+            saved(old, "old", "plane")
+            copying.stdin.write("next\n")
+            copying.stdin.flush()
+    assert outcomes[0] == "old"
+    assert outcomes[-1] == "new"
+    assert len(outcomes) > 10
+
+
+def test_a_row_that_names_another_folder_moves_nothing(new: Path, tmp_path: Path) -> None:
+    import sqlite3
+
+    (tmp_path / "mine").mkdir()
+    with sqlite3.connect(new) as connection:
+        connection.execute("INSERT INTO meta VALUES (?, 'mine')", (WAITING,))
+    connection.close()
+    assert whole(new) == "new"
+    assert (tmp_path / "mine").is_dir()
+
+
+def test_an_open_project_and_a_foreign_folder_are_not_replaced(new: Path, old: Path, tmp_path: Path) -> None:
+    program = f"from pathlib import Path; from app.project.places import claim; claim(Path({str(old)!r}))"
+    with subprocess.Popen(
+        [sys.executable, "-c", f"{program}; print(flush=True); input()"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    ) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        with pytest.raises(OutputError, match="open in another window"):
+            drain(copy(new, old))
+        other.kill()
+    assert whole(old) == "old"
+    (tmp_path / "Third.lap-data").mkdir()
+    with pytest.raises(OutputError, match="exists already"):
+        drain(copy(new, tmp_path / "Third.lap"))
+
+
+def test_a_document_that_could_not_be_written_is_in_the_copy(new: Path, tmp_path: Path) -> None:
+    opened = read(new)
+    current = dataclasses.replace(opened.current, name="later")
+    steps = (*opened.steps, Step("Name", "", opened.current, current))
+    own = tmp_path / "own"
+    stack = own / "stack-1"
+    stack.mkdir(parents=True)
+    (stack / "file").write_bytes(b"made in a window that was read-only")
+    array = np.zeros((2, 2, 2, 3), np.float32)
+    made = ImageStack(array, array[..., 0] > 1, np.zeros(2), None, np.zeros(2), ("a", "b"), "user", folder=stack)
+    current = dataclasses.replace(current, stack=made)
+    steps = (*steps, Step("Import", "", steps[-1].new, current))
+    drain(copy(new, tmp_path / "Copy.lap", now=History(current, steps, 3), own=own))
+    found = read(tmp_path / "Copy.lap")
+    assert (found.current.name, len(found.steps), found.position) == ("later", 3, 3)
+    assert found.state(str(found.steps[0].old)).name == "new"
+    assert (data_folder(tmp_path / "Copy.lap") / "stack-1" / "file").is_file()
+    new.write_bytes(b"gone")
+    shutil.rmtree(data_folder(new))
+    drain(copy(new, tmp_path / "Again.lap", now=History(dataclasses.replace(current, stack=None), steps[:2], 2)))
+    rescued = read(tmp_path / "Again.lap")
+    assert rescued.current.name == "later"
+    assert rescued.current.mesh is not None
+    assert all(rescued.state(str(step.old)) for step in rescued.steps)
+
+
+def test_steps_that_only_the_file_knows_are_left_out_where_it_is_gone() -> None:
+    one, other = Project(name="one"), Project(name="other")
+    steps = (Step("a", "", "state", "state"), Step("b", "", "state", one), Step("c", "", one, other))
+    kept = in_memory(History(other, steps, 3))
+    assert [step.text for step in kept.steps] == ["c"]
+    assert kept.position == 1
+    assert in_memory(History(one, steps, 1)).steps == ()
+
+
+def test_the_verb_replaces_a_collected_project(new: Path, old: Path, lightarc: Command) -> None:
+    assert lightarc("project", "collect", new, "-o", old).code != 0
+    assert whole(old) == "old"
+    assert claim(old)
+    release(old)
+    assert lightarc("project", "collect", new, "-o", old, "--overwrite").code == 0
+    assert whole(old) == "new"
+    drain(collect(new, old))
+    assert whole(old) == "new"
