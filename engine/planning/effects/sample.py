@@ -32,7 +32,7 @@ from engine.light.sun_split import split_sun
 from engine.transport.baking.visibility import Receivers, receivers, visibility_shares
 from engine.transport.sh.transfer import tangent_frames
 from engine.transport.wavelet.lighting import rotated
-from engine.transport.wavelet.transfer import Texels, cube_texels
+from engine.transport.wavelet.transfer import GRAZING, Texels, cube_texels
 
 Array = NDArray[np.float64]
 
@@ -254,8 +254,8 @@ def _all_around(count: int, views: int, rng: np.random.Generator) -> Array:
 
 
 def above(directions: Array) -> Array:
-    """(N, 3) unit directions above the horizon; of smooth normals on a coarse model some look away from the eye."""
-    return normalize(np.concatenate([directions[:, :2], np.maximum(directions[:, 2:], 1e-3)], axis=1))
+    """(N, 3) unit directions above the horizon, as pictures are drawn; some smooth normals look away from the eye."""
+    return normalize(np.concatenate([directions[:, :2], np.maximum(directions[:, 2:], GRAZING)], axis=1))
 
 
 class Pixels(NamedTuple):
