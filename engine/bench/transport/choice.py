@@ -1,9 +1,9 @@
 """The choice of a plan beside the best of all settings, by errors that are measured, on generated scenes.
 
-Every setting of a scene is measured (`engine.bench.transport.predictions`), and counts as what it costs where its error
-is within the budget. Beyond the budget it counts as what it costs times the square of the error over the budget, as of
-the reference, which takes four times as long for half the error. Costs are those of the machine profile. Nothing that
-shows is left out, and pictures are of direct light.
+Every setting of a scene below the ceilings of plans is measured (`engine.bench.transport.predictions`), and counts as
+what it costs where its error is within the budget. Beyond the budget it counts as what it costs times the square of
+the error over the budget, as of the reference, which takes four times as long for half the error. Costs are those of
+the machine profile. Nothing that shows is left out, and pictures are of direct light.
 """
 
 from __future__ import annotations
@@ -102,7 +102,8 @@ def chosen(seed: int, drawer: Drawer, model: CostModel, data: Path | None = None
     every = [each for each in offers.all(budget) if each.setting in settings or each.setting.mode == "reference"]
     least = min((each.skipped for each in every), key=len)
     every = [each for each in every if each.skipped == least]
-    planned, _ = best(offered(every, usual()), budget, None)
+    every = offered(every, usual())
+    planned, _ = best(every, budget, None)
     exact = measured(scene, [each.setting for each in every], drawer)
     counted = {each.setting: _counted(each, exact[each.setting], budget) for each in every if each.setting in exact}
     least_of_all = min(counted, key=lambda setting: counted[setting])
