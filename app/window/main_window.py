@@ -72,6 +72,8 @@ from app.window.failures import Failures
 from app.window.help_table import help_table
 from app.window.interrupted import Interrupted
 from app.window.projects import Projects, ask_for_place, ask_to_open, proposed_name, show_history
+from app.window.recent import Picturing, remembered
+from app.window.recent import fill as fill_recent
 from app.window.whereabouts import Whereabouts
 from engine.core.errors import FileError
 
@@ -317,6 +319,7 @@ class MainWindow(QMainWindow):
     def _make_centre(self) -> None:
         self.status = StatusBar(self.bench.jobs)
         self.whereabouts = Whereabouts(self.bench, self.projects, self.banners)
+        self.picturing = Picturing(self.bench, self.projects)
         self.interrupted = Interrupted(self.projects, self.banners, self._ways_to_go_on())
         centre = QWidget()
         column = QVBoxLayout(centre)
@@ -335,6 +338,7 @@ class MainWindow(QMainWindow):
         bench = self.bench
         bench.document.changed.connect(self._changed)
         self.projects.changed.connect(self._show_title)
+        self.projects.changed.connect(self._remember_work)
         self.projects.opened.connect(self._remember)
         bench.jobs.failed.connect(self._job_failed)
         bench.said.connect(self.status.say)
@@ -391,10 +395,7 @@ class MainWindow(QMainWindow):
             self.open_project(project)
             return
         self.bench.open(paths, lighting=self.stack.currentWidget() is self.view)
-        first = str(paths[0] if len(paths) == 1 else paths[0].parent)
-        self.settings = dataclasses.replace(
-            self.settings, recent=settings.with_recent(self.settings.recent, first), last_folder=str(paths[0].parent)
-        )
+        self._remember(paths[0] if len(paths) == 1 else paths[0].parent, paths[0].parent)
 
     def new(self) -> None:
         """Begin a new project; the one that was open stays on disk."""
@@ -429,11 +430,14 @@ class MainWindow(QMainWindow):
             except FileError as error:
                 self.failures.report("The project cannot be written", error)
 
-    def _remember(self, path: Path) -> None:
-        self.settings = dataclasses.replace(
-            self.settings, recent=settings.with_recent(self.settings.recent, str(path)), last_folder=str(path.parent)
-        )
-        settings.save(self.settings, self.config)
+    def _remember(self, path: Path, folder: Path | None = None) -> None:
+        self.settings = remembered(self.settings, self.config, path, folder or path.parent)
+
+    def _remember_work(self) -> None:
+        """Remember the open project as soon as there is work in it."""
+        path = self.projects.path
+        if self.settings.recent[:1] != (str(path),) and self.projects.is_saved and self.projects.is_worth_keeping():
+            self._remember(path, Path(self.settings.last_folder or path.parent))
 
     def choose_files(self) -> None:
         """Ask for photographs, a mesh, measured BRDFs or a bundle."""
@@ -530,11 +534,7 @@ class MainWindow(QMainWindow):
         self.failures.report(f"{job.title} did not work", error)
 
     def _fill_recent(self) -> None:
-        self.recent.clear()
-        for path in self.settings.recent:
-            self._add(self.recent, path, "", partial(self.open, [Path(path)]))
-        if not self.settings.recent:
-            self.recent.addAction("Nothing yet").setEnabled(False)
+        fill_recent(self.recent, self.settings.recent, lambda path: self.open([path]))
 
     def _tint(self) -> None:
         colours = theme.current()
@@ -560,6 +560,7 @@ class MainWindow(QMainWindow):
     def _keep_settings(self) -> None:
         kept = dataclasses.replace(
             self.settings,
+            recent=settings.load(self.config).recent if self.config is not None else self.settings.recent,
             geometry=bytes(self.saveGeometry().data()).hex(),
             layout=bytes(self.saveState().data()).hex(),
             closed_docks=self.of_view.closed,

@@ -169,12 +169,12 @@ class Projects(QObject):
         if self._recording is not None:
             self._recording = None
             places.release(self.path)
-            if places.is_untitled(self.path) and written and not self._is_worth_keeping():
+            if places.is_untitled(self.path) and written and not self.is_worth_keeping():
                 places.remove(self.path)
         if self.bench.own != self.bench.folder and written:
             close_session(self.bench.own)
 
-    def _is_worth_keeping(self) -> bool:
+    def is_worth_keeping(self) -> bool:
         """True if a person has brought or made something, a bake too."""
         return is_worth_keeping(self.bench.document.project) or bool(noted(self.path))
 

@@ -1,0 +1,70 @@
+"""A small picture of a project, beside its file: the material as its photographs show it under the highest light.
+
+It stands for the project in lists of recent ones and after a crash, and is written anew when the material changes.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.document.document import Project
+from app.project.project_file import data_folder
+from engine.core.colour import srgb_encode
+from engine.core.steps import Step, Steps
+from engine.images.encode import encode_png
+from engine.storage.atomic import write_bytes
+
+#: Width and height in pixels.
+SIZE = (96, 72)
+
+#: The share of texels that are darker than white.
+WHITE = 0.98
+
+
+def thumbnail_of(path: Path) -> Path:
+    """The file of the picture of the project at `path`; it may not exist."""
+    return data_folder(path) / "thumbnail.png"
+
+
+def pictured(project: Project) -> tuple[object, ...]:
+    """Parts of a document that its picture is made of."""
+    return (project.material.shading_map, project.material.power_law, project.stack)
+
+
+def picture_of(project: Project) -> NDArray[np.uint8] | None:
+    """(72, 96, 3) uint8, sRGB-coded: the middle of the brightest slice, or else of the brightest photograph.
+
+    None where the project has neither.
+    """
+    shading_map, power_law, stack = project.material.shading_map, project.material.power_law, project.stack
+    if shading_map is not None:
+        radiance = shading_map.slices[-1]
+    elif power_law is not None:
+        radiance = power_law.scale
+    elif stack is not None:
+        radiance = stack.radiance[int(np.argmax(stack.mean_radiance))]
+    else:
+        return None
+    height, width = radiance.shape[:2]
+    step = max(1, min(width // SIZE[0], height // SIZE[1]))
+    across, down = min(width, step * SIZE[0]) // step, min(height, step * SIZE[1]) // step
+    left, top = (width - step * across) // 2, (height - step * down) // 2
+    cut = np.asarray(radiance[top : top + step * down, left : left + step * across], np.float32)
+    small = np.nan_to_num(cut.reshape(down, step, across, step, 3).mean(axis=(1, 3)), posinf=0.0)
+    white = float(np.quantile(small, WHITE)) or 1.0
+    picture = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+    rows, columns = (SIZE[1] - down) // 2, (SIZE[0] - across) // 2
+    coded = np.round(255.0 * srgb_encode(np.clip(small / white, 0.0, 1.0)))
+    picture[rows : rows + down, columns : columns + across] = coded.astype(np.uint8)
+    return picture
+
+
+def keep_thumbnail(path: Path, project: Project) -> Steps[None]:
+    """Write the picture of `project` beside its file. Raises OutputError where that cannot be done."""
+    yield Step(0.0, "making a small picture")
+    picture = picture_of(project)
+    if picture is not None:
+        write_bytes(thumbnail_of(path), encode_png(picture))
