@@ -13,6 +13,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sqlite3
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -65,6 +66,24 @@ def connected(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connectio
         yield connection
     finally:
         connection.close()
+
+
+_lent = threading.local()
+
+
+@contextlib.contextmanager
+def reading(path: Path) -> Iterator[sqlite3.Connection]:
+    """As `connected`; whatever reads this project within the block, on the same thread, shares the connection."""
+    lent = vars(_lent)
+    if str(path) in lent:
+        yield lent[str(path)]
+        return
+    with connected(path) as connection:
+        lent[str(path)] = connection
+        try:
+            yield connection
+        finally:
+            del lent[str(path)]
 
 
 def _check_or_make(connection: sqlite3.Connection, path: Path, create: bool) -> None:

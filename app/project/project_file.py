@@ -21,7 +21,7 @@ from typing import Any, cast
 
 import engine
 from app.document.document import Project, Step
-from app.project.database import connected, explained
+from app.project.database import connected, explained, reading
 from app.project.tidying import forget_unused
 from app.project.values import (
     MOST_TEXT,
@@ -269,7 +269,12 @@ class Opened:
 def read(path: Path) -> Opened:
     """Open a project file. Raises InputError where it is none, damaged, or of a newer version."""
     settle(path)
-    with connected(path) as connection, explained(path):
+    with reading(path):
+        return _read(path)
+
+
+def _read(path: Path) -> Opened:
+    with reading(path) as connection, explained(path):
         meta = dict(connection.execute("SELECT name, value FROM meta"))
         rows = connection.execute("SELECT text, gesture, old, new FROM step ORDER BY number LIMIT ?", (KEPT_STEPS,))
         steps = tuple(Step(str(text), str(gesture), str(old), str(new)) for text, gesture, old, new in rows)
@@ -288,17 +293,18 @@ def _state(path: Path, name: str, finder: Finder, missing: dict[str, str]) -> Pr
     key = f"state {name}"
     if key in finder.made:
         return cast(Project, finder.made[key])
-    with connected(path) as connection, explained(path):
+    with reading(path) as connection, explained(path):
         row = connection.execute("SELECT parts FROM state WHERE name = ?", (name,)).fetchone()
     if row is None:
         raise InputError(path, "is damaged: a state of its history is gone", "Open a copy of it")
     parts = {}
     try:
-        for part, value in json.loads(row[0]).items():
-            try:
-                parts[part] = _part(value, finder)
-            except Absent as gone:
-                missing[part] = str(gone)
+        with reading(path):
+            for part, value in json.loads(row[0]).items():
+                try:
+                    parts[part] = _part(value, finder)
+                except Absent as gone:
+                    missing[part] = str(gone)
         known = {part.name for part in fields(Project)}
         made = Project(**{part: value for part, value in parts.items() if part in known})
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
@@ -316,11 +322,11 @@ def _part(value: str, finder: Finder) -> Any:
 
 
 def finder_of(path: Path) -> Finder:
-    """Read values of a project file; each question opens and closes it, so nothing stays open for undo."""
+    """Read values of a project file; nothing stays open for undo."""
     folder = data_folder(path)
 
     def find_text(name: str) -> str:
-        with connected(path) as connection, explained(path):
+        with reading(path) as connection, explained(path):
             row = connection.execute(
                 "SELECT text FROM value WHERE name = ? AND length(text) <= ?", (name, MOST_TEXT)
             ).fetchone()
@@ -332,7 +338,7 @@ def finder_of(path: Path) -> Finder:
         beside = folder / "arrays" / f"{name}.npy"
         if len(name) != 40 or not name.isalnum():
             raise ValueError(f"no name of an array: {name!r:.60}")
-        with connected(path) as connection, explained(path):
+        with reading(path) as connection, explained(path):
             row = connection.execute("SELECT content FROM array WHERE name = ?", (name,)).fetchone()
         try:
             content = row[0] if row is not None else _read_beside(beside)
@@ -342,7 +348,7 @@ def finder_of(path: Path) -> Finder:
             raise Absent("data that can be made again")
         return array_from(content)
 
-    with connected(path) as connection, explained(path):
+    with reading(path) as connection, explained(path):
         return Finder(find_text, find_array, folder, places_of(connection, folder))
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from app.project.database import connected, schema_of
+from app.project.database import connected, reading, schema_of
 from app.project.made import noted, size_of
 from app.project.photographs import checked, photographs
 from app.project.project_file import data_folder, read
@@ -60,13 +60,14 @@ def problems_of(path: Path) -> Steps[list[str]]:
     with connected(path) as connection:
         found = [str(row[0]) for row in connection.execute("PRAGMA integrity_check") if row[0] != "ok"]
     opened = read(path)
-    for at, step in enumerate(opened.steps):
-        for state in (step.old, step.new):
-            try:
-                if isinstance(state, str):
-                    opened.state(state)
-            except InputError as error:
-                found.append(f"step {at + 1} ({step.text}): {error}")
+    with reading(path):
+        for at, step in enumerate(opened.steps):
+            for state in (step.old, step.new):
+                try:
+                    if isinstance(state, str):
+                        opened.state(state)
+                except InputError as error:
+                    found.append(f"step {at + 1} ({step.text}): {error}")
     about = yield from checked(path, photographs(opened.current), thorough=True)
     found += [f"{each} is missing" for each in about.missing]
     return [*found, *(f"{each} is not as it was when it was imported" for each in about.changed)]
