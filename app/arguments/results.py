@@ -186,8 +186,10 @@ def _is_bundle(path: Path) -> bool:
     return True
 
 
-def material_at(path: str, _options: argparse.Namespace) -> list[tuple[str, Kind]]:
-    """A bundle is a file where it has the ending of one, and else a folder."""
+def material_at(path: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
+    """A bundle is a file where it has the ending of one, and else a folder; a comparison is a folder."""
+    if getattr(options, "compare", False):
+        return [(path, COMPARISON)]
     return [(path, BUNDLE if Path(path).suffix.lower() == ".lightarc" else BUNDLE_FOLDER)]
 
 
@@ -233,6 +235,7 @@ DEMO = _folder(
     *("contact_sheet.png", "cloth_*.png", "*.lightarc", "stack/*"),
     *(f"capture/{name}" for name in CAPTURE.members),
 )
+COMPARISON = _folder("a comparison", "comparison.json", "comparison.png", "comparison.svg")
 FACTORS = _folder("a folder of factors", "factors.json", "term-*.exr", "terms-*.exr")
 FIGURE = _folder("a figure", "figure.json", "*.png", "*.svg", "pictures.csv", "curves.csv", "radiance/*.exr")
 PROJECT = Kind("a project", (".lap",))

@@ -10,13 +10,16 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, material_at, picture_by, software
-from engine.core.errors import UsageError
-from engine.core.figure_text import percent, size_text
+from app.cli import shade_comparison
+from engine.core.errors import InputError, UsageError
+from engine.core.figure_text import number, percent, size_text
+from engine.core.health import Health
 from engine.core.steps import Step, Steps, drain, part
 
 if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
     from engine.scene.material import Material
+    from engine.shading.fidelity import Fidelity
     from engine.shading.power_law import PowerLawMap
     from engine.shading.power_law_error import Texel
     from engine.shading.shading_map import ShadingMap
@@ -47,6 +50,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Input(),
         metavar="TEXT",
         help="the BRDF: phong:exponent=20, or a measured file, which the bundle stores as a table",
+    )
+    parser.add_argument(
+        "--compare",
+        action="store_true",
+        help="write no material, but the errors of its possible representations into a folder (lamps of many azimuths)",
+    )
+    parser.add_argument(
+        "--force",
+        action="store_true",
+        help="write the material also where the mean of its photographs is nearer",
     )
     compression = parser.add_argument_group("compression")
     compression.add_argument("--compress", default="power-law", choices=("power-law", "none"))
@@ -91,21 +104,27 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from engine.capture.stack import open_stack
     from engine.scene.material import error_figures
     from engine.shading.compile import prepare_kernels
+    from engine.shading.fidelity import fidelity
     from engine.shading.shading_map import build, included
     from engine.shading.tile import make_tile
 
     _check(arguments)
     stack = open_stack(arguments.stack)
-    included(stack, arguments.exclude)
+    used = included(stack, arguments.exclude)
+    if arguments.compare:
+        return shade_comparison.run(arguments, stack, show)
     brdf = _brdf(arguments, show)
     drain(part(prepare_kernels(), 0.0, 0.1), show)
     building = build(stack, arguments.slices, excluded=arguments.exclude)
-    shading_map, linearise_s = _timed(part(building, 0.1, 0.2), show)
+    shading_map, linearise_s = _timed(part(building, 0.1, 0.15), show)
+    shown = drain(part(fidelity(stack, used, shading_map), 0.15, 0.2), show)
+    _check_fidelity(arguments, stack, shown)
     if arguments.tileable:
         making = make_tile(stack, shading_map, overlap=arguments.overlap, excluded=arguments.exclude)
         shading_map = drain(part(making, 0.2, 0.5), show).shading_map
     power_law, fit_s = _compressed(arguments, shading_map, show)
     material = dataclasses.replace(_material(arguments, stack, shading_map, power_law), **brdf)
+    material = dataclasses.replace(material, health=material.health.merged(Health(findings=(shown.finding(),))))
     figures = error_figures(material)
     provenance = {
         **stack.provenance,
@@ -124,6 +143,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "size_bytes_compressed": power_law.size_bytes if power_law else None,
         "linearise_s": linearise_s,
         "fit_s": fit_s,
+        **_fidelity_record(shown, material),
         **figures,
         "warnings": material.health.warnings,
         "worst_texels": [{"row": t.row, "column": t.column, "error_radiance": t.error} for t in worst],
@@ -131,6 +151,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 
 def report(result: dict[str, Any]) -> str:
+    if "candidates" in result:
+        return shade_comparison.report(result)
     size = size_text(result["size_bytes_slices"])
     lines = [f"{len(result['slice_mean_radiance'])} slices, {size}, linearised in {result['linearise_s']:.2f} s"]
     if result["seam_error"] is not None:
@@ -145,7 +167,34 @@ def report(result: dict[str, Any]) -> str:
     if result["kept_tile_fraction"] is not None:
         kept = f"{percent(result['kept_tile_fraction'], 3)} of the tiles keep their slices"
         lines.append(f"{kept}, no texel's error reaches {result['max_error_radiance']:.3g}")
+    if result["leave_one_out_rmse_srgb8"] is not None:
+        ours, mean = (number(result[f"{name}_rmse_srgb8"]) for name in ("leave_one_out", "mean_picture"))
+        lines.append(f"photographs that are left out are shown to {ours} codes of 255, by their mean to {mean}")
     return "\n".join(lines)
+
+
+def _check_fidelity(arguments: argparse.Namespace, stack: ImageStack, shown: Fidelity) -> None:
+    """Refuse a material that one picture without any light would show better, where lamps stood on several sides."""
+    if stack.azimuth is None or not shown.is_worse or arguments.force:
+        return
+    problem = f"the shading map shows photographs that are left out to {number(shown.leave_one_out)} codes of 255"
+    mean = f"their mean to {number(shown.mean_picture)}, because the lamps stood on several sides"
+    remedy = "Leave out all but one azimuth with --exclude, or write it all the same with --force"
+    raise InputError(stack.folder or "the stack", f"{problem}, {mean}", remedy)
+
+
+def _fidelity_record(shown: Fidelity, material: Material) -> dict[str, Any]:
+    assert material.shading_map is not None
+    slices, known = material.shading_map.slices, not math.isnan(shown.leave_one_out)
+    size_bytes = material.power_law.size_bytes if material.power_law is not None else slices.nbytes
+    return {
+        "representation": "shading-map",
+        "leave_one_out_rmse_srgb8": shown.leave_one_out if known else None,
+        "in_sample_rmse_srgb8": shown.in_sample,
+        "mean_picture_rmse_srgb8": shown.mean_picture if known else None,
+        "bytes_per_texel": size_bytes / (slices.shape[1] * slices.shape[2]),
+        "verdict": "warning" if shown.is_worse else "good",
+    }
 
 
 def _check(arguments: argparse.Namespace) -> None:

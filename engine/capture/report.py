@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -86,15 +87,16 @@ def leave_one_out(samples: NDArray[np.float32], mean_radiance: NDArray[np.float6
         if not mean > 0.0 or not (mean_radiance[others] > 0.0).any():
             errors.append(None)
             continue
-        predicted = _bracketed(samples, mean_radiance, others, float(mean))
+        predicted = bracketed(samples, mean_radiance, others, float(mean))
         difference = predicted - samples[index]
         errors.append(float(np.sqrt(np.mean(difference * difference, dtype=np.float64)) / mean))
     return errors
 
 
-def _bracketed(
-    samples: NDArray[np.float32], means: NDArray[np.float64], others: list[np.intp], mean: float
+def bracketed(
+    samples: NDArray[np.float32], means: NDArray[np.float64], others: Sequence[Any], mean: float
 ) -> NDArray[np.float32]:
+    """A photograph of mean radiance `mean` from those of `others`, which are sorted by theirs; not all are black."""
     place = int(np.searchsorted(means[others], mean))
     if place == len(others):
         return samples[others[-1]] * np.float32(mean / means[others[-1]])

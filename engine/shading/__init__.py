@@ -1,1 +1,1 @@
-"""The shading map, the power law fitted to it, their lookup, and tileable materials."""
+"""The shading map, the power law fitted to it, their lookup and error, and tileable materials."""

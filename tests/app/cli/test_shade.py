@@ -22,13 +22,15 @@ from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.sources import find
 from engine.capture.stack import open_stack
 from engine.core.steps import drain
-from engine.images.encode import encode_png
+from engine.images.encode import encode_png, write_exr
 from tests.present import present
 
 KEYS = [
     "slice_mean_radiance", "slice_target_radiance", "rms", "rms_per_channel", "size_bytes_slices",
-    "size_bytes_compressed", "linearise_s", "fit_s", "exponent_bits", "quantisation_bound_radiance",
-    "quantisation_error_radiance", "max_error_radiance", "kept_tile_fraction", "seam_error", "tile_width_px",
+    "size_bytes_compressed", "linearise_s", "fit_s", "representation", "leave_one_out_rmse_srgb8",
+    "in_sample_rmse_srgb8", "mean_picture_rmse_srgb8", "bytes_per_texel", "verdict", "exponent_bits",
+    "quantisation_bound_radiance", "quantisation_error_radiance", "max_error_radiance", "kept_tile_fraction",
+    "seam_error", "tile_width_px",
     "tile_height_px", "warnings", "worst_texels",
 ]  # fmt: skip
 
@@ -47,6 +49,29 @@ def make_stack(folder: Path, levels: Any) -> Any:
 @pytest.fixture(scope="module")
 def stack(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return make_stack(tmp_path_factory.mktemp("capture"), (20, 60, 90, 150, 190))
+
+
+@pytest.fixture(scope="module")
+def dome(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A stack of rough relief under twelve lamps all around, all at two elevations."""
+    folder = tmp_path_factory.mktemp("dome")
+    rng = np.random.default_rng(2)
+    normal = rng.normal(size=(20, 24, 3)) * 0.5 + (0.0, 0.0, 1.0)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    lines = []
+    for number in range(12):
+        elevation, azimuth = (30.0, 50.0)[number % 2], 30.0 * number
+        turn, rise = np.radians(azimuth), np.radians(elevation)
+        light = np.array([np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)])
+        shaded = np.maximum(normal @ light, 0.02)[..., None] * (0.6, 0.5, 0.4)
+        channels = {name: shaded[..., index].astype(np.float32) for index, name in enumerate("RGB")}
+        write_exr(folder / f"lamp{number:02}.exr", channels, half=False)
+        lines.append(f'[[photographs]]\nfile = "lamp{number:02}.exr"\n')
+        lines.append(f"elevation_deg = {elevation}\nazimuth_deg = {azimuth}\n")
+    (folder / "capture.toml").write_text("".join(lines))
+    found = drain(import_stack(find([folder]), ImportSettings(motion="none"), folder / "stack")).folder
+    assert found is not None
+    return found
 
 
 @pytest.mark.parametrize("suffix", [".lightarc", ""])
@@ -272,3 +297,61 @@ def test_a_stack_that_is_cut_short_while_it_is_open_is_named(
     assert done.code == 3
     assert f"{name}: was cut short while it was open. Check the disk" in done.err
     assert not (tmp_path / "cloth.lightarc").exists()
+
+
+def test_a_material_that_is_worse_than_a_mean_picture_is_refused_unless_forced(
+    lightarc: Callable[..., SimpleNamespace], dome: Path, tmp_path: Path
+) -> None:
+    target = tmp_path / "dome.lightarc"
+    done = lightarc("shade", dome, "-o", target, "--slices", 3)
+    assert done.code == 3
+    assert "lamps stood on several sides" in done.err
+    assert "--exclude, or write it all the same with --force." in done.err
+    assert not target.exists()
+    done = lightarc("shade", dome, "-o", target, "--slices", 3, "--force", "--json")
+    assert done.code == 0, done.err
+    result = json.loads(done.out)
+    assert result["leave_one_out_rmse_srgb8"] > result["mean_picture_rmse_srgb8"]
+    assert result["verdict"] == "warning"
+    assert any("brightness alone does not tell these photographs apart" in each for each in result["warnings"])
+
+
+def test_an_arc_is_shown_better_than_by_its_mean(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
+) -> None:
+    done = lightarc("shade", stack, "-o", tmp_path / "a.lightarc", "--json")
+    result = json.loads(done.out)
+    assert result["in_sample_rmse_srgb8"] < result["leave_one_out_rmse_srgb8"] < result["mean_picture_rmse_srgb8"]
+    assert (result["representation"], result["verdict"]) == ("shading-map", "good")
+    assert result["bytes_per_texel"] == pytest.approx(24.0)
+
+
+def test_representations_are_compared_in_a_folder(
+    lightarc: Callable[..., SimpleNamespace], dome: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "comparison"
+    done = lightarc("shade", dome, "--compare", "-o", folder, "--json")
+    assert done.code == 0, done.err
+    result = json.loads(done.out)
+    errors = {each["representation"]: each["leave_one_out_rmse_srgb8"] for each in result["candidates"]}
+    assert list(errors.values()) == sorted(errors.values())
+    assert {"mean", "ptm", "hsh", "shading-map", "kriging-of-all"} < set(errors)
+    assert min(errors, key=lambda name: errors[name]).startswith(("planes-", "kriging", "ptm"))
+    assert errors["mean"] < errors["shading-map"]
+    assert sorted(path.name for path in folder.iterdir()) == sorted(result["files"])
+    again = lightarc("shade", dome, "--compare", "-o", folder)
+    assert again.code == 0
+    assert "errors in codes of 8-bit sRGB" in again.out
+
+
+def test_what_cannot_be_compared_is_refused(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, dome: Path, tmp_path: Path
+) -> None:
+    done = lightarc("shade", stack, "--compare", "-o", tmp_path / "a")
+    assert done.code == 3
+    assert "its lamps have no azimuth" in done.err
+    few = [f"lamp{number:02}.exr" for number in range(9)]
+    done = lightarc("shade", dome, "--compare", "-o", tmp_path / "a", "--exclude", *few)
+    assert done.code == 3
+    assert "3 photographs are too few" in done.err
+    assert not (tmp_path / "a").exists()

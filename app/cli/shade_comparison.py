@@ -1,0 +1,83 @@
+"""`lightarc shade --compare`: representations of a capture beside each other, as a table, as JSON and as a plot."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from engine.core.errors import InputError
+from engine.core.figure_text import number
+from engine.core.steps import Step, drain
+
+if TYPE_CHECKING:
+    from engine.capture.stack import ImageStack
+    from engine.shading.compare import Candidate
+
+#: Stems of the files of a comparison.
+STEM = "comparison"
+
+#: Photographs of which enough are left where one is left out.
+FEWEST = 4
+
+
+def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None]) -> dict[str, Any]:
+    """Compare, write and tell."""
+    from engine.figures.plot import Dot, save, scatter_front
+    from engine.shading.compare import compare
+    from engine.shading.shading_map import included
+    from engine.storage.atomic import make_folder, write_json
+
+    used = included(stack, arguments.exclude)
+    where = stack.folder or "the stack"
+    if stack.azimuth is None:
+        raise InputError(where, "its lamps have no azimuth", "Import it with a light list (.lp) or a capture.toml")
+    if len(used) < FEWEST:
+        raise InputError(where, f"{len(used)} photographs are too few to leave one out", f"Import {FEWEST} or more")
+    found = drain(compare(stack, used, arguments.slices), show)
+    folder = Path(arguments.output)
+    make_folder(folder)
+    best = _front(found)
+    dots = [
+        Dot(each.bytes_per_texel, each.leave_one_out, each.name, each.name, 0.0, each.name in best) for each in found
+    ]
+    words = ("Bytes of a texel", "Leave-one-out error / 8-bit sRGB codes")
+    note = f"{len(used)} photographs of {stack.radiance.shape[2]} × {stack.radiance.shape[1]} texels."
+    save(scatter_front(dots, *words, log_y=False, note=note), folder / f"{STEM}.png")
+    record = {"photographs": len(used), "candidates": [_record(each) for each in found]}
+    write_json(folder / f"{STEM}.json", {"lightarc_comparison": 1, **record})
+    return {**record, "files": [f"{STEM}.json", f"{STEM}.png", f"{STEM}.svg"]}
+
+
+def report(result: dict[str, Any]) -> str:
+    lines = [f"{'':16} {'left out':>9} {'in sample':>9} {'bytes':>6} {'fit':>7}   errors in codes of 8-bit sRGB"]
+    for each in result["candidates"]:
+        errors = f"{each['leave_one_out_rmse_srgb8']:9.2f} {each['in_sample_rmse_srgb8']:9.2f}"
+        seconds = f"{number(each['fit_s'])} s"
+        lines.append(f"{each['representation']:16} {errors} {each['bytes_per_texel']:6} {seconds:>7}")
+    return "\n".join(lines)
+
+
+def _front(found: list[Candidate]) -> set[str]:
+    """The names of those than which none is better in error and bytes."""
+    return {
+        each.name
+        for each in found
+        if not any(
+            other.leave_one_out < each.leave_one_out and other.bytes_per_texel <= each.bytes_per_texel
+            for other in found
+        )
+    }
+
+
+def _record(each: Candidate) -> dict[str, Any]:
+    record = asdict(each)
+    return {
+        "representation": record["name"],
+        "leave_one_out_rmse_srgb8": record["leave_one_out"],
+        "in_sample_rmse_srgb8": record["in_sample"],
+        "bytes_per_texel": record["bytes_per_texel"],
+        "fit_s": record["fit_s"],
+    }

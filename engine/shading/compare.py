@@ -1,0 +1,90 @@
+"""Representations of a capture with lamps at several azimuths, beside each other: error, bytes and time of the fit.
+
+The rivals are those of the field: the mean picture, polynomial texture maps, hemispherical harmonics, and radial basis
+functions over all photographs. Their errors of leaving a photograph out follow from second moments
+(`engine.shading.directional.moments`), so that each takes milliseconds once these are known.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.stack import ImageStack
+from engine.core.steps import Result, Step, Steps, part
+from engine.shading.directional import interpolation
+from engine.shading.directional.moments import moments
+from engine.shading.directional.planes import directions, fitted
+from engine.shading.fidelity import fidelity
+from engine.shading.shading_map import build
+
+Array = NDArray[np.float64]
+
+#: Numbers of planes that are told beside the one that is chosen, and the one in whose bytes rivals are measured.
+PLANES = (9, 27)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A representation: errors in codes of 8-bit sRGB (NaN where not known), bytes of a texel, seconds of its fit."""
+
+    name: str
+    leave_one_out: float
+    in_sample: float
+    bytes_per_texel: int
+    fit_s: float
+
+
+def compare(stack: ImageStack, used: NDArray[np.int64], slices: int = 8) -> Steps[list[Candidate]]:
+    """All candidates and rivals of the photographs `used`, by rising error; ValueError for a stack without azimuths."""
+    found, moments_s = yield from _timed(part(moments(stack, used), 0.0, 0.3))
+    lights, second = directions(stack, used), found.of_channels()
+    rows = [*_fits(lights, second, moments_s)]
+    for place, most in enumerate((None, *PLANES)):
+        first = 0.3 + 0.15 * place
+        planes, seconds = yield from _timed(part(fitted(stack, used, found, most), first, first + 0.15))
+        errors = (planes.leave_one_out, planes.in_sample)
+        rows.append(Candidate(f"planes-{len(planes.planes)}", *errors, planes.bytes_per_texel, moments_s + seconds))
+    excluded = [name for place, name in enumerate(stack.sources) if place not in used]
+    started = time.perf_counter()
+    shading_map = yield from part(build(stack, slices, excluded=excluded), 0.75, 0.9)
+    seconds = time.perf_counter() - started
+    shown = yield from part(fidelity(stack, used, shading_map), 0.9, 1.0)
+    rows.append(Candidate("shading-map", shown.leave_one_out, shown.in_sample, 12 * slices, seconds))
+    unique = {row.name: row for row in rows}
+    return sorted(unique.values(), key=lambda row: row.leave_one_out)
+
+
+def _fits(lights: Array, second: Array, moments_s: float) -> list[Candidate]:
+    """The rivals, and kriging of all photographs, each with the moments that it follows from."""
+    count = len(lights)
+    fits: dict[str, Callable[[Array], Array]] = {
+        "mean": lambda at: np.ones((len(at), 1)),
+        "ptm": interpolation.polynomial,
+        "hsh": interpolation.hemispherical_harmonics,
+    }
+    rows = []
+    for name, functions in fits.items():
+        values = functions(lights)
+        if values.shape[1] >= count:
+            continue
+        error = interpolation.rms(interpolation.left_out_of_fit(values), second)
+        inside = interpolation.rms(values @ np.linalg.pinv(values) - np.eye(count), second)
+        rows.append(Candidate(name, error, inside, 3 * values.shape[1], moments_s))
+    kernel = interpolation.best_kernel(lights, second)
+    inside = interpolation.rms(interpolation.weights(lights, lights, kernel) - np.eye(count), second)
+    error = interpolation.rms(interpolation.left_out(lights, kernel), second)
+    rows.append(Candidate("kriging-of-all", error, inside, 3 * count, moments_s))
+    return rows
+
+
+def _timed(work: Steps[Result]) -> Steps[tuple[Result, float]]:
+    """The result of `work` and the seconds of it."""
+    started = time.perf_counter()
+    result = yield from work
+    yield Step(1.0, "comparing representations")
+    return result, time.perf_counter() - started

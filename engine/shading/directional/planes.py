@@ -1,0 +1,226 @@
+"""The directional shading map: for each texel a few numbers, the planes, that give its radiance under any light.
+
+Texels x, the values of all photographs, are projected on the vectors v_k in which they vary most (principal
+components); plane k holds v_k · (x − mean) in eight bits. A photograph of a new direction is a weighted sum of the
+photographs (`engine.shading.directional.interpolation`), and so of the mean and of the planes. It continues the shading
+map of Kautz2004, whose S(r) knows the elevation of the light alone. The number of planes is the least whose error,
+each photograph left out in turn, is nearly the least of all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.stack import ImageStack
+from engine.core.colour import srgb_decode
+from engine.core.directions import Vectors
+from engine.core.steps import Step, Steps, part
+from engine.shading.directional.interpolation import Kernel, best_kernel, weights
+from engine.shading.directional.moments import BLOCK_VALUES, Moments, moments, texels
+
+Array = NDArray[np.float64]
+
+#: Numbers of planes among which is chosen, and how much larger than the least the error of fewer may be.
+LADDER, NEARLY = (1, 2, 3, 5, 7, 9, 12, 15, 18, 22, 27), 1.02
+
+#: Noise of the kernel, over the best without planes, that is tried with them: planes leave out noise by themselves.
+NOISES = (1.0, 0.3, 0.1)
+
+#: Photographs that are left out in turn, evenly over the list: each takes a decomposition of a matrix of 3 N.
+FOLDS = 64
+
+#: Codes of a plane.
+STEPS = 255
+
+#: The least sine of elevation at which light still shines: what is lower is dimmed as its cosine.
+LOWEST = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class DirectionalMap:
+    """Radiance of a material for light from any direction.
+
+    Attributes
+    ----------
+    planes : (K, H, W) uint8.
+    low, step : (K,) the value of plane k is low + step · code.
+    mean : (3 N,) codes of the photographs, and vectors : (3 N, K) of them, orthonormal.
+    lights : (N, 3) unit vectors towards the lamps, above the sample plane.
+    kernel : by which photographs are interpolated.
+    leave_one_out, in_sample, mean_picture : root mean squares over texels, channels and photographs, in codes of 8-bit
+        sRGB, of predicting a photograph from the others, of all photographs, and of the mean of the others instead.
+    """
+
+    planes: NDArray[np.uint8]
+    low: Array
+    step: Array
+    mean: Array
+    vectors: Array
+    lights: Vectors
+    kernel: Kernel
+    leave_one_out: float
+    in_sample: float
+    mean_picture: float
+
+    @property
+    def bytes_per_texel(self) -> int:
+        return len(self.planes)
+
+    def functions(self, light: Vectors) -> Array:
+        """(M, 3, 1 + K) weights of 1 and of the planes in the sRGB code of each channel, for directions (M, 3)."""
+        of_photographs = weights(self.lights, light, self.kernel)
+        count = len(self.lights)
+        constant = of_photographs @ self.mean.reshape(count, 3)
+        shares = np.einsum("mn,nck->mck", of_photographs, self.vectors.reshape(count, 3, -1))
+        return np.concatenate([(constant + shares @ self.low)[..., None], shares * self.step], axis=-1)
+
+    def picture(self, light: Vectors) -> NDArray[np.float32]:
+        """(H, W, 3) linear radiance under unit light from one direction (3,); black from below."""
+        light = np.asarray(light, np.float64)
+        lowest = max(float(self.lights[:, 2].min()), LOWEST)
+        dimmed = min(max(float(light[2]), 0.0) / lowest, 1.0)
+        if dimmed == 0.0:
+            return np.zeros((*self.planes.shape[1:], 3), np.float32)
+        functions = self.functions(light[None])[0].astype(np.float32)
+        codes = np.tensordot(self.planes.astype(np.float32), functions[:, 1:], axes=(0, 1)) + functions[:, 0]
+        return np.asarray(srgb_decode(np.maximum(codes, 0.0) / np.float32(255.0)) * np.float32(dimmed))
+
+
+def fit(stack: ImageStack, used: NDArray[np.int64], most: int | None = None) -> Steps[DirectionalMap]:
+    """The directional map of the photographs `used`, which have an azimuth; with `most` planes or fewer.
+
+    ValueError for a stack without azimuths. Reads each photograph twice.
+    """
+    found = yield from part(moments(stack, used), 0.0, 0.5)
+    return (yield from part(fitted(stack, used, found, most), 0.5, 1.0))
+
+
+def fitted(
+    stack: ImageStack, used: NDArray[np.int64], found: Moments, most: int | None = None
+) -> Steps[DirectionalMap]:
+    """The same where the moments are known."""
+    lights = directions(stack, used)
+    best = best_kernel(lights, found.of_channels())
+    tried: dict[Kernel, dict[int, float]] = {}
+    for share in NOISES:
+        yield Step(0.3 * len(tried) / len(NOISES), "leaving photographs out")
+        kernel = Kernel(best.length, share * best.noise)
+        tried[kernel] = errors_by_planes(lights, found, kernel, ladder(len(used), most))
+    kernel = min(tried, key=lambda each: min(tried[each].values()))
+    errors = tried[kernel]
+    count = chosen(errors)
+    vectors = components(found.covariance, count)
+    planes, low, step, noise = yield from part(_projected(stack, used, found.mean, vectors), 0.3, 1.0)
+    own = weights(lights, lights, kernel)
+    inside = np.hypot(_error(found, vectors, own, np.arange(len(used))), _of_noise(vectors, own, noise))
+    mean_of_others = (1.0 - np.eye(len(used))) / max(len(used) - 1, 1)
+    plain = _rms(found, np.einsum("ij,cd->icjd", mean_of_others - np.eye(len(used)), np.eye(3)))
+    figures = (float(np.hypot(errors[count], _of_noise(vectors, own, noise))), float(inside), plain)
+    return DirectionalMap(planes, low, step, found.mean, vectors, lights, kernel, *figures)
+
+
+def directions(stack: ImageStack, used: NDArray[np.int64]) -> Vectors:
+    """(N, 3) towards the lamps of the photographs `used`."""
+    if stack.azimuth is None:
+        raise ValueError("a directional map needs the azimuth of each lamp")
+    elevation, azimuth = stack.elevation[used], stack.azimuth[used]
+    flat = np.cos(elevation)
+    return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=-1)
+
+
+def ladder(photographs: int, most: int | None = None) -> tuple[int, ...]:
+    """Numbers of planes that are worth trying: fewer than the values of a texel of which one photograph is left out."""
+    top = min(max(1, 3 * (photographs - 1) - 1), most or LADDER[-1])
+    return tuple(count for count in LADDER if count < top) + ((top,) if top <= LADDER[-1] else ())
+
+
+def chosen(errors: dict[int, float]) -> int:
+    """The least number of planes whose error is nearly the least."""
+    least = min(errors.values())
+    return min(count for count, error in errors.items() if error <= NEARLY * least)
+
+
+def components(covariance: Array, count: int) -> Array:
+    """(3 N, count) the vectors in which texels vary most, with a sign that does not depend on the machine."""
+    _, vectors = np.linalg.eigh(covariance)
+    vectors = vectors[:, ::-1][:, :count]
+    largest = vectors[np.abs(vectors).argmax(axis=0), np.arange(vectors.shape[1])]
+    return np.asarray(vectors * np.where(largest < 0.0, -1.0, 1.0))
+
+
+def errors_by_planes(lights: Vectors, found: Moments, kernel: Kernel, counts: tuple[int, ...]) -> dict[int, float]:
+    """Root mean square of predicting a photograph from planes that are made of the others, by their number."""
+    total = len(lights)
+    folds = np.unique(np.linspace(0, total - 1, min(total, FOLDS)).round().astype(np.int64))
+    squares = dict.fromkeys(counts, 0.0)
+    for out in folds:
+        others = np.flatnonzero(np.arange(total) != out)
+        values = (3 * others[:, None] + np.arange(3)).ravel()
+        vectors = components(found.covariance[np.ix_(values, values)], max(counts))
+        of_others = weights(lights[others], lights[out][None], kernel)
+        for count in counts:
+            squares[count] += _square(found, vectors[:, :count], of_others, np.array([out]), values)
+    return {count: float(np.sqrt(square / len(folds))) for count, square in squares.items()}
+
+
+def _error(found: Moments, vectors: Array, of_photographs: Array, wanted: NDArray[np.int64]) -> float:
+    return float(np.sqrt(_square(found, vectors, of_photographs, wanted, np.arange(len(found.mean)))))
+
+
+def _square(
+    found: Moments,
+    vectors: Array,
+    of_photographs: Array,
+    wanted: NDArray[np.int64],
+    values: NDArray[np.int64],
+) -> float:
+    """Mean square of the photographs `wanted` (M,) as planes of the entries `values` of texels show them, minus them.
+
+    A texel's deviation d from the mean gives V Vᵀ d instead, of which `of_photographs` (M, N) is the weighted sum.
+    """
+    channels = np.einsum("mn,cd->mcnd", of_photographs, np.eye(3)).reshape(3 * len(wanted), -1)
+    towards = np.zeros((3 * len(wanted), len(found.mean)))
+    towards[:, values] = (channels @ vectors) @ vectors.T
+    own = (3 * wanted[:, None] + np.arange(3)).ravel()
+    towards[np.arange(len(own)), own] -= 1.0
+    offset = channels @ found.mean[values] - found.mean[own]
+    spread = np.einsum("ij,jk,ik->i", towards, found.covariance, towards)
+    return float(np.mean(np.maximum(spread, 0.0) + offset**2))
+
+
+def _rms(found: Moments, apart: Array) -> float:
+    flat = apart.reshape(-1, len(found.mean))
+    return float(np.sqrt(max(np.einsum("ij,jk,ik->", flat, found.second, flat) / len(flat), 0.0)))
+
+
+def _of_noise(vectors: Array, of_photographs: Array, noise: Array) -> float:
+    """Root mean square that the rounding of the planes, variances `noise` (K,), adds to photographs."""
+    count = of_photographs.shape[1]
+    shares = np.einsum("mn,nck->mck", of_photographs, vectors.reshape(count, 3, -1))
+    return float(np.sqrt(np.mean((shares**2) @ noise)))
+
+
+def _projected(
+    stack: ImageStack, used: NDArray[np.int64], mean: Array, vectors: Array
+) -> Steps[tuple[NDArray[np.uint8], Array, Array, Array]]:
+    """The planes in eight bits, their ranges, and the variance of their rounding."""
+    _, height, width = stack.radiance.shape[:3]
+    values = np.empty((vectors.shape[1], height, width), np.float32)
+    rows = max(1, BLOCK_VALUES // (len(mean) * width))
+    turned, offset = vectors.T.astype(np.float32), (vectors.T @ mean).astype(np.float32)
+    for first in range(0, height, rows):
+        last = min(first + rows, height)
+        block = turned @ texels(stack, used, first, last) - offset[:, None]
+        values[:, first:last] = block.reshape(-1, last - first, width)
+        yield Step(last / height, "writing planes")
+    low = values.min(axis=(1, 2)).astype(np.float64)
+    step = (values.max(axis=(1, 2)) - low) / STEPS
+    step[step <= 0.0] = 1.0
+    planes, noise = np.empty(values.shape, np.uint8), np.empty(len(low))
+    for k, plane in enumerate(values):
+        planes[k] = np.rint((plane - low[k]) / step[k])
+        noise[k] = np.mean((planes[k] * step[k] + low[k] - plane) ** 2, dtype=np.float64)
+    return planes, low, step, noise

@@ -1,0 +1,91 @@
+"""Error of a shading map against the photographs that it was made of, beside that of their mean picture.
+
+A shading map shows photographs of equal mean radiance alike, whatever their azimuth. Where that is not so, as with a
+dome of lamps over a relief, it may be further from the photographs than one picture that knows no light at all. Errors
+are root mean squares over texels, channels and photographs, in codes of 8-bit sRGB, as tools for domes state them; on a
+regular grid of at most 65,536 texels, in which each photograph is read once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.report import bracketed, grid_step
+from engine.capture.stack import ImageStack
+from engine.core.colour import srgb_encode
+from engine.core.figure_text import number
+from engine.core.health import Finding, Verdict
+from engine.core.steps import Step, Steps
+from engine.shading.shading_map import ShadingMap
+
+#: Photographs of which some are left out and the others still tell how the light changes them.
+FEWEST = 4
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """Errors in codes of 8-bit sRGB.
+
+    Attributes
+    ----------
+    leave_one_out : of each photograph as the shading map of the others shows it, at its mean radiance.
+    in_sample : of the shading map itself at their mean radiances.
+    mean_picture : of the mean of the others in place of each; NaN where there is one photograph.
+    photographs : their number.
+    """
+
+    leave_one_out: float
+    in_sample: float
+    mean_picture: float
+    photographs: int
+
+    @property
+    def is_worse(self) -> bool:
+        """True if the mean of the photographs shows them better; few photographs do not tell."""
+        return self.photographs >= FEWEST and self.leave_one_out > self.mean_picture
+
+    def finding(self) -> Finding:
+        """The verdict in words."""
+        ours, mean = number(self.leave_one_out), number(self.mean_picture)
+        text = f"photographs that are left out are shown to {ours} codes of 255, by their mean to {mean}"
+        if self.is_worse:
+            return Finding(Verdict.WARNING, f"{text}: brightness alone does not tell these photographs apart")
+        return Finding(Verdict.GOOD, text)
+
+
+def fidelity(stack: ImageStack, used: NDArray[np.int64], shading_map: ShadingMap) -> Steps[Fidelity]:
+    """The errors of the shading map that was made of the photographs `used`; black ones do not count."""
+    means = stack.mean_radiance[used]
+    used, means = used[means > 0.0], means[means > 0.0]
+    step = grid_step(*stack.radiance.shape[1:3])
+    samples = []
+    for place, photograph in enumerate(used):
+        samples.append(np.asarray(stack.radiance[int(photograph)])[step // 2 :: step, step // 2 :: step])
+        yield Step(place / len(used), "comparing with the photographs")
+    radiance = np.stack(samples)
+    wanted = _codes(radiance)
+    order = np.argsort(means, kind="stable")
+    mean = wanted.mean(axis=0, dtype=np.float64)
+    squares = np.zeros((3, len(used)))
+    for place in range(len(used)):
+        others = [int(other) for other in order if other != place]
+        shown = shading_map.slice_image(float(means[place]))[step // 2 :: step, step // 2 :: step]
+        squares[0, place] = _square(_codes(shown), wanted[place])
+        if others:
+            left = bracketed(radiance, means, others, float(means[place]))
+            squares[1, place] = _square(_codes(left), wanted[place])
+            squares[2, place] = _square(mean, wanted[place]) * (len(used) / (len(used) - 1)) ** 2
+    inside, out, plain = np.sqrt(squares.mean(axis=1))
+    alone = len(used) < 2
+    return Fidelity(np.nan if alone else float(out), float(inside), np.nan if alone else float(plain), len(used))
+
+
+def _codes(radiance: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.asarray(255.0 * srgb_encode(np.clip(radiance, 0.0, 1.0)), np.float32)
+
+
+def _square(one: NDArray[np.floating], other: NDArray[np.float32]) -> float:
+    return float(np.mean((one - other) ** 2, dtype=np.float64))

@@ -1,0 +1,170 @@
+"""Directional maps and their rivals: every error against refits without the photograph, by brute force."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from engine.capture.stack import ImageStack
+from engine.core.colour import LUMINANCE, srgb_decode, srgb_encode
+from engine.core.steps import drain
+from engine.shading.directional import interpolation
+from engine.shading.directional.interpolation import Kernel, left_out, left_out_of_fit, polynomial, rms, weights
+from engine.shading.directional.moments import Moments, moments
+from engine.shading.directional.planes import chosen, components, directions, errors_by_planes, fit, ladder
+
+Array = NDArray[Any]
+
+
+def dome(count: int = 12, height: int = 7, width: int = 9, seed: int = 1) -> ImageStack:
+    """Rough texels under lamps all around, as codes of 8 bits."""
+    rng = np.random.default_rng(seed)
+    azimuth = np.arange(count) * 2.4
+    elevation = np.sort(rng.uniform(0.2, 1.4, count))
+    light = np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], 1)
+    normal = rng.normal(size=(height, width, 3)) * 0.4 + (0.0, 0.0, 1.0)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    shaded = np.maximum(np.einsum("hwi,ni->nhw", normal, light), 0.02) ** 1.5
+    radiance = shaded[..., None] * rng.uniform(0.2, 0.9, (height, width, 3))
+    radiance = srgb_decode(np.rint(255.0 * srgb_encode(radiance)) / 255.0).astype(np.float32)
+    return ImageStack(
+        radiance=radiance,
+        saturated=np.zeros(radiance.shape[:3], np.bool_),
+        elevation=elevation,
+        azimuth=np.asarray(azimuth, np.float64),
+        mean_radiance=radiance.mean(axis=(1, 2), dtype=np.float64) @ LUMINANCE,
+        sources=tuple(map(str, range(count))),
+        angle_source="lp",
+    )
+
+
+@pytest.fixture(scope="module")
+def stack() -> ImageStack:
+    return dome()
+
+
+@pytest.fixture(scope="module")
+def codes(stack: ImageStack) -> Array:
+    """(N, texels, 3)."""
+    return np.asarray(255.0 * srgb_encode(np.asarray(stack.radiance, np.float64))).reshape(len(stack.sources), -1, 3)
+
+
+@pytest.fixture(scope="module")
+def known(stack: ImageStack) -> Moments:
+    return drain(moments(stack, np.arange(len(stack.sources))))
+
+
+def rmse(apart: Array) -> float:
+    return float(np.sqrt(np.mean(apart**2)))
+
+
+def test_moments_are_those_of_the_codes(codes: Array, known: Moments) -> None:
+    flat = codes.transpose(1, 0, 2).reshape(codes.shape[1], -1)
+    assert known.mean == pytest.approx(flat.mean(axis=0), abs=2e-3)
+    assert known.second == pytest.approx(flat.T @ flat / len(flat), rel=2e-5)
+
+
+def test_weights_give_a_photograph_back_where_there_is_no_noise(stack: ImageStack) -> None:
+    lights = directions(stack, np.arange(12))
+    assert weights(lights, lights, Kernel(0.4, 1e-12)) == pytest.approx(np.eye(12), abs=1e-6)
+
+
+def test_weights_keep_what_is_linear_in_the_light(stack: ImageStack) -> None:
+    lights = directions(stack, np.arange(12))
+    wanted = np.array([[0.1, 0.2, math.sqrt(0.95)], [-0.5, 0.3, math.sqrt(0.66)]])
+    found = weights(lights, wanted, Kernel(0.3, 0.1))
+    assert found.sum(axis=1) == pytest.approx(1.0)
+    assert found @ lights == pytest.approx(wanted, abs=1e-9)
+
+
+def test_lamps_on_one_ring_have_no_trend_upwards() -> None:
+    phi = np.arange(10) * 0.63
+    ring = np.stack([0.8 * np.cos(phi), 0.8 * np.sin(phi), np.full(10, 0.6)], axis=1)
+    above = np.array([[0.0, 0.0, 1.0]])
+    assert np.abs(weights(ring, above, Kernel(0.3, 0.1))).max() < 0.5
+
+
+@pytest.mark.parametrize("kernel", [Kernel(0.2, 0.3), Kernel(0.9, 0.01)])
+def test_leaving_out_is_a_refit_without_the_photograph(
+    stack: ImageStack, codes: Array, known: Moments, kernel: Kernel
+) -> None:
+    lights = directions(stack, np.arange(12))
+    apart = []
+    for out in range(12):
+        others = np.flatnonzero(np.arange(12) != out)
+        own = weights(lights[others], lights[out][None], kernel)[0]
+        # the trend is centred on other lights, which changes no weight
+        apart.append(np.tensordot(own, codes[others], axes=1) - codes[out])
+    assert rms(left_out(lights, kernel), known.of_channels()) == pytest.approx(rmse(np.array(apart)), rel=1e-4)
+
+
+def test_leaving_out_of_a_fit_is_a_refit(stack: ImageStack, codes: Array, known: Moments) -> None:
+    functions = polynomial(directions(stack, np.arange(12)))
+    apart = []
+    for out in range(12):
+        others = np.flatnonzero(np.arange(12) != out)
+        solved = np.linalg.lstsq(functions[others], codes[others].reshape(11, -1), rcond=None)[0]
+        apart.append(functions[out] @ solved - codes[out].ravel())
+    assert rms(left_out_of_fit(functions), known.of_channels()) == pytest.approx(rmse(np.array(apart)), rel=1e-4)
+
+
+def test_hemispherical_harmonics_are_orthogonal() -> None:
+    """On the hemisphere with equal weights of area: of nine functions, no two are alike."""
+    rng = np.random.default_rng(3)
+    z, phi = rng.random(200_000), rng.uniform(0.0, 2.0 * math.pi, 200_000)
+    sine = np.sqrt(1.0 - z**2)
+    values = interpolation.hemispherical_harmonics(np.stack([sine * np.cos(phi), sine * np.sin(phi), z], axis=1))
+    across = values.T @ values / len(values)
+    scale = np.sqrt(np.diag(across))
+    assert across / np.outer(scale, scale) == pytest.approx(np.eye(9), abs=0.01)
+
+
+def test_errors_by_planes_are_those_of_refits(stack: ImageStack, codes: Array, known: Moments) -> None:
+    lights, kernel = directions(stack, np.arange(12)), Kernel(0.4, 0.1)
+    apart = []
+    for out in range(12):
+        others = np.flatnonzero(np.arange(12) != out)
+        texels = codes[others].transpose(1, 0, 2).reshape(codes.shape[1], -1)
+        mean = texels.mean(axis=0)
+        _, _, axes = np.linalg.svd(texels - mean, full_matrices=False)
+        shown = mean + (texels - mean) @ axes[:4].T @ axes[:4]
+        own = weights(lights[others], lights[out][None], kernel)[0]
+        apart.append(np.einsum("n,tnc->tc", own, shown.reshape(len(shown), 11, 3)) - codes[out])
+    found = errors_by_planes(lights, known, kernel, (4,))
+    assert found[4] == pytest.approx(rmse(np.array(apart)), rel=1e-3)
+
+
+def test_a_map_shows_its_photographs_with_the_error_that_it_tells(stack: ImageStack, codes: Array) -> None:
+    found = drain(fit(stack, np.arange(12)))
+    lights = directions(stack, np.arange(12))
+    shown = np.array([255.0 * srgb_encode(found.picture(light).astype(np.float64)) for light in lights])
+    assert rmse(shown.reshape(codes.shape) - codes) == pytest.approx(found.in_sample, rel=0.05)
+    assert found.in_sample < found.leave_one_out < found.mean_picture
+    means = codes.sum(axis=0) - codes
+    assert found.mean_picture == pytest.approx(rmse(means / 11.0 - codes), rel=1e-3)
+
+
+def test_left_and_right_light_give_different_pictures(stack: ImageStack) -> None:
+    found = drain(fit(stack, np.arange(12)))
+    left, right = found.picture(np.array([-0.8, 0.0, 0.6])), found.picture(np.array([0.8, 0.0, 0.6]))
+    assert np.abs(left - right).max() > 0.1
+    assert not found.picture(np.array([0.6, 0.0, -0.8])).any()
+
+
+def test_fewer_planes_are_chosen_where_they_are_nearly_as_good() -> None:
+    assert chosen({1: 9.0, 2: 5.05, 3: 5.0, 5: 5.3}) == 2
+    assert ladder(64)[-1] == 27
+    assert ladder(64, 9)[-1] == 9
+    assert ladder(3) == (1, 2, 3, 5)
+    assert ladder(1) == (1,)
+
+
+def test_components_do_not_depend_on_the_sign_that_a_library_gives() -> None:
+    rng = np.random.default_rng(0)
+    square = rng.normal(size=(6, 6))
+    found = components(square @ square.T, 3)
+    assert found[np.abs(found).argmax(axis=0), np.arange(3)] == pytest.approx(np.abs(found).max(axis=0))
