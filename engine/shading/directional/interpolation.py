@@ -1,9 +1,9 @@
 """Weights of photographs for light from any direction, and their error where each photograph is left out in turn.
 
 Kriging: a linear trend in the direction of the light, and what is left is taken for a Gaussian process whose kernel is
-Matérn's of order 3/2 over the plane of (l_x, l_y), where the azimuth counts most near the horizon (Rasmussen and
-Williams, Gaussian Processes for Machine Learning, 2006, Eq. 4.17 and 2.41). Length and noise are those with the least
-error of leaving one out. The rivals are fits of a few functions by least squares.
+Matérn's of order 3/2 over the plane of (l_x, l_y), where the azimuth counts most near the horizon (Rasmussen2006
+sections 2.7 and 4.2). Length and noise are those with the least error of leaving one out. The rivals are fits of a few
+functions by least squares.
 """
 
 from __future__ import annotations
@@ -86,13 +86,13 @@ def rms(apart: Array, second: Array) -> float:
 
 
 def polynomial(lights: Vectors) -> Array:
-    """(N, 6) the functions of polynomial texture maps (Malzbender et al. 2001, Eq. 1)."""
+    """(N, 6) the functions of polynomial texture maps (Malzbender2001)."""
     x, y = lights[:, 0], lights[:, 1]
     return np.stack([x * x, y * y, x * y, x, y, np.ones_like(x)], axis=1)
 
 
 def hemispherical_harmonics(lights: Vectors) -> Array:
-    """(N, 9) hemispherical harmonics of orders 0 to 2 (Gautron et al. 2004, Eq. 4), but for their factors."""
+    """(N, 9) hemispherical harmonics of orders 0 to 2 (Gautron2004), but for their factors."""
     cosine = np.clip(lights[:, 2], 0.0, 1.0)
     phi = np.arctan2(lights[:, 1], lights[:, 0])
     z = 2.0 * cosine - 1.0
