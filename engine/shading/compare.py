@@ -65,7 +65,7 @@ def _fits(lights: Array, second: Array, moments_s: float) -> list[Candidate]:
     fits: dict[str, Callable[[Array], Array]] = {
         "mean": lambda at: np.ones((len(at), 1)),
         "ptm": interpolation.polynomial,
-        "hsh": interpolation.hemispherical_harmonics,
+        "hsh": interpolation.hsh,
     }
     rows = []
     for name, functions in fits.items():

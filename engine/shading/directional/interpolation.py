@@ -91,7 +91,7 @@ def polynomial(lights: Vectors) -> Array:
     return np.stack([x * x, y * y, x * y, x, y, np.ones_like(x)], axis=1)
 
 
-def hemispherical_harmonics(lights: Vectors) -> Array:
+def hsh(lights: Vectors) -> Array:
     """(N, 9) hemispherical harmonics of orders 0 to 2 (Gautron2004), but for their factors."""
     cosine = np.clip(lights[:, 2], 0.0, 1.0)
     phi = np.arctan2(lights[:, 1], lights[:, 0])

@@ -117,7 +117,7 @@ def test_hemispherical_harmonics_are_orthogonal() -> None:
     rng = np.random.default_rng(3)
     z, phi = rng.random(200_000), rng.uniform(0.0, 2.0 * math.pi, 200_000)
     sine = np.sqrt(1.0 - z**2)
-    values = interpolation.hemispherical_harmonics(np.stack([sine * np.cos(phi), sine * np.sin(phi), z], axis=1))
+    values = interpolation.hsh(np.stack([sine * np.cos(phi), sine * np.sin(phi), z], axis=1))
     across = values.T @ values / len(values)
     scale = np.sqrt(np.diag(across))
     assert across / np.outer(scale, scale) == pytest.approx(np.eye(9), abs=0.01)
