@@ -59,7 +59,7 @@ def import_large() -> Measure:
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        photographs = _photographs(folder / "photographs")
+        photographs = photographs_of_24_megapixels(folder / "photographs")
         read_s = best_of(lambda: read_photograph(photographs[0]), repeats=1)
         words = ("import", str(folder / "photographs"), "-o", str(folder / "stack"), "--json")
         result = json.loads(_run("-m", "app.__main__", *words))
@@ -115,7 +115,7 @@ def _run(*words: str) -> str:
     return subprocess.run([sys.executable, *words], check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
-def _photographs(folder: Path) -> list[Path]:
+def photographs_of_24_megapixels(folder: Path) -> list[Path]:
     """A surface with texture at all scales under rising light, a pixel or two apart."""
     from engine.images.encode import write_tiff16
     from engine.storage.atomic import make_folder

@@ -117,6 +117,7 @@ LARGE = (
     "predictions",
     "window-soak",
     "cancel",
+    "project",
 )
 
 #: Name of a group of errors and the function that finds them in a working folder.
@@ -135,6 +136,7 @@ ACCURACIES = {
     "predictions": "engine.bench.transport.predictions:predictions",
     "window-soak": "app.bench.soak:window_soak",
     "cancel": "app.bench.cancel:cancel",
+    "project": "app.bench.project:project",
 }
 
 #: Options of the command line that a group of errors takes.

@@ -20,10 +20,11 @@ from typing import Any
 
 from app.project.database import connected
 from app.project.project_file import data_folder, path_of
-from app.project.values import Keeper, array_bytes, encoded, name_of
+from app.project.values import Keeper, array_parts, encoded, name_of
 from engine.core.errors import FileError
 from engine.core.figure_text import time_text
-from engine.storage.atomic import discard
+from engine.storage.atomic import discard, perform
+from engine.storage.partial_names import partial_name
 
 log = logging.getLogger(__name__)
 
@@ -57,7 +58,7 @@ def key_of(*made_from: Any) -> str:
 
     TypeError for what is no value of the document, OSError for a file that cannot be read.
     """
-    keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: name_of(array_bytes(array)), Path())
+    keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: name_of(*array_parts(array)), Path())
     said = [_hash_of(each) if isinstance(each, Path) else encoded(each, keeper) for each in made_from]
     return name_of(json.dumps(said, sort_keys=True, allow_nan=False).encode())
 
@@ -133,9 +134,20 @@ def keep_newest(folder: Path, pattern: str, count: int, most_bytes: int = 1 << 6
     kept = [at == 0 or (at < count and total <= most_bytes) for at, total in enumerate(sizes)]
     gone = [place for place, is_kept in zip(places, kept, strict=True) if not is_kept]
     for place in gone:
-        discard(place)
+        _remove(place)
     if gone:
         _write(path_of(folder), "DELETE FROM meta WHERE name = ?", [(_ROW + place.name,) for place in gone])
+
+
+def _remove(place: Path) -> None:
+    """Remove a result at once: a folder gets a name of no result before the first file in it goes."""
+    hidden = place.with_name(partial_name(place))
+    try:
+        perform("rename", place, lambda: place.rename(hidden))
+    except FileError as error:
+        log.info("a result stays: %s", error)
+        return
+    discard(hidden)
 
 
 def used(place: Path) -> None:

@@ -19,6 +19,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
 
+import numpy as np
+
 import engine
 from app.document.document import Project, Step
 from app.project.database import connected, explained, reading
@@ -29,16 +31,17 @@ from app.project.values import (
     Array,
     Finder,
     Keeper,
-    array_bytes,
     array_from,
+    array_parts,
     decoded,
     encoded,
     found_path,
     name_of,
 )
 from engine.core.errors import InputError, OutputError
-from engine.storage.atomic import discard, make_folder, perform, write_bytes
+from engine.storage.atomic import atomic_file, discard, make_folder, perform
 from engine.storage.partial_names import is_partial
+from engine.storage.scratch import scratch_array
 
 ENDING = ".lap"
 _DATA = "-data"
@@ -51,6 +54,9 @@ KEPT_STEPS = 200
 
 #: Writes until what no state needs any more is removed.
 TIDY_EVERY = 200
+
+#: Bytes that are read or written at once, so that cancelling and other threads need not wait.
+PIECE_BYTES = 1 << 24
 
 #: Largest file of an array beside the project that is read, in bytes.
 MOST_ARRAY = 4 * 2**30
@@ -200,7 +206,7 @@ def state_name(state: Project, folder: Path) -> str:
 
     Arrays are hashed, which takes a second a gigabyte or so.
     """
-    keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: name_of(array_bytes(array)), folder)
+    keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: name_of(*array_parts(array)), folder)
     parts = {part.name: _keep_value(getattr(state, part.name), keeper) for part in fields(state)}
     return name_of(json.dumps(parts, sort_keys=True).encode())
 
@@ -216,22 +222,25 @@ def _keeper(connection: sqlite3.Connection, folder: Path, seen_from: Path, own: 
         return name
 
     def keep_array(array: Array, derived: bool) -> str:
-        content = array_bytes(array)
-        name = name_of(content)
+        header, numbers = array_parts(array)
+        name = name_of(header, numbers)
         if derived:
-            _keep_beside(folder / "arrays" / f"{name}.npy", content)
-        else:
-            connection.execute("INSERT OR IGNORE INTO array VALUES (?, ?)", (name, content))
+            _keep_beside(folder / "arrays" / f"{name}.npy", header, numbers)
+        elif connection.execute("SELECT 1 FROM array WHERE name = ?", (name,)).fetchone() is None:
+            connection.execute("INSERT INTO array VALUES (?, ?)", (name, b"".join((header, numbers))))
         return name
 
     return Keeper(keep_text, keep_array, seen_from, own)
 
 
-def _keep_beside(path: Path, content: bytes) -> None:
+def _keep_beside(path: Path, header: bytes, numbers: memoryview) -> None:
     """Write an array that can be made again, unless it is there."""
     if not path.exists():
         make_folder(path.parent)
-        write_bytes(path, content)
+        with atomic_file(path, len(header) + len(numbers)) as file:
+            file.write(header)
+            for start in range(0, len(numbers), PIECE_BYTES):
+                file.write(numbers[start : start + PIECE_BYTES])
 
 
 def settle(path: Path) -> None:
@@ -363,7 +372,16 @@ def places_of(connection: sqlite3.Connection, folder: Path) -> dict[str, Path]:
     return places
 
 
-def _read_beside(path: Path) -> bytes:
-    if path.stat().st_size > MOST_ARRAY:
+def _read_beside(path: Path) -> memoryview:
+    """The content of a file, which no other copy of it is made of; OSError where it is gone, too large or changes."""
+    size = path.stat().st_size
+    if size > MOST_ARRAY:
         raise OSError("too large")
-    return path.read_bytes()
+    content = scratch_array((size,), np.uint8).data
+    with path.open("rb", buffering=0) as file:
+        read = 0
+        while part := file.readinto(content[read : read + PIECE_BYTES]):
+            read += part
+    if read != size:
+        raise OSError("it changes")
+    return content

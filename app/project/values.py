@@ -81,6 +81,9 @@ DERIVED = ("EnvironmentMap", "ImageStack", "KeptTiles", "Mesh", "PowerLawMap", "
 #: Deepest nesting and longest text of one value that is read.
 MOST_DEPTH, MOST_TEXT = 60, 64 * 2**20
 
+#: Longest header of an array that is read, in bytes.
+MOST_HEADER = 1 << 16
+
 Array = NDArray[Any]
 
 
@@ -122,21 +125,40 @@ class Finder:
     gone: set[str] = dataclasses.field(default_factory=set)
 
 
-def name_of(content: bytes) -> str:
+def name_of(*parts: bytes | memoryview) -> str:
     """The hash that names a content: BLAKE2b, 160 bits, as 40 hexadecimal digits."""
-    return hashlib.blake2b(content, digest_size=20).hexdigest()
+    digest = hashlib.blake2b(digest_size=20)
+    for part in parts:
+        digest.update(part)
+    return digest.hexdigest()
 
 
-def array_bytes(array: Array) -> bytes:
-    """An array as an .npy file; ValueError for arrays of objects."""
-    buffer = io.BytesIO()
-    np.lib.format.write_array(buffer, np.ascontiguousarray(array).reshape(array.shape), allow_pickle=False)
-    return buffer.getvalue()
+def array_parts(array: Array) -> tuple[bytes, memoryview]:
+    """Header and numbers of an array as an .npy file, the numbers not copied; ValueError for arrays of objects."""
+    if array.dtype.hasobject:
+        raise ValueError("an array of objects is no value of the document")
+    whole = np.ascontiguousarray(array).reshape(array.shape)
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, np.lib.format.header_data_from_array_1_0(whole))
+    return header.getvalue(), whole.reshape(-1).view(np.uint8).data
 
 
-def array_from(content: bytes | memoryview) -> Array:
-    """The read-only array of an .npy file; ValueError where it is none, or of objects."""
-    array: Array = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
+def array_from(content: Any) -> Array:
+    """The read-only array of an .npy file, which shares the memory of `content`.
+
+    ValueError where it is none, or of objects.
+    """
+    memory = memoryview(content)
+    head = io.BytesIO(memory[:MOST_HEADER])
+    if np.lib.format.read_magic(head) != (1, 0):
+        raise ValueError("an array of another version")
+    shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(head)
+    if dtype.hasobject or is_fortran:
+        raise ValueError("an array of objects, or in another order")
+    numbers = memory[head.tell() :]
+    if len(numbers) != math.prod(shape) * dtype.itemsize:
+        raise ValueError("an array of another size")
+    array: Array = np.ndarray(shape, dtype, numbers) if len(numbers) else np.empty(shape, dtype)
     array.flags.writeable = False
     return array
 
