@@ -183,7 +183,7 @@ class FactorRuns(QObject):
         return next(number for number in iter(lambda: random.getrandbits(30), None) if number not in self.live)
 
     def _begin(self, run: Run, given: Any, resume: Factorisation | None) -> None:
-        live, choices, folder = self.of(run), run.choices, self.bench.folder
+        live, choices, folder = self.of(run), run.choices, self.bench.own
         assert choices is not None
         title = f"Factoring {run.name}: {METHODS[choices.method]}"
         again = {"kind": "factor", "number": run.number}

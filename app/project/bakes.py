@@ -9,7 +9,7 @@ only in the version that began it (`engine.transport.baking.file`).
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, replace
 from functools import lru_cache
 from pathlib import Path
@@ -58,13 +58,14 @@ def _key_of_mesh(mesh: Mesh) -> str:
     return key_of(mesh)
 
 
-def bake_or_cost(wanted: Wanted, folder: Path) -> Steps[tuple[Made | None, Estimate | None]]:
-    """The bake that is `wanted`, if it is kept; or what it would cost, and a kept one of another plan, if any."""
+def bake_or_cost(wanted: Wanted, folders: Sequence[Path]) -> Steps[tuple[Made | None, Estimate | None]]:
+    """The bake that is `wanted`, if one of `folders` has it; or the cost of one, and one of another plan, if any."""
     yield Step(0.0, "looking for a bake")
-    made = kept(wanted, folder)
-    if made is not None and made.wanted.is_as(wanted):
-        return made, None
-    return made, (yield from part(estimated(wanted), 0.1, 1.0))
+    found = [made for folder in folders if (made := kept(wanted, folder)) is not None]
+    whole = next((made for made in found if made.wanted.is_as(wanted)), None)
+    if whole is not None:
+        return whole, None
+    return found[0] if found else None, (yield from part(estimated(wanted), 0.1, 1.0))
 
 
 def kept(wanted: Wanted, folder: Path) -> Made | None:

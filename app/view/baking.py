@@ -172,8 +172,8 @@ class Baking(QObject):
     def _ask(self, wanted: Wanted) -> None:
         if not wanted.is_as(self._asked):
             self._asked, self.estimate = wanted, None
-            folder = self.bench.folder
-            self._estimating.ask(lambda: bake_or_cost(wanted, folder), lambda found: self._found(wanted, *found))
+            folders = tuple(dict.fromkeys((self.bench.own, self.bench.folder)))
+            self._estimating.ask(lambda: bake_or_cost(wanted, folders), lambda found: self._found(wanted, *found))
 
     def _found(self, wanted: Wanted, made: Made | None, estimate: Estimate | None) -> None:
         """A bake that was made before, or the cost of one; the former is drawn also where another plan led to it."""
@@ -200,7 +200,7 @@ class Baking(QObject):
         estimate = self.ready
         if estimate is None or estimate.why_not or self.job is not None:
             return
-        folder = self.bench.folder
+        folder = self.bench.own
         title, again = f"Baking {self.method.noun}", {"kind": "bake", "method": self.method.name}
         job = self.bench.jobs.submit(title, lambda: bake_and_keep(estimate, folder), again=again)
         self.job = job

@@ -50,7 +50,7 @@ class Projects(QObject):
         self.is_read_only = False
         self.why_read_only = ""
         self._recording: Recording | None = None
-        bench.jobs.around = lambda job: running(bench.folder, job.title, job.again)
+        bench.jobs.around = lambda job: running(bench.own, job.title, job.again)
         self._as_opened = bench.document.project
         self._is_elsewhere = False
 

@@ -176,3 +176,20 @@ def test_another_project_shows_no_bake_of_this_one(planned: MainWindow, qtbot: A
     assert baking.made is None
     qtbot.waitUntil(lambda: baking.ready is not None, timeout=LONG)
     assert not baking.is_drawn
+
+
+def test_a_second_window_finds_bakes_and_leaves_its_own_elsewhere(
+    planned: MainWindow, qtbot: Any, tmp_path: Path, unable: Any
+) -> None:
+    baking = bake(planned, qtbot)
+    planned.bench.own = tmp_path / "own"
+    planned.bench.own.mkdir()
+    before = set(planned.bench.folder.glob("bake-*"))
+    baking.choose(choices_for("sh", order=4))
+    bake(planned, qtbot)
+    assert set(planned.bench.folder.glob("bake-*")) == before
+    assert len(list(planned.bench.own.glob("bake-*"))) == 1
+    unable()
+    for order in (3, 4):
+        baking.choose(choices_for("sh", order=order))
+        is_shown(baking, qtbot)
