@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import engine
 from engine.core.errors import InputError, OutputError
 from engine.geometry.shapes import plane, sphere
 from engine.storage import atomic, scratch
@@ -73,7 +74,8 @@ def file(tmp_path: Path) -> Path:
 
 def test_what_was_written_is_found_again_and_read_only(file: Path) -> None:
     found = open_transport(file, sphere())
-    assert (found.kind, dict(found.settings)) == ("wavelet", {"edge": 16})
+    made_by = {"edge": 16, "software": f"lightarc {engine.__version__}"}
+    assert (found.kind, dict(found.settings)) == ("wavelet", made_by)
     assert found.size_bytes == file.stat().st_size == planned().size_bytes
     for chunk in range(10):
         for name, array in rows(chunk).items():
