@@ -4,7 +4,8 @@ Spherical harmonics of an order are the truncated sums of `engine.planning.effec
 summed as they are drawn; wavelets run through nearly the factors of a bake, and through its transform and quantisation,
 at some of the points, and Gaussians through its fit (`engine.planning.effects.lobe_error`). The error of the reference
 is its noise, which falls with the root of the samples. Between the settings that are tried an error is a power law of
-the knob, and along a ladder it never rises. What a method cannot show (shadows of directional lights, light between
+the knob, and along a ladder it never rises. By a camera, errors are what the sample says; from all around they are
+raised by what so few views leave unknown. What a method cannot show (shadows of directional lights, light between
 parts of the model in wavelets) is not in these figures: the plan adds the estimate of that effect.
 """
 
@@ -99,12 +100,14 @@ def wavelet_error(errors: ModeErrors, setting: Setting) -> float:
 @lru_cache(maxsize=8)
 def mode_errors(scene: Scenery) -> ModeErrors:
     """The errors of all modes on `scene`, remembered; some 0.1 s."""
-    found, shares = scene.methods, _shares(scene.fine)
+    found, shares, margin = scene.methods, _shares(scene.fine), not scene.fine.by_camera
     spherical_harmonics = {
-        order: relative_error(found.spherical_harmonics[order], found.full, shares) for order in ORDERS
+        order: relative_error(found.spherical_harmonics[order], found.full, shares, margin=margin) for order in ORDERS
     }
-    lights = {number: relative_error(found.lights[number], found.unshadowed, shares) for number in LIGHTS}
-    coarse = relative_error(found.coarse, found.full, shares)
+    lights = {
+        number: relative_error(found.lights[number], found.unshadowed, shares, margin=margin) for number in LIGHTS
+    }
+    coarse = relative_error(found.coarse, found.full, shares, margin=margin)
     interpolated = interpolation_error(scene.between, scene.brdf) if scene.between is not None else 0.0
     return ModeErrors(scene, _falling(spherical_harmonics), _falling(lights), coarse, interpolated)
 
@@ -166,7 +169,8 @@ def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
                 tuples = relit(transport, light) + _of_lamps(scene, rows, factors)
                 signed = signed_radiance(transport, tuples, sample.views[rows].reshape(-1, 3), vertices)
             value = np.maximum(signed, 0.0).reshape(wanted.shape)
-            found[terms, kept] = relative_error(value, wanted, [each[rows] for each in _shares(sample)])
+            shares = [each[rows] for each in _shares(sample)]
+            found[terms, kept] = relative_error(value, wanted, shares, margin=not sample.by_camera)
     for terms in TERMS:
         for kept, error in _falling({kept: found[terms, kept] for kept in KEPT}).items():
             found[terms, kept] = error
