@@ -74,13 +74,17 @@ def choices_for(method: str, **values: Any) -> BakeChoices:
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """The request for a bake. `plan` is the plan that it follows, with the knobs of `choices`; None without a plan."""
+    """The request for a bake. `plan` is the plan that it follows, with the knobs of `choices`; None without a plan.
+
+    `predicted_s` is how long the machine profile says that it takes, where it is the very bake that the plan chose.
+    """
 
     mesh: Mesh
     ground: Ground | None
     brdf: Brdf
     choices: BakeChoices
     plan: EffectsPlan | None = None
+    predicted_s: float | None = None
 
     def is_as(self, other: Wanted | None) -> bool:
         return other is not None and self.fits(other) and self.brdf == other.brdf and self.asks_for_the_same(other)
@@ -119,7 +123,9 @@ def wanted_of(mesh: Mesh, ground: Ground | None, brdf: Brdf, choices: BakeChoice
     if plan is None:
         return Wanted(mesh, ground, brdf, chosen)
     effects = tuple(_for_method(effect, chosen) for effect in plan.effects)
-    return Wanted(mesh, ground, brdf, chosen, replace(plan, effects=effects, setting=setting_for(chosen)))
+    setting = setting_for(chosen)
+    predicted_s = plan.cost.bake_s if (setting, effects) == (plan.setting, plan.effects) else None
+    return Wanted(mesh, ground, brdf, chosen, replace(plan, effects=effects, setting=setting), predicted_s)
 
 
 def decided_by(choices: BakeChoices, plan: EffectsPlan | None) -> BakeChoices:
@@ -215,8 +221,16 @@ def _prepared(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]
 
 
 def baked(path: Path, estimate: Estimate) -> Steps[Made]:
-    """Bake into the file `path`; an equal bake that was interrupted goes on."""
+    """Bake into the file `path`; an equal bake that was interrupted goes on.
+
+    The machine profile learns from one that it predicted and that ran from its start to its end.
+    """
+    from app.session.machine_profile import learn
+
     yield Step(0.0, "preparing kernels")
     assert estimate.start is not None
+    wanted = estimate.wanted
     made = yield from estimate.start(path)
-    return Made(estimate.wanted, made.transport, made.bake_s, made.file.size_bytes)
+    if wanted.predicted_s is not None and not made.resumed_chunks:
+        learn(wanted.choices.method.name, wanted.predicted_s, made.bake_s)
+    return Made(wanted, made.transport, made.bake_s, made.file.size_bytes)

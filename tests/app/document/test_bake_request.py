@@ -1,0 +1,68 @@
+"""Requests for bakes: those that a plan chose teach the machine profile how long they took."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from app.document.bake_request import Estimate, Wanted, baked, choices_for, wanted_of
+from app.session import machine_profile
+from engine.brdf.brdf import brdf_from_text
+from engine.core.steps import Step, Steps, drain
+from engine.geometry.mesh import Mesh
+from engine.planning.ceilings import usual
+from engine.planning.costs.cost_model import Cost
+from engine.planning.costs.setting import Setting
+from engine.planning.plan import Effect, EffectsPlan
+
+PLANNED_S = 12.5
+PLAN = EffectsPlan(
+    effects=(Effect("interreflection", "skipped", "", 0.0, 0.0, 0), Effect("self-shadowing", "needed", "", 0.1, 0, 0)),
+    setting=Setting("sh", {"order": 3, "interreflection": 0}),
+    predicted_error_rel=0.1,
+    error_interval_rel=(0.0, 0.2),
+    cost=Cost(PLANNED_S, 0.01, 0.01, 1000, 1000),
+    satisfied=True,
+    free_share=0.0,
+    times_within=1.5,
+    ceilings=usual(),
+)
+
+
+def asked(order: int = 3, plan: EffectsPlan | None = PLAN) -> Wanted:
+    made = trimesh.creation.icosphere(subdivisions=1)
+    positions = np.asarray(made.vertices, np.float64)
+    uv = np.zeros((len(positions), 2), np.float32)
+    ball = Mesh(positions, positions.astype(np.float32), uv, np.asarray(made.faces, np.int32), "ball")
+    return wanted_of(ball, None, brdf_from_text("lambert:albedo=0.5"), choices_for("sh", order=order), plan)
+
+
+def test_only_the_bake_that_the_plan_chose_has_its_time() -> None:
+    forced = replace(PLAN, effects=(replace(PLAN.effects[0], decision="needed"), PLAN.effects[1]))
+    assert asked().predicted_s == PLANNED_S
+    assert asked(order=4).predicted_s is None, "another setting"
+    assert asked(plan=forced).plan != forced, "interreflection is part of the setting"
+    assert asked(plan=None).predicted_s is None
+
+
+@pytest.mark.parametrize(("order", "resumed_chunks", "lessons"), [(3, 0, 1), (4, 0, 0), (3, 2, 0)])
+def test_a_predicted_bake_teaches_the_profile_unless_it_was_resumed(
+    order: int, resumed_chunks: int, lessons: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    learnt = list[tuple[str, float, float]]()
+    monkeypatch.setattr(machine_profile, "learn", lambda *lesson: learnt.append(lesson))
+
+    def start(_path: Path) -> Steps[Any]:
+        yield Step(0.5, "baking")
+        file = SimpleNamespace(size_bytes=7)
+        return SimpleNamespace(transport=None, bake_s=20.0, resumed_chunks=resumed_chunks, file=file)
+
+    made = drain(baked(tmp_path / "ball.transport", Estimate(asked(order), None, 0.0, start)))
+    assert made.bake_s == 20.0
+    assert learnt == [("sh", PLANNED_S, 20.0)] * lessons
