@@ -8,7 +8,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import QAbstractListModel, QModelIndex, QObject, QPersistentModelIndex, QRect, QSize, Qt, Signal
+from PySide6.QtCore import (
+    QAbstractListModel,
+    QItemSelection,
+    QItemSelectionModel,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    QRect,
+    QSize,
+    Qt,
+    Signal,
+)
 from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtWidgets import (
     QHBoxLayout,
@@ -143,9 +154,10 @@ class PhotographModel(QAbstractListModel):
 
 
 class PhotographList(QListView):
-    """Shows a `PhotographModel`; `chosen` is the row on which the person is."""
+    """Shows a `PhotographModel`; `chosen` is the row on which the person is, `picked` are those that are selected."""
 
     chosen = Signal(int)
+    picked = Signal(list)
 
     def __init__(self) -> None:
         super().__init__()
@@ -157,11 +169,28 @@ class PhotographList(QListView):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setEditTriggers(QListView.EditTrigger.DoubleClicked | QListView.EditTrigger.EditKeyPressed)
         self.setAccessibleName("Photographs")
+        self.setSelectionMode(QListView.SelectionMode.ExtendedSelection)
         self.selectionModel().currentChanged.connect(lambda index, _old: self.chosen.emit(index.row()))
+        self.selectionModel().selectionChanged.connect(lambda _new, _old: self.picked.emit(self.selection))
+
+    @property
+    def selection(self) -> list[int]:
+        """The rows that are selected, rising."""
+        return sorted(index.row() for index in self.selectionModel().selectedIndexes())
 
     def choose(self, place: int) -> None:
         """Go to row `place`."""
         self.setCurrentIndex(self.photographs.index(place))
+
+    def pick(self, places: Sequence[int]) -> None:
+        """Select the rows `places`, and go to the first unless the person is on one of them."""
+        chosen = QItemSelection()
+        for place in places:
+            chosen.select(self.photographs.index(place), self.photographs.index(place))
+        model = self.selectionModel()
+        if places and self.currentIndex().row() not in places:
+            model.setCurrentIndex(self.photographs.index(places[0]), QItemSelectionModel.SelectionFlag.NoUpdate)
+        model.select(chosen, QItemSelectionModel.SelectionFlag.ClearAndSelect)
 
 
 class PhotographColumn(QWidget):

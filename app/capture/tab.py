@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from app.capture.framing import Corners, FramingView, begun, framed
 from app.capture.import_panel import is_upright
+from app.capture.light_dome import LightDome, lamps_of
 from app.capture.panel import CapturePanel, first_to_mark
 from app.capture.photograph_list import PhotographColumn, file_name, rows_of
 from app.capture.picture_bar import PictureBar
@@ -54,6 +55,11 @@ class CaptureTab(QWidget):
         self.plot = ElevationPlot()
         self.plot.selected.connect(self.list.choose)
         self.plot.toggled.connect(self._toggle_place)
+        self.dome = LightDome()
+        self.dome.chosen.connect(self.list.choose)
+        self.dome.picked.connect(self.list.pick)
+        self.dome.used.connect(self._use_only)
+        self.list.picked.connect(self._show_selection)
         self._make_tools()
         self.empty = self._make_empty()
         self.pages = with_empty_state(self, self.empty, self._make_work())
@@ -122,7 +128,8 @@ class CaptureTab(QWidget):
         pictures = QSplitter(Qt.Orientation.Vertical)
         pictures.setHandleWidth(1)
         pictures.addWidget(self.image)
-        pictures.addWidget(self.plot)
+        self.lights = side_by_side(self.plot, self.dome, stretch=0)
+        pictures.addWidget(self.lights)
         pictures.setStretchFactor(0, 1)
         pictures.setSizes([560, 190])
         pictures.setChildrenCollapsible(False)
@@ -182,7 +189,7 @@ class CaptureTab(QWidget):
             self.shelf.forget("stack")
             self.image.show_picture(None)
             self._choose(self.list.currentIndex().row())
-        self.plot.setVisible(new.stack is not None)
+        self.lights.setVisible(new.stack is not None)
         self._show_choices(new)
         self._show_tool(old, new)
         self._update_buttons()
@@ -220,11 +227,13 @@ class CaptureTab(QWidget):
         project = self.bench.document.project
         if project.stack is None:
             self.plot.show_means([], [], [], None)
+            self.dome.show_lamps((), None)
             return
         stack = project.stack
         excluded = [name in project.excluded for name in stack.sources]
         current = stack.sources.index(self.current) if self.current in stack.sources else None
         self.plot.show_means(stack.elevation_deg, stack.mean_radiance, excluded, current)
+        self.dome.show_lamps(lamps_of(stack, project.excluded), current)
 
     def _choose(self, place: int) -> None:
         rows = self.list.photographs.rows
@@ -325,14 +334,26 @@ class CaptureTab(QWidget):
         self.image.show_marks(self.marks.isChecked())
 
     def _toggle_excluded(self) -> None:
+        """Exclude the photographs that are selected, or include them where the current one is excluded."""
         if self.current is not None:
-            self.bench.set_excluded(self.current, self.current not in self.bench.document.project.excluded)
+            names = {self.list.photographs.rows[place].name for place in self.list.selection} | {self.current}
+            self.bench.set_excluded(names, self.current not in self.bench.document.project.excluded)
+
+    def _use_only(self, places: list[int]) -> None:
+        stack = self.bench.document.project.stack
+        if stack is not None:
+            self.bench.use_only({stack.sources[place] for place in places})
+
+    def _show_selection(self, places: list[int]) -> None:
+        self.dome.show_selection(places)
+        names = [self.list.photographs.rows[place].name for place in places]
+        self.exclude.setText("Exclude photograph" if len(names) < 2 else f"Exclude {len(names)} photographs")
 
     def _toggle_place(self, place: int) -> None:
         project = self.bench.document.project
         if project.stack is not None:
             name = project.stack.sources[place]
-            self.bench.set_excluded(name, name not in project.excluded)
+            self.bench.set_excluded({name}, name not in project.excluded)
 
     def _show_choices(self, project: Project) -> None:
         """Show the import choices, and their handles on the photograph as it was taken."""
@@ -417,4 +438,5 @@ class CaptureTab(QWidget):
         self.empty.apply_theme()
         self.panel.apply_theme()
         self.plot.apply_theme()
+        self.dome.apply_theme()
         self._show_plot()

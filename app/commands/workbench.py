@@ -11,7 +11,7 @@ import logging
 import math
 import secrets
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
@@ -160,11 +160,19 @@ class Workbench(QObject):
         self.said.emit(f"{len(stack.sources)} photographs imported")
         self.build_material()
 
-    def set_excluded(self, source: str, excluded: bool) -> None:
-        """Leave the photograph `source` out of the material, or take it in again."""
+    def set_excluded(self, sources: Collection[str], excluded: bool) -> None:
+        """Leave the photographs `sources` out of the material, or take them in again."""
         now = self.document.project.excluded
-        words = f"{'Exclude' if excluded else 'Include'} {source}"
-        self.document.change(words, excluded=now | {source} if excluded else now - {source})
+        what = next(iter(sources)) if len(sources) == 1 else f"{len(sources)} photographs"
+        words = f"{'Exclude' if excluded else 'Include'} {what}"
+        self.document.change(words, excluded=now | frozenset(sources) if excluded else now - frozenset(sources))
+
+    def use_only(self, sources: Collection[str]) -> None:
+        """Make the material of the photographs `sources` alone."""
+        stack = self.document.project.stack
+        if stack is not None:
+            words = "Use all photographs" if len(sources) == len(stack.sources) else f"Use {len(sources)} photographs"
+            self.document.change(words, excluded=frozenset(stack.sources) - frozenset(sources))
 
     def build_material(self) -> None:
         """Linearise the stack into slices and compress them, as the project says."""
