@@ -90,6 +90,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="COLUMN,ROW,RADIUS|auto",
         help="measure the lights on the mirror sphere with this outline in the picture",
     )
+    lights = parser.add_mutually_exclusive_group()
+    lights.add_argument(
+        "--azimuth",
+        type=_azimuth,
+        metavar="DEGREES[±TOLERANCE]",
+        help="keep the lights of this azimuth alone, in degrees, 0 = right, 90 = up in the picture (±2.5); "
+        "+- stands for ±: 90+-10",
+    )
+    lights.add_argument(
+        "--arc", action="store_true", help="keep the lights of one arc: the azimuth ±10° with most elevations"
+    )
+    lights.add_argument(
+        "--lights",
+        type=_lights,
+        metavar="LIST",
+        help="keep these photographs alone: numbers from 1 in the order of the file names, or file names: 1,4-9",
+    )
     parser.epilog = f"{parser.epilog}\n\n{JSON_HELP}"
 
 
@@ -132,6 +149,7 @@ def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scrat
         dark=arguments.dark or "auto",
         flat="none" if arguments.no_flat else arguments.flat or "auto",
         lamp_distance=arguments.lamp_distance,
+        lights=_selection(arguments),
     )
     stack = drain(import_stack(sources, settings, arguments.output), memory)
     return {
@@ -283,3 +301,30 @@ def _outline(choice: Any) -> Any:
     from engine.capture.lights.mirror_sphere import Circle
 
     return Circle(*choice) if isinstance(choice, tuple) else choice
+
+
+def _azimuth(text: str) -> tuple[float, ...]:
+    """The azimuth, and the tolerance where one is given, in degrees."""
+    numbers = tuple(float(number) for number in text.replace("+-", "±").replace("°", "").split("±"))
+    if len(numbers) > 2 or not -360.0 <= numbers[0] <= 360.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not an azimuth of -360 to 360 degrees with a tolerance: 90±10")
+    if len(numbers) == 2 and not 0.0 <= numbers[1] <= 180.0:
+        raise argparse.ArgumentTypeError(f"{text!r} has a tolerance outside 0 to 180 degrees")
+    return numbers
+
+
+def _lights(text: str) -> tuple[str, ...]:
+    items = tuple(item.strip() for item in text.split(","))
+    if not all(items):
+        raise argparse.ArgumentTypeError(f"{text!r} is no list such as 1,4-9 or a.tif,b.tif")
+    return items
+
+
+def _selection(arguments: argparse.Namespace) -> Any:
+    from engine.capture.lights.selection import Arc, Azimuth, Listed
+
+    if arguments.azimuth is not None:
+        return Azimuth(*arguments.azimuth)
+    if arguments.lights is not None:
+        return Listed(arguments.lights)
+    return Arc() if arguments.arc else None

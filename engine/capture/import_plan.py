@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from engine.capture.lights.azimuth_spread import usual_motion
 from engine.capture.lights.mirror_sphere import Circle
+from engine.capture.lights.selection import Selection, selected
 from engine.capture.lights.sources import Pairs, Sources, printable
 from engine.capture.lights.sphere_lights import measured_lights
 from engine.capture.photograph.calibration import Calibration, read_calibration
@@ -51,6 +52,7 @@ class ImportSettings:
         name take those away that the sources give.
     dark, flat : calibration frames: 'auto' for those found among the sources, 'none', or a file.
     lamp_distance : of a near lamp in widths of the picture, infinite for a distant one; None for what the sources say.
+    lights : the lights that are kept, None for all.
     """
 
     motion: str = "auto"
@@ -63,6 +65,7 @@ class ImportSettings:
     dark: Path | Literal["auto", "none"] = "auto"
     flat: Path | Literal["auto", "none"] = "auto"
     lamp_distance: float | None = None
+    lights: Selection | None = None
 
     def __post_init__(self) -> None:
         if self.motion not in ("auto", "none", *MOTIONS):
@@ -137,6 +140,8 @@ def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     transfer: Any = settings.transfer if settings.transfer != "auto" else sources.transfer or "auto"
     if sources.sphere is not None:
         sources = yield from part(measured_lights(sources, transfer), 0.0, 0.5)
+    if settings.lights is not None:
+        sources = selected(sources, settings.lights)
     settings = _decided(settings, sources)
     noted = yield from part(_noted(sources), 0.5, 0.6)
     scale = exposure_scale(sources.exposures, noted)

@@ -104,6 +104,7 @@ def test_impossible_frames_are_wrong_usage(
     [
         ("--angles-deg", "10,x"), ("--crop", "1,2,3"), ("--crop", "0,0,0,5"), ("--motion", "spline"),
         ("--white-balance", "1,2"), ("--white-balance", "1,0,nan"), ("--transfer", "gamma"),
+        ("--azimuth", "up"), ("--azimuth", "400"), ("--azimuth", "90±200"), ("--lights", "1,,3"),
     ],
 )  # fmt: skip
 def test_wrong_usage(lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path, words: Any) -> None:
@@ -200,3 +201,30 @@ def test_photographs_too_small_to_be_aligned_stay_as_they_were(
     assert (found["height_px"], found["width_px"]) == size
     assert any("smaller than 32" in text for text in found["warnings"])
     assert found["alignment_residual_px"] == [None] * 5
+
+
+@pytest.mark.parametrize(
+    ("words", "elevations"),
+    [
+        (("--azimuth", "90±10"), [20, 40, 60]),
+        (("--azimuth", "90+-10"), [20, 40, 60]),
+        (("--azimuth", "0"), [30, 50]),
+        (("--arc",), [20, 40, 60]),
+        (("--lights", "1-2,IMG_0004.png"), [20, 40, 50]),
+    ],
+)
+def test_lights_of_a_dome_are_chosen(
+    lightarc: Callable[..., SimpleNamespace], tmp_path: Path, words: Any, elevations: Any
+) -> None:
+    (tmp_path / "dome").mkdir()
+    lights = [(20, 90), (40, 95), (60, 84), (50, 0), (30, 1)]
+    lines = [str(len(lights))]
+    for number, (elevation, azimuth) in enumerate(lights, 1):
+        codes = np.random.default_rng(number).integers(0, 65536, (20, 20, 3), dtype=np.uint16)
+        (tmp_path / "dome" / f"IMG_{number:04}.png").write_bytes(encode_png(codes))
+        flat, up, height = (f(np.radians(a)) for f, a in ((np.cos, elevation), (np.sin, azimuth), (np.sin, elevation)))
+        lines.append(f"IMG_{number:04}.png {flat * np.cos(np.radians(azimuth))} {flat * up} {height}")
+    (tmp_path / "dome" / "dome.lp").write_text("\n".join(lines))
+    done = lightarc("import", tmp_path / "dome", "-o", tmp_path / "s", "--no-align", "--json", *words)
+    assert done.code == 0, done.err
+    assert json.loads(done.out)["elevations_deg"] == pytest.approx(elevations)
