@@ -160,7 +160,9 @@ def opened(folder: Path) -> dict[str, float]:
     begun = time.perf_counter()
     found = read(folder / "long.lap")
     document.restore(found.current, found.steps, found.position, found.state)
-    return {"open_s": round(time.perf_counter() - begun, 3)}
+    took_s = time.perf_counter() - begun
+    document.clear()  # steps that outlive the stack of Qt's they are on crash Python at its end
+    return {"open_s": round(took_s, 3)}
 
 
 def window(path: Path) -> dict[str, float]:

@@ -9,7 +9,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.commands.drawable import Drawable
-from app.commands.workbench import load_shape
+from app.commands.opening import load_shape
 from app.jobs.jobs import Jobs
 from app.viewport.viewport import Viewport
 from engine.core.directions import world_direction

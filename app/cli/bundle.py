@@ -64,7 +64,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 def _make(project: Path, output: Path, show: Callable[[Step], None]) -> None:
     """Write the material that a project has; InputError where it has none, or where its data are gone."""
     from app.commands.export_bundle import exported
-    from app.project.report import identity
+    from app.project.project_file import read
+    from app.project.report import chain_of, identity
     from app.project.setup import set_up
     from engine.core.errors import InputError
 
@@ -72,7 +73,9 @@ def _make(project: Path, output: Path, show: Callable[[Step], None]) -> None:
     setup = set_up(project)
     if not setup.project.has_map:
         raise InputError(project, "has no material yet", "Build one in the window, or with lightarc shade")
-    drain(exported(setup.project, output, setup.scene, origin={"project": identity(project)}), show)
+    opened = read(project)
+    chain = chain_of(project, setup.project, opened.steps[: opened.position])
+    drain(exported(setup.project, output, setup.scene, origin={"project": identity(project), **chain}), show)
 
 
 def report(result: dict[str, Any]) -> str:

@@ -21,7 +21,11 @@ EXAMPLE = "lightarc gui --sample"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "files", nargs="*", type=Input(Path), metavar="FILE", help="photographs, a folder, a mesh or a bundle"
+        "files",
+        nargs="*",
+        type=Input(Path),
+        metavar="FILE",
+        help="a project, photographs, a folder, a mesh, a bundle",
     )
     parser.add_argument("--sample", action="store_true", help="begin with the built-in sample capture")
 

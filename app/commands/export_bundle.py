@@ -7,14 +7,13 @@ from collections.abc import Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.commands.bundle_view import view_of
 from app.document.document import Look, Project
-from engine.core.colour import Operator
-from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps, part
 from engine.scene.material import error_figures
 
@@ -23,12 +22,6 @@ if TYPE_CHECKING:
 
 #: Parts of a material that a bundle may leave out, one of them at most.
 PARTS = ("slices", "power-law")
-
-#: Parts of the view that a bundle keeps: numbers of `Look`, beside its tone mapping and the ground.
-VIEW = (
-    *("light_theta_deg", "light_phi_deg", "irradiance", "rotation_deg", "gain"),
-    *("repeats", "exposure_ev", "ground_albedo"),
-)
 
 SIZE = (640, 480)
 
@@ -45,29 +38,6 @@ def drawn(scene: Scene, look: Look) -> Steps[NDArray[np.uint8]]:
     scene = dataclasses.replace(scene, directions=min(scene.directions, DIRECTIONS))
     picture = yield from radiance(scene, SIZE, samples=1)
     return displayed(picture, Display(look.exposure_ev, look.tone_map))
-
-
-def view_of(look: Look) -> dict[str, Any]:
-    """The part of a view that its material is seen by, as the provenance of a bundle keeps it."""
-    numbers = {name: getattr(look, name) for name in VIEW}
-    return {**numbers, "tone_map": look.tone_map, "has_ground": look.has_ground}
-
-
-def with_view(look: Look, provenance: Mapping[str, Any]) -> Look:
-    """`look` with the view that a bundle was exported with; as it is where that says none, or none that can be."""
-    view = provenance.get("view")
-    if not isinstance(view, Mapping):
-        return look
-    numbers = {name: view[name] for name in VIEW if isinstance(view.get(name), float)}
-    others = {name: view[name] for name in ("tone_map", "has_ground") if name in view}
-    if others.get("tone_map", look.tone_map) not in get_args(Operator):
-        return look
-    if not isinstance(others.get("has_ground", False), bool):
-        return look
-    try:
-        return dataclasses.replace(look, **numbers, **others)
-    except UsageError:
-        return look
 
 
 @dataclass(frozen=True)
@@ -107,7 +77,7 @@ def exported(
     if scene is not None:
         preview = encode_png((yield from part(drawn(scene, project.look), 0.0, 0.2)))
     figures = error_figures(material)
-    provenance = {**project.provenance, **origin, "view": view_of(project.look)}
+    provenance = {**project.provenance, **origin, "view": view_of(project, path)}
     saving = save_bundle(path, material, provenance=provenance, figures=figures, preview=preview)
     yield from part(saving, 0.2, 0.85)
     yield Step(0.85, "verifying the bundle")

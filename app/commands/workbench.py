@@ -8,18 +8,18 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import logging
-import math
 import secrets
 import time
 from collections.abc import Collection, Sequence
-from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
 from app.commands import brdf as commands_brdf
-from app.commands.export_bundle import Exported, exported, with_view
+from app.commands.bundle_view import SCALE_NOTE, OpenedBundle, load_bundle, settings_of_bundle, with_view
+from app.commands.export_bundle import Exported, exported
+from app.commands.opening import load_environment, load_shape
 from app.commands.recognise import Recognised, recognise
 from app.document.document import Document, ImportChoices, Project
 from app.document.import_choices import lit_by, settings_of
@@ -28,17 +28,17 @@ from app.project.made import note
 from app.project.photographs import INSIDE, keep, photographs, taken
 from app.project.places import projects_folder
 from app.project.project_file import path_of, state_name
+from app.project.report import chain_of
+from engine.capture.lights.joined import joined
 from engine.capture.lights.sources import Sources, find, find_packed
 from engine.capture.stack import ImageStack, open_stack
 from engine.core.errors import FileError
 from engine.core.steps import Step, Steps, part
 from engine.geometry.mesh import Mesh
-from engine.geometry.shapes import SHAPES, open_mesh
-from engine.light.environment import EnvironmentMap, reduced
-from engine.light.light_tree import CELL_ROWS, chosen_lights
-from engine.light.sky import SKIES, built_in
+from engine.geometry.shapes import SHAPES
+from engine.light.environment import EnvironmentMap
+from engine.light.sky import SKIES
 from engine.scene.material import Material
-from engine.shading.power_law import Scale
 
 if TYPE_CHECKING:
     from engine.scene.scene import Scene
@@ -46,9 +46,6 @@ if TYPE_CHECKING:
     from engine.shading.shading_map import ShadingMap
 
 log = logging.getLogger(__name__)
-
-#: Under which name the provenance of a bundle says how k_s was chosen.
-SCALE_NOTE = "power_law_scale"
 
 
 class Workbench(QObject):
@@ -65,12 +62,14 @@ class Workbench(QObject):
     wanted : the name of the workspace that shows what was just opened.
     partial : a partial result of the running import.
     factors : the folder of factors that is to be opened.
+    arrived : paths of photographs that were opened where a capture or a material is: a person says where they belong.
     """
 
     said = Signal(str)
     wanted = Signal(str)
     partial = Signal(object)
     factors = Signal(object)
+    arrived = Signal(object)
 
     def __init__(self, folder: Path, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -111,16 +110,43 @@ class Workbench(QObject):
             self.wanted.emit("factor")
             self.factors.emit(found.paths[0])
         elif found.kind == "bundle":
-            job = self.jobs.submit("Opening the bundle", lambda: _bundle(found.paths[0]))
-            job.succeeded.connect(lambda opened: self._bundle_opened(*opened))
+            job = self.jobs.submit("Opening the bundle", lambda: load_bundle(found.paths[0]))
+            job.succeeded.connect(self._bundle_opened)
         elif found.kind == "stack":
             job = self.jobs.submit("Opening the stack", lambda: _stack(found.paths[0]))
             job.succeeded.connect(lambda stack: self._imported(stack, found.paths[0].stem))
+        elif self._has_capture:
+            self.arrived.emit(found.paths)
         else:
-            self.wanted.emit("capture")
-            place = self._free(f"{INSIDE}/archive")
-            job = self.jobs.submit("Looking for photographs", lambda: find_packed(found.paths, keep=place))
-            job.succeeded.connect(self._import_others)
+            self.open_photographs(found.paths)
+
+    @property
+    def _has_capture(self) -> bool:
+        project, importing = self.document.project, self.importing
+        return project.stack is not None or project.has_map or (importing is not None and not importing.over)
+
+    def open_photographs(self, paths: Sequence[Path]) -> None:
+        """Import the capture that `paths` hold, in place of the one that is there."""
+        self._look_for(paths).succeeded.connect(self._import_others)
+
+    def add_photographs(self, paths: Sequence[Path]) -> None:
+        """Import the capture that `paths` hold together with the one that is there."""
+        before = self.document.project.sources
+        if before is None:
+            self.open_photographs(paths)
+            return
+        job = self._look_for(paths)
+        job.succeeded.connect(lambda found: self._import_joined(before, found))
+
+    def _look_for(self, paths: Sequence[Path]) -> Job:
+        self.wanted.emit("capture")
+        place, own = self._free(f"{INSIDE}/archive"), tuple(paths)
+        return self.jobs.submit("Looking for photographs", lambda: find_packed(own, keep=place))
+
+    def _import_joined(self, before: Sources, found: Sources) -> None:
+        job = self.jobs.submit("Joining the photographs", lambda: _joined(before, found), heavy=False)
+        name = self.document.project.name
+        job.succeeded.connect(lambda sources: self.import_photographs(sources, name=name))
 
     def _import_others(self, sources: Sources, name: str = "") -> None:
         self.import_photographs(sources, self.document.project.import_choices.for_another_capture, name)
@@ -204,16 +230,26 @@ class Workbench(QObject):
         if self.loading is not None:
             self.jobs.cancel(self.loading)
         job = self.jobs.submit("Loading the model", lambda: load_shape(name_or_path), heavy=name_or_path not in SHAPES)
-        job.succeeded.connect(lambda mesh: self.document.change(f"Model {mesh.name}", mesh=mesh, camera=None))
+        job.succeeded.connect(lambda mesh: self._model_loaded(mesh, name_or_path))
         self.loading = job
+
+    def _model_loaded(self, mesh: Mesh, name_or_path: str) -> None:
+        files = self._came_from(mesh.name, name_or_path, SHAPES)
+        self.document.change(f"Model {mesh.name}", mesh=mesh, camera=None, came_from=files)
+
+    def _came_from(self, name: str, name_or_path: str, built_in: Collection[str]) -> dict[str, Path]:
+        """Files by the names of what was read from them, with this one."""
+        files = {known: file for known, file in self.document.project.came_from.items() if known != name}
+        return files if name_or_path in built_in else {**files, name: Path(name_or_path).absolute()}
 
     def load_environment(self, name_or_path: str) -> None:
         """Light the model by a built-in environment or by one from a file."""
-        job = self.jobs.submit("Opening the environment", lambda: _environment(name_or_path), heavy=False)
-        job.succeeded.connect(self._environment_opened)
+        job = self.jobs.submit("Opening the environment", lambda: load_environment(name_or_path), heavy=False)
+        job.succeeded.connect(lambda environment: self._environment_opened(environment, name_or_path))
 
-    def _environment_opened(self, environment: EnvironmentMap) -> None:
-        self.document.change(f"Light from {environment.name}", environment=environment)
+    def _environment_opened(self, environment: EnvironmentMap, name_or_path: str) -> None:
+        files = self._came_from(environment.name, name_or_path, SKIES)
+        self.document.change(f"Light from {environment.name}", environment=environment, came_from=files)
         for warning in environment.health.warnings:
             log.warning("%s: %s", environment.name, warning)
         self.said.emit(next(iter(environment.health.warnings), f"Light from {environment.name}"))
@@ -221,32 +257,39 @@ class Workbench(QObject):
     def export(self, path: Path, include: frozenset[str], scene: Scene | None) -> Job:
         """Write the bundle `path` with the parts in `include` ('slices', 'power-law'), then verify it: `Exported`.
 
-        Its preview shows `scene`; its provenance names the project and this state of it.
+        Its preview shows `scene`; its provenance names the project, this state of it, and how it came to be.
         """
-        project, folder, steps = self.document.project, self.folder, len(self.document.steps)
+        project, folder, steps = self.document.project, self.folder, self.document.steps
+        done = steps[: self.document.undo_stack.index()]
 
         def work() -> Steps[Exported]:
             yield Step(0.0, "naming the state of the project")
-            origin = {"name": project.name, "state": state_name(project, folder), "history_steps": steps}
-            return (yield from exported(project, path, scene, include, {"project": origin}))
+            origin = {"name": project.name, "state": state_name(project, folder), "history_steps": len(steps)}
+            chain = chain_of(path_of(folder), project, done)
+            return (yield from exported(project, path, scene, include, {"project": origin, **chain}))
 
         return self.jobs.submit("Writing the bundle", work)
 
-    def _bundle_opened(self, material: Material, provenance: dict[str, Any]) -> None:
+    def _bundle_opened(self, bundle: OpenedBundle) -> None:
+        now, found = self.document.project, bundle.referred
         self.document.change(
-            f"Open {material.name}",
-            material=material,
-            provenance=provenance,
-            stack=None,
-            sources=None,
-            excluded=frozenset(),
-            built_from=(),
-            name=material.name,
-            look=with_view(self.document.project.look, provenance),
-            **_settings(material, provenance),
+            f"Open {bundle.name}",
+            **{
+                **found.parts,
+                "material": bundle.material,
+                "provenance": bundle.provenance,
+                "stack": None,
+                "sources": None,
+                "excluded": frozenset(),
+                "built_from": (),
+                "name": bundle.name,
+                "look": with_view(now.look, bundle.provenance),
+                "came_from": {**now.came_from, **found.parts.get("came_from", {})},
+                **settings_of_bundle(bundle.material, bundle.provenance),
+            },
         )
         self.wanted.emit("view" if self.document.project.mesh is not None else "material")
-        self.said.emit(f"Bundle {material.name} opened")
+        self.said.emit(". ".join([f"Bundle {bundle.name} opened", *found.missing]))
 
 
 def _recognised(paths: tuple[Path, ...], lighting: bool) -> Steps[Recognised]:
@@ -254,28 +297,9 @@ def _recognised(paths: tuple[Path, ...], lighting: bool) -> Steps[Recognised]:
     return recognise(paths, lighting=lighting)
 
 
-def _environment(name_or_path: str) -> Steps[EnvironmentMap]:
-    """The map no larger than directions need, and its tree of lights, so that another number of them costs nothing."""
-    yield Step(0.0, "reading the environment")
-    from engine.light.environment_file import open_environment
-
-    if name_or_path in SKIES:
-        return _built_in(name_or_path)
-    environment = open_environment(name_or_path)
-    yield Step(0.7, "choosing directions")
-    return _with_lights(environment)
-
-
-@lru_cache(maxsize=len(SKIES))
-def _built_in(name: str) -> EnvironmentMap:
-    """One object for each, so that the steps of a history that name it share its texels."""
-    return _with_lights(built_in(name))
-
-
-def _with_lights(environment: EnvironmentMap) -> EnvironmentMap:
-    small = reduced(environment, 2 * CELL_ROWS)
-    chosen_lights(small, 1)
-    return small
+def _joined(one: Sources, other: Sources) -> Steps[Sources]:
+    yield Step(0.0, "joining the photographs")
+    return joined(one, other)
 
 
 def _sample(folder: Path) -> Steps[Sources]:
@@ -310,39 +334,6 @@ def _marked_stack(sources: Sources, choices: ImportChoices, target: Path, files:
 def _stack(folder: Path) -> Steps[ImageStack]:
     yield Step(0.0, "opening the stack")
     return open_stack(folder)
-
-
-def _bundle(path: Path) -> Steps[tuple[Material, dict[str, Any]]]:
-    yield Step(0.0, "opening the bundle")
-    from engine.bundle.bundle import describe_bundle, open_bundle
-
-    return open_bundle(path), describe_bundle(path)["provenance"]
-
-
-def _settings(material: Material, provenance: dict[str, Any]) -> dict[str, Any]:
-    """The parts of a project that say how `material` was made, as far as it shows."""
-    settings: dict[str, Any] = {"mixed": False, "tileable": False, "exponent_bits": 32}
-    shading_map, power_law = material.shading_map, material.power_law
-    if shading_map is not None:
-        settings["slices"] = len(shading_map.slices)
-        settings["tileable"] = "seam_error" in shading_map.health.figures
-    if power_law is not None:
-        settings["exponent_bits"] = power_law.storage.exponent_bits
-        bound = power_law.health.figures.get("error_bound", math.nan)
-        if math.isfinite(bound):
-            settings |= {"mixed": True, "error_bound_percent": 100.0 * bound / power_law.r_max}
-    if provenance.get(SCALE_NOTE) in get_args(Scale):
-        settings["scale"] = provenance[SCALE_NOTE]
-    return settings
-
-
-def load_shape(name_or_path: str) -> Steps[Mesh]:
-    """A built-in model or the mesh in a file, with the tangents that drawing would otherwise wait for."""
-    yield Step(0.0, f"loading {Path(name_or_path).name}")
-    mesh = open_mesh(name_or_path)
-    yield Step(0.9, "finding its tangents")
-    mesh.tangents.flags.writeable = False
-    return mesh
 
 
 def material_of(project: Project) -> Steps[Material]:

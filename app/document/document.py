@@ -144,7 +144,8 @@ class Project:
     """The photographs, the results made of them, and the display settings; `provenance` is the origin of the material.
 
     `bakes` are the settings of bakes in the View workspace by method, those that are not its defaults, by name.
-    `accuracy` is what was measured of settings there. `camera` is where the model is seen from; None where it is
+    `accuracy` is what was measured of settings there. `came_from` are files of models and environments by their names.
+    `camera` is where the model is seen from; None where it is
     framed.
     """
 
@@ -170,6 +171,7 @@ class Project:
     comparison: Comparison = field(default_factory=Comparison)
     factoring: Factoring = field(default_factory=Factoring)
     accuracy: Accuracy | None = None
+    came_from: Mapping[str, Path] = field(default_factory=dict)
     name: str = "Untitled"
 
     @property

@@ -191,6 +191,10 @@ class ExportTab(QWidget):
         if chosen:
             self.set_folder(Path(chosen))
 
+    def offer(self, name: str) -> None:
+        """Propose the name of what is open for the bundle."""
+        self.name.setText(f"{name}.lightarc")
+
     def set_folder(self, folder: Path) -> None:
         """Export into `folder` from now on."""
         self.folder = folder
@@ -205,7 +209,7 @@ class ExportTab(QWidget):
     def _changed(self, old: Project, new: Project) -> None:
         self.pages.setCurrentIndex(1 if new.has_map else 0)
         if new.name != old.name or not self.name.text():
-            self.name.setText(f"{new.name}.lightarc")
+            self.offer(new.name)
         before, after = old.material, new.material
         if not self.place.text() or before is not after:
             self._show_sizes(new)

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from app.commands.drawable import Drawable
 from app.commands.factor import Difference, difference
-from app.commands.workbench import load_shape
+from app.commands.opening import load_shape
 from app.jobs.jobs import Jobs
 from app.jobs.newest import Latest
 from app.viewport.viewport import Viewport

@@ -1,20 +1,28 @@
-"""Reports of crashes: the Python stack of every thread of the window when the process ended by a fault.
+"""Reports of crashes: what was done, with what, and the stacks of all threads when the process ended by a fault.
 
-While the window is open, a file named after its process lies in the person's folder for logs. `faulthandler` writes
-into it when a library written in C fails, and `note` when Python code does. An end without either removes it. The
-next start gives what it finds of processes that are gone its last name, so that each is reported once, and keeps a few.
+While the window is open, two files named after its process lie in the person's folder for logs. Into one of them
+`faulthandler` writes when a library written in C fails (with `app.process.native_stack` behind it), and `note` when
+Python code does. The other says versions and drivers (`state`), and the latest of what was done and logged (`did`). An
+end without a fault removes both. The next start puts what it finds of processes that are gone into one report, so that
+each is told of once, and keeps a few. Nothing is ever sent.
 """
 
 from __future__ import annotations
 
+import contextlib
 import faulthandler
 import logging
+import platform
+import threading
 import time
+from collections import deque
 from pathlib import Path
 from typing import IO
 
 import platformdirs
 
+import engine
+from app.process.native_stack import add_native_stack, remove_native_stack
 from engine.core.errors import OutputError
 from engine.storage.atomic import make_folder
 from engine.storage.writer import is_gone, is_own, writer
@@ -27,7 +35,14 @@ OPEN, KEPT = "running-", "crash-"
 #: Reports that are kept, and bytes of Python tracebacks in one of them.
 MOST_REPORTS, MOST_BYTES = 10, 2**18
 
+#: Lines about what was done and logged that a report keeps, characters of each, and bytes until the older ones go.
+MOST_LINES, MOST_LENGTH, MOST_TRACE = 200, 500, 2**17
+
 _report: IO[bytes] | None = None
+_trace: IO[bytes] | None = None
+_states: dict[str, str] = {}
+_lines: deque[str] = deque(maxlen=MOST_LINES)
+_writing = threading.RLock()
 
 
 def report_folder() -> Path:
@@ -37,20 +52,64 @@ def report_folder() -> Path:
 
 def begin() -> str:
     """Open this process's report. A sentence about a crash before, empty where there was none."""
-    global _report
+    global _report, _trace
     folder = report_folder()
     try:
         make_folder(folder)
         crashed = _of_the_dead(folder)
         path = folder / f"{OPEN}{writer()}.txt"
         _report = path.open("wb", buffering=0)
+        path = path.with_suffix(".log")
+        _trace = path.open("wb", buffering=0)
     except (OutputError, OSError) as error:
         log.warning("crashes are not recorded: %s", error)
         return ""
     faulthandler.enable(_report)
+    state("Lightarc", f"{engine.__version__}, Python {platform.python_version()}, {platform.platform()}")
     if not crashed:
         return ""
     return f"Lightarc crashed the last time; {crashed[-1]} says where, and sending it to its makers helps to mend that."
+
+
+def with_native_stack() -> None:
+    """Let a crash report the stacks of libraries written in C as well, which takes a moment to prepare."""
+    if _report is not None:
+        add_native_stack(_report)
+
+
+def state(what: str, words: str) -> None:
+    """Say what the process runs with: a version or a driver."""
+    with _writing:
+        if _states.get(what) != words:
+            _states[what] = words
+            _write_anew()
+
+
+def did(words: str) -> None:
+    """Add a line about what was done, or logged; the oldest lines go."""
+    line = f"{time.strftime('%H:%M:%S')} {words}".replace("\n", " | ")[:MOST_LENGTH]
+    with _writing:
+        _lines.append(line)
+        if _trace is None:
+            return
+        with contextlib.suppress(OSError):  # a full disk; the report is none of what a person needs now
+            if _trace.tell() > MOST_TRACE:
+                _write_anew()
+            else:
+                _trace.write(_coded(line))
+
+
+def _write_anew() -> None:
+    if _trace is not None:
+        with contextlib.suppress(OSError):
+            _trace.seek(0)
+            _trace.truncate()
+            lines = (*(f"{what}: {words}" for what, words in _states.items()), "", *_lines)
+            _trace.write(b"".join(map(_coded, lines)))
+
+
+def _coded(line: str) -> bytes:
+    return line.encode(errors="backslashreplace") + b"\n"
 
 
 def note(words: str) -> None:
@@ -61,15 +120,20 @@ def note(words: str) -> None:
 
 def end() -> None:
     """Close the report, and remove it where nothing went wrong."""
-    global _report
+    global _report, _trace
     if _report is None:
         return
     faulthandler.disable()
+    remove_native_stack()
+    if _trace is not None:
+        with _writing:
+            _trace.close()
+            _trace = None
     path, is_empty = Path(str(_report.name)), _report.tell() == 0
     _report.close()
     _report = None
     if is_empty:
-        path.unlink(missing_ok=True)
+        _remove(path)
 
 
 def _of_the_dead(folder: Path) -> list[Path]:
@@ -79,10 +143,31 @@ def _of_the_dead(folder: Path) -> list[Path]:
         if not (is_own(path) or is_gone(path)):
             continue
         if path.stat().st_size == 0:  # killed, or the machine went off
-            path.unlink()
+            _remove(path)
             continue
+        _join(path)
         when = time.strftime("%Y-%m-%d-%H%M%S", time.localtime(path.stat().st_mtime))
         found.append(path.replace(folder / f"{KEPT}{when}-{path.stem.removeprefix(OPEN)}.txt"))
     for path in sorted(folder.glob(f"{KEPT}*.txt"))[:-MOST_REPORTS]:
         path.unlink()
     return found
+
+
+def _remove(stacks: Path) -> None:
+    for path in (stacks, stacks.with_suffix(".log")):
+        path.unlink(missing_ok=True)
+
+
+def _join(path: Path) -> None:
+    """Put what a process did above the stacks that it left."""
+    said, found = _start_of(path.with_suffix(".log"), 2 * MOST_TRACE), _start_of(path, 4 * MOST_BYTES)
+    with path.open("wb") as report:
+        report.write(said + b"\n" + found)
+    path = path.with_suffix(".log")
+    path.unlink(missing_ok=True)
+
+
+def _start_of(path: Path, most: int) -> bytes:
+    with contextlib.suppress(OSError), path.open("rb") as file:
+        return file.read(most)
+    return b""

@@ -59,11 +59,12 @@ def key_of(*made_from: Any) -> str:
     TypeError for what is no value of the document, OSError for a file that cannot be read.
     """
     keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: name_of(*array_parts(array)), Path())
-    said = [_hash_of(each) if isinstance(each, Path) else encoded(each, keeper) for each in made_from]
+    said = [hash_of(each) if isinstance(each, Path) else encoded(each, keeper) for each in made_from]
     return name_of(json.dumps(said, sort_keys=True, allow_nan=False).encode())
 
 
-def _hash_of(path: Path) -> str:
+def hash_of(path: Path) -> str:
+    """BLAKE2b of the content of a file, 160 bits; OSError where it cannot be read."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=20)).hexdigest()
 

@@ -19,10 +19,9 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
-
 import engine
 from app.document.document import Project, Step
+from app.project.arrays import array_name, find_beside, keep_beside
 from app.project.database import connected, explained, reading
 from app.project.tidying import forget_unused
 from app.project.values import (
@@ -39,9 +38,8 @@ from app.project.values import (
     name_of,
 )
 from engine.core.errors import InputError, OutputError
-from engine.storage.atomic import atomic_file, discard, make_folder, perform
+from engine.storage.atomic import discard, make_folder, perform
 from engine.storage.partial_names import is_partial
-from engine.storage.scratch import scratch_array
 
 ENDING = ".lap"
 _DATA = "-data"
@@ -54,12 +52,6 @@ KEPT_STEPS = 200
 
 #: Writes until what no state needs any more is removed.
 TIDY_EVERY = 200
-
-#: Bytes that are read or written at once, so that cancelling and other threads need not wait.
-PIECE_BYTES = 1 << 24
-
-#: Largest file of an array beside the project that is read, in bytes.
-MOST_ARRAY = 4 * 2**30
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,7 +171,7 @@ class Writer:
                 kept = (value, _keep_value(value, keeper))
                 self._known[id(value)] = kept
             parts[part.name] = kept[1]
-        text = json.dumps(parts, sort_keys=True)
+        text = _text_of(parts)
         name = name_of(text.encode())
         connection.execute("INSERT OR IGNORE INTO state VALUES (?, ?)", (name, text))
         self._known[id(state)] = (state, name)
@@ -206,9 +198,14 @@ def state_name(state: Project, folder: Path) -> str:
 
     Arrays are hashed, which takes a second a gigabyte or so.
     """
-    keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: name_of(*array_parts(array)), folder)
+    keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: array_name(array), folder)
     parts = {part.name: _keep_value(getattr(state, part.name), keeper) for part in fields(state)}
-    return name_of(json.dumps(parts, sort_keys=True).encode())
+    return name_of(_text_of(parts).encode())
+
+
+def _text_of(parts: Mapping[str, str]) -> str:
+    """A state as text, as short as may be: there is one for each step of a session."""
+    return json.dumps(parts, sort_keys=True, separators=(",", ":"))
 
 
 def _keep_value(value: Any, keeper: Keeper) -> str:
@@ -222,25 +219,15 @@ def _keeper(connection: sqlite3.Connection, folder: Path, seen_from: Path, own: 
         return name
 
     def keep_array(array: Array, derived: bool) -> str:
+        if derived:
+            return keep_beside(folder, array)
         header, numbers = array_parts(array)
         name = name_of(header, numbers)
-        if derived:
-            _keep_beside(folder / "arrays" / f"{name}.npy", header, numbers)
-        elif connection.execute("SELECT 1 FROM array WHERE name = ?", (name,)).fetchone() is None:
+        if connection.execute("SELECT 1 FROM array WHERE name = ?", (name,)).fetchone() is None:
             connection.execute("INSERT INTO array VALUES (?, ?)", (name, b"".join((header, numbers))))
         return name
 
     return Keeper(keep_text, keep_array, seen_from, own)
-
-
-def _keep_beside(path: Path, header: bytes, numbers: memoryview) -> None:
-    """Write an array that can be made again, unless it is there."""
-    if not path.exists():
-        make_folder(path.parent)
-        with atomic_file(path, len(header) + len(numbers)) as file:
-            file.write(header)
-            for start in range(0, len(numbers), PIECE_BYTES):
-                file.write(numbers[start : start + PIECE_BYTES])
 
 
 def settle(path: Path) -> None:
@@ -344,18 +331,15 @@ def finder_of(path: Path) -> Finder:
         return str(row[0])
 
     def find_array(name: str) -> Array:
-        beside = folder / "arrays" / f"{name}.npy"
         if len(name) != 40 or not name.isalnum():
             raise ValueError(f"no name of an array: {name!r:.60}")
         with reading(path) as connection, explained(path):
             row = connection.execute("SELECT content FROM array WHERE name = ?", (name,)).fetchone()
-        try:
-            content = row[0] if row is not None else _read_beside(beside)
-        except OSError as error:
-            raise Absent("data that can be made again") from error
-        if name_of(content) != name:
+        if row is None:
+            return find_beside(folder, name)
+        if name_of(row[0]) != name:
             raise Absent("data that can be made again")
-        return array_from(content)
+        return array_from(row[0])
 
     with reading(path) as connection, explained(path):
         return Finder(find_text, find_array, folder, places_of(connection, folder))
@@ -370,18 +354,3 @@ def places_of(connection: sqlite3.Connection, folder: Path) -> dict[str, Path]:
             for place, now in rows:
                 places[str(json.loads(place)["path"])] = found_path(json.loads(now), folder)
     return places
-
-
-def _read_beside(path: Path) -> memoryview:
-    """The content of a file, which no other copy of it is made of; OSError where it is gone, too large or changes."""
-    size = path.stat().st_size
-    if size > MOST_ARRAY:
-        raise OSError("too large")
-    content = scratch_array((size,), np.uint8).data
-    with path.open("rb", buffering=0) as file:
-        read = 0
-        while part := file.readinto(content[read : read + PIECE_BYTES]):
-            read += part
-    if read != size:
-        raise OSError("it changes")
-    return content

@@ -4,17 +4,30 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Iterator
+import logging
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from app.document.document import Project
+from app.document.document import Step as HistoryStep
+from app.project.arrays import damaged
 from app.project.database import connected, reading, schema_of
 from app.project.made import noted, size_of
-from app.project.photographs import checked, photographs
+from app.project.photographs import checked, marks_of, photographs
 from app.project.project_file import data_folder, read
 from app.project.tidying import names_in
-from engine.core.errors import InputError
+from engine.capture.lights.sources import printable
+from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps
+
+log = logging.getLogger(__name__)
+
+#: The hash of the photographs: BLAKE2b of 160 bits.
+HASH = "blake2b-160"
+
+#: Settings of a project that its material was built by.
+SETTINGS = ("slices", "tileable", "scale", "exponent_bits", "mixed", "error_bound_percent")
 
 
 def described(path: Path) -> dict[str, Any]:
@@ -53,9 +66,37 @@ def identity(path: Path) -> dict[str, Any]:
     return {"name": meta["name"], "state": meta["current"], "history_steps": steps}
 
 
+def chain_of(path: Path, project: Project, steps: Sequence[HistoryStep]) -> dict[str, Any]:
+    """The chain from photographs to a material, as JSON for the bundle of `project`, kept at `path`, made by `steps`.
+
+    `photographs` (file, and where the project has marked it, bytes and hash), `material` (settings), `brdf`, and
+    `steps` (their words). Empty where the material was not made from photographs here: it brings its own chain.
+    """
+    if project.stack is None:
+        return {}
+    try:
+        marks = marks_of(path)
+    except FileError as error:
+        log.warning("the bundle names no hashes of photographs: %s", error)
+        marks = {}
+    files: list[dict[str, Any]] = []
+    for file in photographs(project):
+        mark = marks.get(file.absolute())
+        known = {} if mark is None else {"bytes": mark.size, HASH: mark.hash}
+        files.append({"file": printable(file), **known})
+    return {
+        "chain": {
+            "photographs": files,
+            "material": {name: getattr(project, name) for name in SETTINGS},
+            "brdf": str(project.material.brdf),
+            "steps": [step.text for step in steps],
+        }
+    }
+
+
 def problems_of(path: Path) -> Steps[list[str]]:
-    """Sentences about states of the history that cannot be read, and photographs that are gone or changed; empty for a
-    sound project."""
+    """Sentences about states of the history that cannot be read, data beside the file that are damaged, and photographs
+    that are gone or changed; empty for a sound project."""
     yield Step(0.0, "reading all states")
     with connected(path) as connection:
         found = [str(row[0]) for row in connection.execute("PRAGMA integrity_check") if row[0] != "ok"]
@@ -68,6 +109,7 @@ def problems_of(path: Path) -> Steps[list[str]]:
                         opened.state(state)
                 except InputError as error:
                     found.append(f"step {at + 1} ({step.text}): {error}")
+    found += [f"{name} is damaged, and can be made again" for name in (yield from damaged(data_folder(path)))]
     about = yield from checked(path, photographs(opened.current), thorough=True)
     found += [f"{each} is missing" for each in about.missing]
     return [*found, *(f"{each} is not as it was when it was imported" for each in about.changed)]

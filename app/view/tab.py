@@ -9,7 +9,8 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
 
-from app.commands.workbench import Workbench, load_shape
+from app.commands.opening import load_shape
+from app.commands.workbench import Workbench
 from app.document.document import Look, Project
 from app.document.measured import choices_with, look_with, setting_of
 from app.document.modes import flipped, mode_of, modes, why_not

@@ -21,6 +21,7 @@ from PySide6.QtGui import QOpenGLContext, QResizeEvent
 from PySide6.QtOpenGLWidgets import QOpenGLWidget
 from shiboken6 import isValid
 
+from app.process import crash
 from engine.core.errors import MissingCapability
 
 
@@ -70,10 +71,11 @@ class GlWidget(QOpenGLWidget):
         QTimer.singleShot(0, self, partial(signal.emit, *values))
 
     def initializeGL(self) -> None:
-        from engine.gl.context import attach_context
+        from engine.gl.context import attach_context, driver_name
 
         try:
             self.gl = attach_context()
+            crash.state("OpenGL", driver_name(self.gl))
         except MissingCapability as error:
             self.gl = None
             self.emit_later(self.failed, error)

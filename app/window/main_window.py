@@ -53,7 +53,7 @@ from app.material.tab import MaterialTab
 from app.process import crash, ending
 from app.process.garbage import collect_on_this_thread
 from app.process.heap import give_back_free_pages, give_back_freed_arrays
-from app.project.places import UNTITLED, interrupted, projects_folder
+from app.project.places import interrupted, projects_folder
 from app.project.project_file import ENDING
 from app.session import settings
 from app.session import settings as session_settings
@@ -67,7 +67,9 @@ from app.widgets.image_view import ImageView
 from app.widgets.panels import text
 from app.widgets.status_bar import StatusBar
 from app.widgets.theme import PADDING, STEP, role
+from app.window.arriving import ask_for_photographs
 from app.window.banner import Banners
+from app.window.doings import Doings, show_reports
 from app.window.failures import Failures
 from app.window.help_table import help_table
 from app.window.interrupted import Interrupted
@@ -125,6 +127,7 @@ class MainWindow(QMainWindow):
         self.bench = Workbench(self._session or projects_folder(), self)
         self.projects = Projects(self.bench, self._session or projects_folder())
         self.banners = Banners()
+        self.doings = Doings(self.bench, self)
         self.projects.begin()
         with theme.dressing_at_once():
             self._make_workspaces()
@@ -308,6 +311,7 @@ class MainWindow(QMainWindow):
         aid = self.menu.addMenu("&Help")
         self._add(aid, "Mouse and keyboard", "F1", self.show_help)
         self._add(aid, "Self-test", "", self.self_test)
+        self._add(aid, "Crash reports…", "", self._show_reports)
         self._add(aid, "About Lightarc", "", self.show_about)
 
     def _add(self, menu: QMenu, words: str, keys: str, run: Callable[[], object]) -> QAction:
@@ -340,6 +344,8 @@ class MainWindow(QMainWindow):
         self.projects.changed.connect(self._show_title)
         self.projects.changed.connect(self._remember_work)
         self.projects.opened.connect(self._remember)
+        self.projects.switched.connect(lambda: self.export.offer(self.projects.shown_name))
+        bench.arrived.connect(self._photographs_arrived)
         bench.jobs.failed.connect(self._job_failed)
         bench.said.connect(self.status.say)
         bench.wanted.connect(self.show_workspace)
@@ -393,9 +399,14 @@ class MainWindow(QMainWindow):
         project = next((path for path in paths if path.suffix.lower() == ENDING), None)
         if project is not None:
             self.open_project(project)
-            return
+            paths = [path for path in paths if path != project]
+            if not paths:
+                return
         self.bench.open(paths, lighting=self.stack.currentWidget() is self.view)
         self._remember(paths[0] if len(paths) == 1 else paths[0].parent, paths[0].parent)
+
+    def _photographs_arrived(self, paths: Sequence[Path]) -> None:
+        ask_for_photographs(self, self.bench, self.new, paths)
 
     def new(self) -> None:
         """Begin a new project; the one that was open stays on disk."""
@@ -476,6 +487,12 @@ class MainWindow(QMainWindow):
         if self.health_dock.job is None:
             self.health_dock.test_or_stop()
 
+    def _show_reports(self) -> None:
+        try:
+            show_reports()
+        except FileError as error:
+            self.failures.report("The crash reports cannot be shown", error)
+
     def show_about(self) -> None:
         """Name and version."""
         box = QMessageBox(QMessageBox.Icon.NoIcon, "About Lightarc", f"Lightarc {engine.__version__}", parent=self)
@@ -500,6 +517,7 @@ class MainWindow(QMainWindow):
         self.bench.jobs.close()
         self.projects.finish()
         self.log_dock.disconnect_log()
+        self.doings.close()
         if self._session is not None:
             session_settings.close_session(self._session)
         event.accept()
@@ -514,8 +532,7 @@ class MainWindow(QMainWindow):
 
     def _show_title(self) -> None:
         """Name of the project, and whether it is on disk; what keeps it from there is said until it is mended."""
-        projects, material = self.projects, self.bench.document.project.name
-        name = material if projects.name.startswith(UNTITLED) else projects.name
+        projects, name = self.projects, self.projects.shown_name
         state = "read-only" if projects.is_read_only else "not saved" if projects.problem else ""
         self.title.setText(" – ".join(filter(None, [name if self._has_title else "", state])))
         self.title.setToolTip(projects.problem or str(projects.path))

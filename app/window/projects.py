@@ -60,6 +60,11 @@ class Projects(QObject):
         return self.path.stem
 
     @property
+    def shown_name(self) -> str:
+        """The name of the file; that of the material where nobody has given the file one."""
+        return self.bench.document.project.name if self.name.startswith(places.UNTITLED) else self.name
+
+    @property
     def is_saved(self) -> bool:
         """True if every change is on disk."""
         return self._recording is not None and self._recording.is_idle and not self.problem

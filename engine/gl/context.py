@@ -51,3 +51,8 @@ def limits(context: Any) -> Limits:
 
 def renderer_name(context: Any) -> str:
     return str(context.info["GL_RENDERER"])
+
+
+def driver_name(context: Any) -> str:
+    """Renderer, maker and version, as the driver calls itself."""
+    return ", ".join(str(context.info[name]) for name in ("GL_RENDERER", "GL_VENDOR", "GL_VERSION"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -47,13 +48,52 @@ def test_a_crash_is_reported_once_and_an_ordinary_end_leaves_nothing(logs: Path)
     assert list(logs.iterdir()) == [report]
 
 
+def test_a_report_says_what_was_done_with_what_and_where_in_the_native_stack(logs: Path) -> None:
+    program = f"""
+import ctypes, pathlib
+from app.process import crash
+crash.report_folder = lambda: pathlib.Path({str(logs)!r})
+crash.begin()
+crash.state("OpenGL", "a driver, version 3")
+for at in range(5000):
+    crash.did(f"did {{at}}: Change the light " + "x" * 100)
+crash.with_native_stack()
+crash.did("warning: the last line")
+ctypes.string_at(8)
+"""
+    fallen = subprocess.run([sys.executable, "-c", program], cwd=PROJECT, capture_output=True)
+    assert fallen.returncode == -signal.SIGSEGV
+    assert crash.begin()
+    crash.end()
+    (report,) = logs.iterdir()
+    words = report.read_text()
+    assert words.startswith("Lightarc: ")
+    assert "OpenGL: a driver, version 3\n" in words
+    assert words.index("did 4999: Change the light") < words.index("the last line") < words.index("string_at")
+    assert "did 10:" not in words
+    assert len(words) < 2 * crash.MOST_TRACE
+    if sys.platform.startswith("linux"):
+        native = words[words.index("string_at") :]
+        assert "_ctypes" in native[native.index("Extension modules") :]
+        assert "libc.so" in native
+
+
+def test_what_was_done_goes_with_an_ordinary_end(logs: Path) -> None:
+    crash.begin()
+    crash.did("did 1: Change the light")
+    crash.with_native_stack()
+    assert len(list(logs.iterdir())) == 2
+    crash.end()
+    assert list(logs.iterdir()) == []
+
+
 def test_a_fault_of_python_code_stays_in_a_report_of_bounded_size(logs: Path) -> None:
     crash.begin()
     for _ in range(crash.MOST_BYTES // 1000 + 100):
         crash.note("x" * 1000)
     crash.end()
-    (report,) = logs.iterdir()
-    assert report.name == f"running-{writer()}.txt"
+    report = logs / f"running-{writer()}.txt"
+    assert report.with_suffix(".log").is_file()
     assert 0.9 * crash.MOST_BYTES < report.stat().st_size <= crash.MOST_BYTES
     assert str(os.getpid()) in crash.begin()
     crash.end()

@@ -1,0 +1,70 @@
+"""The doings of a person, for the report of a crash: steps, jobs, workspaces and lines of the log, as they come."""
+
+from __future__ import annotations
+
+import logging
+import threading
+
+import numpy as np
+import PySide6
+from PySide6.QtCore import QObject, QTimer, QUrl, qVersion
+from PySide6.QtGui import QDesktopServices
+
+from app.commands.workbench import Workbench
+from app.jobs.jobs import Job
+from app.process import crash
+from engine.core.errors import OutputError
+from engine.storage.atomic import make_folder
+
+#: Milliseconds from the start until native stacks are prepared, which competes with the start for the interpreter.
+NATIVE_AFTER_MS = 4000
+
+
+class Doings(QObject):
+    """Tells `app.process.crash` of all that is done in one window, until `close`."""
+
+    def __init__(self, bench: Workbench, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._stack, self._jobs = bench.document.undo_stack, bench.jobs
+        self._last: dict[int, str] = {}
+        self._handler = _Handler()
+        logging.getLogger().addHandler(self._handler)
+        self._stack.indexChanged.connect(self._stepped)
+        self._jobs.changed.connect(self._job_changed)
+        crash.state("Libraries", f"PySide6 {PySide6.__version__}, Qt {qVersion()}, numpy {np.__version__}")
+        QTimer.singleShot(NATIVE_AFTER_MS, self, self._prepare)
+
+    def close(self) -> None:
+        """Listen no longer: a stack of steps that goes says so itself, when it can be asked nothing any more."""
+        self._stack.indexChanged.disconnect(self._stepped)
+        self._jobs.changed.disconnect(self._job_changed)
+        logging.getLogger().removeHandler(self._handler)
+
+    def _prepare(self) -> None:
+        threading.Thread(target=crash.with_native_stack, name="native stacks", daemon=True).start()
+
+    def _stepped(self, position: int) -> None:
+        words = self._stack.undoText() or "the beginning"
+        crash.did(f"{'undone to' if self._stack.canRedo() else 'did'} {position}: {words}")
+
+    def _job_changed(self, job: Job) -> None:
+        if job.heavy and self._last.get(id(job)) != job.state:
+            self._last[id(job)] = job.state
+            crash.did(f"{job.title}: {job.state}")
+            if job.over:
+                del self._last[id(job)]
+
+
+class _Handler(logging.Handler):
+    def __init__(self) -> None:
+        super().__init__(logging.INFO)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        crash.did(f"{record.levelname.lower()}: {record.getMessage()}")
+
+
+def show_reports() -> None:
+    """Open the folder of crash reports in the person's file manager. Raises OutputError where it cannot be made."""
+    folder = make_folder(crash.report_folder())
+    if not QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder))):
+        raise OutputError(folder, "cannot be opened in a file manager", "Open it by hand")

@@ -1,0 +1,86 @@
+"""A folder of photographs that is dropped on a window with a capture: a person says where it belongs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QMessageBox, QPushButton
+
+from app.project.project_file import read
+from app.window.main_window import MainWindow
+
+
+def at_rest(window: MainWindow) -> bool:
+    return window.bench.document.project.has_map and not window.bench.jobs.active
+
+
+def question(window: MainWindow, qtbot: Any) -> QMessageBox:
+    qtbot.waitUntil(lambda: any(box.isVisible() for box in window.findChildren(QMessageBox)), timeout=60_000)
+    return next(box for box in window.findChildren(QMessageBox) if box.isVisible())
+
+
+def answer(box: QMessageBox, qtbot: Any, words: str) -> None:
+    chosen = next(each for each in box.findChildren(QPushButton) if each.text().replace("&", "") == words)
+    qtbot.mouseClick(chosen, Qt.MouseButton.LeftButton)
+
+
+@pytest.fixture
+def halves(photographs: Path, tmp_path: Path) -> list[Path]:
+    """The capture in two folders, with the lights at 10, 50, 90 and at 30, 70 degrees."""
+    folders = [tmp_path / "First", tmp_path / "Second"]
+    for at, path in enumerate(sorted(photographs.iterdir())):
+        folders[at % 2].mkdir(exist_ok=True)
+        (folders[at % 2] / path.name).write_bytes(path.read_bytes())
+    return folders
+
+
+def test_photographs_for_a_window_with_a_capture_become_what_a_person_says(
+    window: MainWindow, qtbot: Any, drop: Any, halves: list[Path]
+) -> None:
+    document, first = window.bench.document, window.projects.path
+    drop(window, halves[:1])
+    qtbot.waitUntil(lambda: at_rest(window), timeout=60_000)
+    before = document.project
+
+    drop(window, halves[1:])
+    answer(question(window, qtbot), qtbot, "Cancel")
+    assert document.project is before
+
+    drop(window, halves[1:])
+    answer(question(window, qtbot), qtbot, "Add")
+    qtbot.waitUntil(lambda: document.project.stack is not before.stack and at_rest(window), timeout=60_000)
+    added = document.project
+    assert added.stack is not None
+    assert [round(float(each)) for each in added.stack.elevation_deg] == [10, 30, 50, 70, 90]
+    assert added.name == "First"
+
+    drop(window, halves[1:])
+    answer(question(window, qtbot), qtbot, "Replace")
+    qtbot.waitUntil(lambda: document.project.stack is not added.stack and at_rest(window), timeout=60_000)
+    assert document.project.stack is not None
+    assert len(document.project.stack.sources) == 2
+    assert window.projects.path == first
+
+    drop(window, halves[:1])
+    answer(question(window, qtbot), qtbot, "New project")
+    qtbot.waitUntil(lambda: window.projects.path != first and at_rest(window), timeout=60_000)
+    assert document.project.stack is not None
+    assert len(document.project.stack.sources) == 3
+    kept = read(first).current
+    assert kept.stack is not None
+    assert len(kept.stack.sources) == 2
+
+
+def test_a_project_and_files_are_opened_together(
+    window: MainWindow, qtbot: Any, mesh: Path, photographs: Path, tmp_path: Path
+) -> None:
+    window.bench.document.change("Name", name="Felt")
+    window.projects.copy_to(tmp_path / "Felt.lap")
+    qtbot.waitUntil(lambda: window.projects.path == tmp_path / "Felt.lap", timeout=60_000)
+    window.new()
+    window.open([tmp_path / "Felt.lap", mesh])
+    qtbot.waitUntil(lambda: window.bench.document.project.mesh is not None, timeout=60_000)
+    assert window.projects.path == tmp_path / "Felt.lap"
