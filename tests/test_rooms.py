@@ -99,6 +99,7 @@ SHORT_FILES = {
     "app/process/garbage.py": "one setting of Python",
     "app/process/last_words.py": "one way to end",
     "app/window/arriving.py": "one question",
+    "app/window/naming.py": "one proposal",
     "app/window/help_table.py": "a table of text",
     "engine/bench/brdf.py": "one measurement",
     "engine/bench/measure.py": "what every measurement returns",

@@ -169,7 +169,9 @@ def _source(said: Any, bundle: Path, built_in: tuple[str, ...], endings: tuple[s
     name = said["name"][:120]
     if "file" not in said:
         return name, name if name in built_in else ""
-    is_it = (path for path in _places(said["file"], bundle, endings) if _is_file(path, said.get("bytes"), said["hash"]))
+    is_it = (
+        path for path in _places(said["file"], bundle, endings) if _is_file(path, said.get("bytes"), said.get("hash"))
+    )
     return name, str(next(is_it, ""))
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtGui import QPixmap
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout, QWidget
 
 from app.widgets.panels import button, text
 from app.widgets.theme import PADDING, STEP, role
@@ -24,14 +25,20 @@ class Banner(QWidget):
         self.words = text("", wrap=True)
         self.words.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.buttons: list[QPushButton] = []
+        self.picture = QLabel()
+        self.picture.hide()
         self._row = QHBoxLayout(self)
         self._row.setContentsMargins(PADDING, STEP, PADDING, STEP)
         self._row.setSpacing(2 * STEP)
+        self._row.addWidget(self.picture)
         self._row.addWidget(self.words, 1)
         self.hide()
 
-    def say(self, words: str, offers: Sequence[Offer] = ()) -> None:
-        """Show `words` with a button for each of `offers`; nothing where there are no words."""
+    def say(self, words: str, offers: Sequence[Offer] = (), picture: QPixmap | None = None) -> None:
+        """Show `words` beside a picture, with a button for each of `offers`; nothing where there are no words."""
+        self.picture.setVisible(picture is not None)
+        if picture is not None:
+            self.picture.setPixmap(picture)
         if words == self.words.text() and [label for label, _ in offers] == [each.text() for each in self.buttons]:
             return
         self.words.setText(words)
@@ -58,14 +65,14 @@ class Banners(QWidget):
         self._column.setSpacing(1)
         self.of: dict[str, Banner] = {}
 
-    def say(self, cause: str, words: str, *offers: Offer) -> None:
+    def say(self, cause: str, words: str, *offers: Offer, picture: QPixmap | None = None) -> None:
         """Say `words` about `cause`; nothing any more where they are empty."""
         if cause not in self.of and not words:
             return
         if cause not in self.of:
             self.of[cause] = Banner()
             self._column.addWidget(self.of[cause])
-        self.of[cause].say(words, offers)
+        self.of[cause].say(words, offers, picture)
 
     @property
     def words(self) -> dict[str, str]:

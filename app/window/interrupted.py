@@ -1,4 +1,7 @@
-"""Jobs of the open project that a crash interrupted: a banner names them, with a button for each that can go on."""
+"""The open project after a crash: a banner says that it is whole, and names the jobs that were cut off.
+
+The project is shown by its picture, and each job that can go on has a button.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from app.project.interrupted import forget, interrupted_in
 from app.project.project_file import data_folder
 from app.window.banner import Banners
 from app.window.projects import Projects
+from app.window.recent import picture_of_file
 
 CAUSE = "interrupted"
 
@@ -30,20 +34,32 @@ class Interrupted(QObject):
         super().__init__(banners)
         self.projects, self.banners, self.ways = projects, banners, ways
         self.jobs: tuple[Job, ...] = ()
+        self.is_recovered = False
         projects.switched.connect(self.look)
 
     def look(self) -> None:
-        """List the jobs that the project which is open now was left with; those of a second window are not its own."""
+        """Say what the project that is open now was left with; jobs of a second window are not its own."""
+        self.is_recovered = self.projects.is_recovered
         self.jobs = () if self.projects.is_read_only else interrupted_in(data_folder(self.projects.path))
         self._say()
 
     def _say(self) -> None:
         names = ", ".join(lowered(job.title) for job in self.jobs)
         words = f"Lightarc ended unexpectedly in the middle of this work: {names}." if self.jobs else ""
+        if self.is_recovered:
+            words = (
+                f"{words or 'Lightarc ended unexpectedly.'} {self.projects.shown_name} is as you left it{self._last()}."
+            )
         able = [job for job in self.jobs if job.again.get("kind") in self.ways][:MOST_BUTTONS]
         labels = ["Go on" if len(able) == 1 else f"Go on {lowered(job.title)}" for job in able]
         offers = [(label, partial(self.go_on, job)) for label, job in zip(labels, able, strict=True)]
-        self.banners.say(CAUSE, words, *offers, ("Hide", self.hide))
+        picture = picture_of_file(self.projects.path) if words else None
+        self.banners.say(CAUSE, words, *offers, ("Hide", self.hide), picture=picture)
+
+    def _last(self) -> str:
+        """The last step of the history, within a sentence."""
+        step = self.projects.bench.document.undo_stack.undoText()
+        return f", after “{step}”" if step else ""
 
     def go_on(self, job: Job) -> None:
         """Go on with a job where it was, or begin it anew where it kept nothing."""
@@ -56,7 +72,7 @@ class Interrupted(QObject):
         """Forget them all."""
         for job in self.jobs:
             forget(job)
-        self.jobs = ()
+        self.jobs, self.is_recovered = (), False
         self._say()
 
 

@@ -73,6 +73,7 @@ from app.window.doings import Doings, show_reports
 from app.window.failures import Failures
 from app.window.help_table import help_table
 from app.window.interrupted import Interrupted
+from app.window.naming import Naming
 from app.window.projects import Projects, ask_for_place, ask_to_open, proposed_name, show_history
 from app.window.recent import Picturing, remembered
 from app.window.recent import fill as fill_recent
@@ -324,6 +325,7 @@ class MainWindow(QMainWindow):
         self.status = StatusBar(self.bench.jobs)
         self.whereabouts = Whereabouts(self.bench, self.projects, self.banners)
         self.picturing = Picturing(self.bench, self.projects)
+        self.naming = Naming(self.projects, self.banners, self.save_as)
         self.interrupted = Interrupted(self.projects, self.banners, self._ways_to_go_on())
         centre = QWidget()
         column = QVBoxLayout(centre)

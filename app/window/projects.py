@@ -49,10 +49,12 @@ class Projects(QObject):
         self.problem = ""
         self.is_read_only = False
         self.why_read_only = ""
+        self.is_recovered = False
         self._recording: Recording | None = None
         bench.jobs.around = lambda job: running(bench.own, job.title, job.again)
         self._as_opened = bench.document.project
         self._is_elsewhere = False
+        self._waits = True
 
     @property
     def name(self) -> str:
@@ -91,17 +93,13 @@ class Projects(QObject):
         lost = cost_text(each for each in noted(path) if not each.present)
         why_not = _why_not_claimed(path)
         self.finish()
-        self._show(path, found, bool(why_not))
+        self._show(path, found, bool(why_not), is_recovered=was_interrupted)
         self.why_read_only = why_not
         self.changed.emit()
         self.opened.emit(path)
         if found.missing or lost:
             words = lost or "What was made from the sources is gone, and can be made again"
             self.bench.said.emit(f"{path.name} is open. {words}")
-        elif was_interrupted:
-            self.bench.said.emit(
-                f"Lightarc ended unexpectedly; {found.current.name} is as it was after the last change"
-            )
 
     def read_again(self) -> None:
         """Take the document and its history from the file, in which paths were changed."""
@@ -162,13 +160,14 @@ class Projects(QObject):
     def write(self) -> None:
         """Wait until all changes are on disk, as long as that goes on."""
         if self._recording is not None:
-            self._recording.wait(CLOSING_S)
+            self._waits = self._recording.wait(CLOSING_S)
 
     def finish(self) -> None:
         """Write what is missing and let go of the project; one that nobody put anything into is removed."""
         for job in self.bench.jobs.active:
             self.bench.jobs.cancel(job)
-        written = self._recording.close() if self._recording is not None else not self._is_changed()
+        seconds = CLOSING_S if self._waits else 0.0  # what just took nothing would keep the end of the window waiting
+        written = self._recording.close(seconds) if self._recording is not None else not self._is_changed()
         if not written and not self._is_elsewhere:
             self._rescue()
         if self._recording is not None:
@@ -200,7 +199,8 @@ class Projects(QObject):
             return
         log.warning("%s could not be written; everything is in %s", self.path, path)
 
-    def _show(self, path: Path, found: Opened | None, read_only: bool) -> None:
+    def _show(self, path: Path, found: Opened | None, read_only: bool, is_recovered: bool = False) -> None:
+        self.is_recovered, self._waits = is_recovered, True
         self.path, self.is_read_only, self.problem, self._is_elsewhere = path, read_only, "", False
         self.bench.folder = data_folder(path)
         self.bench.own = open_session() if read_only else self.bench.folder

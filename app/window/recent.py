@@ -51,7 +51,7 @@ def fill(menu: QMenu, recent: tuple[str, ...], open_path: Callable[[Path], None]
         is_there = path.exists()
         name = (_name(path) if is_there else f"{path.name} (missing)").replace("&", "&&")
         entry = menu.addAction(f"{name}\t{path.parent if not is_untitled(path) else path.stem}")
-        entry.setIcon(QIcon(_picture(path)))
+        entry.setIcon(QIcon(picture_of_file(path)))
         entry.setEnabled(is_there)
         entry.setToolTip(text)
         entry.triggered.connect(lambda _checked=False, path=path: open_path(path))
@@ -67,7 +67,7 @@ def _name(path: Path) -> str:
     return path.name.removesuffix(ENDING)
 
 
-def _picture(path: Path) -> QPixmap:
+def picture_of_file(path: Path) -> QPixmap:
     """The picture of a project, or an icon for what a path leads to."""
     beside = thumbnail_of(path)
     if path.name.endswith(ENDING) and beside.is_file() and beside.stat().st_size < MOST_BYTES:

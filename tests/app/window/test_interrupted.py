@@ -145,3 +145,31 @@ def test_an_interrupted_run_is_factored(window: MainWindow, qtbot: Any) -> None:
     banner.buttons[0].click()
     settle(window.factor, qtbot)
     qtbot.waitUntil(lambda: window.factor.runs.of(window.factor.factoring.runs[0]).state == "done", timeout=LONG)
+
+
+def test_a_project_that_a_crash_left_says_so_with_its_last_step_until_that_is_read(
+    window: MainWindow, qtbot: Any, tmp_path: Path
+) -> None:
+    path = tmp_path / "Felt.lap"
+    program = """
+import os, signal, sys
+from pathlib import Path
+from app.document.document import Look, Project, Step
+from app.project.places import claim
+from app.project.project_file import History, Writer
+path, first, second = Path(sys.argv[1]), Project(), Project(look=Look(gain=2.0))
+claim(path)
+Writer(path).write(History(second, (Step("Change the light", "", first, second),), 1))
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+    subprocess.run([sys.executable, "-c", program, str(path)], check=False)
+    window.open_project(path)
+    words = "Lightarc ended unexpectedly. Felt is as you left it, after “Change the light”."
+    assert window.banners.words[CAUSE] == words
+    assert window.banners.of[CAUSE].picture.isVisible()
+    (hide,) = window.banners.of[CAUSE].buttons
+    hide.click()
+    assert CAUSE not in window.banners.words
+    window.new()
+    window.open_project(path)
+    assert CAUSE not in window.banners.words

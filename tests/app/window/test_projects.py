@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PySide6.QtCore import Qt
 
 from app.document.document import Project
 from app.project import recording
@@ -209,3 +211,44 @@ def test_a_drive_that_goes_is_not_made_anew_and_is_written_when_it_is_back(
     qtbot.waitUntil(lambda: "saving" not in window.banners.words, timeout=60_000)
     wait_saved(window, qtbot)
     assert read(path).current.look.gain == 7.0
+
+
+def test_a_locked_file_keeps_closing_waiting_once_and_loses_nothing(
+    window: MainWindow, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    import sqlite3
+
+    path = saved(tmp_path / "locked" / "Felt.lap", "Felt")
+    window.open_project(path)
+    monkeypatch.undo()
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    waits: list[float] = []
+    wait = recording.Recording.wait
+    monkeypatch.setattr(recording.Recording, "wait", lambda one, s: waits.append(s) or wait(one, s))  # type: ignore[func-returns-value]
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        window.bench.document.change("Name", name="Kept")
+        window.projects.write()
+        Projects.finish(window.projects)
+        assert waits[1:] == [0.0]
+    (rescued,) = [each for each in projects_folder().glob("*.lap") if read(each).current.name == "Kept"]
+    release(rescued)
+    window.projects.begin()
+
+
+def test_a_project_without_a_name_is_offered_one_until_later(
+    window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.window.naming.is_untitled", lambda path: path == window.projects.path)
+    document = window.bench.document
+    document.change("Light", look=dataclasses.replace(document.project.look, gain=2.0))
+    wait_saved(window, qtbot)
+    assert "name" not in window.banners.words, "a light is not worth keeping"
+    document.change("Model", mesh=shape("plane"), name="Grey felt")
+    qtbot.waitUntil(lambda: "name" in window.banners.words, timeout=60_000)
+    (keep, later) = window.banners.of["name"].buttons
+    assert keep.text() == "Save as Grey felt…"
+    qtbot.mouseClick(later, Qt.MouseButton.LeftButton)
+    gain(window, 3.0)
+    wait_saved(window, qtbot)
+    assert "name" not in window.banners.words
