@@ -50,6 +50,9 @@ WAITING = "data folder"
 #: Steps of the undo history that a file keeps.
 KEPT_STEPS = 200
 
+#: Bytes of an array that are written at once.
+PIECE_BYTES = 1 << 20
+
 #: Writes until what no state needs any more is removed.
 TIDY_EVERY = 200
 
@@ -224,10 +227,20 @@ def _keeper(connection: sqlite3.Connection, folder: Path, seen_from: Path, own: 
         header, numbers = array_parts(array)
         name = name_of(header, numbers)
         if connection.execute("SELECT 1 FROM array WHERE name = ?", (name,)).fetchone() is None:
-            connection.execute("INSERT INTO array VALUES (?, ?)", (name, b"".join((header, numbers))))
+            _insert(connection, name, header, numbers)
         return name
 
     return Keeper(keep_text, keep_array, seen_from, own)
+
+
+def _insert(connection: sqlite3.Connection, name: str, header: bytes, numbers: memoryview) -> None:
+    """Keep an array in the file, a piece at a time: to copy it whole would hold up the thread of the window."""
+    size = len(header) + len(numbers)
+    row = connection.execute("INSERT INTO array VALUES (?, zeroblob(?))", (name, size)).lastrowid or 0
+    with connection.blobopen("array", "content", row) as blob:
+        blob.write(header)
+        for start in range(0, len(numbers), PIECE_BYTES):
+            blob.write(numbers[start : start + PIECE_BYTES])
 
 
 def settle(path: Path) -> None:
