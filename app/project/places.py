@@ -12,8 +12,9 @@ from pathlib import Path
 
 import platformdirs
 
-from app.project.database import connected, migrate
+from app.project.database import connected, explained, migrate
 from app.project.project_file import ENDING, data_folder, settle
+from engine.core.errors import FileError
 from engine.storage.atomic import discard, make_folder, write_bytes
 from engine.storage.writer import is_gone, is_own, writer
 
@@ -77,9 +78,27 @@ def was_interrupted(path: Path) -> bool:
 
 
 def interrupted(folder: Path) -> list[Path]:
-    """Projects in `folder` that were open when their process ended, the latest first."""
+    """Projects in `folder` that were open when their process ended, the latest first.
+
+    One in which nothing was done is left out, and removed: a window that ended as it opened has left it.
+    """
     found = [path for path in folder.glob(f"*{ENDING}") if was_interrupted(path)]
-    return sorted(found, key=lambda path: path.stat().st_mtime, reverse=True)
+    empty = [path for path in found if _is_empty(path)]
+    for path in empty:
+        remove(path)
+    return sorted(set(found) - set(empty), key=lambda path: path.stat().st_mtime, reverse=True)
+
+
+def _is_empty(path: Path) -> bool:
+    """True for a project without a name, a step, a result and a job; what cannot be read is none."""
+    if not is_untitled(path) or any(data_folder(path).glob("job-*")):
+        return False
+    work = "SELECT 1 FROM step UNION ALL SELECT 1 FROM meta WHERE name LIKE 'made %' LIMIT 1"
+    try:
+        with connected(path) as connection, explained(path):
+            return connection.execute(work).fetchone() is None
+    except FileError:
+        return False
 
 
 def remove(path: Path) -> None:

@@ -315,3 +315,24 @@ def test_brdfs_that_were_measured_are_within_the_file(tmp_path: Path) -> None:
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     assert np.array_equal(again.f(directions, directions[::-1]), table.f(directions, directions[::-1]))
     assert brdf_from_text("lambert").f(directions, directions).shape == (2, 3)
+
+
+def test_a_start_that_was_killed_does_not_hide_the_work_of_the_session_before(tmp_path: Path) -> None:
+    begin = """
+import os, signal, sys
+from pathlib import Path
+from app.document.document import Project, Step
+from app.project.places import claim, new_path
+from app.project.project_file import History, Writer
+path, project, later = new_path(Path(sys.argv[1])), Project(), Project(name="Felt")
+claim(path)
+work = (later, (Step("Name", "", project, later),), 1) if len(sys.argv) > 2 else (project,)
+Writer(path).write(History(*work))
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+    folder = places.projects_folder()
+    for words in (["work"], [], []):
+        subprocess.run([sys.executable, "-c", begin, str(folder), *words], check=False)
+    (found,) = places.interrupted(folder)
+    assert read(found).current.name == "Felt"
+    assert list(folder.glob("*.lap")) == [found]
