@@ -113,8 +113,8 @@ def mode_errors(scene: Scenery) -> ModeErrors:
 
 
 def _shares(sample: Sample) -> tuple[Array, ...]:
-    """Weights of pairs in pictures, and equal weights as in a bake's own error, where grazing views count for more."""
-    return (*sample.shares, np.ones(sample.views.shape[:2]))
+    """Weights of pairs in pictures; from all around also equal ones, where grazing views count as in a bake's error."""
+    return sample.shares if sample.by_camera else (*sample.shares, np.ones(sample.views.shape[:2]))
 
 
 def _falling(errors: dict[int, float]) -> dict[int, float]:
