@@ -70,7 +70,10 @@ def _xyz(case: Values) -> Found:
 
 
 def _shift(case: Values) -> Found:
-    """A picture of noise and the same picture moved by whole pixels."""
+    """A picture of noise and the same picture moved by whole pixels.
+
+    A shift of one pixel may be taken for none: features are blurred as far, and the refinement that follows finds it.
+    """
     rng = np.random.default_rng(case["seed"])
     scene = rng.random((128, 128)).astype(np.float32)
     along, down = (round(8.0 * (2.0 * share - 1.0)) for share in case["shift"])
@@ -80,8 +83,8 @@ def _shift(case: Values) -> Found:
             pyramid(np.ascontiguousarray(moved))[-1], pyramid(np.ascontiguousarray(still)), np.eye(3)
         )
     except Refused:
-        return 1.0, 0.0
-    return float(np.abs(matrix[:2, 2] - (along, down)).max()), 0.0
+        return 96.0, 1.0
+    return float(np.hypot(*(matrix[:2, 2] - (along, down)))), 1.0
 
 
 def _figures(case: Values) -> Found:
@@ -129,7 +132,7 @@ LAWS = (
     ),
     Law(
         "AL1",
-        "error of a found shift, in pixels",
+        "error of the first shift that is found, in pixels",
         drawn(seed=SEED, shift=st.lists(SHARE, min_size=2, max_size=2)),
         _shift,
     ),
