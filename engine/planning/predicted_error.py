@@ -26,7 +26,7 @@ from engine.transport.sh.transfer import is_diffuse
 #: (`Planning.SPREAD`).
 SPREADS = {
     "reference": Spread(by_camera=(0.43, 1.05), around=(0.37, 1.1)),
-    "direct": Spread(by_camera=(0.2, 1.4), around=(0.03, 5.0)),
+    "direct": Spread(by_camera=(0.15, 2.0), around=(0.03, 5.0)),
     "shading-map": Spread(by_camera=(0.5, 2.0), around=(0.5, 2.0)),
 }
 LEFT_OUT_SPREAD = Spread(by_camera=(0.2, 1.0 / 0.83), around=(0.05, 1.0 / 0.83))
