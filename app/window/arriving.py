@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from app.commands.workbench import Workbench
@@ -27,9 +28,9 @@ def ask_for_photographs(
     box.setWindowTitle("Lightarc")
     box.setText("This project has photographs already.")
     name = paths[0].name if len(paths) == 1 else f"{len(paths)} files"
-    lines = "".join(f"<li><b>{words}</b> {does}.</li>" for words, does in CHOICES.items())
+    lines = "\n\n".join(f"{words}: {does}." for words, does in CHOICES.items())
     box.setTextFormat(Qt.TextFormat.PlainText)
-    box.setInformativeText(f"<p>Where does <i>{_escaped(name)}</i> belong?</p><ul>{lines}</ul>")
+    box.setInformativeText(f"Where does {name} belong?\n\n{lines}")
 
     def anew() -> None:
         begin_anew()
@@ -41,11 +42,7 @@ def ask_for_photographs(
         made.clicked.connect(lambda _checked=False, run=run: run())
         if words == "New project":
             box.setDefaultButton(made)
-    box.addButton(QMessageBox.StandardButton.Cancel)
+    box.addButton(QMessageBox.StandardButton.Cancel).setIcon(QIcon())  # the style's own is of another style
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     box.open()
     return box
-
-
-def _escaped(words: str) -> str:
-    return words.replace("&", "&amp;").replace("<", "&lt;")
