@@ -158,9 +158,14 @@ class Projects(QObject):
         job.succeeded.connect(lambda _: self.bench.said.emit(f"{path.name} holds the project and all that it needs"))
 
     def write(self) -> None:
-        """Wait until all changes are on disk, as long as that goes on."""
+        """Wait until all changes are on disk, as long as that goes on, because the window closes.
+
+        From then on its end is an ordinary one, also where jobs do not stop in time.
+        """
         if self._recording is not None:
             self._waits = self._recording.wait(CLOSING_S)
+            if self._waits:
+                places.release(self.path)
 
     def finish(self) -> None:
         """Write what is missing and let go of the project; one that nobody put anything into is removed."""

@@ -252,3 +252,14 @@ def test_a_project_without_a_name_is_offered_one_until_later(
     gain(window, 3.0)
     wait_saved(window, qtbot)
     assert "name" not in window.banners.words
+
+
+def test_a_window_whose_jobs_do_not_stop_has_closed_its_project_all_the_same(window: MainWindow) -> None:
+    from app.project.places import was_interrupted
+
+    gain(window, 2.0)
+    path = window.projects.path
+    window.projects.write()
+    assert read(path).current.look.gain == 2.0
+    assert not list(data_folder(path).glob("open-*"))
+    assert not was_interrupted(path)
