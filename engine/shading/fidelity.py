@@ -3,12 +3,12 @@
 A shading map shows photographs of equal mean radiance alike, whatever their azimuth. Where that is not so, as with a
 dome of lamps over a relief, it may be further from the photographs than one picture that knows no light at all. Errors
 are root mean squares over texels, channels and photographs, in codes of 8-bit sRGB, as tools for domes state them; on a
-regular grid of at most 65,536 texels, in which each photograph is read once.
+regular grid of at most 65,536 texels, of which alone the rows are read.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,19 +60,23 @@ def fidelity(stack: ImageStack, used: NDArray[np.int64], shading_map: ShadingMap
     """The errors of the shading map that was made of the photographs `used`; black ones do not count."""
     means = stack.mean_radiance[used]
     used, means = used[means > 0.0], means[means > 0.0]
-    step = grid_step(*stack.radiance.shape[1:3])
-    samples = []
+    height, width = stack.radiance.shape[1:3]
+    step = grid_step(height, width)
+    rows, columns = range(step // 2, height, step), slice(step // 2, width, step)
+    radiance = np.empty((len(used), len(rows), len(range(width)[columns]), 3), np.float32)
     for place, photograph in enumerate(used):
-        samples.append(np.asarray(stack.radiance[int(photograph)])[step // 2 :: step, step // 2 :: step])
+        for line, row in enumerate(rows):
+            radiance[place, line] = stack.radiance[int(photograph), row : row + 1, columns][0]
         yield Step(place / len(used), "comparing with the photographs")
-    radiance = np.stack(samples)
     wanted = _codes(radiance)
+    slices = np.stack([shading_map.slices[:, row, columns] for row in rows], axis=1)
+    sampled = replace(shading_map, slices=slices, clipped=None)
     order = np.argsort(means, kind="stable")
     mean = wanted.mean(axis=0, dtype=np.float64)
     squares = np.zeros((3, len(used)))
     for place in range(len(used)):
         others = [int(other) for other in order if other != place]
-        shown = shading_map.slice_image(float(means[place]))[step // 2 :: step, step // 2 :: step]
+        shown = sampled.slice_image(float(means[place]))
         squares[0, place] = _square(_codes(shown), wanted[place])
         if others:
             left = bracketed(radiance, means, others, float(means[place]))
