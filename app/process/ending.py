@@ -60,6 +60,7 @@ def FINISH() -> None:
 _answer: Answer = END
 _grace_s = GRACE_S
 _interrupted: BaseException | None = None
+_late: threading.Timer | None = None
 _wished = threading.Event()
 _ends = threading.Lock()
 
@@ -137,11 +138,17 @@ def leave(code: int) -> NoReturn:
         _end(code)
 
 
-def end_within(seconds: float) -> None:
-    """End hard unless the process has ended by itself before."""
-    late = threading.Timer(seconds, _end_hard)
-    late.daemon = True
-    late.start()
+def end_within(seconds: float, code: int = CANCELLED) -> None:
+    """End hard with `code` unless the process has ended by itself before; in place of what was said before.
+
+    The code is 0 where all is done and only threads are left at work.
+    """
+    global _late
+    if _late is not None:
+        _late.cancel()
+    _late = threading.Timer(seconds, _end_hard, (code,))
+    _late.daemon = True
+    _late.start()
 
 
 def _handle(number: int, _frame: FrameType | None) -> None:
@@ -160,17 +167,17 @@ def _attend(reading: int) -> None:
     answer, grace_s = _answer, _grace_s
     if answer is not INTERRUPT:
         _wished.set()
-    answer()
     end_within(grace_s)
+    answer()
     while os.read(reading, 1)[0] not in WISHES:
         pass
     _end_hard()
 
 
-def _end_hard() -> None:
+def _end_hard(code: int = CANCELLED) -> None:
     _ends.acquire(timeout=TIDYING_S)
     mark = "\r\x1b[K" if sys.stderr is not None and sys.stderr.isatty() else ""
-    _end(CANCELLED, f"{mark}{SENTENCE}\n")
+    _end(code, f"{mark}{SENTENCE}\n" if code else "")
 
 
 def _end(code: int, words: str = "") -> NoReturn:

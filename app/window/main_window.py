@@ -275,6 +275,7 @@ class MainWindow(QMainWindow):
         self._add(file, "Open project…", "", self.choose_project)
         self._add(file, "Save as…", "Ctrl+Shift+S", self.save_as)
         self._add(file, "Collect…", "", self.collect)
+        self._add(file, "Close project", "Ctrl+W", self.new)
         file.addSeparator()
         self._add(file, "Open files…", "Ctrl+O", self.choose_files)
         self._add(file, "Open folder…", "Ctrl+Shift+O", self.choose_folder)
@@ -614,7 +615,7 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
         if crashed:
             log.warning(crashed)
             window.status.say(crashed)
-        window.closes.connect(lambda: ending.end_within(ending.WINDOW_S))
+        window.closes.connect(lambda: ending.end_within(ending.WINDOW_S, 0))
         window.failures.install()
         window.show()
         left = interrupted(projects_folder())

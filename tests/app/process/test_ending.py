@@ -110,6 +110,24 @@ def test_a_library_that_does_not_come_back_is_not_waited_for(wishes: list[int], 
     assert [path for path in tmp_path.rglob("*") if path.name != "temporary"] == []
 
 
+CLOSED = """
+import hashlib, os, signal
+from app.process import ending
+ending.watch()
+def close():
+    ending.end_within(1.0, 0)  # the window has closed, with all that it had to write
+with ending.during(close, 0.5):
+    os.kill(os.getpid(), signal.SIGTERM)
+    hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)  # a job that does not stop
+"""
+
+
+def test_a_window_that_closed_has_done_all_also_where_a_job_does_not_stop(tmp_path: Path) -> None:
+    with start((), tmp_path, CLOSED) as process:
+        out, err = process.communicate(timeout=HANGS_S)
+    assert (process.returncode, out, err) == (0, "", "")
+
+
 IMPORTING = """
 import os, signal, sys, time, types
 from app.process import ending
