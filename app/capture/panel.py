@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 ANGLES = {
     "capture.toml": "capture.toml",
     "lp": "light positions",
+    "dome": "dome",
     "file names": "file names",
     "assumed": "assumed",
     "user": "entered",

@@ -23,7 +23,8 @@ from engine.brdf.brdf import brdf_from_text
 from engine.brdf.readers.read import read_measurement
 from engine.brdf.readers.samples_child import read_directions
 from engine.capture.lights.capture_file import read_capture_file
-from engine.capture.lights.light_angles import angles_with_words, bare_angles, natural, read_light_positions
+from engine.capture.lights.file_names import angles_with_words, bare_angles, natural
+from engine.capture.lights.light_positions import read_light_positions
 from engine.core.errors import InputError
 from engine.geometry.camera import Camera
 from engine.geometry.camera import parse as read_camera

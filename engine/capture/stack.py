@@ -50,7 +50,7 @@ class ImageStack:
     azimuth : (N,) float64 radians, or None where the light moves along one arc of unknown azimuth.
     mean_radiance : (N,) float64, mean luminance of each photograph over the crop, summed in float64.
     sources : (N,) file names of the photographs.
-    angle_source : 'capture.toml', 'lp', 'file names', 'user', 'assumed' or 'mirror sphere'.
+    angle_source : 'capture.toml', 'lp', 'dome', 'file names', 'user', 'assumed' or 'mirror sphere'.
     provenance : what was assumed and done: camera, levels, white balance, alignment, software.
     health : counts and findings; the report of the import.
     quality : (N,) figures of each photograph, empty for a stack made in memory.
@@ -87,7 +87,7 @@ class StackRecord(BaseModel):
     sources: list[str] = Field(min_length=2, max_length=100_000)
     elevations_deg: list[float]
     azimuths_deg: list[float] | None
-    angle_source: Literal["capture.toml", "lp", "file names", "user", "assumed", "mirror sphere"]
+    angle_source: Literal["capture.toml", "lp", "dome", "file names", "user", "assumed", "mirror sphere"]
     mean_radiance: list[float]
     radiance_crc32: int | None = Field(None, ge=0, lt=1 << 32)
     saturated_crc32: int | None = Field(None, ge=0, lt=1 << 32)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.lights.light_angles import listed
+from engine.capture.lights.file_names import listed
 from engine.capture.lights.sources import Sources, Unpacked, find
 from engine.core.errors import InputError
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.lights.azimuth_spread import about_azimuth
-from engine.capture.lights.light_angles import comparable, listed, natural
+from engine.capture.lights.file_names import comparable, listed, natural
 from engine.capture.lights.sources import Sources, printable
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Verdict

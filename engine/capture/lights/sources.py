@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 from engine.capture.lights.azimuth_spread import about_azimuth
 from engine.capture.lights.capture_file import NAME as CAPTURE_FILE
 from engine.capture.lights.capture_file import CaptureFile, capture_files, read_capture_file
-from engine.capture.lights.light_angles import by_light, comparable, listed, natural, stated_lights
+from engine.capture.lights.file_names import comparable, listed, natural
+from engine.capture.lights.light_angles import LIGHT_SUFFIXES, by_light, stated_lights
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.photograph.exposures import Exposure
 from engine.core.errors import InputError, OutputError
@@ -72,7 +73,7 @@ class Sources:
     photographs : (N,) paths, N ≥ 2, one per light: the shortest of its exposures.
     elevation : (N,) float64, radians above the sample plane, in [0, π/2]; 0 while a mirror sphere is to be asked.
     azimuth : (N,) float64 radians, 0 = right, π/2 = up in the picture; None where unknown.
-    angle_source : 'user', 'capture.toml', 'lp', 'file names', 'assumed' or 'mirror sphere'.
+    angle_source : 'user', 'capture.toml', 'lp', 'dome', 'file names', 'assumed' or 'mirror sphere'.
     exposure_s : (N,) what `capture.toml` says of `photographs`, None where it is silent.
     exposures : (N,) all photographs of each light, by rising exposure.
     dark, flat : photographs without light and of an even white surface.
@@ -139,7 +140,9 @@ def find(
     expanded = _expanded(paths)
     capture = _capture_file(place, expanded)
     files = _sorted_out(place, _without(expanded, aside), capture)
-    photographs = [path for path in files.kept if path.name.lower() != CAPTURE_FILE and path.suffix.lower() != ".lp"]
+    photographs = [
+        path for path in files.kept if path.name.lower() != CAPTURE_FILE and path.suffix.lower() not in LIGHT_SUFFIXES
+    ]
     for path in photographs:
         _refuse_irregular(path)
     if len(photographs) < 2:
@@ -147,27 +150,27 @@ def find(
     _refuse_equal_names(place, photographs)
     if angles_deg is None and sphere is None and capture is not None:
         sphere = _outline(capture)
-    lit, angle_source, notes = stated_lights(place, files.kept, photographs, capture, angles_deg, sphere)
-    lights = by_light(lit, sphere is not None)
+    stated = stated_lights(place, files.kept, photographs, capture, angles_deg, sphere)
+    lights = by_light(stated.lit, sphere is not None)
     azimuths = [light[0].azimuth_deg for light in lights if light[0].azimuth_deg is not None]
     azimuth = np.radians(azimuths) if len(azimuths) == len(lights) else None
     return Sources(
         photographs=tuple(light[0].path for light in lights),
         elevation=np.radians([light[0].elevation_deg for light in lights]),
         azimuth=azimuth,
-        angle_source=angle_source,
+        angle_source=stated.source,
         exposure_s=tuple(light[0].exposure_s for light in lights),
         exposures=tuple(tuple(Exposure(one.path, one.exposure_s) for one in light) for light in lights),
         dark=files.dark,
         flat=files.flat,
-        lamp_distance=capture.lamp_distance if capture else None,
+        lamp_distance=capture.lamp_distance if capture and capture.lamp_distance else stated.lamp_distance,
         sphere=sphere,
         highlights_px=tuple(light[0].highlight_px for light in lights),
         reference=_stated(place, files.kept, capture.reference) if capture and capture.reference else None,
         control_points=_control_points(photographs, capture),
         transfer=capture.transfer if capture else None,
         notes=capture.notes if capture else "",
-        findings=(*files.findings, *notes, *about_azimuth(azimuth)),
+        findings=(*files.findings, *stated.findings, *about_azimuth(azimuth)),
     )
 
 
@@ -207,7 +210,7 @@ def _entries(folder: Path) -> list[Path]:
 def belongs(entry: Path) -> bool:
     """True if a file of this name is taken for a photograph or describes some."""
     suffix = entry.suffix.lower()
-    known = PHOTOGRAPH_SUFFIXES | _UNREAD_PICTURES | {".lp"}
+    known = PHOTOGRAPH_SUFFIXES | _UNREAD_PICTURES | LIGHT_SUFFIXES
     return not entry.name.startswith(".") and (suffix in known or entry.name.lower() == CAPTURE_FILE)
 
 

@@ -32,7 +32,7 @@ import trimesh
 from engine.bundle.bundle import open_bundle, save_bundle
 from engine.capture.import_stack import ImportSettings, import_stack
 from engine.capture.lights.capture_file import CaptureFile, read_capture_file
-from engine.capture.lights.light_angles import read_light_positions
+from engine.capture.lights.light_positions import read_light_positions
 from engine.capture.lights.sources import find
 from engine.capture.stack import RADIANCE, RECORD, SATURATED, open_stack
 from engine.core.errors import InputError

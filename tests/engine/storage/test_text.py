@@ -10,7 +10,7 @@ import trimesh
 
 from engine.brdf.readers.read import read_measurement
 from engine.capture.lights.capture_file import read_capture_file
-from engine.capture.lights.light_angles import read_light_positions
+from engine.capture.lights.light_positions import read_light_positions
 from engine.geometry.mesh import decode_mesh
 from engine.geometry.read_scene import estimated_faces
 from engine.storage.text import utf8

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.capture.lights import capture_file, light_angles
+from engine.capture.lights import capture_file, light_positions
 from engine.capture.lights.azimuth_spread import azimuth_spread
-from engine.capture.lights.light_angles import angles_with_words, bare_angles, read_light_positions
+from engine.capture.lights.file_names import angles_with_words, bare_angles
+from engine.capture.lights.light_positions import read_light_positions
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.sources import find
 from engine.capture.photograph.exposures import Exposure, Noted, exposure_scale
@@ -168,14 +169,14 @@ def test_descriptions_are_read_in_the_decoder_process(
     )
     place = folder(lights__lp="1\na.jpg 0 0.6 0.8", capture__toml=capture)
     (place / "pointer.lp").write_text("version https://git-lfs.github.com/spec/v1\n")
-    for module in (capture_file, light_angles):
+    for module in (capture_file, light_positions):
         monkeypatch.setattr(module, "read_bytes", lambda path, _: pytest.fail(f"{path} was read in this process"))
-    assert light_angles.read_light_positions(place / "lights.lp")[0].name == "a.jpg"
+    assert light_positions.read_light_positions(place / "lights.lp")[0].name == "a.jpg"
     found = capture_file.read_capture_file(place / "capture.toml")
     assert (found.lamp_distance, found.simulation) == (1.1, {"x": "2020-01-02"})
     assert found.photographs[0].highlight_px == (0.1, 2.0)
     with pytest.raises(InputError, match="is a git-lfs pointer") as caught:
-        light_angles.read_light_positions(place / "pointer.lp")
+        light_positions.read_light_positions(place / "pointer.lp")
     assert caught.value.path == str(place / "pointer.lp")
 
 

@@ -1,0 +1,162 @@
+"""Files of light positions, of the kinds that reflectance transformation imaging (RTI) has: `.lp` and `.dome`.
+
+`.lp`: the first line holds the number of lights, every other one `name x y z`: x to the right, y up in the image, z
+towards the camera. Names may contain spaces and may be paths of the machine that took the photographs, of which the
+last part counts. What does not fit is reported with its line number and never guessed.
+
+`.dome`: JSON of RelightLab, which describes a dome apart from photographs; its `directions` stand in the order in which
+the lamps are lit. Where its lights lie on a sphere, `domeDiameter` and `imageWidth` give their distance.
+
+The text is read in the decoder child of the photographs (`engine.storage.untrusted`), which an import starts in any
+case. Cost: 2 ms for 64 lights, once that child runs.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import astuple, dataclass
+from pathlib import Path
+from typing import Any, NoReturn, TypeGuard
+
+from engine.capture.lights.file_names import comparable
+from engine.core.errors import InputError
+from engine.storage.text import utf8
+from engine.storage.untrusted import decode_in_child, handed, read_bytes
+
+_LIMIT_BYTES = 16 << 20
+
+#: Largest deviation of a direction's length from 1: files with two decimals are welcome.
+_UNIT_TOLERANCE = 0.01
+
+
+@dataclass(frozen=True)
+class Light:
+    """The light of one photograph, in radians; `line` of the file counts from 1."""
+
+    name: str
+    elevation: float
+    azimuth: float
+    line: int
+
+
+def read_light_positions(path: Path) -> tuple[Light, ...]:
+    """The lights of an `.lp` file in its order; InputError names the line that is wrong."""
+    decoder, process = (
+        "engine.capture.lights.light_positions:decode_light_positions",
+        "engine.capture.photograph.decode",
+    )
+    reply = decode_in_child(decoder, path, limit_bytes=_LIMIT_BYTES, process=process)
+    return tuple(Light(*fields) for fields in reply["lights"])
+
+
+def decode_light_positions(content: bytes, name: str) -> dict[str, Any]:
+    """The decoder: the fields of every `Light`."""
+    with handed({name: content}):
+        return {"lights": [astuple(light) for light in _lights(Path(name))]}
+
+
+def _lights(path: Path) -> tuple[Light, ...]:
+    text = utf8(read_bytes(path, _LIMIT_BYTES)).decode("utf-8-sig", "surrogateescape")
+    lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1) if line.strip()]
+    if not lines or not re.fullmatch(r"\d{1,7}", lines[0][1]):
+        _refuse(path, 1, "should hold the number of lights")
+    lights = tuple(_light(path, number, line) for number, line in lines[1:])
+    if len(lights) != int(lines[0][1]):
+        _refuse(path, 1, f"announces {int(lines[0][1])} lights, but {len(lights)} follow")
+    _refuse_repeated_names(path, lights)
+    return lights
+
+
+def _light(path: Path, number: int, line: str) -> Light:
+    words = line.rsplit(maxsplit=3)
+    if len(words) != 4:
+        _refuse(path, number, f"should hold a name and three numbers, not {line[:60]!r}")
+    if any("," in word for word in words[1:]):
+        _refuse(path, number, f"has a decimal comma in {' '.join(words[1:])[:60]!r}; write decimal points")
+    try:
+        x, y, z = (float(word) for word in words[1:])
+    except ValueError:
+        _refuse(path, number, f"has no three numbers at its end: {' '.join(words[1:])[:60]!r}")
+    length = math.sqrt(x * x + y * y + z * z)
+    if not abs(length - 1.0) <= _UNIT_TOLERANCE:
+        _refuse(path, number, f"has a direction of length {length:g}; a unit vector is needed")
+    if z < 0.0:
+        _refuse(path, number, f"has a light behind the sample (z = {z:g})")
+    return Light(words[0].strip("\"'"), math.atan2(z, math.hypot(x, y)), math.atan2(y, x), number)
+
+
+def _refuse_repeated_names(path: Path, lights: tuple[Light, ...]) -> None:
+    first: dict[str, int] = {}
+    for light in lights:
+        earlier = first.setdefault(comparable(light.name), light.line)
+        if earlier != light.line:
+            _refuse(path, light.line, f"names {light.name[:60]}, as line {earlier} does")
+
+
+def _refuse(path: Path, line: int, problem: str) -> NoReturn:
+    raise InputError(path, f"line {line} {problem}", "Correct the file, or remove it and give the angles yourself")
+
+
+@dataclass(frozen=True)
+class Dome:
+    """Directions (elevation, azimuth) in radians in the order of the lamps, and their distance from the middle of the
+    picture in widths of the picture; None where the file does not say."""
+
+    directions: tuple[tuple[float, float], ...]
+    lamp_distance: float | None
+
+
+def read_dome(path: Path) -> Dome:
+    """The lamps of a `.dome` file; InputError names the lamp that is wrong."""
+    decoder, process = "engine.capture.lights.light_positions:decode_dome", "engine.capture.photograph.decode"
+    reply = decode_in_child(decoder, path, limit_bytes=_LIMIT_BYTES, process=process)
+    return Dome(tuple((elevation, azimuth) for elevation, azimuth in reply["directions"]), reply["distance"])
+
+
+def decode_dome(content: bytes, name: str) -> dict[str, Any]:
+    """The decoder: `directions` and `distance` of a `Dome`."""
+    path = Path(name)
+    with handed({name: content}):
+        try:
+            values = json.loads(utf8(read_bytes(path, _LIMIT_BYTES)).decode("utf-8-sig"))
+        except (ValueError, RecursionError):
+            _refuse_dome(path, "is not valid JSON")
+    lamps = values.get("directions") if isinstance(values, dict) else None
+    if not isinstance(lamps, list) or not lamps:
+        _refuse_dome(path, "holds no list of directions")
+    directions = [_dome_direction(path, number, lamp) for number, lamp in enumerate(lamps, 1)]
+    return {"directions": directions, "distance": _dome_distance(values)}
+
+
+def _dome_direction(path: Path, number: int, lamp: Any) -> tuple[float, float]:
+    """Elevation and azimuth; directions of any length are welcome, since some files keep positions there."""
+    numbers = [lamp.get(key) for key in "xyz"] if isinstance(lamp, dict) else lamp
+    if not isinstance(numbers, list) or len(numbers) != 3 or not all(map(_is_number, numbers)):
+        _refuse_dome(path, f"has no x, y and z for lamp {number}")
+    x, y, z = numbers
+    length = math.hypot(x, y, z)
+    if not 1e-6 < length < 1e6:
+        _refuse_dome(path, f"has a direction of length {length:g} for lamp {number}")
+    if z < 0.0:
+        _refuse_dome(path, f"has lamp {number} behind the sample (z = {z:g})")
+    return math.atan2(z, math.hypot(x, y)), math.atan2(y, x)
+
+
+def _dome_distance(values: dict[str, Any]) -> float | None:
+    """Half the diameter in widths of the picture, for lamps that lie on a sphere."""
+    diameter, width = values.get("domeDiameter"), values.get("imageWidth")
+    is_near = values.get("lightConfiguration", "directional") != "directional"
+    if not (is_near and _is_number(diameter) and _is_number(width)):
+        return None
+    distance = float(diameter) / (2.0 * float(width)) if width > 0 else 0.0
+    return distance if 0.5 < distance < 1e6 else None
+
+
+def _is_number(value: Any) -> TypeGuard[float]:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e30
+
+
+def _refuse_dome(path: Path, problem: str) -> NoReturn:
+    raise InputError(path, problem, "Correct the file, or remove it and give the angles yourself")
