@@ -107,7 +107,7 @@ def test_places_in_one_capture_do_not_cut_the_next(imported: MainWindow, qtbot: 
     asked = ImportChoices(motion="none", patch=(1, 2, 30, 40), lamp_distance=2.0, sphere=True)
     document.change("Ask", import_choices=asked)
     stack = document.project.stack
-    imported.open([photographs])
+    imported.bench.open_photographs([photographs])  # as the answer "Replace" does
     qtbot.waitUntil(
         lambda: document.project.stack is not stack and not imported.bench.jobs.active,
         timeout=240_000,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -90,7 +91,15 @@ def test_context_has_opengl_3_3_and_limits(gl: Any) -> None:
     assert context_module.renderer_name(gl)
 
 
-def test_an_interrupt_waits_until_a_program_is_made() -> None:
+@pytest.fixture
+def interrupted_by_default() -> Iterator[None]:
+    """Python's own handler: a test run that began in the background of a script ignores the signal."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_an_interrupt_waits_until_a_program_is_made(interrupted_by_default: None) -> None:
     reached = []
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt), interrupts_held():  # noqa: PT012 - the signal may not end the block
