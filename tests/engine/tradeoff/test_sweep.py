@@ -190,7 +190,7 @@ def test_a_picture_needs_no_other_vertices_than_those_it_shows(scene: Scene, on_
             drain(picture_of(relit(bake, scene), scene.camera, SIZE, SAMPLES)).picture for bake in (one, other)
         )
         # products of matrices round as the number of their rows decides, on some processors
-        np.testing.assert_allclose(of_some, of_whole, rtol=0.0, atol=4.0 * np.finfo(np.float32).eps)
+        np.testing.assert_allclose(of_some, of_whole, rtol=0.0, atol=float(4.0 * np.finfo(np.float32).eps))
         assert one.memory_bytes == other.memory_bytes
         assert one.size_bytes == other.size_bytes
         assert cast(Any, relit(one, scene)).rows.shape == cast(Any, relit(other, scene)).rows.shape
