@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.colour import luminance
+from engine.core.interrupts import interrupts_held
 from engine.core.steps import Step, Steps, part
 
 #: Pixels that the filters of ꟻLIP reach at 67 pixels per degree: 3 standard deviations of its widest, rounded up.
@@ -105,9 +106,10 @@ def _displayed(parts: list[NDArray[np.float32]]) -> NDArray[np.float32]:
     import flip_evaluator
 
     contiguous = [np.ascontiguousarray(part) for part in parts]
-    values, _, _ = flip_evaluator.evaluate(
-        *contiguous, "LDR", inputsRGB=False, applyMagma=False, computeMeanError=False
-    )
+    with interrupts_held():
+        values, _, _ = flip_evaluator.evaluate(
+            *contiguous, "LDR", inputsRGB=False, applyMagma=False, computeMeanError=False
+        )
     return np.asarray(values[..., 0], np.float32)
 
 

@@ -7,14 +7,13 @@ opened by `#line LINE NUMBER`, and the numbers are turned back into file names i
 from __future__ import annotations
 
 import re
-import signal
-import threading
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import moderngl
+
+from engine.core.interrupts import interrupts_held
 
 SHADERS = Path(__file__).resolve().parents[2] / "resources" / "shaders"
 
@@ -79,29 +78,6 @@ def load_program(
         message = str(error)
         files = fragment_files if "fragment_shader" in message else vertex_files
         raise ShaderError(_with_names(message, files)) from None
-
-
-@contextmanager
-def interrupts_held() -> Iterator[None]:
-    """Signals that Python handles on this thread are handled after the block.
-
-    moderngl makes a program's uniforms by calls of Python, and ends the process where one of them is interrupted.
-    """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    came: list[int] = []
-    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    own = {number: handler for number, handler in handlers.items() if callable(handler)}
-    try:
-        for number in own:
-            signal.signal(number, lambda number, _frame: came.append(number))
-        yield
-    finally:
-        for number, handler in own.items():
-            signal.signal(number, handler)
-        for first in came[:1]:
-            own[signal.Signals(first)](first, None)
 
 
 def _with_names(message: str, files: list[str]) -> str:

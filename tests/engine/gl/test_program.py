@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +10,7 @@ import pytest
 
 from engine.core.errors import MissingCapability
 from engine.gl import context as context_module
-from engine.gl.program import SHADERS, ShaderError, _with_names, expand, interrupts_held
+from engine.gl.program import SHADERS, ShaderError, _with_names, expand
 
 
 def files(folder: Path, **texts: str) -> Path:
@@ -89,21 +87,3 @@ def test_context_has_opengl_3_3_and_limits(gl: Any) -> None:
     assert limits.texture_size >= 1024
     assert limits.layers >= 256
     assert context_module.renderer_name(gl)
-
-
-@pytest.fixture
-def interrupted_by_default() -> Iterator[None]:
-    """Python's own handler: a test run that began in the background of a script ignores the signal."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-def test_an_interrupt_waits_until_a_program_is_made(interrupted_by_default: None) -> None:
-    reached = []
-    before = signal.getsignal(signal.SIGINT)
-    with pytest.raises(KeyboardInterrupt), interrupts_held():  # noqa: PT012 - the signal may not end the block
-        signal.raise_signal(signal.SIGINT)
-        reached.append(True)
-    assert reached
-    assert signal.getsignal(signal.SIGINT) is before
