@@ -169,7 +169,8 @@ def window(path: Path) -> dict[str, float]:
     """Open the project at `path` in the window, until it answers."""
     from PySide6.QtCore import QTimer
 
-    from app.window.main_window import MainWindow, start
+    from app.window.application import start
+    from app.window.main_window import MainWindow
 
     application = start()
     main = MainWindow(None)

@@ -143,7 +143,8 @@ def main() -> int:
     from PySide6.QtCore import QTimer
 
     from app.document import history
-    from app.window.main_window import MainWindow, start
+    from app.window.application import start
+    from app.window.main_window import MainWindow
 
     run_s, seed = float(sys.argv[1]), int(sys.argv[2])
     _limit_descriptors()

@@ -45,7 +45,8 @@ RELIT = "ball"
 def main() -> int:
     from PySide6.QtCore import QTimer
 
-    from app.window.main_window import MainWindow, start
+    from app.window.application import start
+    from app.window.main_window import MainWindow
 
     application = start()
     with tempfile.TemporaryDirectory() as folder:

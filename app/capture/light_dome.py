@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import QPointF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QHelpEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QToolTip, QVBoxLayout, QWidget
 
@@ -20,6 +20,7 @@ from app.widgets import theme
 from app.widgets.number_field import NumberField
 from app.widgets.panels import button, enable, text
 from app.widgets.theme import PADDING, STEP, role
+from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
 from engine.capture.stack import ImageStack
 from engine.core.figure_text import percent
 
@@ -28,9 +29,6 @@ DOT, REACH, DRAG = 4.5, 9.0, 4.0
 
 #: Relative error of predicting a photograph from the others below which no dot has the last colour.
 LEAST_WORST = 0.1
-
-#: Azimuths that differ by less than this, in degrees, are one arc.
-SAME_DEG = 1.0
 
 
 @dataclass(frozen=True)
@@ -57,12 +55,10 @@ class Lamp:
 
 
 def lamps_of(stack: ImageStack | None, excluded: frozenset[str]) -> tuple[Lamp, ...]:
-    """The lamps of a stack, in its order; none where it knows no azimuths, or only one."""
-    if stack is None or stack.azimuth is None:
+    """The lamps of a stack, in its order; none where it knows no azimuths, or one arc alone."""
+    if stack is None or stack.azimuth is None or azimuth_spread(stack.azimuth) <= ONE_ARC:
         return ()
     azimuths = np.degrees(stack.azimuth) % 360.0
-    if float(np.ptp(azimuths)) < SAME_DEG:
-        return ()
     errors = [each.leave_one_out_error for each in stack.quality] or [None] * len(stack.sources)
     rows = zip(stack.sources, stack.elevation_deg, azimuths, errors, strict=True)
     return tuple(Lamp(name, float(el), float(az), error, name in excluded) for name, el, az, error in rows)
@@ -131,12 +127,12 @@ class DomePicture(QWidget):
                 self.chosen.emit(met)
         self.update()
 
-    def event(self, event: object) -> bool:
+    def event(self, event: QEvent) -> bool:
         if isinstance(event, QHelpEvent):
             place = self.at(QPointF(event.pos()))
             QToolTip.showText(event.globalPos(), "" if place is None else self._words(self.lamps[place]), self)
             return True
-        return super().event(event)  # type: ignore[arg-type]
+        return super().event(event)
 
     @staticmethod
     def _words(lamp: Lamp) -> str:

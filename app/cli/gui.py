@@ -39,7 +39,7 @@ def run(options: argparse.Namespace, _show: Callable[[Step], None]) -> dict[str,
         )
     try:
         with ending.during(ending.END):
-            from app.window.main_window import run as open_window
+            from app.window.application import run as open_window
     except ImportError as error:
         raise MissingCapability(
             f"The window needs a library that is missing ({error})",

@@ -179,7 +179,8 @@ def _check_fidelity(arguments: argparse.Namespace, stack: ImageStack, shown: Fid
         return
     problem = f"the shading map shows photographs that are left out to {number(shown.leave_one_out)} codes of 255"
     mean = f"their mean to {number(shown.mean_picture)}, because the lamps stood on several sides"
-    remedy = "Leave out all but one azimuth with --exclude, or write it all the same with --force"
+    instead = "Import one arc of it (import --arc), leave out the others"
+    remedy = f"{instead} with --exclude, or write it all the same with --force"
     raise InputError(stack.folder or "the stack", f"{problem}, {mean}", remedy)
 
 

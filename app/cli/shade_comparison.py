@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,14 +18,12 @@ if TYPE_CHECKING:
 #: Stems of the files of a comparison.
 STEM = "comparison"
 
-#: Photographs of which enough are left where one is left out.
-FEWEST = 4
-
 
 def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None]) -> dict[str, Any]:
     """Compare, write and tell."""
     from engine.figures.plot import Dot, save, scatter_front
     from engine.shading.compare import compare
+    from engine.shading.fidelity import FEWEST
     from engine.shading.shading_map import included
     from engine.storage.atomic import make_folder, write_json
 
@@ -73,11 +70,10 @@ def _front(found: list[Candidate]) -> set[str]:
 
 
 def _record(each: Candidate) -> dict[str, Any]:
-    record = asdict(each)
     return {
-        "representation": record["name"],
-        "leave_one_out_rmse_srgb8": record["leave_one_out"],
-        "in_sample_rmse_srgb8": record["in_sample"],
-        "bytes_per_texel": record["bytes_per_texel"],
-        "fit_s": record["fit_s"],
+        "representation": each.name,
+        "leave_one_out_rmse_srgb8": each.leave_one_out,
+        "in_sample_rmse_srgb8": each.in_sample,
+        "bytes_per_texel": each.bytes_per_texel,
+        "fit_s": each.fit_s,
     }

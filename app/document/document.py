@@ -145,8 +145,7 @@ class Project:
 
     `bakes` are the settings of bakes in the View workspace by method, those that are not its defaults, by name.
     `accuracy` is what was measured of settings there. `came_from` are files of models and environments by their names.
-    `camera` is where the model is seen from; None where it is
-    framed.
+    `camera` is where the model is seen from; None where it is framed.
     """
 
     sources: Sources | None = None

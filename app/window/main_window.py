@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import logging
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QByteArray, QObject, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QByteArray, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAction,
     QCloseEvent,
@@ -50,17 +49,13 @@ from app.export.tab import ExportTab
 from app.factor.tab import FactorTab
 from app.jobs.jobs import Job
 from app.material.tab import MaterialTab
-from app.process import crash, ending
-from app.process.garbage import collect_on_this_thread
-from app.process.heap import give_back_free_pages, give_back_freed_arrays
-from app.project.places import interrupted, projects_folder
+from app.project.places import projects_folder
 from app.project.project_file import ENDING
 from app.session import settings
 from app.session import settings as session_settings
 from app.view.error_line import ErrorLine
 from app.view.lobe_inspector import LobeInspector
 from app.view.tab import ViewTab
-from app.viewport.gl_surface import request_format
 from app.widgets import theme
 from app.widgets import theme as icons
 from app.widgets.image_view import ImageView
@@ -100,9 +95,6 @@ WIDE = 1700
 
 #: Across, in pixels, and the share of each of the two along the window.
 DOCK_HEIGHT, DOCK_WIDTH, SHARES = 226, 400, (0.42, 0.58)
-
-#: A job's thread gives the interpreter to the window's after this long; Python's own 5 ms add up to stutter.
-SWITCH_S = 0.0005
 
 
 class MainWindow(QMainWindow):
@@ -586,59 +578,3 @@ class MainWindow(QMainWindow):
             closed_docks=self.of_view.closed,
         )
         settings.save(kept, self.config)
-
-
-def start() -> QApplication:
-    """The application, ready for windows: OpenGL asked for, threads handing over quickly, colours and type set.
-
-    Freed memory goes back to the system from now on, and cycles are searched for on this thread alone.
-    """
-    give_back_freed_arrays()
-    give_back_free_pages()
-    request_format()
-    sys.setswitchinterval(SWITCH_S)
-    application = QApplication.instance() or QApplication(["lightarc"])
-    assert isinstance(application, QApplication)
-    application.setApplicationName("Lightarc")
-    collect_on_this_thread(application)
-    theme.apply(application, settings.load(settings.config_folder()).theme)
-    return application
-
-
-def run(paths: Sequence[Path], *, sample: bool = False) -> int:
-    """Open the window and return the exit code when it is closed: 0, also where the system asked for that."""
-    application = start()
-    closing = _Closing()
-    with ending.during(closing.asked.emit, ending.WINDOW_S):
-        crashed = crash.begin()
-        window = MainWindow(settings.config_folder())
-        if crashed:
-            log.warning(crashed)
-            window.status.say(crashed)
-        window.closes.connect(lambda: ending.end_within(ending.WINDOW_S, 0))
-        window.failures.install()
-        window.show()
-        left = interrupted(projects_folder())
-        if sample:
-            QTimer.singleShot(0, window.bench.open_sample)
-        elif not paths and left:
-            QTimer.singleShot(0, lambda: window.open_project(left[0]))
-        elif paths:
-            QTimer.singleShot(0, lambda: window.open(paths))
-        code = application.exec()
-        crash.end()
-        return code
-
-
-class _Closing(QObject):
-    """Closes all windows from within the event loop; `asked` may be emitted on any thread, also before the loop."""
-
-    asked = Signal()
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.asked.connect(self._close, Qt.ConnectionType.QueuedConnection)
-
-    def _close(self) -> None:
-        QApplication.closeAllWindows()
-        QApplication.exit(0)

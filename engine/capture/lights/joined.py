@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from engine.capture.lights.file_names import listed
 from engine.capture.lights.sources import Sources, Unpacked, find
+from engine.core.directions import surface_direction
 from engine.core.errors import InputError
 
 #: Directions of light that differ by no more are the same, in radians.
@@ -99,9 +100,7 @@ def _refuse_one_light(
 ) -> None:
     """Two photographs under one light would be one: which of them counts is for a person to say."""
     around = azimuth if azimuth is not None else np.zeros(len(elevation))
-    light = np.stack(
-        [np.cos(elevation) * np.cos(around), np.cos(elevation) * np.sin(around), np.sin(elevation)], axis=1
-    )
+    light = surface_direction(0.5 * np.pi - elevation, around)
     apart = np.linalg.norm(light[:, None] - light[None], axis=-1) + np.eye(len(light))
     first, second = np.unravel_index(int(np.argmin(apart)), apart.shape)
     if apart[first, second] < SAME:

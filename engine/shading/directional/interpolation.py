@@ -69,13 +69,12 @@ def best_kernel(lights: Vectors, second: Array) -> Kernel:
     return min(tried, key=lambda kernel: rms(left_out(lights, kernel), second))
 
 
-def left_out_of_fit(functions: Array, ridge: float = 0.0) -> Array:
-    """The same of a least-squares fit of `functions` (N, P) at the lights, with ridge regression where `ridge` > 0.
+def left_out_of_fit(functions: Array) -> Array:
+    """The same of a least-squares fit of `functions` (N, P) at the lights.
 
     The residual of a photograph that is left out is its residual within the fit, over one minus its own weight.
     """
-    square = functions.T @ functions + ridge * np.eye(functions.shape[1])
-    smooth = functions @ np.linalg.lstsq(square, functions.T, rcond=None)[0]
+    smooth = functions @ np.linalg.lstsq(functions.T @ functions, functions.T, rcond=None)[0]
     own = np.maximum(1.0 - np.diag(smooth), LEAST_LEFT)
     return np.asarray((smooth - np.eye(len(smooth))) / own[:, None])
 

@@ -9,6 +9,7 @@ each photograph left out in turn, is nearly the least of all.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_decode
-from engine.core.directions import Vectors
+from engine.core.directions import Vectors, surface_direction
 from engine.core.steps import Step, Steps, part
 from engine.shading.directional.interpolation import Kernel, best_kernel, weights
 from engine.shading.directional.moments import BLOCK_VALUES, Moments, moments, texels
@@ -104,11 +105,8 @@ def fitted(
     """The same where the moments are known."""
     lights = directions(stack, used)
     best = best_kernel(lights, found.of_channels())
-    tried: dict[Kernel, dict[int, float]] = {}
-    for share in NOISES:
-        yield Step(0.3 * len(tried) / len(NOISES), "leaving photographs out")
-        kernel = Kernel(best.length, share * best.noise)
-        tried[kernel] = errors_by_planes(lights, found, kernel, ladder(len(used), most))
+    kernels = [Kernel(best.length, share * best.noise) for share in NOISES]
+    tried = yield from part(errors_by_planes(lights, found, kernels, ladder(len(used), most)), 0.0, 0.3)
     kernel = min(tried, key=lambda each: min(tried[each].values()))
     errors = tried[kernel]
     count = chosen(errors)
@@ -126,9 +124,7 @@ def directions(stack: ImageStack, used: NDArray[np.int64]) -> Vectors:
     """(N, 3) towards the lamps of the photographs `used`."""
     if stack.azimuth is None:
         raise ValueError("a directional map needs the azimuth of each lamp")
-    elevation, azimuth = stack.elevation[used], stack.azimuth[used]
-    flat = np.cos(elevation)
-    return np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=-1)
+    return surface_direction(0.5 * np.pi - stack.elevation[used], stack.azimuth[used])
 
 
 def ladder(photographs: int, most: int | None = None) -> tuple[int, ...]:
@@ -151,19 +147,29 @@ def components(covariance: Array, count: int) -> Array:
     return np.asarray(vectors * np.where(largest < 0.0, -1.0, 1.0))
 
 
-def errors_by_planes(lights: Vectors, found: Moments, kernel: Kernel, counts: tuple[int, ...]) -> dict[int, float]:
-    """Root mean square of predicting a photograph from planes that are made of the others, by their number."""
+def errors_by_planes(
+    lights: Vectors, found: Moments, kernels: Sequence[Kernel], counts: tuple[int, ...]
+) -> Steps[dict[Kernel, dict[int, float]]]:
+    """Root mean square of predicting a photograph from planes that are made of the others, by kernel and number.
+
+    Bound by the decomposition for each photograph that is left out, of which no kernel is part.
+    """
     total = len(lights)
     folds = np.unique(np.linspace(0, total - 1, min(total, FOLDS)).round().astype(np.int64))
-    squares = dict.fromkeys(counts, 0.0)
-    for out in folds:
+    squares = {kernel: dict.fromkeys(counts, 0.0) for kernel in kernels}
+    for at, out in enumerate(folds):
+        yield Step(at / len(folds), "leaving photographs out")
         others = np.flatnonzero(np.arange(total) != out)
         values = (3 * others[:, None] + np.arange(3)).ravel()
         vectors = components(found.covariance[np.ix_(values, values)], max(counts))
-        of_others = weights(lights[others], lights[out][None], kernel)
-        for count in counts:
-            squares[count] += _square(found, vectors[:, :count], of_others, np.array([out]), values)
-    return {count: float(np.sqrt(square / len(folds))) for count, square in squares.items()}
+        for kernel in kernels:
+            of_others = weights(lights[others], lights[out][None], kernel)
+            for count in counts:
+                squares[kernel][count] += _square(found, vectors[:, :count], of_others, np.array([out]), values)
+    return {
+        kernel: {count: float(np.sqrt(square / len(folds))) for count, square in by_count.items()}
+        for kernel, by_count in squares.items()
+    }
 
 
 def _error(found: Moments, vectors: Array, of_photographs: Array, wanted: NDArray[np.int64]) -> float:

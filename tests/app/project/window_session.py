@@ -19,7 +19,8 @@ from PySide6.QtCore import QTimer
 
 from app.document.modes import modes
 from app.project.project_file import KEPT_STEPS
-from app.window.main_window import MainWindow, start
+from app.window.application import start
+from app.window.main_window import MainWindow
 from engine.geometry.shapes import SHAPES
 from engine.light.sky import SKIES
 

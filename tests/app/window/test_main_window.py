@@ -31,7 +31,7 @@ Drop = Callable[[QWidget, list[Path]], None]
 
 def test_opening_the_window_loads_no_compiler_and_no_heavy_library() -> None:
     program = (
-        "import sys, app.window.main_window\n"
+        "import sys, app.window.application\n"
         "print(*sorted({'numba', 'scipy', 'trimesh', 'rawpy', 'tifffile', 'OpenEXR', 'embreex'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)

@@ -34,7 +34,8 @@ def saved(path: Path, name: str) -> Path:
 def test_what_is_opened_is_remembered_at_once_and_survives_a_kill(tmp_path: Path) -> None:
     path = saved(tmp_path / "Felt.lap", "Felt")
     program = (
-        "import sys; from pathlib import Path; from app.window.main_window import MainWindow, start\n"
+        "import sys; from pathlib import Path; from app.window.application import start\n"
+        "from app.window.main_window import MainWindow\n"
         "application = start(); window = MainWindow(Path(sys.argv[1])); window.open_project(Path(sys.argv[2]))\n"
         "print('open', flush=True); application.exec()\n"
     )

@@ -134,7 +134,7 @@ def test_errors_by_planes_are_those_of_refits(stack: ImageStack, codes: Array, k
         shown = mean + (texels - mean) @ axes[:4].T @ axes[:4]
         own = weights(lights[others], lights[out][None], kernel)[0]
         apart.append(np.einsum("n,tnc->tc", own, shown.reshape(len(shown), 11, 3)) - codes[out])
-    found = errors_by_planes(lights, known, kernel, (4,))
+    found = drain(errors_by_planes(lights, known, [kernel], (4,)))[kernel]
     assert found[4] == pytest.approx(rmse(np.array(apart)), rel=1e-3)
 
 

@@ -1,0 +1,81 @@
+"""The application: made ready for windows, run with one window, and ended from within its event loop."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtWidgets import QApplication
+
+from app.process import crash, ending
+from app.process.garbage import collect_on_this_thread
+from app.process.heap import give_back_free_pages, give_back_freed_arrays
+from app.project.places import interrupted, projects_folder
+from app.session import settings
+from app.viewport.gl_surface import request_format
+from app.widgets import theme
+from app.window.main_window import MainWindow
+
+log = logging.getLogger(__name__)
+
+#: A job's thread gives the interpreter to the window's after this long; Python's own 5 ms add up to stutter.
+SWITCH_S = 0.0005
+
+
+def start() -> QApplication:
+    """The application, ready for windows: OpenGL asked for, threads handing over quickly, colours and type set.
+
+    Freed memory goes back to the system from now on, and cycles are searched for on this thread alone.
+    """
+    give_back_freed_arrays()
+    give_back_free_pages()
+    request_format()
+    sys.setswitchinterval(SWITCH_S)
+    application = QApplication.instance() or QApplication(["lightarc"])
+    assert isinstance(application, QApplication)
+    application.setApplicationName("Lightarc")
+    collect_on_this_thread(application)
+    theme.apply(application, settings.load(settings.config_folder()).theme)
+    return application
+
+
+def run(paths: Sequence[Path], *, sample: bool = False) -> int:
+    """Open the window and return the exit code when it is closed: 0, also where the system asked for that."""
+    application = start()
+    closing = _Closing()
+    with ending.during(closing.asked.emit, ending.WINDOW_S):
+        crashed = crash.begin()
+        window = MainWindow(settings.config_folder())
+        if crashed:
+            log.warning(crashed)
+            window.status.say(crashed)
+        window.closes.connect(lambda: ending.end_within(ending.WINDOW_S, 0))
+        window.failures.install()
+        window.show()
+        left = interrupted(projects_folder())
+        if sample:
+            QTimer.singleShot(0, window.bench.open_sample)
+        elif not paths and left:
+            QTimer.singleShot(0, lambda: window.open_project(left[0]))
+        elif paths:
+            QTimer.singleShot(0, lambda: window.open(paths))
+        code = application.exec()
+        crash.end()
+        return code
+
+
+class _Closing(QObject):
+    """Closes all windows from within the event loop; `asked` may be emitted on any thread, also before the loop."""
+
+    asked = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked.connect(self._close, Qt.ConnectionType.QueuedConnection)
+
+    def _close(self) -> None:
+        QApplication.closeAllWindows()
+        QApplication.exit(0)
