@@ -240,13 +240,13 @@ class LightDome(QWidget):
         outer.addWidget(self.picture, 1)
         outer.addLayout(beside)
 
-    def show_lamps(self, lamps: Sequence[Lamp], current: int | None) -> None:
-        """Show the lamps and mark the one of the photograph on screen; without lamps there is nothing to see."""
+    def show_lamps(self, lamps: Sequence[Lamp], current: int | None, selection: Sequence[int] = ()) -> None:
+        """Show the lamps and mark that of the photograph on screen and those selected; hidden without lamps."""
         self.picture.lamps, self.picture.current = tuple(lamps), current
         self.setVisible(bool(lamps))
-        self.show_selection(self.picture.selection)
+        self.show_selection(selection)
 
-    def show_selection(self, selection: Sequence[int] | frozenset[int]) -> None:
+    def show_selection(self, selection: Sequence[int]) -> None:
         """Mark the lamps that are selected."""
         lamps = self.picture.lamps
         self.picture.selection = frozenset(place for place in selection if place < len(lamps))

@@ -233,7 +233,7 @@ class CaptureTab(QWidget):
         excluded = [name in project.excluded for name in stack.sources]
         current = stack.sources.index(self.current) if self.current in stack.sources else None
         self.plot.show_means(stack.elevation_deg, stack.mean_radiance, excluded, current)
-        self.dome.show_lamps(lamps_of(stack, project.excluded), current)
+        self.dome.show_lamps(lamps_of(stack, project.excluded), current, self.list.selection)
 
     def _choose(self, place: int) -> None:
         rows = self.list.photographs.rows

@@ -115,6 +115,17 @@ def test_an_arc_is_picked_by_its_azimuth_and_left_out_with_a_key(dome: MainWindo
     assert document.project.excluded == {names[place] for place in wanted}
 
 
+def test_the_selection_of_another_capture_is_that_of_its_list(dome: MainWindow, qtbot: Any) -> None:
+    tab, document = dome.capture, dome.bench.document
+    stack = present(document.project.stack)
+    document.change("Leave", stack=None, sources=None)
+    document.change("Come", stack=dataclasses.replace(stack, sources=tuple(f"new {name}" for name in stack.sources)))
+    qtbot.wait(50)
+    assert tab.list.selection
+    assert tab.dome.picture.selection == frozenset(tab.list.selection)
+    assert tab.dome.count.text() == f"1 of {len(stack.sources)} selected"
+
+
 def test_without_lamps_nothing_can_be_done(qtbot: Any) -> None:
     empty = LightDome()
     qtbot.addWidget(empty)
