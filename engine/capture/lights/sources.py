@@ -26,6 +26,7 @@ from engine.capture.lights.azimuth_spread import about_azimuth
 from engine.capture.lights.capture_file import NAME as CAPTURE_FILE
 from engine.capture.lights.capture_file import CaptureFile, capture_files, read_capture_file
 from engine.capture.lights.file_names import comparable, listed, natural
+from engine.capture.lights.folder import capture_folder, inside, is_sidecar, made_by_program, one_of_each_shot
 from engine.capture.lights.light_angles import LIGHT_SUFFIXES, by_light, stated_lights
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.photograph.exposures import Exposure
@@ -109,7 +110,7 @@ class Sources:
     @property
     def name(self) -> str:
         """Name of the folder or archive of the photographs."""
-        place = self.photographs[0].parent
+        place = capture_folder(self.photographs[0].parent)
         return place.name if self.unpacked is None else place.name.split(".", 1)[0]
 
 
@@ -137,7 +138,7 @@ def find(
     direction of light and are not known to be exposures of different length.
     """
     place = paths[0] if len(paths) == 1 else Path(os.path.commonpath([path.absolute() for path in paths]))
-    expanded = _expanded(paths)
+    expanded, looked_into = _looked_into(place, _expanded(paths))
     capture = _capture_file(place, expanded)
     files = _sorted_out(place, _without(expanded, aside), capture)
     photographs = [
@@ -145,6 +146,7 @@ def find(
     ]
     for path in photographs:
         _refuse_irregular(path)
+    photographs, left_out = one_of_each_shot(photographs, _named(capture))
     if len(photographs) < 2:
         raise InputError(place, f"holds {_count(photographs)}", _needed(files.findings))
     _refuse_equal_names(place, photographs)
@@ -170,7 +172,7 @@ def find(
         control_points=_control_points(photographs, capture),
         transfer=capture.transfer if capture else None,
         notes=capture.notes if capture else "",
-        findings=(*files.findings, *stated.findings, *about_azimuth(azimuth)),
+        findings=(*looked_into, *files.findings, *left_out, *stated.findings, *about_azimuth(azimuth)),
     )
 
 
@@ -194,9 +196,42 @@ def _expanded(paths: Sequence[Path]) -> list[Path]:
     """The files meant by `paths` in natural order; of folders the photographs and what describes them."""
     found: dict[str, Path] = {}
     for path in paths:
-        given = [path] if not path.is_dir() else [entry for entry in _entries(path) if belongs(entry)]
+        given = (
+            [path] * (not is_sidecar(path))
+            if not path.is_dir()
+            else [entry for entry in _entries(path) if belongs(entry)]
+        )
         found.update((os.path.realpath(file), file) for file in given)
     return sorted(found.values(), key=lambda path: (natural(path.name), str(path)))
+
+
+def _looked_into(place: Path, expanded: list[Path]) -> tuple[list[Path], list[Finding]]:
+    """The files `expanded`, or those of the one folder in `place` that holds the capture where `place` has none."""
+    if not place.is_dir() or any(path.suffix.lower() in PHOTOGRAPH_SUFFIXES for path in expanded):
+        return expanded, []
+    folders = [entry for entry in _entries(place) if entry.is_dir() and not made_by_program(entry.name)]
+    counts = [(folder.name, sum(_is_photograph(entry) for entry in _entries(folder))) for folder in folders]
+    name, lights = inside(counts)
+    if name is None:
+        filled = sorted(folder for folder, count in counts if count)
+        if filled:
+            problem = f"holds no photographs itself, but its folders {listed(filled)} do"
+            raise InputError(place, problem, "Give the folder of one capture")
+        return expanded, []
+    beside = [entry for entry in _entries(place / lights) if entry.suffix.lower() in LIGHT_SUFFIXES] if lights else []
+    if any(path.suffix.lower() in LIGHT_SUFFIXES for path in expanded):
+        beside = []
+    text = f"Photographs were taken from {name}" + (f", light positions from {beside[0].name}" if beside else "")
+    return _expanded([*expanded, place / name, *beside]), [Finding(Verdict.NOTE, text)]
+
+
+def _is_photograph(entry: Path) -> bool:
+    return not is_sidecar(entry) and entry.suffix.lower() in PHOTOGRAPH_SUFFIXES
+
+
+def _named(capture: CaptureFile | None) -> set[str]:
+    """Files that a person wrote down, as names are compared."""
+    return {comparable(entry.file) for entry in capture.photographs} if capture is not None else set()
 
 
 def _entries(folder: Path) -> list[Path]:
@@ -362,11 +397,29 @@ def _chosen(archive: Path, names: Sequence[str], left_out: list[str]) -> list[st
         raise InputError(archive, "holds no photographs", "Pack the photographs of one capture")
     top = min(len(folder.parts) for folder in folders)
     uppermost = [folder for folder in folders if len(folder.parts) == top]
+    if len(uppermost) > 1 and len({folder.parent for folder in uppermost}) == 1:
+        name, _ = inside([(folder.name, 1) for folder in uppermost])
+        uppermost = [uppermost[0].parent / name] if name is not None else uppermost
     if len(uppermost) > 1:
         several = listed(sorted(map(str, uppermost)))
         raise InputError(archive, f"holds photographs in several folders: {several}", "Pack one capture by itself")
     left_out += sorted(str(folder) for folder in folders - set(uppermost))
-    return [str(path) for path in visible if path.parent == uppermost[0] and belongs(Path(path.name))]
+    taken = [path for path in visible if path.parent == uppermost[0] and belongs(Path(path.name))]
+    return [str(path) for path in (*taken, *_lights_beside(visible, uppermost[0], taken))]
+
+
+def _lights_beside(
+    visible: Sequence[PurePosixPath], folder: PurePosixPath, taken: Sequence[PurePosixPath]
+) -> list[PurePosixPath]:
+    """Light positions in the folder where RTIBuilder puts them, if there are none beside the photographs."""
+    place = folder.parent
+    _, lights = inside(
+        [(one, 1) for one in (folder.name, *{path.parent.name for path in visible if path.parent.parent == place})]
+    )
+    known = any(path.suffix.lower() in LIGHT_SUFFIXES for path in taken)
+    if lights is None or known:
+        return []
+    return [path for path in visible if path.parent == place / lights and path.suffix.lower() in LIGHT_SUFFIXES]
 
 
 def _hidden(path: PurePosixPath) -> bool:

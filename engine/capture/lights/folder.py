@@ -1,0 +1,164 @@
+"""Files of a capture as people keep them: sidecars, thumbnails, copies, RAW beside JPEG, and the folders of programs.
+
+One photograph of each shot is kept. Where a shot lies there in several kinds of file (IMG_1.CR2 beside IMG_1.JPG), all
+shots are taken from one kind: the best of those that hold every shot, else the one that holds the most, because kinds
+differ in what they did to the light. A file that `capture.toml` names goes before all others.
+Nothing is decided by content but for copies (`IMG_1 (1).jpg`), which are left out only where every byte is equal.
+"""
+
+from __future__ import annotations
+
+import filecmp
+import re
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+from engine.capture.lights.file_names import comparable, listed
+from engine.capture.photograph.decode import RAW_SUFFIXES
+from engine.core.health import Finding, Verdict
+
+#: Files that cameras and programs put beside photographs; none is a photograph.
+SIDECARS = frozenset(
+    f".{name}"
+    for name in (
+        *("xmp", "thm", "pp3", "dop", "arp", "on1", "cos", "cot", "cof", "comask", "lrcat", "lrprev", "nksc", "vrd"),
+        *("wav", "ini", "db", "ds_store", "bridgesort", "bridgecache", "bridgecachet", "aae", "ctg", "log", "md5"),
+    )
+)
+
+#: Folders that programs make inside the folder of a capture, whose pictures are none of it.
+_MADE_BY_PROGRAMS = re.compile(
+    r"@eadir|__macosx|thumb(nail)?s?|previews?|captureone|darktable_exported|finished-files|cropped-files|"
+    r".*\.(lrdata|lrlibrary|cocatalog)",
+    re.IGNORECASE,
+)
+
+#: Folders of RTIBuilder in the order in which photographs are looked for; its light positions lie in another.
+_RTI_BUILDER, _RTI_LIGHTS = ("jpeg-exports", "original-captures"), "assembly-files"
+
+_THUMBNAIL = re.compile(r"(.*[ _.-])?(thumb(nail)?s?|tn|contact[ _-]?sheet|preview)([ _.-].*)?", re.IGNORECASE)
+_COPY = re.compile(r"(?P<of>.+?)( ?\(\d{1,3}\)| - (copy|kopie|copie|copia)( ?\(\d{1,3}\))?| copy( \d{1,3})?)", re.I)
+_EDITED = re.compile(r"(?P<of>.+?)-(edit|enhanced(-nr|-sr)?)(-\d{1,3})?", re.IGNORECASE)
+
+#: Kinds of files from the best to the worst for measuring light.
+_KINDS = (
+    ("RAW", RAW_SUFFIXES),
+    ("OpenEXR", frozenset({".exr"})),
+    ("Radiance", frozenset({".hdr", ".rgbe", ".pic"})),
+    ("TIFF", frozenset({".tif", ".tiff"})),
+    ("PNG", frozenset({".png"})),
+    ("TGA", frozenset({".tga"})),
+    ("JPEG", frozenset({".jpg", ".jpeg", ".jpe"})),
+)
+
+
+def is_sidecar(path: Path) -> bool:
+    """True for files that cameras, programs and systems put beside photographs, and for hidden ones."""
+    return path.name.startswith(".") or path.suffix.lower() in SIDECARS
+
+
+def inside(folders: Sequence[tuple[str, int]]) -> tuple[str | None, str | None]:
+    """Of sub-folders, as (name, number of photographs), the one that holds the capture, and one of light positions.
+
+    None for the first where there is none, or more than one that could be meant.
+    """
+    filled = {name: count for name, count in folders if count and not made_by_program(name)}
+    by_name = {name.lower(): name for name in filled}
+    lights = next((name for name, _ in folders if name.lower() == _RTI_LIGHTS), None)
+    for known in _RTI_BUILDER:
+        if known in by_name:
+            return by_name[known], lights
+    return (next(iter(filled)), None) if len(filled) == 1 else (None, None)
+
+
+def capture_folder(folder: Path) -> Path:
+    """The folder whose name is that of the capture: the one around a folder of RTIBuilder."""
+    return folder.parent if folder.name.lower() in _RTI_BUILDER else folder
+
+
+def made_by_program(name: str) -> bool:
+    """True for the name of a folder whose pictures a program made of the photographs, and for hidden folders."""
+    return name.startswith(".") or _MADE_BY_PROGRAMS.fullmatch(name) is not None
+
+
+def one_of_each_shot(photographs: Sequence[Path], named: Collection[str]) -> tuple[list[Path], list[Finding]]:
+    """`photographs` with one file for each shot, in their order, and what was left out and why.
+
+    `named` are names of files that a person wrote down, as `comparable` has them; these stay.
+    """
+    kept, findings = list(photographs), list[Finding]()
+    for rest, words in ((_thumbnails, "Thumbnails"), (_copies, "Copies, equal in every byte,"), (_edits, "Edits")):
+        out = [path for path in rest(kept) if comparable(path.name) not in named]
+        if out and len(kept) - len(out) >= 2:
+            kept = [path for path in kept if path not in out]
+            findings.append(_left_out(f"{words} were left out", out))
+    chosen, said = _of_one_kind(kept, named)
+    return chosen, [*findings, *said]
+
+
+def _left_out(words: str, paths: Sequence[Path], verdict: Verdict = Verdict.NOTE) -> Finding:
+    return Finding(verdict, f"{words}: {listed([path.name for path in paths])}")
+
+
+def _thumbnails(paths: Sequence[Path]) -> list[Path]:
+    return [path for path in paths if _THUMBNAIL.fullmatch(path.stem)]
+
+
+def _copies(paths: Sequence[Path]) -> list[Path]:
+    return [path for path in paths if any(_equal(path, one) for one in _origins(_COPY, path, paths))]
+
+
+def _edits(paths: Sequence[Path]) -> list[Path]:
+    return [path for path in paths if _origins(_EDITED, path, paths)]
+
+
+def _origins(pattern: re.Pattern[str], path: Path, paths: Sequence[Path]) -> list[Path]:
+    """Files of which `path` is a copy or an edit by its name."""
+    match = pattern.fullmatch(path.stem)
+    return [one for one in paths if one.stem.casefold() == match["of"].casefold()] if match else []
+
+
+def _equal(path: Path, other: Path) -> bool:
+    try:
+        return path.suffix.lower() == other.suffix.lower() and filecmp.cmp(path, other, shallow=False)
+    except OSError:
+        return False  # what cannot be read is said when it is decoded
+
+
+def _of_one_kind(paths: Sequence[Path], named: Collection[str]) -> tuple[list[Path], list[Finding]]:
+    shots: dict[tuple[str, Path], dict[int, list[Path]]] = {}
+    for path in paths:
+        shots.setdefault((_shot(path), path.parent), {}).setdefault(_kind(path), []).append(path)
+    if all(len(kinds) == 1 for kinds in shots.values()):
+        return list(paths), []
+    counts = {kind: sum(kind in kinds for kinds in shots.values()) for kind in range(len(_KINDS) + 1)}
+    usual = max(counts, key=lambda kind: (counts[kind], -kind))
+    kept: set[Path] = set()
+    for kinds in shots.values():
+        every = [path for some in kinds.values() for path in some]
+        wanted = [path for path in every if comparable(path.name) in named]
+        kept.update(wanted or kinds.get(usual) or kinds[min(kinds)])
+    chosen = [path for path in paths if path in kept]
+    used = sorted({_kind(path) for path in chosen})
+    words = " and ".join(_word(kind) for kind in used)
+    text = f"Shots lie there in several kinds of files; {words} {'was' if len(used) == 1 else 'were'} taken, not"
+    findings = [_left_out(text, [path for path in paths if path not in kept])]
+    if len(used) > 1:
+        findings.append(Finding(Verdict.WARNING, f"Not all photographs are of one kind: {words} are mixed"))
+    return chosen, findings
+
+
+def _shot(path: Path) -> str:
+    """The name without extensions: editors also write IMG_1.CR2.tif and IMG_1.NEF.jpg."""
+    stem = Path(comparable(path.name)).stem
+    inner = Path(stem)
+    return (inner.stem if inner.suffix.lower() in RAW_SUFFIXES else stem).casefold()
+
+
+def _kind(path: Path) -> int:
+    suffix = path.suffix.lower()
+    return next((at for at, (_, suffixes) in enumerate(_KINDS) if suffix in suffixes), len(_KINDS))
+
+
+def _word(kind: int) -> str:
+    return _KINDS[kind][0] if kind < len(_KINDS) else "others"
