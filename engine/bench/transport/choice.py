@@ -22,7 +22,6 @@ from engine.bench.transport.generated_scenes import generated
 from engine.bench.transport.plan import costs
 from engine.bench.transport.predictions import (
     LEFT_OUT,
-    SIDE,
     STEPS,
     baked_modes,
     check_campaign,
@@ -35,6 +34,7 @@ from engine.planning.ceilings import usual
 from engine.planning.choices import Choice, Choices, Wishes
 from engine.planning.costs.cost_model import CostModel
 from engine.planning.costs.setting import Setting, knobs_of
+from engine.planning.effects.sample import COMPARED
 from engine.planning.plan import best, offered
 from engine.tradeoff.draw import Drawer, drawing
 
@@ -76,7 +76,7 @@ def choices(_folder: Path, *, scenes: int = SCENES, seed: int = 0, data: Path | 
     check_campaign(scenes, data)
     model, found = costs(), list[Chosen]()
     with ExitStack() as stack:
-        drawer = stack.enter_context(drawing((SIDE, SIDE)))
+        drawer = stack.enter_context(drawing((COMPARED, COMPARED)))
         for place in range(scenes):
             yield Step(place / scenes, f"planning and measuring scene {seed + place}")
             found.append(chosen(seed + place, drawer, model, data))

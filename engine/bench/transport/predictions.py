@@ -26,6 +26,7 @@ from engine.planning.choices import probed
 from engine.planning.costs.setting import Setting, knobs_of
 from engine.planning.effects.estimates import Estimate, estimates, scenery
 from engine.planning.effects.mode_error import mode_errors
+from engine.planning.effects.sample import COMPARED
 from engine.planning.predicted_error import PredictedErrors
 from engine.render.reference import reference
 from engine.scene.scene import Scene
@@ -35,14 +36,14 @@ from engine.tradeoff.reference_error import COVERED, FEW_PASSES, Refining
 from engine.tradeoff.sweep import OTHER_SEED, scene_of
 from engine.transport import method as transport
 
-#: Side of a picture in pixels, and the noise of its reference, relative to the picture.
-SIDE, NOISE = 48, 0.01
+#: Noise of a picture's reference, relative to the picture.
+NOISE = 0.01
 
 #: An error below which a picture shows nothing.
 LEAST = 1e-3
 
 #: Seconds after which a reference is taken as it is; the errors then say how uncertain they are.
-MOST_S = 2.0
+MOST_S = 6.0
 
 #: The mode that bakes most takes as long as all else together: it is measured in one scene of so many.
 EVERY = 6
@@ -129,7 +130,7 @@ def predictions(
     """
     check_campaign(scenes, data)
     found: list[Compared] = []
-    with drawing((SIDE, SIDE)) as drawer:
+    with drawing((COMPARED, COMPARED)) as drawer:
         for number in range(scenes):
             yield Step(number / scenes, f"predicting and measuring scene {seed + number}")
             found += compared(seed + number, drawer, data)

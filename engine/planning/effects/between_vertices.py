@@ -20,14 +20,15 @@ from engine.core.one_thread import one_thread
 from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh
 from engine.geometry.ray_caster import offset_origins
+from engine.light.environment import DistantLights
 from engine.planning.effects.radiance import radiances
-from engine.planning.effects.sample import Pixels, Place, Sample, above, by_camera, pixels_of
+from engine.planning.effects.sample import LAMP_PIXELS, Pixels, Place, Sample, above, by_camera, of_lamps, pixels_of
 from engine.transport.baking.visibility import Receivers
 
 Array = NDArray[np.float64]
 
-#: Pixels that are looked at, for the map and for lamps, and parts of a texel that is partly visible, along its side.
-PIXELS, LAMP_PIXELS, PARTS = 96, 2048, 3
+#: Pixels that are looked at under the map, and parts of a texel that is partly visible, along its side.
+PIXELS, PARTS = 96, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +119,7 @@ def interpolation_error(between: Between, brdf: Any) -> float:
     squares, whole = _energy(apart), _energy(exact)
     if found.lamps is not None:
         _, lit = between.some.apart(lamps)
-        apart, exact_lamps = between.many.apart(_of_lamps(between.looked, between.many, brdf))
+        apart, exact_lamps = between.many.apart(_of_lamps(between, brdf))
         squares += _energy(apart)
         whole += 2.0 * float((exact * lit).sum(axis=1).mean()) + _energy(exact_lamps)
     return float(np.sqrt(squares / whole)) if whole > 0.0 else 0.0
@@ -129,13 +130,8 @@ def _energy(radiance: Array) -> float:
     return float((radiance**2).sum(axis=1).mean())
 
 
-def _of_lamps(looked: Sample, at: Corners, brdf: Any) -> Array:
+def _of_lamps(between: Between, brdf: Any) -> Array:
     """(4 M, 3) radiance of the lamps alone."""
-    total = np.zeros((len(at.chosen), 3))
-    for direction, irradiance in zip(looked.lamp_direction, looked.lamp_irradiance, strict=True):
-        local = np.einsum("nij,i->nj", at.frames, direction)
-        facing = np.flatnonzero(local[:, 2] > 0.0)
-        origin = at.of.origin[at.chosen[facing]]
-        lit = facing[~at.of.caster.occluded(origin, np.broadcast_to(direction, origin.shape))]
-        total[lit] += brdf.f(local[lit], at.views[lit]) * (irradiance * local[lit, 2:])
-    return total
+    looked, at = between.looked, between.many
+    lights = DistantLights(looked.lamp_direction, looked.lamp_irradiance)
+    return of_lamps(at.of, at.chosen, at.frames, at.views, lights, brdf)

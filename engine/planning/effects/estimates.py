@@ -124,7 +124,7 @@ def scenery(
     place: dict[str, Any] = {"rotation": rotation, "ground": ground, "camera": camera}
     points, views, edge = FINE
     many = sample(mesh, environment, **place)
-    fine = sample(mesh, environment, points=points, views=views, edge=edge, seed=1, **place)
+    fine = sample(mesh, environment, points=points, views=views, edge=edge, seed=1, brdf=brdf, **place)
     own = varied(mesh, brdf, variations) if variations else None
     if own is not None:
         brdf = with_parameters(brdf, dict(own.mean(many)))

@@ -16,6 +16,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
 from engine.light.cube_map import CubeMap, cube_of
-from engine.light.environment import EnvironmentMap
+from engine.light.environment import DistantLights, EnvironmentMap
 from engine.light.lamps import Lamp, lights_of_all
 from engine.light.sun_split import split_sun
 from engine.transport.baking.visibility import Receivers, receivers, visibility_shares
@@ -42,6 +43,12 @@ FINE = (64, 4, 32)
 
 #: Pixels along a side of the picture by which a camera looks at the model, and pairs from all around for each of its.
 SIDE, SHARE = 96, 2
+
+#: Pixels that are looked at under lamps alone.
+LAMP_PIXELS = 2048
+
+#: Pixels along a side of the pictures whose silhouettes are left out.
+COMPARED = 128
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,22 +147,30 @@ def sample(
     edge: int = EDGE,
     seed: int = 0,
     camera: Camera | None = None,
+    brdf: Any = None,
 ) -> Sample:
     """Draw the points of `mesh` and look around from each; the same call draws the same.
 
     With a camera points are those of its pixels, each with one view, and there are half as many pairs; where the camera
-    sees none of the model, it is looked at from all around.
+    sees none of the model, it is looked at from all around. With a `brdf` more of the pixels are where it reflects the
+    lamps, and count for less: highlights of a sun lie in few pixels and make most of an error.
     """
     of, frames, areas = _prepared(mesh, ground)
     rng = np.random.default_rng(seed)
-    pixels = None if camera is None else pixels_of(camera, of, len(mesh.faces), points * views // SHARE, rng)
+    most = points * views // SHARE
+    asked = most if brdf is None else LAMP_PIXELS
+    pixels = None if camera is None else pixels_of(camera, of, len(mesh.faces), asked, rng)
     light = light_of(environment, rotation, tuple(lamps), edge)
     scene = Place(of_surface(mesh, ground), of, light, len(mesh.positions))
     if pixels is not None and len(pixels.face):
         corner = (np.cumsum(pixels.barycentric, axis=1) < rng.random((len(pixels.face), 1))).sum(axis=1).clip(max=2)
         chosen = of.caster.faces[pixels.face, corner].astype(np.int64)
         local = above(np.einsum("nij,ni->nj", frames[chosen], -pixels.direction))
-        return by_camera(scene, chosen, frames[chosen], local)
+        if len(chosen) <= most:
+            return by_camera(scene, chosen, frames[chosen], local)
+        lit = of_lamps(of, chosen, frames[chosen], local, lights_of_all(light.lamps), brdf)
+        rows, weight = _by_worth(np.abs(lit).sum(axis=1), most, rng)
+        return by_camera(scene, chosen[rows], frames[chosen[rows]], local[rows], weight=weight)
     chosen = _drawn(areas, points, rng)
     own = frames[chosen]
     local = _all_around(len(chosen), views, rng)
@@ -174,13 +189,40 @@ class Place:
     model_vertices: int
 
 
-def by_camera(scene: Place, chosen: NDArray[np.int64], frames: Array, local: Array, fine: int = 1) -> Sample:
+def by_camera(
+    scene: Place, chosen: NDArray[np.int64], frames: Array, local: Array, fine: int = 1, weight: Array | None = None
+) -> Sample:
     """The sample of one view (N, 3) of each of the receivers `chosen`, all of them pixels of a picture.
 
-    Texels that are partly visible are cut into `fine`² parts.
+    Texels that are partly visible are cut into `fine`² parts. Pixels count for their `weight` (N,), else alike.
     """
     seen = np.ones((len(chosen), 1), np.bool_)
-    return _looked(scene, chosen, frames, local[:, None], seen.astype(np.float64), seen, True, fine)
+    shares = seen.astype(np.float64) if weight is None else weight[:, None]
+    return _looked(scene, chosen, frames, local[:, None], shares, seen, True, fine)
+
+
+def of_lamps(
+    of: Receivers, chosen: NDArray[np.int64], frames: Array, views: Array, lights: DistantLights, brdf: Any
+) -> Array:
+    """(N, 3) radiance of `lights` alone at the receivers `chosen`, with `frames` and one of `views` (N, 3) each."""
+    total = np.zeros((len(chosen), 3))
+    for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
+        local = np.einsum("nij,i->nj", frames, direction)
+        facing = np.flatnonzero(local[:, 2] > 0.0)
+        origin = of.origin[chosen[facing]]
+        lit = facing[~of.caster.occluded(origin, np.broadcast_to(direction, origin.shape))]
+        total[lit] += brdf.f(local[lit], views[lit]) * (irradiance * local[lit, 2:])
+    return total
+
+
+def _by_worth(worth: Array, most: int, rng: np.random.Generator) -> tuple[NDArray[np.int64], Array]:
+    """`most` rows, half of them as often as their `worth` (N,) and half evenly, and what each counts for."""
+    chance = np.full(len(worth), 1.0 / len(worth))
+    if worth.sum() > 0.0:
+        chance = 0.5 * (chance + worth / worth.sum())
+    at = (np.arange(most) + rng.random(most)) / most * chance.sum()
+    rows = np.minimum(np.searchsorted(np.cumsum(chance), at, side="right"), len(worth) - 1)
+    return rows, 1.0 / (len(worth) * chance[rows])
 
 
 def _looked(
@@ -270,14 +312,30 @@ class Pixels(NamedTuple):
 
 
 def pixels_of(camera: Camera, of: Receivers, faces: int, most: int, rng: np.random.Generator) -> Pixels:
-    """Up to `most` pixels of a picture that show the first `faces`, the model's, evenly over it."""
+    """Up to `most` pixels of a picture that the first `faces`, the model's, cover, evenly over it.
+
+    Silhouettes are left out, as where pictures are compared: what a grazing eye sees there is far brighter and darker
+    than what lies beside it, and is not seen by itself. A model that covers no pixel keeps all that show it.
+    """
     row, column = np.mgrid[0:SIDE, 0:SIDE].reshape(2, -1) + rng.random((2, SIDE**2))
     direction = camera.rays(column, row, SIDE, SIDE)
     hits = of.caster.intersect(np.broadcast_to(np.asarray(camera.eye), direction.shape), direction)
-    met = np.flatnonzero((hits.face >= 0) & (hits.face < faces))
+    shown = (hits.face >= 0) & (hits.face < faces)
+    covered = shown & _covered(camera, of, faces, row, column)
+    met = np.flatnonzero(covered if covered.any() else shown)
     if len(met) > most:
         met = met[((np.arange(most) + rng.random(most)) / most * len(met)).astype(np.int64)]
     return Pixels(hits.face[met], hits.barycentric[met], direction[met])
+
+
+def _covered(camera: Camera, of: Receivers, faces: int, row: Array, column: Array) -> NDArray[np.bool_]:
+    """True where the model is also met at the corners of pixels of a picture of `COMPARED`² round the places."""
+    covered, half = np.ones(len(row), np.bool_), 0.5 * SIDE / COMPARED
+    for down, right in product((-half, half), repeat=2):
+        direction = camera.rays(column + right, row + down, SIDE, SIDE)
+        hits = of.caster.intersect(np.broadcast_to(np.asarray(camera.eye), direction.shape), direction)
+        covered &= (hits.face >= 0) & (hits.face < faces)
+    return covered
 
 
 def _mirrored(visible: NDArray[Any], frames: Array, edge: int) -> NDArray[Any]:
