@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from engine.capture.lights.sources import PHOTOGRAPH_SUFFIXES
+from engine.capture.photograph.kinds import PHOTOGRAPH_SUFFIXES
 from engine.core.errors import InputError
 from engine.geometry.mesh import SUFFIXES as MESH_SUFFIXES
 from engine.storage.unpack import is_archive, zip_names

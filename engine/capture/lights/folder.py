@@ -14,7 +14,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from engine.capture.lights.file_names import comparable, listed
-from engine.capture.photograph.decode import RAW_SUFFIXES
+from engine.capture.photograph.kinds import KINDS, RAW_SUFFIXES, kind_name, kind_of
 from engine.core.health import Finding, Verdict
 
 #: Files that cameras and programs put beside photographs; none is a photograph.
@@ -27,11 +27,13 @@ SIDECARS = frozenset(
 )
 
 #: Folders that programs make inside the folder of a capture, whose pictures are none of it.
-_MADE_BY_PROGRAMS = re.compile(
-    r"@eadir|__macosx|thumb(nail)?s?|previews?|captureone|darktable_exported|finished-files|cropped-files|"
-    r".*\.(lrdata|lrlibrary|cocatalog)",
-    re.IGNORECASE,
+_MADE_BY_PROGRAMS = frozenset(
+    (
+        *("@eadir", "__macosx", "thumb", "thumbs", "thumbnail", "thumbnails", "preview", "previews"),
+        *("captureone", "darktable_exported", "finished-files", "cropped-files"),
+    )
 )
+_CATALOGUES = (".lrdata", ".lrlibrary", ".cocatalog")
 
 #: Folders of RTIBuilder in the order in which photographs are looked for; its light positions lie in another.
 _RTI_BUILDER, _RTI_LIGHTS = ("jpeg-exports", "original-captures"), "assembly-files"
@@ -39,17 +41,6 @@ _RTI_BUILDER, _RTI_LIGHTS = ("jpeg-exports", "original-captures"), "assembly-fil
 _THUMBNAIL = re.compile(r"(.*[ _.-])?(thumb(nail)?s?|tn|contact[ _-]?sheet|preview)([ _.-].*)?", re.IGNORECASE)
 _COPY = re.compile(r"(?P<of>.+?)( ?\(\d{1,3}\)| - (copy|kopie|copie|copia)( ?\(\d{1,3}\))?| copy( \d{1,3})?)", re.I)
 _EDITED = re.compile(r"(?P<of>.+?)-(edit|enhanced(-nr|-sr)?)(-\d{1,3})?", re.IGNORECASE)
-
-#: Kinds of files from the best to the worst for measuring light.
-_KINDS = (
-    ("RAW", RAW_SUFFIXES),
-    ("OpenEXR", frozenset({".exr"})),
-    ("Radiance", frozenset({".hdr", ".rgbe", ".pic"})),
-    ("TIFF", frozenset({".tif", ".tiff"})),
-    ("PNG", frozenset({".png"})),
-    ("TGA", frozenset({".tga"})),
-    ("JPEG", frozenset({".jpg", ".jpeg", ".jpe"})),
-)
 
 
 def is_sidecar(path: Path) -> bool:
@@ -78,7 +69,8 @@ def capture_folder(folder: Path) -> Path:
 
 def made_by_program(name: str) -> bool:
     """True for the name of a folder whose pictures a program made of the photographs, and for hidden folders."""
-    return name.startswith(".") or _MADE_BY_PROGRAMS.fullmatch(name) is not None
+    name = name.lower()
+    return name.startswith(".") or name in _MADE_BY_PROGRAMS or name.endswith(_CATALOGUES)
 
 
 def one_of_each_shot(photographs: Sequence[Path], named: Collection[str]) -> tuple[list[Path], list[Finding]]:
@@ -128,10 +120,10 @@ def _equal(path: Path, other: Path) -> bool:
 def _of_one_kind(paths: Sequence[Path], named: Collection[str]) -> tuple[list[Path], list[Finding]]:
     shots: dict[tuple[str, Path], dict[int, list[Path]]] = {}
     for path in paths:
-        shots.setdefault((_shot(path), path.parent), {}).setdefault(_kind(path), []).append(path)
+        shots.setdefault((_shot(path), path.parent), {}).setdefault(kind_of(path), []).append(path)
     if all(len(kinds) == 1 for kinds in shots.values()):
         return list(paths), []
-    counts = {kind: sum(kind in kinds for kinds in shots.values()) for kind in range(len(_KINDS) + 1)}
+    counts = {kind: sum(kind in kinds for kinds in shots.values()) for kind in KINDS}
     usual = max(counts, key=lambda kind: (counts[kind], -kind))
     kept: set[Path] = set()
     for kinds in shots.values():
@@ -139,8 +131,8 @@ def _of_one_kind(paths: Sequence[Path], named: Collection[str]) -> tuple[list[Pa
         wanted = [path for path in every if comparable(path.name) in named]
         kept.update(wanted or kinds.get(usual) or kinds[min(kinds)])
     chosen = [path for path in paths if path in kept]
-    used = sorted({_kind(path) for path in chosen})
-    words = " and ".join(_word(kind) for kind in used)
+    used = sorted({kind_of(path) for path in chosen})
+    words = " and ".join(kind_name(kind) for kind in used)
     text = f"Shots lie there in several kinds of files; {words} {'was' if len(used) == 1 else 'were'} taken, not"
     findings = [_left_out(text, [path for path in paths if path not in kept])]
     if len(used) > 1:
@@ -153,12 +145,3 @@ def _shot(path: Path) -> str:
     stem = Path(comparable(path.name)).stem
     inner = Path(stem)
     return (inner.stem if inner.suffix.lower() in RAW_SUFFIXES else stem).casefold()
-
-
-def _kind(path: Path) -> int:
-    suffix = path.suffix.lower()
-    return next((at for at, (_, suffixes) in enumerate(_KINDS) if suffix in suffixes), len(_KINDS))
-
-
-def _word(kind: int) -> str:
-    return _KINDS[kind][0] if kind < len(_KINDS) else "others"

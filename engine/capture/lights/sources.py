@@ -30,6 +30,7 @@ from engine.capture.lights.folder import capture_folder, inside, is_sidecar, mad
 from engine.capture.lights.light_angles import LIGHT_SUFFIXES, by_light, stated_lights
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.photograph.exposures import Exposure
+from engine.capture.photograph.kinds import PHOTOGRAPH_SUFFIXES, UNREAD_SUFFIXES
 from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps
@@ -37,16 +38,6 @@ from engine.storage.archive import one_line
 from engine.storage.atomic import discard, make_folder
 from engine.storage.unpack import is_archive, unpack
 
-
-def _suffixes(names: str) -> frozenset[str]:
-    return frozenset(f".{name}" for name in names.split())
-
-
-PHOTOGRAPH_SUFFIXES = _suffixes(
-    "jpg jpeg jpe png tif tiff exr hdr rgbe pic 3fr arw cr2 cr3 crw dcr dng erf fff gpr iiq kdc mef mos mrw nef nrw "
-    "orf pef raf raw rw2 rwl sr2 srf srw x3f"
-)
-_UNREAD_PICTURES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm tga webp")
 #: Points marked in two photographs: x and y in the one, x and y in the other.
 Pairs = Sequence[Sequence[float]]
 
@@ -245,7 +236,7 @@ def _entries(folder: Path) -> list[Path]:
 def belongs(entry: Path) -> bool:
     """True if a file of this name is taken for a photograph or describes some."""
     suffix = entry.suffix.lower()
-    known = PHOTOGRAPH_SUFFIXES | _UNREAD_PICTURES | LIGHT_SUFFIXES
+    known = PHOTOGRAPH_SUFFIXES | UNREAD_SUFFIXES | LIGHT_SUFFIXES
     return not entry.name.startswith(".") and (suffix in known or entry.name.lower() == CAPTURE_FILE)
 
 
@@ -259,7 +250,7 @@ def _sorted_out(place: Path, files: list[Path], capture: CaptureFile | None) -> 
         aside = _SET_ASIDE.fullmatch(stem[:-1] if stem.endswith(tuple(" _.-")) else stem)
         if file in frames.values():
             continue
-        if file.suffix.lower() in _UNREAD_PICTURES:
+        if file.suffix.lower() in UNREAD_SUFFIXES:
             text = f"a {file.suffix.lower()} file is not read; convert it to TIFF or PNG"
             findings.append(Finding(Verdict.WARNING, text, file.name))
         elif aside and file.suffix.lower() in PHOTOGRAPH_SUFFIXES:

@@ -21,6 +21,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.capture.photograph.kinds import RAW_SUFFIXES
 from engine.core.steps import Step, Steps
 from engine.images import decode as images
 from engine.images import exr, hdr, tiff
@@ -30,16 +31,6 @@ from engine.images.tiff_directories import check_directories
 from engine.storage.untrusted import CHILDREN, Decoding
 
 WhiteBalance = Literal["camera", "none"] | Sequence[float]
-
-#: Suffixes under which LibRaw is tried for what no other reader knows, or for a TIFF.
-RAW_SUFFIXES = frozenset(
-    f".{suffix}"
-    for suffix in (
-        *("3fr", "arw", "cr2", "cr3", "crw", "dcr", "dng", "erf", "fff", "gpr", "iiq", "kdc", "mef", "mos", "mrw"),
-        *("nef", "nrw", "orf", "pef", "raf", "raw", "rw2", "rwl", "sr2", "srf", "srw", "x3f"),
-    )
-)
-
 
 _EXR_AND_HDR = (exr.SIGNATURE, *hdr.SIGNATURES)
 

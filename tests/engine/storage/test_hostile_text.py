@@ -25,6 +25,7 @@ PROJECT = Path(__file__).resolve().parents[3]
 
 #: Modules whose patterns meet nothing but texts of our own, or names in a folder, which systems keep short.
 OWN_TEXT = {
+    "engine/capture/lights/folder.py",
     "engine/gl/program.py",
     "engine/bundle/portable.py",
     "engine/figures/figure.py",
