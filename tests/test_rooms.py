@@ -30,6 +30,7 @@ ROOMS = (
     "engine/factor",
     "engine/shading/directional",
     "engine/shading",
+    "engine/surface",
     "engine/scene",
     "engine/transport/baking",
     "engine/transport/sh",

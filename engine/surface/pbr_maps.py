@@ -1,0 +1,142 @@
+"""Maps of physically based rendering: normals, height, base colour, roughness and reflectance, with their uncertainty.
+
+The terms are those of metallic-roughness: the diffuse colour is base_colour (1 − metallic), the reflectance at normal
+incidence f0 (1 − metallic) + base_colour metallic, and the highlight GGX of alpha = roughness². Normals point out of
+the picture in its own frame, x to the right, y up and z towards the camera, which is that of OpenGL normal maps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Map = NDArray[np.float32]
+
+#: Largest distance of the length of a normal from one.
+UNIT = 1e-3
+
+#: Reflectance of a dielectric of index 1.5 at normal incidence.
+DIELECTRIC_F0 = 0.04
+
+
+@dataclass(frozen=True)
+class ObservedSlopes:
+    """The slopes that the lamps of a capture could tell.
+
+    `kind` is 'both' for lamps that span the plane, 'along the arc' for those of one arc, whose direction is `azimuth`
+    (radians, 0 = right, π/2 = up in the picture; None else), and 'none' where no slope is known.
+    """
+
+    kind: Literal["both", "along the arc", "none"]
+    azimuth: float | None = None
+
+    def __post_init__(self) -> None:
+        if (self.kind == "along the arc") != (self.azimuth is not None):
+            raise ValueError(f"slopes observed {self.kind!r} with the azimuth {self.azimuth}")
+
+
+@dataclass(frozen=True)
+class MapErrors:
+    """Errors against the photographs, in codes of 8-bit sRGB unless named otherwise; NaN where one is not known.
+
+    Attributes
+    ----------
+    in_sample : root mean square over texels, channels and photographs of the maps relit by the lamps.
+    left_out : the same for photographs that the maps were made without.
+    mean_picture : of the mean of the photographs in place of each.
+    normal_sigma : median standard deviation of the normals, radians.
+    """
+
+    in_sample: float = np.nan
+    left_out: float = np.nan
+    mean_picture: float = np.nan
+    normal_sigma: float = np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """One standard deviation of each map, in the unit of the map, of normals in radians; inf where nothing is known.
+
+    `base_colour` is (H, W, 3), all else (H, W); `height` and `occlusion` are None where their map is.
+    """
+
+    base_colour: Map
+    normal: Map
+    roughness: Map
+    metallic: Map
+    f0: Map
+    height: Map | None = None
+    occlusion: Map | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class PbrMaps:
+    """Metallic-roughness maps of one flat sample, all float32; ValueError for another shape, range or kind.
+
+    Attributes
+    ----------
+    base_colour : (H, W, 3) linear sRGB in [0, 1].
+    normal : (H, W, 3) unit vectors: x to the right of the picture, y up, z out of the surface.
+    roughness : (H, W) in [0, 1], GGX alpha is its square.
+    metallic : (H, W) in [0, 1].
+    f0 : (H, W) reflectance of dielectrics at normal incidence, in [0, 1].
+    height : (H, W) in widths of a texel, mean 0; None where the slopes are not known.
+    occlusion : (H, W) share of the hemisphere's diffuse light that relief leaves, in [0, 1]; None where not known.
+    uncertainty : one standard deviation of each; None for maps of unknown origin.
+    """
+
+    base_colour: Map
+    normal: Map
+    roughness: Map
+    metallic: Map
+    f0: Map
+    height: Map | None = None
+    occlusion: Map | None = None
+    uncertainty: Uncertainty | None = None
+    observed: ObservedSlopes = ObservedSlopes("both")
+    errors: MapErrors = MapErrors()
+
+    def __post_init__(self) -> None:
+        shape = self.roughness.shape
+        if len(shape) != 2:
+            raise ValueError(f"maps must be (H, W), got {shape}")
+        for name in ("base_colour", "roughness", "metallic", "f0", "occlusion"):
+            _check(name, getattr(self, name), shape, 0.0, 1.0)
+        _check("normal", self.normal, shape, -1.0 - UNIT, 1.0 + UNIT)
+        _check("height", self.height, shape, -np.inf, np.inf)
+        lengths = np.einsum("ijk,ijk->ij", self.normal, self.normal)
+        if not np.abs(lengths - 1.0).max(initial=0.0) < 2.0 * UNIT:
+            raise ValueError("normals must be unit vectors")
+        if self.uncertainty is not None:
+            for name in ("base_colour", "normal", "roughness", "metallic", "f0", "height", "occlusion"):
+                sigma = getattr(self.uncertainty, name)
+                if (sigma is None) != (getattr(self, name) is None):
+                    raise ValueError(f"{name} and its uncertainty must both be known or not")
+                _check_sigma(name, sigma, (*shape, 3) if name == "base_colour" else shape)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(H, W) in texels."""
+        return self.roughness.shape[0], self.roughness.shape[1]
+
+
+def _check(name: str, values: Map | None, shape: tuple[int, ...], low: float, high: float) -> None:
+    if values is None:
+        return
+    wanted = (*shape, 3) if name in ("base_colour", "normal") else shape
+    if values.shape != wanted or values.dtype != np.float32:
+        raise ValueError(f"{name} must be float32 of {wanted}, got {values.dtype} of {values.shape}")
+    if not (np.isfinite(values).all() and low <= values.min(initial=high) and values.max(initial=low) <= high):
+        raise ValueError(f"{name} must be finite and in [{low:g}, {high:g}]")
+    values.flags.writeable = False
+
+
+def _check_sigma(name: str, sigma: Map | None, wanted: tuple[int, ...]) -> None:
+    if sigma is None:
+        return
+    if sigma.shape != wanted or sigma.dtype != np.float32 or not (sigma >= 0.0).all():
+        raise ValueError(f"the uncertainty of {name} must be float32 of {wanted}, zero or more")
+    sigma.flags.writeable = False
