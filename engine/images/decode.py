@@ -1,4 +1,4 @@
-"""Pictures as linear light: JPEG, PNG, TIFF, OpenEXR and Radiance, recognised by content and never by name.
+"""Pictures as linear light: JPEG, PNG, TIFF, OpenEXR, Radiance and Targa, recognised by content and never by name.
 
 Decoding happens in a child process (`engine.storage.untrusted`); `read_image` is the parent's side. Integer samples are
 taken as sRGB-coded unless the file or the caller says linear, floating-point ones as linear; what was assumed is
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from engine.core.colour import srgb_decode
 from engine.core.errors import InputError
-from engine.images import exif, exr, hdr, jpeg, png, tiff
+from engine.images import exif, exr, hdr, jpeg, png, tga, tiff
 from engine.images.exif import Exif
 from engine.images.raster import Raster, Transfer
 from engine.storage.shared_memory import result_array
@@ -50,7 +50,7 @@ class Image:
     pixels : (H, W, 3) float32, linear sRGB primaries, upright, read-only; 1 = full scale of integer files.
     saturated : (H, W) bool, True where a channel is at full scale or was not finite (then its pixel is 0).
     transfer : how the samples were taken to be coded, 'srgb' or 'linear'.
-    bit_depth : bits per sample of the file; container : 'JPEG', 'PNG', 'TIFF', 'EXR', 'HDR'.
+    bit_depth : bits per sample of the file; container : 'JPEG', 'PNG', 'TIFF', 'EXR', 'HDR', 'TGA'.
     warnings : what was ignored or assumed, in words.
     environment : 'latlong' or 'cube' where the file says that it is an environment map in that layout, else ''.
     """
@@ -103,7 +103,7 @@ _OTHERS = (
     (b"<", "is a text or web page", "Download the picture itself"),
 )
 
-SUPPORTED = "Give a JPEG, PNG, TIFF, EXR, HDR or camera RAW file"
+SUPPORTED = "Give a JPEG, PNG, TIFF, EXR, HDR, TGA or camera RAW file"
 
 
 def reader(content: bytes) -> Callable[[bytes, str], Raster] | None:
@@ -125,7 +125,7 @@ def unknown(content: bytes, name: str) -> InputError:
 
 def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_size: bool = False) -> dict[str, Any]:
     """The decoder that runs in the child: fields of `Image` as arrays and JSON values."""
-    read = reader(content)
+    read = reader(content) or (tga.read_tga if tga.is_tga(content) else None)
     if read is None:
         raise unknown(content, name)
     raster = read(content, name)

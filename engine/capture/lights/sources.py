@@ -42,7 +42,9 @@ from engine.storage.unpack import is_archive, unpack
 Pairs = Sequence[Sequence[float]]
 
 _SET_ASIDE = re.compile(
-    r"(?P<white>(white|flat)[ _-]?(field|frame|ref(erence)?)?)|(?P<dark>(dark|bias)[ _-]?(field|frame)?)|mask", re.I
+    r"(?P<white>(white|flat)[ _-]?(field|frame|ref(erence)?)?)|(?P<dark>(dark|bias)[ _-]?(field|frame)?)"
+    r"|(.*[ ._-])?mask",
+    re.IGNORECASE,
 )
 
 

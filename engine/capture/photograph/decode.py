@@ -45,7 +45,7 @@ class Photograph:
         black (RAW) or out-of-gamut colours, and are kept.
     saturated : (H, W) bool, True where a sample at white level, or one that is not finite, enters the pixel.
     exposure_s, iso, aperture, camera : None where the file does not say.
-    bit_depth : bits per sample. container : 'RAW', 'JPEG', 'PNG', 'TIFF', 'EXR' or 'HDR'.
+    bit_depth : bits per sample. container : 'RAW', 'JPEG', 'PNG', 'TIFF', 'EXR', 'HDR' or 'TGA'.
     transfer : what the samples were taken to be, 'srgb' or 'linear'.
     black_level, white_level : in sample codes per site of the colour filter array (RAW), else empty.
     white_balance : multipliers of red, green, blue that were applied.

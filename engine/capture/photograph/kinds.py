@@ -24,13 +24,14 @@ _READ = (
     ("Radiance", _suffixes("hdr rgbe pic")),
     ("TIFF", _suffixes("tif tiff")),
     ("PNG", _suffixes("png")),
+    ("Targa", _suffixes("tga")),
     ("JPEG", _suffixes("jpg jpeg jpe")),
 )
 
 PHOTOGRAPH_SUFFIXES = frozenset().union(*(suffixes for _, suffixes in _READ))
 
 #: Suffixes of pictures that no reader knows: they are named, not passed over.
-UNREAD_SUFFIXES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm tga webp")
+UNREAD_SUFFIXES = _suffixes("avif bmp gif heic heif jp2 jxl psd ppm pgm webp")
 
 #: Kinds are numbers from 0 up; the last is for what is no photograph.
 KINDS = range(len(_READ) + 1)

@@ -176,6 +176,11 @@ def jpeg_header(width: int, height: int) -> bytes:
     return bytes(content)
 
 
+def tga_header(width: int, height: int) -> Any:
+    width, height = min(width, 65535), min(height, 65535)
+    return struct.pack("<3B2HB4H2B", 0, 0, 2, 0, 0, 0, 0, 0, width, height, 24, 0) + bytes(1000)
+
+
 def exr_header(width: int, height: int) -> bytes:
     content = bytearray(exr({"R": FLOATS[..., 0], "G": FLOATS[..., 0], "B": FLOATS[..., 0]}))
     at = content.index(b"dataWindow\0box2i\0") + 21
@@ -190,7 +195,7 @@ def hdr_header(width: int, height: int) -> Any:
 SIZES = [(65535, 65535), (2**31 - 1, 2**31 - 1), (0, 5), (5, 0), (20000, 9000)]
 
 
-MAKERS = (png_header, tiff_header, jpeg_header, exr_header, hdr_header)
+MAKERS = (png_header, tiff_header, jpeg_header, exr_header, hdr_header, tga_header)
 LIES = [(make, size) for make in MAKERS for size in SIZES if max(size) < 65536 or make is not jpeg_header]
 
 
@@ -383,6 +388,36 @@ def test_EN8_what_the_header_says_of_colour(read: Callable[..., Any]) -> None:
             read(b"#?RADIANCE\n" + line + b"\n\n" + body)
 
 
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize("corner", [0x00, 0x10, 0x20, 0x30])
+def test_targa_from_every_corner_with_and_without_a_footer(read: Callable[..., Any], corner: int, packed: bool) -> None:
+    """The pixel order of the specification: blue, green, red, from the corner that bits 4 and 5 name."""
+    stored = CODES8[:: 1 if corner & 0x20 else -1, :: -1 if corner & 0x10 else 1, ::-1]
+    header = struct.pack("<3B2HB4H2B", 3, 0, 10 if packed else 2, 0, 0, 0, 0, 0, 53, 37, 24, corner)
+    if packed:  # each row in one packet of raw pixels
+        pixels = b"".join(bytes([52]) + np.ascontiguousarray(row).tobytes() for row in stored)
+    else:
+        pixels = np.ascontiguousarray(stored).tobytes()
+    for footer in (b"", bytes(8) + b"TRUEVISION-XFILE.\0"):
+        image = read(header + b"abc" + pixels + footer)
+        assert np.array_equal(image.pixels, linear(CODES8, 255))
+        assert (image.container, image.warnings) == ("TGA", ())
+
+
+def test_targa_in_grey_by_a_palette_and_with_alpha(read: Callable[..., Any]) -> None:
+    grey = CODES8[..., 0]
+    header = struct.pack("<3B2HB4H2B", 0, 0, 3, 0, 0, 0, 0, 0, 53, 37, 8, 0x20)
+    assert np.array_equal(read(header + grey.tobytes()).pixels[..., 1], linear(grey, 255))
+    palette = np.arange(768, dtype=np.uint8).reshape(256, 3)
+    header = struct.pack("<3B2HB4H2B", 0, 1, 1, 0, 256, 24, 0, 0, 53, 37, 8, 0x20)
+    image = read(header + palette.tobytes() + grey.tobytes())
+    assert np.array_equal(image.pixels, linear(palette[grey][..., ::-1], 255))
+    header = struct.pack("<3B2HB4H2B", 0, 0, 2, 0, 0, 0, 0, 0, 53, 37, 32, 0x28)
+    image = read(header + np.dstack([CODES8[..., ::-1], grey]).tobytes())
+    assert np.array_equal(image.pixels, linear(CODES8, 255))
+    assert "alpha" in image.warnings[0]
+
+
 def test_half_size_averages(read: Callable[..., Any]) -> None:
     content = encode.encode_exr(encode.rgb_channels(FLOATS), half=False)
     half = read(content, half_size=True)
@@ -407,6 +442,7 @@ def test_an_embedded_profile_is_named(read: Callable[..., Any]) -> None:
         ("hdr/studio_small_03_1k.hdr", (512, 1024, 3), 1.88),
         ("hdr/openexr/WavyLinesLatLong.exr", (512, 1024, 3), 0.2029),
         ("hdr/pmndrs_cc0/studio.exr", (256, 512, 3), 1.883),
+        ("stacks/uw_psm/cat/cat.0.tga", (340, 512, 3), 0.02062),
         ("stacks/ring_rti64/0000.jpg", (800, 800, 3), 0.0109),
     ],
 )

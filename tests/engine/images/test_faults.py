@@ -13,6 +13,7 @@ import numpy as np
 import OpenEXR
 import pytest
 import tifffile
+from PIL import Image
 
 from engine.core.errors import InputError
 from engine.images import encode
@@ -33,6 +34,12 @@ def exr(**header: Any) -> bytes:
     stream = io.BytesIO()
     channels = {name: np.ascontiguousarray(FLOATS[..., index]) for index, name in enumerate("RGB")}
     OpenEXR.File({"type": OpenEXR.scanlineimage, **header}, channels).write(stream)
+    return stream.getvalue()
+
+
+def tga(samples: Any, **options: Any) -> bytes:
+    stream = io.BytesIO()
+    Image.fromarray(samples).save(stream, "TGA", **options)
     return stream.getvalue()
 
 
@@ -66,6 +73,8 @@ FILES = {
     "exr-piz": (lambda: exr(compression=OpenEXR.PIZ_COMPRESSION), False),
     "exr-tiles": (lambda: exr(type=OpenEXR.tiledimage, tiles=tiles()), False),
     "hdr": (lambda: cv2.imencode(".hdr", FLOATS)[1].tobytes(), False),
+    "tga": (lambda: tga(NOISE), False),
+    "tga-packed": (lambda: tga(SMOOTH, compression="tga_rle"), False),
 }
 
 
@@ -90,7 +99,7 @@ def test_fault5_truncation_is_never_silent(read: Callable[..., Any], kind: Any) 
 
 
 def test_fault5_zeroed_tails_are_never_silent_where_the_data_is_coded(read: Callable[..., Any], kind: Any) -> None:
-    if kind in ("tiff", "tiff-big-tiles", "tiff-float", "exr-none", "tiff-zstd", "hdr"):
+    if kind in ("tiff", "tiff-big-tiles", "tiff-float", "exr-none", "tiff-zstd", "hdr", "tga", "tga-packed"):
         pytest.skip("stored as plain numbers without checksum: zeros are a valid picture")
     content = FILES[kind][0]()
     with pytest.raises(InputError):
@@ -124,6 +133,9 @@ def test_fault5_an_exr_that_states_another_size_than_it_holds_is_refused(
 
 
 def test_fault5_fewer_lines_than_the_file_holds_are_refused(read: Callable[..., Any]) -> None:
+    for content in (tga(NOISE), tga(NOISE)[:-26]):
+        with pytest.raises(InputError, match="more rows than it states"):
+            read(content[:14] + bytes([79]) + content[15:])
     content = cv2.imencode(".hdr", FLOATS)[1].tobytes()
     for lines in (b"40", b"79"):
         with pytest.raises(InputError, match="not all input decoded"):

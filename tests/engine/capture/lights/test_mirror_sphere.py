@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from engine.capture.lights.mirror_sphere import Circle, find_highlight, find_sphere, light_direction
+from engine.images.decode import read_image
 
 
 @given(st.floats(0.2, np.pi / 2), st.floats(0, 2 * np.pi))
@@ -66,11 +67,8 @@ def test_an_outline_that_is_half_in_the_dark_with_steeper_reflections() -> None:
 
 
 def read_tga(path: Path) -> Any:
-    raw = np.frombuffer(path.read_bytes(), np.uint8)
-    width, height = int(raw[12]) + 256 * int(raw[13]), int(raw[14]) + 256 * int(raw[15])
-    start = 18 + int(raw[0])
-    image = raw[start : start + 3 * width * height].reshape(height, width, 3)[..., ::-1]
-    return (image if raw[17] & 0x20 else image[::-1]).astype(np.float32) / 255
+    """Code values (H, W, 3) as shares of full scale."""
+    return read_image(path, transfer="linear").pixels
 
 
 def sphere_of(mask: Any) -> Circle:
