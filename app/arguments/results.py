@@ -227,6 +227,7 @@ CAPTURE = _folder(
     "a simulated capture",
     "truth/truth.json",
     *("capture.toml", "truth/height.exr", "truth/radiance_*.exr"),
+    *(f"truth/{name}.exr" for name in ("normal", "albedo", "specular", "roughness")),
     *(f"{name}.{ending}" for name in (*_PHOTOGRAPHS, "dark", "flat") for ending in ("tif", "exr", "dng")),
 )
 DEMO = _folder(

@@ -1,4 +1,4 @@
-"""`lightarc simulate`: photographs of a procedural sample on the virtual light arc, with reference data."""
+"""`lightarc simulate`: photographs of a procedural sample on a virtual light arc or dome, with reference data."""
 
 from __future__ import annotations
 
@@ -12,8 +12,12 @@ from typing import Any
 from app.arguments.results import CAPTURE, Output
 from engine.core.steps import Step, drain
 
-HELP = "Photograph a procedural sample on the virtual light arc, with the reference data beside the photographs."
-EXAMPLE = "lightarc simulate -o woven --sample woven --elevations-deg 5,20,40,60,80,90"
+HELP = "Photograph a procedural sample on a virtual light arc or dome, with the reference data beside the photographs."
+EXAMPLE = """lightarc simulate -o woven --sample woven --elevations-deg 5,20,40,60,80,90
+         lightarc simulate -o dome --sample leather --azimuths 8 --elevations 5"""
+
+#: Lamps of a dome along each circle or arc, at most.
+MOST_LAMPS = 360
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,14 +25,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", required=True, type=Output(CAPTURE, Path), metavar="FOLDER", help="folder of the capture"
     )
     parser.add_argument("--sample", default="woven", choices=("woven", "hammered", "leather", "plain"))
-    parser.add_argument(
+    elevations, azimuths = parser.add_mutually_exclusive_group(), parser.add_mutually_exclusive_group()
+    elevations.add_argument(
+        "--elevations", type=_count, metavar="M", help="M elevations evenly from 15 to 75 degrees, as lamps of a dome"
+    )
+    azimuths.add_argument("--azimuths", type=_count, metavar="N", help="N arcs of lamps evenly around the sample")
+    elevations.add_argument(
         "--elevations-deg",
         type=_numbers,
         default=(5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0),
         metavar="A,B,…",
         help="elevations of the lamp above the sample (5,10,20,…,90)",
     )
-    parser.add_argument(
+    azimuths.add_argument(
         "--azimuths-deg",
         type=_numbers,
         default=(0.0,),
@@ -66,14 +75,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.simulate.arc import LightArc
+    from engine.simulate.arc import LightArc, dome_azimuths_deg, dome_elevations_deg
     from engine.simulate.simulate import MARKER, simulate
 
     start = time.perf_counter()
+    rising, around = arguments.elevations_deg, arguments.azimuths_deg
+    if arguments.elevations:
+        rising = dome_elevations_deg(arguments.elevations)
+    if arguments.azimuths:
+        around = dome_azimuths_deg(arguments.azimuths)
     arc = LightArc(
         sample=arguments.sample,
-        elevation=tuple(map(math.radians, arguments.elevations_deg)),
-        azimuth=tuple(map(math.radians, arguments.azimuths_deg)),
+        elevation=tuple(map(math.radians, rising)),
+        azimuth=tuple(map(math.radians, around)),
         size=arguments.size,
         format=arguments.format,
         interreflection=not arguments.no_interreflection,
@@ -113,3 +127,9 @@ def _numbers(text: str) -> tuple[float, ...]:
         return tuple(float(angle) for angle in text.split(","))
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers such as 5,20,40") from None
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or not 1 <= int(text) <= MOST_LAMPS:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 1 to {MOST_LAMPS}")
+    return int(text)

@@ -23,6 +23,9 @@ FORMATS = {"tiff": ".tif", "exr": ".exr", "dng": ".dng"}
 ELEVATIONS_DEG = (5.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0)
 RAW_BITS = (12, 14)
 
+#: Lowest and highest elevation of the lamps of a dome.
+DOME_DEG = (15.0, 75.0)
+
 #: Exposure time of the relative exposure 1; radiance is in units of what it brings to the white level.
 EXPOSURE_S = 1 / 60
 NEAREST_LAMP = 0.75
@@ -135,6 +138,18 @@ def sphere(arc: LightArc) -> Circle:
 def calibration_file(arc: LightArc, name: str) -> str:
     """File of the frame `name`, 'dark' or 'flat'."""
     return name + FORMATS[arc.format]
+
+
+def dome_azimuths_deg(count: int) -> tuple[float, ...]:
+    """Azimuths of `count` arcs of lamps evenly around the sample, the first at the right."""
+    return tuple(round(360.0 * index / count, 6) for index in range(count))
+
+
+def dome_elevations_deg(count: int) -> tuple[float, ...]:
+    """`count` elevations evenly over `DOME_DEG`, one in their middle."""
+    if count == 1:
+        return (sum(DOME_DEG) / 2,)
+    return tuple(round(float(angle), 6) for angle in np.linspace(*DOME_DEG, count))
 
 
 def degrees(angle: float) -> float:

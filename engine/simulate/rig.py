@@ -135,9 +135,31 @@ def light_at_sphere(table: Table, elevation: float, azimuth: float) -> NDArray[n
 
 def height_px(table: Table) -> NDArray[np.float32]:
     """(H / FINE, W / FINE) height in pixels of the photographs."""
-    size = len(table.slope) // FINE
-    mean: NDArray[np.float32] = table.sample.height.reshape(size, FINE, size, FINE).mean(axis=(1, 3))
-    return mean / np.float32(FINE)
+    return _of_pixels(table.sample.height) / np.float32(FINE)
+
+
+def reference_maps(table: Table) -> dict[str, NDArray[np.float32]]:
+    """Maps of the surface, (H / FINE, W / FINE), each the mean over the texels of a pixel, as a capture should find them.
+
+    `normal` (…, 3) are unit vectors x to the right of the picture, y up, z towards the camera; `albedo` (…, 3) is
+    diffuse reflectance and `specular` (…, 3) reflectance at normal incidence; `roughness` is the root of GGX alpha.
+    """
+    slope = table.slope
+    fine = np.dstack([-slope, np.ones(slope.shape[:2], np.float32)])
+    normal = _of_pixels(fine / np.linalg.norm(fine, axis=-1, keepdims=True))
+    return {
+        "normal": (normal / np.linalg.norm(normal, axis=-1, keepdims=True)).astype(np.float32),
+        "albedo": _of_pixels(table.sample.albedo),
+        "specular": _of_pixels(table.sample.specular),
+        "roughness": np.sqrt(_of_pixels(table.sample.roughness)),
+    }
+
+
+def _of_pixels(fine: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Means over the texels of each pixel."""
+    size = len(fine) // FINE
+    mean: NDArray[np.float32] = fine.reshape(size, FINE, size, FINE, *fine.shape[2:]).mean(axis=(1, 3))
+    return mean
 
 
 def _in_texels(arc: LightArc) -> Circle:

@@ -2,9 +2,9 @@
 
 The sample is lit (`table`), exposed alike in all photographs of one relative exposure, dimmed towards the corners by
 the lens, and recorded by a sensor (`sensor`). A folder holds the photographs, a dark frame and a flat field where asked
-for, `capture.toml`, and `truth/` (`capture_notes`): `truth.json`, `height.exr` (pixels of the photographs) and one
-noise-free radiance EXR to a light (1 = white level at relative exposure 1), without fall-off to the corners and without
-dark signal. Equal settings give equal bytes.
+for, `capture.toml`, and `truth/`: `truth.json`, `height.exr` (pixels of the photographs), the maps of `rig` as EXR, and
+one noise-free radiance EXR to a light (1 = white level at relative exposure 1), without fall-off to the corners and
+without dark signal. Equal settings give equal bytes.
 Cost: 6 s of processor time and 270 MB for ten photographs of 512 x 512; a near lamp adds up to a second to each.
 """
 
@@ -36,8 +36,12 @@ from engine.simulate.rig import (
     lit,
     photographed,
     prepared,
+    reference_maps,
 )
 from engine.storage.atomic import atomic_folder, make_folder, write_bytes, write_json
+
+#: Maps of the surface beside the height.
+MAPS = ("normal", "albedo", "specular", "roughness")
 
 #: By this file a folder is known to be a simulated capture, which a later one may replace.
 MARKER = "truth/truth.json"
@@ -69,8 +73,11 @@ def capture_toml(arc: LightArc) -> str:
     return "\n".join(lines) + "\n"
 
 
-def truth(arc: LightArc, records: list[dict[str, Any]]) -> dict[str, Any]:
-    """The content of `truth.json`; lengths in pixels of the photographs, radiance in units of the white level."""
+def truth(arc: LightArc, records: list[dict[str, Any]], gain: np.float32) -> dict[str, Any]:
+    """The content of `truth.json`; lengths in pixels of the photographs, radiance in units of the white level.
+
+    `gain` is the irradiance of each lamp in the middle of the picture, on what faces it, in these units.
+    """
     levels = LEVELS[arc.raw_bits] if arc.format == "dng" else None
     return {
         "sample": arc.sample,
@@ -89,6 +96,8 @@ def truth(arc: LightArc, records: list[dict[str, Any]]) -> dict[str, Any]:
         "white_level": levels.white if levels else (65535 if arc.format == "tiff" else 1.0),
         "neutral": levels.neutral if levels else (1.0, 1.0, 1.0),
         "height": "height.exr",
+        "maps": [f"{name}.exr" for name in MAPS],
+        "lamp_irradiance": float(gain),
         "photographs": records,
     }
 
@@ -148,7 +157,10 @@ def simulate(arc: LightArc, folder: Path) -> Steps[Capture]:
         if arc.calibration:
             _write_calibration(arc, partial)
         write_exr(partial / "truth" / "height.exr", {"Y": height_px(table)}, half=False)
-        write_json(partial / MARKER, truth(arc, records))
+        for name, values in reference_maps(table).items():
+            channels = {"Y": values} if values.ndim == 2 else rgb_channels(values)
+            write_exr(partial / "truth" / f"{name}.exr", channels, half=False)
+        write_json(partial / MARKER, truth(arc, records, gain))
         write_bytes(partial / "capture.toml", capture_toml(arc).encode())
         yield Step(1.0, "Captured")
     return Capture(Path(folder), shots(arc))

@@ -29,9 +29,20 @@ def test_json_names_what_was_made(lightarc: Callable[..., SimpleNamespace], tmp_
     ]
 
 
+def test_a_dome_is_asked_for_by_two_numbers(lightarc: Callable[..., SimpleNamespace], tmp_path: Path) -> None:
+    done = lightarc("simulate", "-o", tmp_path / "c", "--size", 32, "--azimuths", 4, "--elevations", 3, "--json")
+    assert done.code == 0
+    result = json.loads(done.out)
+    lamps = set(zip(result["elevations_deg"], result["azimuths_deg"], strict=True))
+    assert lamps == {(elevation, azimuth) for elevation in (15, 45, 75) for azimuth in (0, 90, 180, 270)}
+
+
 @pytest.mark.parametrize(
     "words",
     [
+        ["--azimuths", "0"],
+        ["--azimuths", "4", "--azimuths-deg", "0,90"],
+        ["--elevations", "-3"],
         ["--elevations-deg", "20,x"],
         ["--elevations-deg", "120"],
         ["--elevations-deg", "nan"],

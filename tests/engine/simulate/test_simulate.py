@@ -121,6 +121,28 @@ def test_plain_card_follows_the_sine(tmp_path: Path) -> None:
     np.testing.assert_allclose(means, 0.9 * np.sin(ANGLES), rtol=1e-5)
 
 
+def test_maps_of_the_surface_lie_beside_the_photographs(tmp_path: Path) -> None:
+    """A card is flat and reflects what its photograph says; elsewhere normals follow the gradient of the height."""
+    drain(simulate(arc(sample="plain", noise=0.0, azimuth=(0.0, 2.0)), tmp_path / "card"))
+    known, folder = truth(tmp_path / "card"), tmp_path / "card" / "truth"
+    np.testing.assert_allclose(exr(folder / "normal.exr"), np.broadcast_to((0.0, 0.0, 1.0), (48, 48, 3)))
+    for record in known["photographs"]:
+        sine = math.sin(math.radians(record["elevation_deg"]))
+        expected = exr(folder / "albedo.exr") / math.pi * known["lamp_irradiance"] * sine
+        np.testing.assert_allclose(exr(folder / record["radiance"]), expected, rtol=1e-4)
+    drain(simulate(arc(sample="hammered", size=192), tmp_path / "brass"))
+    folder = tmp_path / "brass" / "truth"
+    with OpenEXR.File(str(folder / "height.exr"), separate_channels=True) as file:
+        height = file.channels()["Y"].pixels.astype(float)
+    slope = np.dstack([np.roll(height, -1, 1) - np.roll(height, 1, 1), np.roll(height, 1, 0) - np.roll(height, -1, 0)])
+    normal = exr(folder / "normal.exr")
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1.0, atol=1e-5)
+    for axis in (0, 1):
+        given = -normal[..., axis] / normal[..., 2]
+        assert np.corrcoef(given.ravel(), 0.5 * slope[..., axis].ravel())[0, 1] > 0.9
+        assert np.polyfit(0.5 * slope[..., axis].ravel(), given.ravel(), 1)[0] == pytest.approx(1.0, abs=0.1)
+
+
 def test_shift_moves_the_picture_by_what_the_truth_says(tmp_path: Path) -> None:
     """The phase of every well-lit low frequency of the moved photograph against the one left in place."""
     for name, misalignment in (("still", 0.0), ("moved", 1.5)):
