@@ -12,7 +12,6 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
-    QComboBox,
     QHBoxLayout,
     QListWidget,
     QListWidgetItem,
@@ -29,12 +28,13 @@ from app.document.comparison import Comparison, Entry, Fitted
 from app.jobs.jobs import Job
 from app.widgets import theme
 from app.widgets import theme as icons
+from app.widgets.controls import ComboBox
 from app.widgets.labels import BRDF_LABELS, BRDF_NAMES
 from app.widgets.panels import Panel, Rows, Segments, button, enable, text
 from app.widgets.param_form import ParamForm
 from app.widgets.theme import ROW, STEP, role
 from engine.brdf.brdf import MODELS, model_name
-from engine.core.figure_text import percent
+from engine.core.figure_text import local, percent
 from engine.core.params import parameters
 from engine.core.steps import Step
 
@@ -57,7 +57,7 @@ class FitSection(Rows):
         self.so_far: FitSoFar | None = None
         self._of: Entry | None = None
         self._asked: tuple[str, str] = ("", "")
-        self.model = QComboBox()
+        self.model = ComboBox()
         for name in MODELS:
             self.model.addItem(BRDF_NAMES.get(name, name), name)
         self.model.setCurrentIndex(self.model.findData("ggx"))
@@ -299,7 +299,7 @@ class Inspector(Panel):
             samples += f", {_count(brdf.invalid_samples)} unusable" if brdf.invalid_samples else ""
         self._row(self.samples, samples)
         condition, left_out = getattr(brdf, "condition_number", None), getattr(brdf, "leave_one_out", None)
-        self._row(self.condition, None if condition is None else f"{condition:.2g}")
+        self._row(self.condition, None if condition is None else local(f"{condition:.2g}"))
         self._row(self.left_out, None if left_out is None else percent(left_out, 3))
         warnings = brdf.health.warnings if brdf is not None else []
         self.warnings.setText("\n".join(warnings))
@@ -313,7 +313,7 @@ class Inspector(Panel):
             self.reciprocity.setText("–")
             return
         largest = facts.largest
-        self.largest.setText(f"{max(largest.albedo):.3f} at {np.degrees(largest.theta):.0f}°")
+        self.largest.setText(f"{local(f'{max(largest.albedo):.3f}')} at {np.degrees(largest.theta):.0f}°")
         role(self.largest, "warning" if max(largest.albedo) > 1.005 else "")
         error = facts.reciprocity.rms
         self.reciprocity.setText("exact" if error < 1e-12 else f"{percent(error, 3)} off")

@@ -18,6 +18,7 @@ from app.commands.brdf_figures import NEAR_HORIZON
 from app.widgets import theme
 from app.widgets.number_field import plain
 from app.widgets.plots import Plot, colour_table
+from engine.core.figure_text import local
 
 Floats = NDArray[np.float64]
 
@@ -188,7 +189,7 @@ class HalfDifferencePlot(Plot):
             return ""
         highest = self._highest()
         lowest = max(float(self.values.min()), highest * 10.0**-DECADES)
-        return f"{lowest:.2g}–{highest:.3g} sr⁻¹"
+        return local(f"{lowest:.2g}–{highest:.3g} sr⁻¹")
 
     def _pointed(self, place: QPointF) -> None:
         if self.values is None:

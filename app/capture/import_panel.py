@@ -10,6 +10,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QFileDialog
 
 from app.document.document import ImportChoices
+from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Fold, Rows, Segments, button, enable, text
 
@@ -104,7 +105,7 @@ class ImportPanel(Rows):
         self.distance = NumberField(1.5, 0.51, 1000.0, unit="widths", log=True)
         self.distance.edited.connect(self._lamp_at)
         calibration.row("Distance", self.distance)
-        self.framing = QComboBox()
+        self.framing = ComboBox()
         for value, words in FRAMINGS:
             self.framing.addItem(words, value)
         self.framing.activated.connect(lambda _index: self.framing_wanted.emit(self.framing.currentData(), None))
@@ -115,7 +116,7 @@ class ImportPanel(Rows):
         self.size_figure = self.figure("Size", "Of the picture that is made")
 
     def _box(self, name: str, label: str, hint: str, rows: Rows) -> QComboBox:
-        box = QComboBox()
+        box = ComboBox()
         box.activated.connect(lambda _index: self._box_chosen(name))
         rows.row(label, box, hint)
         self.boxes[name] = box

@@ -18,6 +18,7 @@ from app.capture.pictures_kept import Shelf, as_taken
 from app.commands.workbench import Workbench
 from app.document.document import Pair, Project
 from app.document.import_choices import choose, path_of, points_of, reference_of, stated_points, transfer_of
+from app.widgets.controls import ComboBox
 from app.widgets.figure_table import FigureTable
 from app.widgets.panels import button, enable, fill_stacked, side_by_side, text
 from app.widgets.theme import PADDING, ROW, STEP, role
@@ -55,7 +56,7 @@ class PointsTool(QWidget):
         self.current: int | None = None
         self.waiting: tuple[int, float, float] | None = None
         self._following = False
-        self.reference = QComboBox()
+        self.reference = ComboBox()
         self.reference.setAccessibleName("Reference photograph")
         self.reference.setToolTip("The photograph that the others are aligned to; points of another reference go")
         self.reference.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)

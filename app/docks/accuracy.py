@@ -6,7 +6,7 @@ from typing import Any
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QBoxLayout, QComboBox, QDockWidget, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QDockWidget, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from app.commands.workbench import Workbench
 from app.docks.tradeoff_plot import AXES, TradeoffPlot, colour_of
@@ -23,6 +23,7 @@ from app.document.measured import (
 from app.document.modes import mode_named, modes, why_not
 from app.jobs.jobs import Job
 from app.view.tab import ViewTab
+from app.widgets.controls import ComboBox
 from app.widgets.panels import Rows, button, enable, text
 from app.widgets.theme import PADDING, STEP, role
 from engine.core.errors import UsageError
@@ -83,7 +84,7 @@ class AccuracyDock(QDockWidget):
         return holder
 
     def _fill(self, rows: Rows) -> None:
-        self.axis = QComboBox()
+        self.axis = ComboBox()
         for value, (words, _) in AXES.items():
             self.axis.addItem(words, value)
         self.axis.activated.connect(lambda _index: self._show())
@@ -98,8 +99,8 @@ class AccuracyDock(QDockWidget):
             self.budget,
             "Largest error, time or memory: the best setting within it is named, Enter applies it",
         )
-        self.modes = QComboBox()
-        self.time = QComboBox()
+        self.modes = ComboBox()
+        self.time = ComboBox()
         for seconds, words in TIMES:
             self.time.addItem(words, seconds)
         self.time.setCurrentIndex(1)

@@ -25,10 +25,11 @@ from app.document.document import Look
 from app.document.measured import setting_text
 from app.view.tab import ViewTab
 from app.widgets import theme
+from app.widgets.controls import ComboBox
 from app.widgets.labels import LEAST_ERROR, NAMES
 from app.widgets.panels import button, enable, sheet, text
 from app.widgets.theme import ROW, STEP
-from engine.core.figure_text import percent, percent_range, size_text, time_text
+from engine.core.figure_text import local, percent, percent_range, size_text, time_text
 
 if TYPE_CHECKING:
     from engine.planning.plan import Beyond, Effect, EffectsPlan
@@ -137,7 +138,7 @@ class EffectsDock(QDockWidget):
         for place, effect in enumerate(effects):
             for column in range(2):
                 self.table.setItem(place, column, QTableWidgetItem())
-            wish = QComboBox()
+            wish = ComboBox()
             for value, words in WISHES:
                 wish.addItem(words, value)
             wish.setAccessibleName(NAMES.get(effect.effect, effect.effect))
@@ -248,7 +249,7 @@ def row_forms(effect: Effect) -> tuple[str, ...]:
         return (f"{effect.decision}, {error} without it", *short)
     saved = []
     if effect.saves_s >= LEAST_S:
-        saved.append(f"{effect.saves_s:.2g} s" if effect.saves_s < 100.0 else f"{effect.saves_s:.0f} s")
+        saved.append(local(f"{effect.saves_s:.2g} s") if effect.saves_s < 100.0 else f"{effect.saves_s:.0f} s")
     if effect.saves_bytes >= LEAST_BYTES:
         saved.append(size_text(effect.saves_bytes))
     longer = [" and ".join(saved[:count]) for count in range(len(saved), 0, -1)]

@@ -28,7 +28,7 @@ from app.widgets.number_field import NumberField
 from app.widgets.panels import Panel, button, enable, text
 from app.widgets.plots import Plot
 from app.widgets.theme import ROW, STEP
-from engine.core.figure_text import size_text
+from engine.core.figure_text import local, size_text
 from engine.factor.settings import MOST_PRODUCTS, MOST_TEXTURES
 
 NUMBER = Qt.ItemDataRole.UserRole
@@ -203,10 +203,10 @@ class FactorInspector(Panel):
             f"{rung.terms} of {live.ladder[-1].terms} · {rung.textures} texture{'s'[: rung.textures != 1]}"
         )
         self.bytes.setText(size_text(rung.size_bytes))
-        self.time.setText(f"{rung.time_s:.2f} s")
+        self.time.setText(local(f"{rung.time_s:.2f} s"))
         for name, figure in self.errors.items():
             value, unit = rung.error(name), METRICS[name][1]
-            figure.setText("–" if value is None else f"{value:.3g} {unit}".strip())
+            figure.setText("–" if value is None else local(f"{value:.3g} {unit}".strip()))
         self.remark.setText(remark_of(live.factorisation))
         self.bands.show_bands(rung.rms_by_elevation_band, run.colour)
 
@@ -297,7 +297,7 @@ def state_of(live: Live) -> str:
         last = live.ladder[-1] if live.ladder else None
         if last is None:
             return live.state or "nothing found"
-        return f"{live.state}, {last.time_s:.1f} s" if live.state != "opened" else live.state
+        return f"{live.state}, {local(f'{last.time_s:.1f}')} s" if live.state != "opened" else live.state
     if job.stopping:
         return "stopping…"
     if job.state in ("queued", "paused"):
@@ -312,11 +312,11 @@ def remark_of(factorisation: Any) -> str:
     """Further properties of a factorisation, in one line each."""
     lines = []
     if factorisation.optimum_ratio:
-        lines.append(f"Error over the optimum of Eckart and Young: {factorisation.optimum_ratio:.6g}")
+        lines.append(f"Error over the optimum of Eckart and Young: {local(f'{factorisation.optimum_ratio:.6g}')}")
     if hasattr(factorisation.factors, "hemisphere_map"):
-        lines.append(f"Asymmetry of the matrix: {factorisation.asymmetry:.2g}")
+        lines.append(f"Asymmetry of the matrix: {local(f'{factorisation.asymmetry:.2g}')}")
     if factorisation.condition_number > 1.0:
-        lines.append(f"Condition number: {factorisation.condition_number:.2g}")
+        lines.append(f"Condition number: {local(f'{factorisation.condition_number:.2g}')}")
     if factorisation.evaluations:
         tried = f"{factorisation.evaluations:,}".replace(",", " ")
         lines.append(f"{tried} projections tried")

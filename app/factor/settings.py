@@ -21,6 +21,7 @@ from app.document.factoring import (
     Factoring,
 )
 from app.factor.runs import FULL
+from app.widgets.controls import ComboBox
 from app.widgets.labels import BRDF_NAMES
 from app.widgets.panels import Panel, Rows, button, enable, text
 from app.widgets.param_form import ParamForm
@@ -64,7 +65,7 @@ class FactorSettingsPanel(Panel):
 
     def _make_source(self) -> None:
         rows = self.section("BRDF")
-        self.source = QComboBox()
+        self.source = ComboBox()
         self.source.setAccessibleName("BRDF to factor")
         self.source.setToolTip(
             "What the BRDF workspace compares, its files, models and published materials; type to find one"
@@ -144,7 +145,7 @@ class FactorSettingsPanel(Panel):
         return form
 
     def _combo(self, rows: Rows, name: str, label: str, choices: Mapping[str, str], hint: str) -> QComboBox:
-        made = QComboBox()
+        made = ComboBox()
         for value, words in choices.items():
             made.addItem(words, value)
         made.activated.connect(lambda _at: self._edited(replace(self.choices, **{name: made.currentData()}), True))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.commands import brdf as commands_brdf
 from app.commands.factor import exported, judged
@@ -23,6 +23,7 @@ from app.factor.preview import FactorPreview
 from app.factor.runs import GONE, FactorRuns, Live, choices_of, name_of, source_of
 from app.factor.settings import FactorSettingsPanel
 from app.jobs.newest import Latest
+from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
 from app.widgets.panels import EmptyState, Segments, side_by_side
 from app.widgets.theme import PADDING, STEP, role
@@ -65,7 +66,7 @@ class FactorTab(QWidget):
         bar = role(QWidget(), "bar")
         bar.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         bar.setFixedHeight(36)
-        self.measure = QComboBox()
+        self.measure = ComboBox()
         for name, (words, _unit) in METRICS.items():
             self.measure.addItem(words, name)
         self.measure.setAccessibleName("Plotted error")

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.jobs.newest import Latest
 from app.material.texel_panel import TexelFigures, WorstTexels, worst
+from app.widgets.controls import ComboBox, Slider
 from app.widgets.image_view import ImageView, Picture, photograph, scalar_map
 from app.widgets.number_field import NumberField
 from app.widgets.panels import (
@@ -25,7 +26,6 @@ from app.widgets.panels import (
     text,
     with_empty_state,
 )
-from app.widgets.param_form import Slider
 from app.widgets.plots import ColourBar, RadiancePlot, TexelPlot, colour_table
 from app.widgets.report import Report
 from app.widgets.theme import PADDING, STEP, role
@@ -139,7 +139,7 @@ class MaterialTab(QWidget):
     def _make_right(self) -> QWidget:
         panel = Panel()
         settings = panel.section("Shading map")
-        self.slices = QComboBox()
+        self.slices = ComboBox()
         for count in SLICE_CHOICES:
             self.slices.addItem(str(count), count)
         self.slices.activated.connect(self._slices_chosen)
@@ -157,7 +157,7 @@ class MaterialTab(QWidget):
         self.r_max = settings.figure("Largest r", "Mean luminance of the brightest photograph, a_max")
         self.deviation = settings.figure("Evenness", "Largest distance of a slice's mean from its target")
         compression = panel.section("Compression")
-        self.scale = QComboBox()
+        self.scale = ComboBox()
         self.scale.addItem("Last slice", "last-slice")
         self.scale.addItem("Least squares", "least-squares")
         self.scale.activated.connect(self._scale_chosen)
@@ -166,7 +166,7 @@ class MaterialTab(QWidget):
             self.scale,
             "Last slice: as in the paper, exact at the largest r. Least squares: never worse",
         )
-        self.bits = QComboBox()
+        self.bits = ComboBox()
         for bits, words in EXPONENT_BITS:
             self.bits.addItem(words, bits)
         self.bits.activated.connect(

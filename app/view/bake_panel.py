@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QComboBox
 from app.document.bake_request import Wanted
 from app.view.baking import Baking
 from app.view.planning import LOOKING
+from app.widgets.controls import ComboBox
 from app.widgets.labels import LEAST_ERROR, NAMES
 from app.widgets.panels import Rows, button, enable, line, text
 from app.widgets.theme import STEP
@@ -43,7 +44,7 @@ class BakePanel(Rows):
         self.refresh()
 
     def _choice(self, parameter: Parameter) -> None:
-        choice, name = QComboBox(), parameter.name
+        choice, name = ComboBox(), parameter.name
         for value, words in parameter.offered:
             choice.addItem(words, value)
         choice.activated.connect(

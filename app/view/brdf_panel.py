@@ -6,13 +6,14 @@ import dataclasses
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QComboBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.commands import brdf as commands_brdf
 from app.commands.drawable import Drawable
 from app.commands.workbench import Workbench
 from app.document.comparison import Entry
 from app.document.document import Look, Project
+from app.widgets.controls import ComboBox
 from app.widgets.labels import BRDF_LABELS, BRDF_NAMES
 from app.widgets.number_field import plain
 from app.widgets.panels import Rows, Segments
@@ -41,7 +42,7 @@ class BrdfPanel(Rows):
         self.form: ParamForm | None = None
         self.drawable = Drawable(bench.jobs)
         self.drawable.ready.connect(self.ready)
-        self.choice = QComboBox()
+        self.choice = ComboBox()
         self.choice.activated.connect(self._chosen)
         self.row("Model", self.choice, "A model, or a BRDF from the BRDF workspace")
         self.forms = QVBoxLayout()
@@ -119,7 +120,7 @@ class LookupPanel(Rows):
         )
         self.source.chosen.connect(lambda value: self._set("Show from", source=value))
         self.row("From", self.source)
-        self.method = QComboBox()
+        self.method = ComboBox()
         for value, words, hint in LOOKUPS:
             self.method.addItem(words, value)
             self.method.setItemData(self.method.count() - 1, hint, Qt.ItemDataRole.ToolTipRole)

@@ -6,13 +6,14 @@ import dataclasses
 from typing import Any
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox
 
 from app.document.document import Look, Project
 from app.document.modes import mode_of, modes, why_not
 from app.view.picture_error import PictureError
+from app.widgets.controls import ComboBox
 from app.widgets.number_field import plain
 from app.widgets.panels import Rows, Segments
+from engine.core.figure_text import local
 
 BOUNCES = ((0, "Direct light only"), (1, "1 bounce"), (2, "2 bounces"), (4, "4 bounces"), (8, "8 bounces"))
 
@@ -31,7 +32,7 @@ class ComparePanel(Rows):
     def __init__(self) -> None:
         super().__init__("Compare")
         self.look = Look()
-        self.against = QComboBox()
+        self.against = ComboBox()
         for mode in modes():
             self.against.addItem(mode.label, mode.value)
         self.against.activated.connect(lambda _index: self.set("Compare with", against=self.against.currentData()))
@@ -39,7 +40,7 @@ class ComparePanel(Rows):
         self.shown = Segments(SHOWN)
         self.shown.chosen.connect(lambda value: self.set("Compare", comparing=value))
         self.wide(self.shown)
-        self.bounces = QComboBox()
+        self.bounces = ComboBox()
         for count, words in BOUNCES:
             self.bounces.addItem(words, count)
         self.bounces.activated.connect(lambda _index: self.set("Bounces", bounces=self.bounces.currentData()))
@@ -78,7 +79,7 @@ class ComparePanel(Rows):
     def show_error(self, error: PictureError | None) -> None:
         """The figures, or that there are none."""
         self.error.setText(error.text if error else "–")
-        self.flip.setText(f"≈ {error.flip:.2g}" if error and error.flip is not None else "–")
+        self.flip.setText(local(f"≈ {error.flip:.2g}") if error and error.flip is not None else "–")
         self.largest.setText(plain(float(f"{error.max_abs:.3g}")) if error else "–")
 
 

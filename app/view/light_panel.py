@@ -12,6 +12,7 @@ from app.commands.workbench import Workbench
 from app.document.document import Look, Project
 from app.viewport.overlay import SUN, Handle
 from app.widgets import theme
+from app.widgets.controls import ComboBox
 from app.widgets.panels import Rows, enable, small_button
 from app.widgets.param_form import ParamForm, display_colour
 from app.widgets.theme import STEP
@@ -50,12 +51,12 @@ class LightPanel(Rows):
         self.own_environment: EnvironmentMap | None = None
         self.chosen_lamp = 0
         look = Look()
-        self.lighting = QComboBox()
+        self.lighting = ComboBox()
         self.lighting.activated.connect(self._lighting_chosen)
         self.row("From", self.lighting, "One light, or an environment; .hdr and .exr files can be dropped here")
         self.light = ParamForm(look, {"light_theta_deg": "Theta", "light_phi_deg": "Phi", "irradiance": "Irradiance"})
         self.surround = ParamForm(look, {"rotation_deg": "Rotation", "gain": "Strength"})
-        self.directions = QComboBox()
+        self.directions = ComboBox()
         for count in DIRECTIONS:
             self.directions.addItem(str(count), count)
         self.directions.activated.connect(self._directions_chosen)
@@ -75,7 +76,7 @@ class LightPanel(Rows):
         self.remove.setIcon(theme.icon("remove"))
 
     def _make_lamps(self) -> None:
-        self.lamps = QComboBox()
+        self.lamps = ComboBox()
         self.lamps.activated.connect(self._lamp_chosen)
         self.add = small_button("add", "Add a lamp: directional, or a disc with soft shadows")
         self.add.clicked.connect(self.add_lamp)

@@ -13,16 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
-from PySide6.QtWidgets import QComboBox, QDockWidget, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QVBoxLayout, QWidget
 
 from app.jobs.newest import Latest
 from app.widgets import theme
+from app.widgets.controls import ComboBox
 from app.widgets.panels import Fitting, text
 from app.widgets.plots import colour_table
 from app.widgets.theme import PADDING, ROW, STEP, role
 from engine.brdf.brdf import Brdf
 from engine.core.directions import normalize
-from engine.core.figure_text import percent
+from engine.core.figure_text import local, percent
 from engine.core.steps import Step, Steps, part
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
@@ -87,7 +88,7 @@ class LobeInspector(QDockWidget):
         self.words = Fitting()
         self.words.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self.words.say(ASK, SHORT[ASK])
-        self.towards = QComboBox()
+        self.towards = ComboBox()
         self.towards.addItem("The camera", None)
         for number in range(VIEWS):
             self.towards.addItem(f"View {number + 1}", number)
@@ -185,7 +186,7 @@ class LobeInspector(QDockWidget):
         start = f"Vertex {answer.vertex:,}".replace(",", " ")
         self.words.say(f"{start}, {angle}; {source}", f"{start}, {angle}", start)
         self.pictures[0].show_values(
-            found.picture, found.highest, "Tabulated transport", f"to {found.highest:.3g} / sr"
+            found.picture, found.highest, "Tabulated transport", local(f"to {found.highest:.3g} / sr")
         )
         for picture, each in zip(self.pictures[1:], found.approximations, strict=True):
             error = f"error {percent(each.error_rel)}"

@@ -6,11 +6,12 @@ import dataclasses
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox, QFileDialog
+from PySide6.QtWidgets import QCheckBox, QFileDialog
 
 from app.commands.workbench import Workbench
 from app.document.document import Look, Project
 from app.document.scene import DEFAULT_MODEL
+from app.widgets.controls import ComboBox
 from app.widgets.panels import Rows, button
 from app.widgets.param_form import ParamForm
 from app.widgets.report import Report
@@ -39,7 +40,7 @@ class ScenePanel(Rows):
         self.bench = bench
         self.mesh: Mesh | None = None
         look = Look()
-        self.model = QComboBox()
+        self.model = ComboBox()
         self.model.activated.connect(self._model_chosen)
         self.row("Model", self.model, "A built-in model, or a mesh of your own")
         self.report = Report()

@@ -7,7 +7,7 @@ from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.commands.opening import load_shape
 from app.commands.workbench import Workbench
@@ -28,6 +28,7 @@ from app.view.scene_panel import ScenePanel
 from app.viewport.refining import same
 from app.viewport.viewport import Viewport
 from app.widgets import theme
+from app.widgets.controls import ComboBox
 from app.widgets.panels import Fitting, Panel, Segments, enable, side_by_side, text, tool
 from app.widgets.param_form import ParamForm
 from app.widgets.theme import PADDING, STEP, role
@@ -122,7 +123,7 @@ class ViewTab(QWidget):
         picture = panel.section("Picture")
         self.exposure = ParamForm(Look(), {"exposure_ev": "Exposure"})
         picture.wide(self.exposure)
-        self.tone_map = QComboBox()
+        self.tone_map = ComboBox()
         for value, words in TONE_MAPS:
             self.tone_map.addItem(words, value)
         self.tone_map.activated.connect(lambda _index: self._set_look("Tone map", tone_map=self.tone_map.currentData()))

@@ -1,6 +1,7 @@
 """A field for one number: typed with a unit or as an expression, dragged, or reset with Ctrl+click.
 
-What is not a number inside the range is refused at the field, and the previous value stays.
+What is not a number inside the range stays as it was typed, marked, and the field says what it takes; the previous
+value holds meanwhile, and Esc brings it back. A decimal comma is read like a point.
 """
 
 from __future__ import annotations
@@ -11,11 +12,13 @@ import operator
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent
-from PySide6.QtWidgets import QLineEdit
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtWidgets import QLineEdit, QToolTip, QWidget
 
+from app.widgets.controls import keeps_focus
 from app.widgets.theme import role
 from engine.core.errors import UsageError
+from engine.core.figure_text import local
 
 OPERATIONS: dict[type, Callable[..., float]] = {
     ast.Add: operator.add,
@@ -33,6 +36,7 @@ def number_from_text(text: str, unit: str = "") -> float:
     UsageError for anything else, also for what overflows or is not a number.
     """
     cleaned = text.strip().replace("×", "*").replace("÷", "/").replace("−", "-").replace(",", ".")
+    cleaned = cleaned.replace("\u202f", "").replace("\u00a0", " ")
     cleaned = cleaned.removesuffix(unit).strip() if unit else cleaned
     if len(cleaned) > 60:
         raise UsageError("too long for a number")
@@ -69,6 +73,7 @@ class NumberField(QLineEdit):
         self._pressed_at: float | None = None
         self._from = value
         self._dragged = False
+        self._clicked = False
         role(self, "number")
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.setCursor(Qt.CursorShape.SizeHorCursor)
@@ -76,10 +81,21 @@ class NumberField(QLineEdit):
         self.show_value(value)
 
     def show_value(self, value: float) -> None:
-        """Show `value` without emitting; a field that is being typed in is left alone."""
+        """Show `value` without emitting; a field that is being typed in is left alone, and so is an invalid text."""
+        is_other = value != self.value
         self.value = value
-        if not (self.hasFocus() and self.isModified()):
-            self.setText(f"{plain(value)}{' ' * bool(self.unit and self.unit != '°')}{self.unit}")
+        if is_other or not self.isModified():
+            self.setModified(False)
+            mark(self, "")
+            self.setText(self._with_unit(value))
+
+    def _with_unit(self, value: float) -> str:
+        return f"{plain(value)}{' ' * bool(self.unit and self.unit != '°')}{self.unit}"
+
+    @property
+    def takes(self) -> str:
+        """The sentence that says what is valid here."""
+        return f"Enter a number from {self._with_unit(self.low)} to {self._with_unit(self.high)}, such as 2*3."
 
     def _typed(self) -> None:
         if not self.isModified():
@@ -88,14 +104,15 @@ class NumberField(QLineEdit):
             value = number_from_text(self.text(), self.unit)
         except UsageError:
             value = math.nan
-        self.setModified(False)
         if self.low <= value <= self.high:
+            self.setModified(False)
             self._set(value, final=True)
         else:
-            self.show_value(self.value)
+            mark(self, self.takes)
 
     def _set(self, value: float, *, final: bool) -> None:
         changed = value != self.value
+        self.setModified(False)
         self.show_value(value)
         if changed or final:
             self.edited.emit(value, final)
@@ -111,7 +128,20 @@ class NumberField(QLineEdit):
             return
         super().keyPressEvent(event)
 
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        self._clicked = self._clicked and keeps_focus(event)
+        super().focusOutEvent(event)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """A notch is a press of an arrow key, but only after a click: or else the panel scrolls."""
+        if self._clicked and self.hasFocus() and event.angleDelta().y():
+            self._from = self.value
+            self._set(self._moved(math.copysign(10.0, event.angleDelta().y())), final=True)
+        else:
+            event.ignore()
+
     def mousePressEvent(self, event: QMouseEvent) -> None:
+        self._clicked = True
         if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
             self._set(self.default, final=True)
             return
@@ -149,10 +179,25 @@ class NumberField(QLineEdit):
         return min(max(value, self.low), self.high)
 
 
+def mark(field: QWidget, why: str) -> None:
+    """Mark what stands in `field` as invalid, and say what is valid, there and where the mouse rests; '' unmarks it."""
+    if why == (field.property("invalid") or ""):
+        return
+    field.setProperty("invalid", why)
+    if why:
+        field.setProperty("before", field.toolTip())
+    field.setToolTip(why or str(field.property("before") or ""))
+    field.setAccessibleDescription(why)
+    field.style().unpolish(field)
+    field.style().polish(field)
+    if why and field.isVisible():
+        QToolTip.showText(field.mapToGlobal(field.rect().bottomLeft()), why, field)
+
+
 def plain(value: float) -> str:
-    """At most four significant digits, without exponents for everyday sizes."""
+    """At most four significant digits, without exponents for everyday sizes, with the decimal mark of the language."""
     if value and not 1e-4 <= abs(value) < 1e6:
-        return f"{value:.3g}"
+        return local(f"{value:.3g}")
     digits = max(0, 3 - (math.floor(math.log10(abs(value))) if value else 0))
     shown = f"{value:.{min(digits, 6)}f}"
-    return shown.rstrip("0").rstrip(".") if "." in shown else shown
+    return local(shown.rstrip("0").rstrip(".") if "." in shown else shown)

@@ -11,20 +11,19 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QIcon, QMouseEvent, QPainter, QPaintEvent, QPen, QPixmap
-from PySide6.QtWidgets import QColorDialog, QHBoxLayout, QPushButton, QSlider, QWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QColor, QIcon, QPixmap
+from PySide6.QtWidgets import QColorDialog, QHBoxLayout, QPushButton, QWidget
 
 from app.widgets import theme
+from app.widgets.controls import TICKS, Slider
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Rows
 from app.widgets.theme import ROW, STEP
 from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.params import Colour, Parameter, parameters
 
-TICKS = 1000
 FIELD_WIDTH = 72
-KNOB = 6
 
 
 class ParamForm(Rows):
@@ -55,56 +54,6 @@ class ParamForm(Rows):
     def _edited(self, name: str, value: float | Colour, final: bool) -> None:
         self.instance = dataclasses.replace(self.instance, **{name: value})
         self.edited.emit(self.instance, final)
-
-
-class Slider(QSlider):
-    """A horizontal slider that jumps to the click and asks for a reset on Ctrl+click."""
-
-    reset = Signal()
-
-    def __init__(self) -> None:
-        super().__init__(Qt.Orientation.Horizontal)
-        self.setRange(0, TICKS)
-        self.setSingleStep(TICKS // 100)
-        self.setPageStep(TICKS // 10)
-
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
-            self.reset.emit()
-            return
-        self.setSliderDown(True)
-        self._go_to(event.position().x())
-
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        if self.isSliderDown():
-            self._go_to(event.position().x())
-
-    def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
-        self.setSliderDown(False)
-
-    def _go_to(self, x: float) -> None:
-        self.setSliderPosition(round(TICKS * (x - KNOB) / max(1, self.width() - 2 * KNOB)))
-
-    def sizeHint(self) -> QSize:
-        return QSize(80, ROW - 4)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(36, ROW - 4)
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        colours, middle = theme.current(), self.height() / 2
-        active = colours.accent if self.isEnabled() else colours.line
-        left, right = float(KNOB), float(self.width() - KNOB)
-        knob = left + (right - left) * self.sliderPosition() / TICKS
-        for start, end, colour in ((left, right, colours.line), (left, knob, active)):
-            painter.setPen(QPen(QColor(colour), 2))
-            painter.drawLine(QPointF(start, middle), QPointF(end, middle))
-        lit = self.hasFocus() or self.underMouse() or self.isSliderDown()
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(colours.disabled if not self.isEnabled() else colours.accent if lit else colours.text))
-        painter.drawEllipse(QPointF(knob, middle), KNOB, KNOB)
 
 
 class NumberEditor(QWidget):

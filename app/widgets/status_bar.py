@@ -12,7 +12,7 @@ from app.widgets import theme
 from app.widgets import theme as icons
 from app.widgets.panels import text
 from app.widgets.theme import PADDING, STEP, role
-from engine.core.figure_text import percent, size_text
+from engine.core.figure_text import local, percent, size_text
 from engine.core.health import Health, Verdict
 
 HEIGHT = 30
@@ -118,7 +118,7 @@ class StatusBar(QWidget):
         """Time of the last frame; None where no viewport is on screen."""
         self.frame.setVisible(seconds is not None)
         if seconds is not None:
-            self.frame.setText(f"{1000 * seconds:.1f} ms")
+            self.frame.setText(local(f"{1000 * seconds:.1f} ms"))
 
     def _current(self) -> Job | None:
         return next((job for job in self.jobs.active if job.heavy), None)

@@ -247,6 +247,9 @@ QLineEdit:hover, QComboBox:hover {{ border-color: {theme.disabled}; }}
 QLineEdit:focus, QComboBox:focus {{ border-color: {theme.accent}; }}
 QLineEdit:disabled, QComboBox:disabled {{ background: transparent; color: {theme.disabled}; }}
 QLineEdit[role="number"] {{ padding: 0 6px; }}
+QLineEdit[invalid]:!disabled {{ border-color: {theme.bad}; }}
+QLineEdit[invalid=""]:!disabled {{ border-color: {theme.line}; }}
+QLineEdit[invalid=""]:focus {{ border-color: {theme.accent}; }}
 QComboBox::drop-down {{ border: none; width: 22px; }}
 QComboBox::down-arrow {{ image: url({icons}/arrow-down.svg); width: 12px; height: 12px; }}
 QComboBox QAbstractItemView {{ background: {theme.panel}; border: 1px solid {theme.line}; outline: none; padding: 4px;

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QLocale, QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QApplication
 
 from app.process import crash, ending
@@ -18,6 +18,7 @@ from app.session import settings
 from app.viewport.gl_surface import request_format
 from app.widgets import theme
 from app.window.main_window import MainWindow
+from engine.core.figure_text import write_with
 
 log = logging.getLogger(__name__)
 
@@ -37,6 +38,7 @@ def start() -> QApplication:
     application = QApplication.instance() or QApplication(["lightarc"])
     assert isinstance(application, QApplication)
     application.setApplicationName("Lightarc")
+    write_with(QLocale.system().decimalPoint())
     collect_on_this_thread(application)
     theme.apply(application, settings.load(settings.config_folder()).theme)
     return application

@@ -2,6 +2,8 @@
 
 A figure has a few significant digits, never loses one before the point, has no zeros at its end that say nothing, and
 commas between thousands from 1,000 on. Below 1e-4 and from 1e9 on it has an exponent.
+
+The window writes figures as its person's language does (`write_with`); the command line always with a point.
 """
 
 from __future__ import annotations
@@ -15,6 +17,19 @@ _TIMES = (("µs", 1e-6), ("ms", 1e-3), ("s", 1.0), ("min", 60.0), ("h", 3600.0))
 #: Minutes and hours are taken from this many of them on: 90 s are read more easily than 1.5 min.
 _ENOUGH = 2.0
 
+#: The letters for the decimal point and for the comma between thousands.
+_marks = {".": ".", ",": ","}
+
+
+def write_with(point: str) -> None:
+    """Write figures with `point` before their decimals from now on: '.' or ','; a comma parts thousands by a space."""
+    _marks.update({".": ".", ",": ","} if point == "." else {".": ",", ",": "\u202f"})
+
+
+def local(figure: str) -> str:
+    """`figure`, which has a decimal point and commas between thousands, in the form of the chosen language."""
+    return "".join(_marks.get(letter, letter) for letter in figure)
+
 
 def number(value: float, digits: int = 2) -> str:
     """`value` with `digits` significant digits: '0.012', '1.2', '116', '1,071', '3e-7', '2.5e12'.
@@ -26,10 +41,10 @@ def number(value: float, digits: int = 2) -> str:
     size = abs(value)
     if size and not 1e-4 <= size < 1e9:
         mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
-        return f"{_bare(mantissa)}e{int(exponent)}"
+        return local(f"{_bare(mantissa)}e{int(exponent)}")
     rounded = float(f"{value:.{digits - 1}e}")
     places = digits - 1 - math.floor(math.log10(abs(rounded))) if rounded else 0
-    return _bare(f"{rounded if places > 0 else value:,.{max(0, places)}f}")
+    return local(_bare(f"{rounded if places > 0 else value:,.{max(0, places)}f}"))
 
 
 def percent(share: float, digits: int = 2) -> str:
@@ -58,7 +73,7 @@ def percent_within(share: float, uncertainty: float) -> str:
     certain = -math.floor(math.log10(off))
     two_digits = min(2, 1 - math.floor(math.log10(abs(value)))) if value else 0
     places = max(0, certain, two_digits)
-    return f"{value:,.{places}f} ± {off:,.{places}f} %"
+    return local(f"{value:,.{places}f} ± {off:,.{places}f} %")
 
 
 def percent_range(low: float, high: float) -> str:

@@ -64,7 +64,9 @@ _UNITS = {
     "gb": ("bytes", 1e9),
 }
 
-_PART = re.compile(r"([0-9]{1,20}+(?:\.[0-9]{0,20}+)?|\.[0-9]{1,20}+)\s{0,9}+(%|[a-zµ]{1,9}+)", re.IGNORECASE)
+_PART = re.compile(
+    r"([0-9]{1,20}+(?:\.[0-9]{0,20}+|,[0-9]{1,20}+)?|[.,][0-9]{1,20}+)\s{0,9}+(%|[a-zµ]{1,9}+)", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -107,13 +109,13 @@ class Choice:
 
 
 def budget_from_text(text: str) -> Budget:
-    """'8 ms and 100 MB', '1 %', '2 % 50 MB'; UsageError for anything else."""
+    """'8 ms and 100 MB', '1 %', '0,5 %', '2 % 50 MB'; UsageError for anything else."""
     found: dict[str, float] = {}
     for number, unit in _PART.findall(text):
         name, factor = _UNITS.get(unit.lower(), ("", 0.0))
         if not name or name in found:
             raise UsageError(f"{text[:60]!r} is not a budget such as '8 ms and 100 MB' or '1 %'")
-        found[name] = float(number) * factor
+        found[name] = float(number.replace(",", ".")) * factor
     rest = re.sub(r"\band\b|[\s,;&+|]", "", _PART.sub("", text), flags=re.IGNORECASE)
     if not found or rest:
         raise UsageError(f"{text[:60]!r} is not a budget such as '8 ms and 100 MB' or '1 %'")

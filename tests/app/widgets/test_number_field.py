@@ -1,16 +1,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from typing import Any, cast
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLabel, QScrollArea, QWidget
 
+from app.widgets.controls import ComboBox, Slider
 from app.widgets.number_field import NumberField, number_from_text, plain
+from app.widgets.panels import Panel
 from app.widgets.param_form import ParamForm
 from engine.brdf.models.lafortune import LafortuneThreeLobes
 from engine.brdf.models.phong import Phong
+from engine.core.figure_text import number, percent, size_text, write_with
 
 
 @pytest.mark.parametrize(
@@ -49,7 +55,7 @@ def test_fault_25_the_field_keeps_the_previous_value(qtbot: Any, typed: str) -> 
     if not typed:
         QTest.keyClick(field, Qt.Key.Key_Backspace)
     QTest.keyClick(field, Qt.Key.Key_Return)
-    assert (field.value, field.text(), edited) == (4.0, "4 px", [])
+    assert (field.value, field.text(), edited) == (4.0, typed, [])
 
 
 def test_typing_dragging_and_resetting_change_the_value(qtbot: Any) -> None:
@@ -100,3 +106,103 @@ def test_a_form_scales_weights_that_are_negative(qtbot: Any) -> None:
     assert cast(Any, editor).strength.field.value == -1.0
     cast(Any, editor).strength.field.edited.emit(-2.0, True)
     assert changed[-1].cxy1 == (-2.0, -1.0, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("control", "value"),
+    [
+        (lambda: _combo(), lambda combo: combo.currentIndex()),
+        (lambda: Slider(), lambda slider: slider.value()),
+        (lambda: NumberField(4.0, 0.0, 10.0), lambda field: field.value),
+    ],
+)
+def test_the_wheel_changes_a_control_only_after_a_click_put_the_focus_there(
+    qtbot: Any, control: Callable[[], Any], value: Callable[[Any], float]
+) -> None:
+    panel = Panel()
+    made = control()
+    panel.column.addWidget(made)
+    for _ in range(40):
+        panel.column.addWidget(QLabel("row"))
+    panel.finish()
+    qtbot.addWidget(panel)
+    panel.resize(panel.width(), 200)
+    panel.show()
+    before = value(made)
+    scrolled = cast(QScrollArea, panel.findChild(QScrollArea)).verticalScrollBar()
+    panel.activateWindow()
+    qtbot.waitUntil(lambda: scrolled.maximum() > 0 and panel.isActiveWindow())
+    _wheel(made)
+    assert (value(made), scrolled.value() > 0) == (before, True)
+    made.setFocus(Qt.FocusReason.TabFocusReason)
+    _wheel(made)
+    assert value(made) == before
+    QTest.mouseClick(made, Qt.MouseButton.LeftButton)
+    if isinstance(made, ComboBox):
+        made.hidePopup()
+        qtbot.waitUntil(lambda: not made.view().isVisible())
+    made.setFocus(Qt.FocusReason.PopupFocusReason)
+    qtbot.waitUntil(made.hasFocus)
+    clicked, at = value(made), scrolled.value()
+    _wheel(made)
+    assert value(made) != clicked
+    assert scrolled.value() == at
+
+
+def _combo() -> ComboBox:
+    combo = ComboBox()
+    combo.addItems(["one", "two", "three"])
+    return combo
+
+
+def _wheel(widget: QWidget) -> None:
+    """One notch down over a widget; what it ignores goes on to the widgets around it, as a person's does."""
+    middle = QPointF(widget.rect().center())
+    buttons, keys, phase = Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase
+    around: QWidget | None = widget
+    while around is not None:
+        notch = QWheelEvent(
+            middle, widget.mapToGlobal(middle), QPoint(0, -15), QPoint(0, -120), buttons, keys, phase, False
+        )
+        QApplication.sendEvent(around, notch)
+        if notch.isAccepted():
+            return
+        around = around.parentWidget()
+
+
+def test_what_is_invalid_stays_marked_until_it_is_mended_or_left_with_escape(qtbot: Any) -> None:
+    field = NumberField(4.0, 0.0, 10.0, unit="px")
+    field.setToolTip("Width of a line")
+    qtbot.addWidget(field)
+    field.show()
+    field.selectAll()
+    QTest.keyClicks(field, "11")
+    QTest.keyClick(field, Qt.Key.Key_Return)
+    assert field.text() == "11"
+    assert field.toolTip() == "Enter a number from 0 px to 10 px, such as 2*3."
+    assert field.property("invalid") == field.toolTip()
+    field.show_value(4.0)
+    assert field.text() == "11"
+    QTest.keyClick(field, Qt.Key.Key_Escape)
+    assert (field.text(), field.toolTip(), field.property("invalid")) == ("4 px", "Width of a line", "")
+
+
+@pytest.fixture
+def _with_comma() -> Iterator[None]:
+    write_with(",")
+    yield
+    write_with(".")
+
+
+@pytest.mark.usefixtures("_with_comma")
+def test_numbers_are_shown_in_the_form_of_the_language_and_read_in_both(qtbot: Any) -> None:
+    field = NumberField(0.5, 0.0, 1e5, unit="EV")
+    qtbot.addWidget(field)
+    assert field.text() == "0,5 EV"
+    for typed, value in (("1.25", 1.25), ("1,75", 1.75)):
+        field.setText(typed)
+        field.setModified(True)
+        QTest.keyClick(field, Qt.Key.Key_Return)
+        assert field.value == value
+    assert (percent(0.0123), size_text(1.5e6), number(12345.0, 5)) == ("1,2 %", "1,5 MB", "12\u202f345")
+    assert number_from_text(number(12345.0, 5)) == 12345.0
