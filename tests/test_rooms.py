@@ -112,6 +112,7 @@ SHORT_FILES = {
     "engine/bench/transport/lobe.py": "one measurement",
     "engine/capture/lights/azimuth_spread.py": "one assumption of the method, checked in one place",
     "engine/capture/photograph/demosaic.py": "the choice between two kernels",
+    "engine/gl/cosine_texture.py": "one texture",
     "engine/core/health.py": "a type that everything speaks in",
     "engine/core/kernels.py": "the compiler's settings; whoever does not compile must not load it",
     "engine/core/interrupts.py": "apart from what it guards: OpenGL and pictures that are compared",

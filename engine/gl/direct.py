@@ -21,6 +21,7 @@ from engine.geometry.mesh import Mesh
 from engine.gl.brdf_textures import SOURCE, FactorTextures, TableTexture, factor_source
 from engine.gl.buffers import MeshBuffers
 from engine.gl.context import Limits, limits
+from engine.gl.cosine_texture import CosineTexture
 from engine.gl.light_texture import LightTexture
 from engine.gl.material_textures import MaterialTextures
 from engine.gl.program import ShaderError, load_program, set_uniforms
@@ -52,6 +53,7 @@ class DirectRenderer:
         self._ground: tuple[Mesh, Ground, MeshBuffers] | None = None
         self._material: tuple[Any, MaterialTextures] | None = None
         self._lights: tuple[Any, LightTexture] | None = None
+        self._cosines: tuple[Any, CosineTexture] | None = None
         self._table: tuple[Any, TableTexture | FactorTextures] | None = None
 
     def draw(
@@ -138,13 +140,24 @@ class DirectRenderer:
             "repeats": scene.repeats,
             "r_max": textures.r_max if textures else 1.0,
             "layers": float(textures.layers) if textures else 0.0,
+            "lowest_cosine": textures.lowest_cosine if textures else 1.0,
         }
         set_uniforms(program, values)
         self._set_brdf(program, scene)
         if textures:
             textures.bind(program)
+            if textures.source == "SOURCE_PLANES":
+                self._bind_cosines(program, scene)
         self._bind_lights(program, scene)
         return program
+
+    def _bind_cosines(self, program: Any, scene: Scene) -> None:
+        table = scene.effective_cosine
+        if self._cosines is None or self._cosines[0] is not table:
+            if self._cosines is not None:
+                self._cosines[1].release()
+            self._cosines = (table, CosineTexture(self.context, table))
+        self._cosines[1].bind(program)
 
     def _bind_lights(self, program: Any, scene: Scene) -> None:
         if self._lights is None or self._lights[0] is not scene.lights:
@@ -190,7 +203,8 @@ class DirectRenderer:
         definitions |= {f"LOOKUP_{scene.lookup.upper()}": "1", f"ABOVE_{scene.above.upper()}": "1"}
         if len(scene.lights.direction) == 1 or scene.lookup in ("texture", "outgoing"):
             definitions["ONE_LOOKUP"] = "1"
-        definitions |= {"LAYERS": str(textures.layers)} if textures and textures.layers else {}
+        if textures and textures.layers:
+            definitions["PLANE_LAYERS" if textures.source == "SOURCE_PLANES" else "LAYERS"] = str(textures.layers)
         definitions |= {} if scene.brdf.isotropic else {"BRUSHED": "1"}
         definitions |= self._debug
         key = tuple(definitions.items())
@@ -211,13 +225,13 @@ class DirectRenderer:
 
     def release(self) -> None:
         """Free everything; the renderer can be used again afterwards and uploads anew."""
-        for owner in (self._mesh, self._ground, self._material, self._lights, self._table):
+        for owner in (self._mesh, self._ground, self._material, self._lights, self._table, self._cosines):
             if owner is not None:
                 owner[-1].release()
         for program in {id(program): program for program in self._programs.values() if program}.values():
             program.release()
         self._tiles.release()
-        self._mesh = self._ground = self._material = self._lights = self._table = None
+        self._mesh = self._ground = self._material = self._lights = self._table = self._cosines = None
         self._last_good = None
         self._programs.clear()
 

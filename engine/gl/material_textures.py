@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
+from engine.render.direct import planes_by_three
+from engine.shading.directional.effective_light import TILTS, TURNS
+from engine.shading.directional.planes import DirectionalMap
 from engine.shading.kept_tiles import KeptTiles
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
@@ -21,11 +24,14 @@ from engine.shading.shading_map import ShadingMap
 class MaterialTextures:
     """Owns the textures of one material; `messages` say what had to be reduced."""
 
-    def __init__(self, context: Any, shading: ShadingMap | PowerLawMap, limits: Limits) -> None:
+    def __init__(self, context: Any, shading: ShadingMap | PowerLawMap | DirectionalMap, limits: Limits) -> None:
         self.r_max = shading.r_max
+        self.lowest_cosine = 1.0
         self.messages: list[str] = []
         self.textures: dict[str, Any] = {}
-        if isinstance(shading, ShadingMap):
+        if isinstance(shading, DirectionalMap):
+            self._planes(context, shading, limits)
+        elif isinstance(shading, ShadingMap):
             self.source = "SOURCE_SLICES"
             slices = self._fit_layers(shading, limits.layers)
             images = np.stack([self._fit_size(image, limits.texture_size) for image in slices])
@@ -40,10 +46,26 @@ class MaterialTextures:
             for name, image in (("scale_map", shading.scale), ("exponent_map", shading.exponent)):
                 image = self._fit_size(image, limits.texture_size)
                 self.textures[name] = context.texture(image.shape[1::-1], 3, np.ascontiguousarray(image), dtype="f4")
-        for texture in self.textures.values():
+        for name, texture in self.textures.items():
+            if name == "plane_weights":
+                texture.filter, texture.repeat_x, texture.repeat_y = (context.LINEAR, context.LINEAR), True, False
+                continue
             texture.build_mipmaps()
             texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
             texture.repeat_x = texture.repeat_y = True
+
+    def _planes(self, context: Any, directional: DirectionalMap, limits: Limits) -> None:
+        """Planes by three as half floats, whose mip-maps keep fractions of codes, and the weights of all directions."""
+        self.source, self.lowest_cosine = "SOURCE_PLANES", directional.lowest
+        layers = np.stack([self._fit_size(layer, limits.texture_size) for layer in planes_by_three(directional)])
+        self.layers = len(layers)
+        size = (*layers.shape[2:0:-1], self.layers)
+        self.textures["planes"] = context.texture_array(
+            size, 3, (layers / 255.0).astype(np.float16), dtype="f2", alignment=1
+        )
+        weights = np.zeros((1 + 3 * self.layers, TILTS, TURNS, 3), np.float32)
+        weights[: directional.table.shape[-1]] = np.moveaxis(directional.table, 3, 0)
+        self.textures["plane_weights"] = context.texture_array((TURNS, TILTS, len(weights)), 3, weights, dtype="f4")
 
     def _keep(self, context: Any, power_law: PowerLawMap, kept: KeptTiles, limits: Limits) -> None:
         """Kept tiles as slices that are 0 elsewhere, with their coverage in alpha."""

@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.models.diffuse import Lambert
-from engine.core.colour import luminance
+from engine.core.colour import luminance, srgb_decode
 from engine.core.directions import dot, frames_along, normalize, world_from_tangent
 from engine.core.steps import Step, Steps
 from engine.geometry.ray_caster import caster_of
 from engine.light.environment import DistantLights
 from engine.scene.scene import Scene
+from engine.shading.directional.effective_light import weights_at
+from engine.shading.directional.planes import DirectionalMap
 from engine.shading.lookup import neighbours, share_and_gain
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
@@ -28,11 +30,12 @@ from engine.shading.shading_map import ShadingMap
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Light by light: the points that it reaches, the BRDF and the cosine there, and its irradiance (one, or one a point).
-Terms = Iterator[tuple[Indices, Array, Array, Array]]
+#: Light by light: the points that it reaches, the BRDF and the cosine there, its irradiance (one, or one a point), and
+#: its direction (M, 2) along the axes of the texture, or None where nothing asks for it.
+Terms = Iterator[tuple[Indices, Array, Array, Array, Array | None]]
 
-#: Look-up by look-up: the points, r / r_max in [0, 1], and the factor on what is looked up.
-Shares = Iterator[tuple[Indices, Array, Array]]
+#: Look-up by look-up: the points, r / r_max in [0, 1], the factor on what is looked up, and the direction as above.
+Shares = Iterator[tuple[Indices, Array, Array, Array | None]]
 
 #: The images that are looked up, (layers, H, W, 3), at falling sizes: the slices, or those of `_layers`.
 Levels = list[NDArray[np.float32]]
@@ -123,10 +126,12 @@ class Shader:
             frame = world_from_tangent(normal)
         else:
             frame = frames_along(normal, np.einsum("nc,nci->ni", weights, surface.tangents[faces]))
-        terms = _light_terms(scene, lights, frame, np.einsum("nij,ni->nj", frame, wo))
+        viewer = np.einsum("nij,ni->nj", frame, wo)
         if scene.shading is None:
-            return _sum_of_reflections(terms, len(wo))
+            return _sum_of_reflections(_light_terms(scene, lights, frame, viewer, None), len(wo))
         uv = texture_coordinates(scene, faces)
+        axes = texture_axes(triangle, uv, frame[..., 2]) if isinstance(scene.shading, DirectionalMap) else None
+        terms = _light_terms(scene, lights, frame, viewer, axes)
         left, bottom = column - column % 2, row + (self.size[1] - 1 - row) % 2
         steps = (
             at(left + 1.5, row + 0.5) - at(left + 0.5, row + 0.5),
@@ -136,18 +141,22 @@ class Shader:
         return looked_up(scene, self._levels, np.einsum("nc,nci->ni", weights, uv), along, terms)
 
 
-def _light_terms(scene: Scene, lights: DistantLights, frame: Array, wo: Array) -> Terms:
-    """For each light: which points it reaches, f (M, 3) and cos(theta) (M,) there, and its irradiance (3,)."""
+def _light_terms(scene: Scene, lights: DistantLights, frame: Array, wo: Array, axes: Array | None) -> Terms:
+    """For each light: which points it reaches, f (M, 3) and cos(theta) (M,) there, and its irradiance (3,).
+
+    Where the `axes` (N, 2, 3) of the texture are given, also the direction of the light along them.
+    """
     for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
         wi = np.einsum("nij,i->nj", frame, direction)
         lit = np.flatnonzero(wi[:, 2] > 0.0)
         if lit.size:
-            yield lit, scene.brdf.f(wi[lit], wo[lit]), wi[lit, 2], irradiance
+            heading = None if axes is None else axes[lit] @ direction
+            yield lit, scene.brdf.f(wi[lit], wo[lit]), wi[lit, 2], irradiance, heading
 
 
 def _sum_of_reflections(terms: Terms, count: int) -> Array:
     value = np.zeros((count, 3))
-    for lit, f, cosine, irradiance in terms:
+    for lit, f, cosine, irradiance, _ in terms:
         value[lit] += f * cosine[:, None] * irradiance
     return value
 
@@ -181,9 +190,27 @@ def texture_coordinates(scene: Scene, faces: NDArray[np.int32]) -> Array:
     return np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1) * scene.repeats
 
 
+def texture_axes(triangle: Array, uv: Array, normal: Array) -> Array:
+    """(N, 2, 3) unit vectors along which a texture runs to the right and upwards, perpendicular to `normal` (N, 3).
+
+    `triangle` (N, 3, 3) are corners in space and `uv` (N, 3, 2) in the texture, v down. Where the texture is seen
+    mirrored, the second is −n × the first. Without coordinates the frame is that of `world_from_tangent`.
+    """
+    first, second = triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
+    one, two = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    sign = np.sign(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])[:, None]
+    right = sign * (first * two[:, 1:] - second * one[:, 1:])
+    up = sign * (first * two[:, :1] - second * one[:, :1])
+    axis = frames_along(normal, right)
+    mirrored = dot(axis[..., 1], up) < 0.0
+    return np.stack([axis[..., 0], np.where(mirrored[:, None], -1.0, 1.0) * axis[..., 1]], axis=1)
+
+
 def looked_up(scene: Scene, levels: Levels, uv: Array, along: list[Array], terms: Terms) -> Array:
     """Radiance (N, 3) at `uv` (N, 2), with the look-up inside the sum over lights; `along` is d(uv) / d(pixel)."""
     assert scene.shading is not None
+    if isinstance(scene.shading, DirectionalMap):
+        return _sum_of_planes(scene, _shares(scene, terms, len(uv)), levels, uv, _level_of_detail(levels, along))
     if isinstance(scene.shading, ShadingMap):
         summed = _sum_of_slices
     else:
@@ -196,29 +223,31 @@ def _shares(scene: Scene, terms: Terms, count: int) -> Shares:
     """Look-ups of the map: points, their share r / r_max in [0, 1], and the weight (M, 3) of what is found."""
     assert scene.shading is not None
     r_max, everywhere = scene.shading.r_max, np.arange(count)
-    outgoing = np.zeros((count, 3))
-    for lit, f, cosine, irradiance in terms:
+    outgoing, towards = np.zeros((count, 3)), np.zeros((count, 2))
+    for lit, f, cosine, irradiance, heading in terms:
         reflectance = scene.sigma / r_max * luminance(f).astype(np.float64)
         if scene.lookup == "angle":
-            yield lit, np.minimum(cosine, 1.0), reflectance[:, None] * irradiance
+            yield lit, np.minimum(cosine, 1.0), reflectance[:, None] * irradiance, heading
         elif scene.lookup == "radiance":
             share, gain = share_and_gain(reflectance * cosine, 1.0, scene.above)
-            yield lit, share, gain[:, None] * irradiance
+            yield lit, share, gain[:, None] * irradiance, heading
         else:
-            outgoing[lit] += (reflectance * cosine)[:, None] * irradiance
+            reflected = (reflectance * cosine)[:, None] * irradiance
+            outgoing[lit] += reflected
+            towards[lit] += 0.0 if heading is None else luminance(reflected)[:, None] * heading
     if scene.lookup == "texture":
-        yield everywhere, np.ones(count), outgoing
+        yield everywhere, np.ones(count), outgoing, towards
     elif scene.lookup == "outgoing":
         ratio = luminance(outgoing)
         share, gain = share_and_gain(ratio, 1.0, scene.above)
-        yield everywhere, share, outgoing * (gain / np.where(ratio > 0.0, ratio, 1.0))[:, None]
+        yield everywhere, share, outgoing * (gain / np.where(ratio > 0.0, ratio, 1.0))[:, None], towards
 
 
 def _sum_of_slices(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
     """S is linear between slices: their weights are summed, and each slice is looked up once."""
     last = len(levels[0]) - 1
     weights = np.zeros((last + 1, len(uv), 3))
-    for point, share, weight in shares:
+    for point, share, weight, _ in shares:
         lower = np.minimum((share * last).astype(np.int64), last - 1)
         beyond = weight * (share * last - lower)[:, None]
         weights[lower, point] += weight - beyond
@@ -235,7 +264,7 @@ def _sum_of_powers(shares: Shares, levels: Levels, uv: Array, detail: Array) -> 
     scale, exponent = (_filtered(levels, layer, uv, detail) for layer in (0, 1))
     exponent = np.maximum(exponent, 0.0)
     value = np.zeros((len(uv), 3))
-    for point, share, weight in shares:
+    for point, share, weight, _ in shares:
         power = np.exp(exponent[point] * np.log(np.where(share > 0.0, share, 1.0))[:, None])
         value[point] += np.where(share > 0.0, 1.0, 0.0)[:, None] * weight * power
     return scale * value
@@ -247,6 +276,24 @@ def _sum_of_both(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Ar
     power_law = _sum_of_powers(iter(found), levels, uv, detail)
     kept = _sum_of_slices(iter(found), [level[3:] for level in levels], uv, detail)
     return kept + (1.0 - _filtered(levels, 2, uv, detail)) * power_law
+
+
+def _sum_of_planes(scene: Scene, shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
+    """Planes are filtered once, and for each light summed to codes, which become radiance after the sum."""
+    shading = scene.shading
+    assert isinstance(shading, DirectionalMap)
+    planes = np.concatenate([_filtered(levels, layer, uv, detail) for layer in range(len(levels[0]))], axis=1)
+    planes = planes[:, : len(shading.planes)]
+    value = np.zeros((len(uv), 3))
+    for point, share, weight, heading in shares:
+        assert heading is not None
+        azimuth = np.arctan2(heading[:, 1], heading[:, 0])
+        cosine = share if scene.lookup == "angle" else scene.effective_cosine(share, azimuth)
+        functions = weights_at(shading.table, cosine, azimuth)
+        codes = functions[..., 0] + np.einsum("mck,mk->mc", functions[..., 1:], planes[point])
+        dimmed = np.minimum(cosine / shading.lowest, 1.0)[:, None]
+        value[point] += weight * dimmed * srgb_decode(np.maximum(codes, 0.0) / 255.0)
+    return value
 
 
 def _level_of_detail(levels: Levels, along: list[Array]) -> Array:
@@ -268,14 +315,25 @@ def _filtered(levels: Levels, layer: int, uv: Array, detail: Array) -> Array:
     return value
 
 
-def mip_levels(shading: ShadingMap | PowerLawMap | None) -> Levels:
+def mip_levels(shading: ShadingMap | PowerLawMap | DirectionalMap | None) -> Levels:
     """The map at full size, at half, at a quarter … down to one texel, as OpenGL makes mip-maps."""
     if shading is None:
         return []
-    levels: Levels = [shading.slices if isinstance(shading, ShadingMap) else _layers(shading)]
+    if isinstance(shading, DirectionalMap):
+        levels: Levels = [planes_by_three(shading)]
+    else:
+        levels = [shading.slices if isinstance(shading, ShadingMap) else _layers(shading)]
     while max(levels[-1].shape[1:3]) > 1:
         levels.append(np.stack([_half(image) for image in levels[-1]]))
     return levels
+
+
+def planes_by_three(directional: DirectionalMap) -> NDArray[np.float32]:
+    """(ceil(K / 3), H, W, 3) the codes of planes as the channels of layers, the last filled up with 0."""
+    planes = directional.planes
+    filled = np.concatenate([planes, np.zeros((-len(planes) % 3, *planes.shape[1:]), np.uint8)])
+    layers = filled.reshape(-1, 3, *planes.shape[1:])
+    return np.ascontiguousarray(np.moveaxis(layers, 1, 3), np.float32)
 
 
 def _layers(power_law: PowerLawMap) -> NDArray[np.float32]:

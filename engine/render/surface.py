@@ -27,8 +27,9 @@ from engine.brdf.brdf import MODELS
 from engine.brdf.sampling import sampler_of
 from engine.brdf.sampling_lobes import BELOW_ONE, CosineLobe, Mixture
 from engine.core.kernels import scalar
-from engine.render.direct import looked_up, mip_levels, texture_coordinates
+from engine.render.direct import looked_up, mip_levels, texture_axes, texture_coordinates
 from engine.scene.scene import Scene
+from engine.shading.directional.planes import DirectionalMap
 
 #: Least cosine between the normal that shades and the direction of view.
 LEAST_FACING = 0.01
@@ -245,7 +246,14 @@ class Reflector:
         corners = texture_coordinates(scene, scene.mesh.faces[at.face[index]])
         uv = np.einsum("nc,nci->ni", at.barycentric[index], corners)
         along = [np.zeros_like(uv)] * 2
-        return looked_up(scene, self._levels, uv, along, iter([(everywhere, f, wi[:, 2], np.ones(3))]))
+        heading = self._heading(at, index, wi, corners) if isinstance(scene.shading, DirectionalMap) else None
+        return looked_up(scene, self._levels, uv, along, iter([(everywhere, f, wi[:, 2], np.ones(3), heading)]))
+
+    def _heading(self, at: Points, index: Indices, wi: Floats, corners: Floats) -> Floats:
+        """Directions `wi` (K, 3) along the axes of the texture, (K, 2)."""
+        mesh, frame = self.scene.mesh, at.frame[index]
+        axes = texture_axes(mesh.positions[mesh.faces[at.face[index]]], corners, frame[..., 2])
+        return np.asarray(np.einsum("nai,ni->na", axes, to_world(frame, wi)))
 
     def _f(self, wi: Floats, wo: Floats) -> Floats:
         value = np.empty((len(wi), 3))

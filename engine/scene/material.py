@@ -14,6 +14,7 @@ from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.core.colour import luminance
 from engine.core.directions import surface_direction
 from engine.core.health import Health
+from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
 
@@ -28,7 +29,8 @@ class Material:
 
     Attributes
     ----------
-    shading_map, power_law : at least one of them where the material comes from photographs.
+    shading_map, power_law : at least one of them where the material comes from photographs along one arc.
+    directional : in their place where lamps stood on several sides.
     brdf : the text that names the BRDF, as on the command line (`phong:exponent=20`).
     sigma : the factor in r = sigma f_r cos(theta_i); None means automatic (see `auto_sigma`).
     elevation_deg : elevations of the lights of the capture, which the automatic sigma needs.
@@ -45,6 +47,12 @@ class Material:
     name: str = "material"
     health: Health = field(default_factory=Health)
     measured: HalfDifferenceTable | DirectionTable | SeparableFactors | HomomorphicFactors | None = None
+    directional: DirectionalMap | None = None
+
+    @property
+    def has_map(self) -> bool:
+        """True if the material comes from photographs."""
+        return not (self.shading_map is None and self.power_law is None and self.directional is None)
 
     @property
     def reflectance(self) -> Brdf:

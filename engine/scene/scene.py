@@ -13,7 +13,9 @@ Figure 6 compares this look-up, 'radiance', with three others; there rho_j = sig
     outgoing  S(Y(L)) L / Y(L) with L = sum r_j E_j              the look-up outside the integral
     angle     sum S(r_max cos(theta_j)) rho_j E_j                the slice from the light's angle alone
 
-For a Lambertian surface photographed from above, 'angle' and 'radiance' are one function. Without a material the
+For a Lambertian surface photographed from above, 'angle' and 'radiance' are one function. In a directional map, S
+depends on the azimuth of the light as well (`engine.shading.directional.effective_light`): on that of each light, and
+in 'texture' and 'outgoing' on that of the mean of all, weighted by r. Without a material the
 picture shows sum f_r cos(theta_j) E_j. Lights below the surface's own horizon add nothing; what other parts of the
 model would shadow or reflect is not part of these pictures.
 """
@@ -37,6 +39,8 @@ from engine.light.environment import DistantLights, EnvironmentMap
 from engine.light.lamps import Lamp, lights_of_all
 from engine.light.light_tree import chosen_lights
 from engine.scene.material import Material, auto_sigma
+from engine.shading.directional.effective_light import EffectiveCosine, effective_cosine
+from engine.shading.directional.planes import DirectionalMap
 from engine.shading.lookup import Above
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
@@ -135,10 +139,12 @@ class Scene:
         return self.mesh if self.ground is None else with_ground(self.mesh, self.ground)[0]
 
     @property
-    def shading(self) -> ShadingMap | PowerLawMap | None:
+    def shading(self) -> ShadingMap | PowerLawMap | DirectionalMap | None:
         """The form of the material that is looked up: the wanted one, or the one it has; None without a material."""
         if self.material is None:
             return None
+        if self.material.directional is not None:
+            return self.material.directional
         slices, power_law = self.material.shading_map, self.material.power_law
         return (slices or power_law) if self.source == "slices" else (power_law or slices)
 
@@ -149,4 +155,12 @@ class Scene:
             return 1.0
         if self.material.sigma is not None:
             return self.material.sigma
+        if isinstance(self.shading, DirectionalMap):
+            largest = self.effective_cosine.largest
+            return self.shading.r_max / largest if largest > 0.0 else 1.0
         return auto_sigma(self.brdf, [radians(e) for e in self.material.elevation_deg], self.shading.r_max)
+
+    @cached_property
+    def effective_cosine(self) -> EffectiveCosine:
+        """The table of the scene's BRDF by which a directional map is looked up."""
+        return effective_cosine(self.brdf)

@@ -26,6 +26,7 @@ from engine.planning.costs.setting import Setting, knobs_of
 from engine.render.path import check_scene
 from engine.render.reference import BYTES_PER_PIXEL, reference
 from engine.scene.scene import Scene, Source
+from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
 from engine.tradeoff.agenda import effort_of, in_order, reduced
 from engine.tradeoff.bake_group import (
@@ -405,4 +406,6 @@ def _material_bytes(scene: Scene) -> int:
     shading = scene.shading
     if shading is None:
         return 0
+    if isinstance(shading, DirectionalMap):
+        return int(shading.planes.nbytes)
     return shading.size_bytes if isinstance(shading, PowerLawMap) else int(shading.slices.nbytes)

@@ -43,8 +43,13 @@ vec3 shade(mat3 frame, vec3 wo)
 #if !defined(SOURCE_NONE)
     begin_light_sum(uv);
 #endif
+#if defined(SOURCE_PLANES)
+    mat2x3 axes = texture_axes(position, uv, frame[2]);
+    vec2 mean_heading = vec2(0.0);
+#endif
     for (int i = 0; i < light_count; ++i) {
-        vec3 wi = texelFetch(lights, ivec2(0, i), 0).xyz * frame;
+        vec3 towards = texelFetch(lights, ivec2(0, i), 0).xyz;
+        vec3 wi = towards * frame;
         if (wi.z <= 0.0)
             continue;
         vec3 irradiance = texelFetch(lights, ivec2(1, i), 0).rgb;
@@ -53,6 +58,11 @@ vec3 shade(mat3 frame, vec3 wo)
         sum += f * (wi.z * irradiance);
 #else
         float reflectance = sigma / r_max * dot(f, LUMINANCE);
+#if defined(SOURCE_PLANES)
+        vec2 heading = towards * axes;
+        light_turn = turn_of(heading);
+        mean_heading += reflectance * wi.z * dot(irradiance, LUMINANCE) * heading;
+#endif
 #if defined(LOOKUP_TEXTURE) || defined(LOOKUP_OUTGOING)
         sum += reflectance * wi.z * irradiance;
 #elif defined(LOOKUP_ANGLE)
@@ -65,6 +75,9 @@ vec3 shade(mat3 frame, vec3 wo)
 #if defined(SOURCE_NONE)
     return sum;
 #else
+#if defined(SOURCE_PLANES)
+    light_turn = turn_of(mean_heading);
+#endif
 #if defined(LOOKUP_TEXTURE)
     add_light(1.0, sum);
 #elif defined(LOOKUP_OUTGOING)

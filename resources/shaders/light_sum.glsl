@@ -3,11 +3,39 @@
 // S is linear between two slices, so the weights are summed for each slice and each slice is fetched once, however
 // many lights there are. The compressed pair is fetched once and evaluated for each light. With ONE_LOOKUP, add_light
 // is called at most once.
+// Planes are fetched once and summed for each light, of which light_turn is the azimuth over a whole turn.
 // The layout is: begin_light_sum, add_light for each light, light_sum.
 
 #include "shading_map.glsl"
 
-#if defined(ONE_LOOKUP) && !defined(SOURCE_NONE)
+#if defined(SOURCE_PLANES)
+#include "directional.glsl"
+
+float light_turn;
+vec3 plane_sum;
+
+void begin_light_sum(vec2 uv)
+{
+    fetch_planes(uv);
+    light_turn = 0.0;
+    plane_sum = vec3(0.0);
+}
+
+void add_light(float share, vec3 weight)
+{
+#if defined(LOOKUP_ANGLE)
+    plane_sum += weight * directional_map(share, light_turn);
+#else
+    plane_sum += weight * directional_map(effective_cosine(share, light_turn), light_turn);
+#endif
+}
+
+vec3 light_sum(vec2 uv)
+{
+    return plane_sum;
+}
+
+#elif defined(ONE_LOOKUP) && !defined(SOURCE_NONE)
 float only_share;
 vec3 only_weight;
 

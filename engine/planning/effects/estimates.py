@@ -34,10 +34,12 @@ from engine.planning.effects.sample import FINE, Sample, sample
 from engine.planning.effects.simplified import albedos
 from engine.planning.effects.varied import Varied, varied
 from engine.scene.material import Material, auto_sigma
+from engine.shading.directional.effective_light import effective_cosine
 from engine.transport.baking.spatially_varying import Variation, with_parameters
 from engine.transport.sh.transfer import is_diffuse
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 #: The effects in the order in which they are reported.
 EFFECTS = (
@@ -246,21 +248,18 @@ def _share_of_suns(looked: Sample) -> float:
 def mesostructure(scene: Scenery) -> Estimate:
     """Of the material's mean over its texels."""
     material = scene.material
-    shading = None if material is None else material.shading_map or material.power_law
-    if material is None or shading is None:
+    if material is None or not material.has_map:
         return Estimate("mesostructure", 0.0, "No photographs of a material: every point of the surface is alike.")
-    sigma = material.sigma
-    if sigma is None:
-        sigma = auto_sigma(scene.brdf, [math.radians(each) for each in material.elevation_deg], shading.r_max)
     rng = np.random.default_rng(0)
-    height, width = _extent(shading)
+    height, width = _extent(material)
     row, column = rng.integers(height, size=TEXELS), rng.integers(width, size=TEXELS)
     lights = chosen_lights(scene.sample.light.whole, LIGHTS)
     apart, whole = np.zeros(scene.sample.seen.shape), np.zeros(scene.sample.seen.shape)
+    looked_up = _directional if material.directional is not None else _of_brightness
     for number, (frame, views) in enumerate(zip(scene.sample.frames, scene.sample.views, strict=True)):
         wi = lights.direction @ frame
-        r = sigma * luminance(scene.brdf.f(wi[None], views[:, None])) * np.maximum(wi[:, 2], 0.0)
-        looked = shading.lookup(row[:, None, None], column[:, None, None], np.broadcast_to(r, (TEXELS, *r.shape)))
+        product = luminance(scene.brdf.f(wi[None], views[:, None])) * np.maximum(wi[:, 2], 0.0)
+        looked = looked_up(scene, material, row, column, wi, product)
         value = np.einsum("tkjc,jc->tkc", looked.astype(np.float64), lights.irradiance)
         apart[number] = ((value - value.mean(axis=0)) ** 2).sum(axis=-1).mean(axis=0)
         whole[number] = (value**2).sum(axis=-1).mean(axis=0)
@@ -269,9 +268,40 @@ def mesostructure(scene: Scenery) -> Estimate:
     return Estimate("mesostructure", error, f"The texels of the material differ from their mean by {percent(error)}.")
 
 
-def _extent(shading: Any) -> tuple[int, int]:
-    image = shading.slices[0] if hasattr(shading, "slices") else shading.scale
-    return int(image.shape[0]), int(image.shape[1])
+def _of_brightness(
+    scene: Scenery, material: Material, row: Indices, column: Indices, _wi: Array, product: Array
+) -> Array:
+    """(T, V, L, 3) of texels for f cos (V, L) under lights `_wi` (L, 3), by the shading map."""
+    shading = material.shading_map or material.power_law
+    assert shading is not None
+    sigma = material.sigma
+    if sigma is None:
+        sigma = auto_sigma(scene.brdf, [math.radians(each) for each in material.elevation_deg], shading.r_max)
+    r = np.broadcast_to(sigma * product, (TEXELS, *product.shape))
+    return np.asarray(shading.lookup(row[:, None, None], column[:, None, None], r))
+
+
+def _directional(scene: Scenery, material: Material, row: Indices, column: Indices, wi: Array, product: Array) -> Array:
+    """The same by the directional map, whose texture runs along the frames of vertices here."""
+    directional = material.directional
+    assert directional is not None
+    table = effective_cosine(scene.brdf)
+    largest = table.largest if material.sigma is None else directional.r_max / material.sigma
+    azimuth = np.broadcast_to(np.arctan2(wi[:, 1], wi[:, 0]), product.shape)
+    cosine = table(product / (largest or 1.0), azimuth).ravel()
+    texels = directional.planes[:, row, column].T
+    return directional.looked_up(texels, cosine, azimuth.ravel()).reshape(TEXELS, *product.shape, 3)
+
+
+def _extent(material: Material) -> tuple[int, int]:
+    if material.directional is not None:
+        height, width = material.directional.planes.shape[1:]
+    elif material.shading_map is not None:
+        height, width = material.shading_map.slices.shape[1:3]
+    else:
+        assert material.power_law is not None
+        height, width = material.power_law.scale.shape[:2]
+    return int(height), int(width)
 
 
 def spatially_varying_gloss(scene: Scenery) -> Estimate:

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,7 @@ from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_decode
 from engine.core.directions import Vectors, surface_direction
 from engine.core.steps import Step, Steps, part
+from engine.shading.directional.effective_light import TILTS, TURNS, table_directions, weights_at
 from engine.shading.directional.interpolation import Kernel, best_kernel, weights
 from engine.shading.directional.moments import BLOCK_VALUES, Moments, moments, texels
 
@@ -51,6 +54,7 @@ class DirectionalMap:
     mean : (3 N,) codes of the photographs, and vectors : (3 N, K) of them, orthonormal.
     lights : (N, 3) unit vectors towards the lamps, above the sample plane.
     kernel : by which photographs are interpolated.
+    r_max : mean luminance of the brightest photograph, radiance.
     leave_one_out, in_sample, mean_picture : root mean squares over texels, channels and photographs, in codes of 8-bit
         sRGB, of predicting a photograph from the others, of all photographs, and of the mean of the others instead.
     """
@@ -62,6 +66,7 @@ class DirectionalMap:
     vectors: Array
     lights: Vectors
     kernel: Kernel
+    r_max: float
     leave_one_out: float
     in_sample: float
     mean_picture: float
@@ -69,6 +74,17 @@ class DirectionalMap:
     @property
     def bytes_per_texel(self) -> int:
         return len(self.planes)
+
+    @property
+    def lowest(self) -> float:
+        """The cosine of the lowest lamp; light below it is dimmed in proportion."""
+        return max(float(self.lights[:, 2].min()), LOWEST)
+
+    @cached_property
+    def table(self) -> NDArray[np.float32]:
+        """(TILTS, TURNS, 3, 1 + K) the weights of `functions` at `table_directions`, between which they are linear."""
+        found = self.functions(table_directions().reshape(-1, 3))
+        return found.reshape(TILTS, TURNS, *found.shape[1:]).astype(np.float32)
 
     def functions(self, light: Vectors) -> Array:
         """(M, 3, 1 + K) weights of 1 and of the planes in the sRGB code of each channel, for directions (M, 3)."""
@@ -78,11 +94,17 @@ class DirectionalMap:
         shares = np.einsum("mn,nck->mck", of_photographs, self.vectors.reshape(count, 3, -1))
         return np.concatenate([(constant + shares @ self.low)[..., None], shares * self.step], axis=-1)
 
+    def looked_up(self, texels: NDArray[Any], cosine: Array, azimuth: Array) -> Array:
+        """(T, M, 3) radiance of `texels` (T, K), codes of planes, under unit light at cosines and azimuths (M,)."""
+        functions = weights_at(self.table, cosine, azimuth)
+        codes = functions[..., 0] + np.einsum("mck,tk->tmc", functions[..., 1:], np.asarray(texels, np.float64))
+        dimmed = np.minimum(cosine / self.lowest, 1.0)[:, None]
+        return np.asarray(dimmed * srgb_decode(np.maximum(codes, 0.0) / 255.0))
+
     def picture(self, light: Vectors) -> NDArray[np.float32]:
         """(H, W, 3) linear radiance under unit light from one direction (3,); black from below."""
         light = np.asarray(light, np.float64)
-        lowest = max(float(self.lights[:, 2].min()), LOWEST)
-        dimmed = min(max(float(light[2]), 0.0) / lowest, 1.0)
+        dimmed = min(max(float(light[2]), 0.0) / self.lowest, 1.0)
         if dimmed == 0.0:
             return np.zeros((*self.planes.shape[1:], 3), np.float32)
         functions = self.functions(light[None])[0].astype(np.float32)
@@ -117,7 +139,8 @@ def fitted(
     mean_of_others = (1.0 - np.eye(len(used))) / max(len(used) - 1, 1)
     plain = _rms(found, np.einsum("ij,cd->icjd", mean_of_others - np.eye(len(used)), np.eye(3)))
     figures = (float(np.hypot(errors[count], _of_noise(vectors, own, noise))), float(inside), plain)
-    return DirectionalMap(planes, low, step, found.mean, vectors, lights, kernel, *figures)
+    r_max = float(stack.mean_radiance[used].max())
+    return DirectionalMap(planes, low, step, found.mean, vectors, lights, kernel, r_max, *figures)
 
 
 def directions(stack: ImageStack, used: NDArray[np.int64]) -> Vectors:

@@ -1,0 +1,70 @@
+// The directional map: a few planes for each texel, whose weighted sum is the sRGB code of its radiance
+// (engine.shading.directional.planes), looked up by engine.shading.directional.effective_light.
+// in: share of r in its largest value from above, and the direction of the light along the axes of the texture;
+// out: linear radiance under unit light. Planes are filtered, then summed, then decoded.
+
+uniform sampler2DArray planes;
+uniform sampler2DArray plane_weights;
+uniform sampler2D cosine_powers;
+uniform float lowest_power;
+uniform float lowest_cosine;
+
+const float TWO_PI = 6.28318530717958648;
+
+vec3 planes_here[PLANE_LAYERS];
+
+void fetch_planes(vec2 uv)
+{
+    float detail = level_of_detail(uv, textureSize(planes, 0).xy);
+    for (int i = 0; i < PLANE_LAYERS; ++i)
+        planes_here[i] = 255.0 * textureLod(planes, vec3(uv, float(i)), detail).rgb;
+}
+
+// Axes of the texture to the right and upwards, perpendicular to n, from how place and coordinates (v down) change
+// between neighbouring pixels; where the texture is seen mirrored, the second is -n x the first.
+mat2x3 texture_axes(vec3 place, vec2 uv, vec3 n)
+{
+    vec3 across = dFdx(place), down = dFdy(place);
+    vec2 one = dFdx(uv), two = dFdy(uv);
+    float turned = one.x * two.y - one.y * two.x < 0.0 ? -1.0 : 1.0;
+    mat3 frame = frame_along(n, turned * (across * two.y - down * one.y));
+    float mirrored = dot(frame[1], turned * (across * two.x - down * one.x)) < 0.0 ? -1.0 : 1.0;
+    return mat2x3(frame[0], mirrored * frame[1]);
+}
+
+float turn_of(vec2 heading)
+{
+    return dot(heading, heading) > 0.0 ? atan(heading.y, heading.x) / TWO_PI : 0.0;
+}
+
+// The cosine of the light that has this share seen from above.
+float effective_cosine(float share, float turn)
+{
+    if (!(share > exp2(lowest_power)))
+        return 0.0;
+    ivec2 size = textureSize(cosine_powers, 0);
+    float place = (1.0 - log2(min(share, 1.0)) / lowest_power) * float(size.x - 1);
+    vec2 at = vec2((place + 0.5) / float(size.x), turn + 0.5 / float(size.y));
+    return exp2(textureLod(cosine_powers, at, 0.0).r);
+}
+
+vec3 decoded(vec3 code)
+{
+    code = max(code, 0.0);
+    return mix(pow((max(code, 0.04045) + 0.055) / 1.055, vec3(2.4)), code / 12.92, lessThanEqual(code, vec3(0.04045)));
+}
+
+// Radiance under light from above at this cosine and azimuth; dimmed below the lowest lamp of the capture.
+vec3 directional_map(float cosine, float turn)
+{
+    if (!(cosine > 0.0))
+        return vec3(0.0);
+    ivec2 size = textureSize(plane_weights, 0).xy;
+    float tilt = acos(min(cosine, 1.0)) / (0.25 * TWO_PI);
+    vec2 at = vec2(turn + 0.5 / float(size.x), (tilt * float(size.y - 1) + 0.5) / float(size.y));
+    vec3 code = textureLod(plane_weights, vec3(at, 0.0), 0.0).rgb;
+    for (int i = 0; i < PLANE_LAYERS; ++i)
+        for (int k = 0; k < 3; ++k)
+            code += planes_here[i][k] * textureLod(plane_weights, vec3(at, float(1 + 3 * i + k)), 0.0).rgb;
+    return min(cosine / lowest_cosine, 1.0) * decoded(code / 255.0);
+}
