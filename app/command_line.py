@@ -45,6 +45,7 @@ VERBS = (
     ("tradeoff", "app.cli.transport.tradeoff"),
     ("project", "app.cli.project"),
     ("bundle", "app.cli.bundle"),
+    ("export", "app.cli.export"),
     ("selftest", "app.cli.selftest"),
     ("bench", "app.cli.bench"),
 )

@@ -237,6 +237,7 @@ DEMO = _folder(
     *(f"capture/{name}" for name in CAPTURE.members),
 )
 COMPARISON = _folder("a comparison", "comparison.json", "comparison.png", "comparison.svg")
+EXPORT = _folder("an export", "export.json", "*/*")
 FACTORS = _folder("a folder of factors", "factors.json", "term-*.exr", "terms-*.exr")
 FIGURE = _folder("a figure", "figure.json", "*.png", "*.svg", "pictures.csv", "curves.csv", "radiance/*.exr")
 PROJECT = Kind("a project", (".lap",))

@@ -1,0 +1,101 @@
+"""`lightarc export`: a material in forms that other programs open, with the error of each."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app.arguments.results import EXPORT, Input, Output
+from engine.core.figure_text import percent, size_text
+from engine.core.steps import Step, drain
+
+if TYPE_CHECKING:
+    from engine.capture.stack import ImageStack
+    from engine.scene.material import Material
+
+HELP = "Write a material in forms that other programs open, with what each of them loses."
+EXAMPLE = "lightarc export woven.lightarc --to textures --preset unreal -o woven-unreal"
+
+#: The names of `engine.exchange.export.TARGETS`, and of presets and codings: options are there without the engine.
+TARGETS = ("textures",)
+PRESETS = ("blender", "unreal", "unity", "godot", "substance", "gltf")
+CODINGS = ("png8", "png16", "exr")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "source", type=Input(), metavar="BUNDLE|PROJECT", help="a .lightarc file, a bundle folder, or a project (.lap)"
+    )
+    parser.add_argument("--to", nargs="+", action="extend", required=True, choices=TARGETS, help="targets, one or more")
+    parser.add_argument(
+        "-o", "--output", required=True, type=Output(EXPORT), metavar="FOLDER", help="folder, a folder in it per target"
+    )
+    parser.add_argument(
+        "--stack",
+        type=Input(),
+        metavar="STACK",
+        help="the stack that the bundle was made of, to state errors against the photographs (a project knows its own)",
+    )
+    textures = parser.add_argument_group("textures")
+    textures.add_argument(
+        "--preset", default="blender", choices=PRESETS, help="names and packing of a program (blender)"
+    )
+    textures.add_argument("--coding", default="png8", choices=CODINGS, help="PNG of 8 or 16 bits, or OpenEXR (png8)")
+    textures.add_argument(
+        "--normal",
+        choices=("opengl", "directx"),
+        help="y of normals up or down; otherwise as the program of the preset reads them",
+    )
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    """`targets`, a list of objects with `target`, `files`, `bytes`, `rmse_rel`, `rmse_rel_reference`, `flip`,
+    `by_environment` and `warnings`; `material`, the errors before leaving."""
+    show(Step(0.0, "reading the material"))
+    from engine.exchange.export import export
+    from engine.exchange.subject import Settings
+
+    material, stack = _opened(arguments)
+    settings = Settings(arguments.preset, arguments.coding, arguments.normal)
+    names = list(dict.fromkeys(arguments.to))
+    record = drain(export(arguments.output, material, names, settings=settings, stack=stack), show)
+    return {
+        **{name: record[name] for name in ("folder", "material", "targets")},
+        "warnings": [f"{made['target']}: {each}" for made in record["targets"] for each in made["warnings"]],
+    }
+
+
+def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None]:
+    """The material of a bundle or a project, and the photographs where they are at hand."""
+    from app.project.setup import is_project, set_up
+    from engine.bundle.bundle import open_bundle
+    from engine.capture.stack import open_stack
+    from engine.core.errors import InputError
+
+    stack = open_stack(arguments.stack) if arguments.stack else None
+    if not is_project(arguments.source):
+        return open_bundle(arguments.source), stack
+    project = set_up(Path(arguments.source)).project
+    if not project.has_map:
+        raise InputError(arguments.source, "has no material yet", "Build one in the window, or with lightarc shade")
+    return project.material, stack or project.stack
+
+
+def report(result: dict[str, Any]) -> str:
+    lines = [f"{'target':<11}{'size':>10}{'photographs':>13}{'reference':>11}{'FLIP':>8}"]
+    for made in result["targets"]:
+        errors = [_percent(made[name]) for name in ("rmse_rel", "rmse_rel_reference")]
+        flip = "–" if made["flip"] is None else f"{made['flip']:.3f}"
+        lines.append(f"{made['target']:<11}{size_text(made['bytes']):>10}{errors[0]:>13}{errors[1]:>11}{flip:>8}")
+    lines.append("Errors are relative: against the photographs, and against the material under three environments.")
+    own = result["material"]
+    if own["rmse_rel"] is not None:
+        lines.append(f"The material itself shows the photographs to {percent(own['rmse_rel'], 3)}.")
+    lines.append(f"Written to {result['folder']}.")
+    return "\n".join(lines)
+
+
+def _percent(value: float | None) -> str:
+    return "–" if value is None else percent(value, 3)

@@ -1,0 +1,147 @@
+"""The export: a folder in which each target has a folder of its own, and a record of the error of each.
+
+`TARGETS` lists them once; the command line, the window and the record read it. A target is a function from subject and
+settings to files; errors are measured here, alike for all (`engine.exchange.loss`).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import engine
+from engine.core.errors import UsageError
+from engine.core.steps import Step, Steps, part
+from engine.exchange import textures
+from engine.exchange.loss import Floats, loss, material_shown, photograph_error, references
+from engine.exchange.pbr_from_material import cavity, nearest_maps
+from engine.exchange.subject import Contents, Settings, Subject
+from engine.scene.material import Material
+from engine.storage.atomic import atomic_folder, make_folder, write_bytes
+
+if TYPE_CHECKING:
+    from engine.capture.stack import ImageStack
+
+#: The record of an export, by which its folder is known.
+RECORD = "export.json"
+
+
+@dataclass(frozen=True)
+class Target:
+    """A form in which a material leaves: its name, a sentence for people, and the function that makes its files."""
+
+    name: str
+    words: str
+    contents: Callable[[Subject, Settings], Steps[Contents]]
+
+
+TARGETS: tuple[Target, ...] = (Target("textures", "PBR textures, named and packed for a program", textures.contents),)
+
+NAMES = tuple(target.name for target in TARGETS)
+
+
+def subject_of(material: Material, stack: ImageStack | None = None) -> Steps[Subject]:
+    """The material with the PBR maps nearest to it, and its photographs where they are at hand."""
+    maps = yield from nearest_maps(material)
+    return Subject(material, maps, cavity(material), stack)
+
+
+def export(
+    folder: str | os.PathLike[str],
+    material: Material,
+    names: Sequence[str],
+    *,
+    settings: Settings | None = None,
+    stack: ImageStack | None = None,
+) -> Steps[dict[str, Any]]:
+    """Write `material` to the targets `names` in `folder`, and return the record, the content of `RECORD`.
+
+    `targets` of the record lists for each target its `files`, `bytes`, errors and warnings: `rmse_rel` against the
+    photographs (None without a stack of the same size), `rmse_rel_reference` and `flip` over three environments, and
+    the same by environment. An earlier export is replaced. UsageError for unknown targets, OutputError for the folder.
+    """
+    chosen = [target for target in TARGETS if target.name in names]
+    unknown = [name for name in names if name not in NAMES]
+    if unknown or not chosen:
+        raise UsageError(f"unknown target {' '.join(unknown)!r}; known are {', '.join(NAMES)}")
+    settings = settings or Settings()
+    subject = yield from part(subject_of(material, stack), 0.0, 0.2)
+    wanted = yield from part(references(material), 0.2, 0.3)
+    usable, remark = _usable_stack(subject)
+    record: dict[str, Any] = {
+        "lightarc_export": 1,
+        "software": {"lightarc": engine.__version__},
+        "material": (yield from _own_errors(subject, wanted, usable)),
+        "targets": [],
+    }
+    with atomic_folder(folder, RECORD) as place:
+        for number, target in enumerate(chosen):
+            start = 0.4 + 0.6 * number / len(chosen)
+            stop = 0.4 + 0.6 * (number + 1) / len(chosen)
+            middle = 0.5 * (start + stop)
+            made = yield from part(target.contents(subject, settings), start, middle)
+            for name, content in made.files.items():
+                path = place / target.name / name
+                make_folder(path.parent)
+                write_bytes(path, content)
+            measured = yield from part(_errors(made, wanted, subject, usable), middle, stop)
+            record["targets"].append(
+                {
+                    "target": target.name,
+                    "files": [f"{target.name}/{name}" for name in made.files],
+                    "bytes": sum(map(len, made.files.values())),
+                    "bytes_per_texel": made.bytes_per_texel,
+                    **measured,
+                    "warnings": [*made.warnings, *remark],
+                    **made.record,
+                }
+            )
+        write_bytes(place / RECORD, (json.dumps(record, indent=2, allow_nan=False) + "\n").encode())
+    return {**record, "folder": str(Path(folder))}
+
+
+def _usable_stack(subject: Subject) -> tuple[ImageStack | None, tuple[str, ...]]:
+    """The photographs, where they show the texels of the material, and a sentence where they do not."""
+    stack = subject.stack
+    if stack is None:
+        return None, ()
+    if stack.radiance.shape[1:3] != subject.maps.size:
+        return None, ("the material was cut to a tile, so that it is not compared with the photographs",)
+    return stack, ()
+
+
+def _own_errors(subject: Subject, wanted: dict[str, Floats], stack: ImageStack | None) -> Steps[dict[str, Any]]:
+    """Errors of the material before it leaves: of its photographs, and of its power law against its slices."""
+    material, found = subject.material, {"name": subject.material.name, "brdf": subject.material.brdf}
+    figures: dict[str, Any] = {"rmse_rel": None, "rmse_rel_power_law": None}
+    if stack is not None:
+        figures["rmse_rel"] = yield from part(photograph_error(material_shown(material), stack), 0.3, 0.35)
+    if material.power_law is not None and material.shading_map is not None:
+        measured = yield from part(loss(material_shown(material, "power-law"), wanted, subject.maps.size), 0.35, 0.4)
+        figures["rmse_rel_power_law"] = measured.mean_rmse_rel
+    return {**found, **figures}
+
+
+def _errors(
+    made: Contents, wanted: dict[str, Floats], subject: Subject, stack: ImageStack | None
+) -> Steps[dict[str, Any]]:
+    """The measured errors of a target, None for what does not apply."""
+    figures: dict[str, Any] = {"rmse_rel": None, "rmse_rel_reference": None, "flip": None, "by_environment": {}}
+    if made.shown is None:
+        return figures
+    yield Step(0.0, "measuring the error")
+    if stack is not None:
+        figures["rmse_rel"] = yield from part(photograph_error(made.shown, stack), 0.0, 0.4)
+    measured = yield from part(loss(made.shown, wanted, subject.maps.size), 0.4, 1.0)
+    return {
+        **figures,
+        "rmse_rel_reference": measured.mean_rmse_rel,
+        "flip": measured.mean_flip,
+        "by_environment": {
+            name: {"rmse_rel": measured.rmse_rel[name], "flip": measured.flip[name]} for name in measured.rmse_rel
+        },
+    }

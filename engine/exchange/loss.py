@@ -1,0 +1,232 @@
+"""Error of leaving the shading map: pictures of an exported representation against those of the material itself.
+
+The pictures show a ball from afar, its texture projected from the front, so that one pixel shows one texel, under each
+of three environments, each in place as `LIGHTS` directional lights; a ball casts no shadow on itself. The reference
+looks the material up within the sum over lights, as `engine.render.direct` does; it takes the slices where the material
+has them. Nothing is filtered: what differs is the representation. Against the photographs, a representation is lit as
+each lamp of the stack lit it and seen from straight above. About 1 s a representation on one core.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.accuracy.compare import comparison
+from engine.capture.report import grid_step
+from engine.core.directions import normalize
+from engine.core.steps import Step, Steps, part
+from engine.exchange.metallic_roughness import reflectance
+from engine.geometry.camera import frame
+from engine.geometry.shapes import shape
+from engine.light.environment import DistantLights
+from engine.light.light_tree import chosen_lights
+from engine.light.sky import built_in
+from engine.render.direct import looked_up, mip_levels
+from engine.scene.material import Material
+from engine.scene.scene import Scene, Source
+from engine.surface.pbr_maps import PbrMaps
+
+if TYPE_CHECKING:
+    from engine.capture.stack import ImageStack
+
+Floats = NDArray[np.float64]
+
+#: Environments of the reference pictures: soft light from a room, a low sun, and an even sky.
+ENVIRONMENTS = ("studio", "noon", "overcast")
+
+#: Directional lights that stand for an environment, and the ball's diameter in pixels.
+LIGHTS, DIAMETER = 48, 160
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Points of surface that are seen: their texels, their frames, and the viewer in these.
+
+    Attributes
+    ----------
+    row, column : (N,) texels. frame : (N, 3, 3) with columns tangent, bitangent, normal. wo : (N, 3) in the frame.
+    mask : (H, W) bool, the pixels that the points lie in, in their order.
+    """
+
+    row: NDArray[np.int64]
+    column: NDArray[np.int64]
+    frame: Floats
+    wo: Floats
+    mask: NDArray[np.bool_]
+
+    def picture(self, values: Floats) -> NDArray[np.float32]:
+        """(H, W, 3) with the values (N, 3) of the points, 0 elsewhere."""
+        picture = np.zeros((*self.mask.shape, 3), np.float32)
+        picture[self.mask] = values
+        return picture
+
+
+#: A representation: radiance (N, 3) of the points of a view under lights.
+Shown = Callable[[View, DistantLights], Floats]
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Relative RMSE and mean ꟻLIP under each environment, by name."""
+
+    rmse_rel: dict[str, float]
+    flip: dict[str, float]
+
+    @property
+    def mean_rmse_rel(self) -> float:
+        """Root of the mean square over the environments."""
+        return float(np.sqrt(np.mean(np.square(list(self.rmse_rel.values())))))
+
+    @property
+    def mean_flip(self) -> float:
+        return float(np.mean(list(self.flip.values())))
+
+
+def ball(height: int, width: int, diameter: int = DIAMETER) -> View:
+    """A ball of so many pixels over the middle of maps of `height` x `width` texels, which repeat."""
+    place = (np.arange(diameter) + 0.5) / (0.5 * diameter) - 1.0
+    x, y = np.meshgrid(place, -place)
+    mask = x**2 + y**2 < 0.97
+    x, y = x[mask], y[mask]
+    z = np.sqrt(1.0 - x**2 - y**2)
+    rows, columns = np.nonzero(mask)
+    normal = np.column_stack([x, y, z])
+    tangent = normalize(np.column_stack([z, np.zeros_like(x), -x]))
+    frames = np.stack([tangent, np.cross(normal, tangent), normal], axis=2)
+    return View(
+        row=(rows + (height - diameter) // 2) % height,
+        column=(columns + (width - diameter) // 2) % width,
+        frame=frames,
+        wo=np.ascontiguousarray(frames[:, 2, :]),
+        mask=mask,
+    )
+
+
+def material_shown(material: Material, source: Source = "slices") -> Shown:
+    """The material as its slices or its power law show it."""
+    mesh = shape("plane")
+    camera = frame(mesh.positions, 1.0)
+    scene = Scene(mesh, camera, material.reflectance, material, source=source)
+    levels = mip_levels(scene.shading)[:1]
+    height, width = levels[0].shape[1:3]
+
+    def shown(view: View, lights: DistantLights) -> Floats:
+        def terms() -> Iterator[tuple[NDArray[np.int64], Floats, Floats, Floats]]:
+            for lit, wi, irradiance in _lit(view, lights):
+                yield lit, scene.brdf.f(wi, view.wo[lit]), wi[:, 2], irradiance
+
+        uv = np.column_stack([(view.column + 0.5) / width, (view.row + 0.5) / height])
+        return looked_up(scene, levels, uv, [np.zeros_like(uv)] * 2, terms())
+
+    return shown
+
+
+def maps_shown(maps: PbrMaps) -> Shown:
+    """PBR maps: f cos summed over lights, in the frame that the map of normals bends."""
+
+    def shown(view: View, lights: DistantLights) -> Floats:
+        at = (view.row, view.column)
+        normal = maps.normal[at].astype(np.float64)
+        value = np.zeros((len(view.row), 3))
+        bent = replace(view, frame=_bent(view.frame, normal))
+        wo = np.einsum("nij,ni->nj", bent.frame, np.einsum("nij,nj->ni", view.frame, view.wo))
+        for lit, wi, irradiance in _lit(bent, lights):
+            there = (at[0][lit], at[1][lit])
+            f = reflectance(
+                wi,
+                wo[lit],
+                maps.base_colour[there],
+                maps.roughness[there],
+                maps.metallic[there],
+                maps.f0[there],
+            )
+            value[lit] += f * wi[:, 2:] * irradiance
+        return value
+
+    return shown
+
+
+def references(material: Material) -> Steps[dict[str, Floats]]:
+    """Radiance (N, 3) of the ball of the material under each environment."""
+    shown, view = material_shown(material), ball(*_size(material))
+    pictures = {}
+    for number, name in enumerate(ENVIRONMENTS):
+        yield Step(number / len(ENVIRONMENTS), f"Reference, {name}")
+        pictures[name] = shown(view, environment_lights(name))
+    return pictures
+
+
+def loss(shown: Shown, wanted: dict[str, Floats], size: tuple[int, int]) -> Steps[Loss]:
+    """The error of a representation of maps of `size` (H, W) against the pictures that `references` made."""
+    view = ball(*size)
+    rmse_rel, flip = {}, {}
+    for number, (name, values) in enumerate(wanted.items()):
+        yield Step(number / len(wanted), f"Comparing under {name}")
+        found = shown(view, environment_lights(name))
+        comparing = comparison(view.picture(found), view.picture(values), view.mask)
+        error = yield from part(comparing, (number + 0.5) / len(wanted), (number + 1.0) / len(wanted))
+        rmse_rel[name], flip[name] = error.rmse_rel, error.flip
+    return Loss(rmse_rel, flip)
+
+
+def photograph_error(shown: Shown, stack: ImageStack) -> Steps[float]:
+    """Relative RMSE of a representation of the size of the stack's photographs, each under its own lamp from above.
+
+    On a regular grid of at most 65,536 texels. A stack without azimuths is of an arc towards +x.
+    """
+    height, width = stack.radiance.shape[1:3]
+    step = grid_step(height, width)
+    rows, columns = np.arange(step // 2, height, step), np.arange(step // 2, width, step)
+    row, column = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
+    frames = np.broadcast_to(np.eye(3), (len(row), 3, 3))
+    above = np.broadcast_to(np.array([0.0, 0.0, 1.0]), (len(row), 3))
+    view = View(row, column, frames, above, np.ones((len(rows), len(columns)), np.bool_))
+    azimuth = np.zeros(len(stack.elevation)) if stack.azimuth is None else stack.azimuth
+    apart = whole = 0.0
+    for number, (elevation, around) in enumerate(zip(stack.elevation, azimuth, strict=True)):
+        yield Step(number / len(azimuth), "comparing with the photographs")
+        across = np.cos(elevation)
+        lamp = np.array([[across * np.cos(around), across * np.sin(around), np.sin(elevation)]])
+        found = shown(view, DistantLights(lamp, np.ones((1, 3))))
+        photograph = [stack.radiance[number, line : line + 1, step // 2 : width : step][0] for line in rows]
+        wanted = np.concatenate(photograph).astype(np.float64)
+        apart += float(np.sum((found - wanted) ** 2))
+        whole += float(np.sum(wanted**2))
+    return float(np.sqrt(apart / whole)) if whole > 0.0 else 0.0
+
+
+@lru_cache(maxsize=len(ENVIRONMENTS))
+def environment_lights(name: str) -> DistantLights:
+    """The directional lights that stand for a built-in environment."""
+    return chosen_lights(built_in(name), LIGHTS)
+
+
+def _size(material: Material) -> tuple[int, int]:
+    if material.shading_map is not None:
+        height, width = material.shading_map.slices.shape[1:3]
+    else:
+        assert material.power_law is not None
+        height, width = material.power_law.error_map.shape
+    return height, width
+
+
+def _lit(view: View, lights: DistantLights) -> Iterator[tuple[NDArray[np.int64], Floats, Floats]]:
+    """For each light the points that it reaches, its direction (M, 3) in their frames, and its irradiance (3,)."""
+    for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
+        wi = np.einsum("nij,i->nj", view.frame, direction)
+        lit = np.flatnonzero(wi[:, 2] > 0.0)
+        if lit.size:
+            yield lit, wi[lit], irradiance
+
+
+def _bent(frames: Floats, normal: Floats) -> Floats:
+    """Frames (N, 3, 3) whose normal is the one that a map says in them (N, 3), their tangent turned as little."""
+    up = np.einsum("nij,nj->ni", frames, normal)
+    tangent = normalize(frames[..., 0] - up * np.sum(frames[..., 0] * up, axis=1, keepdims=True))
+    return np.stack([tangent, np.cross(up, tangent), up], axis=2)

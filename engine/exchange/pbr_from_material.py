@@ -1,0 +1,224 @@
+"""PBR maps nearest to a material, for programs that know no shading map.
+
+A material reflects S(r) at a texel, r = σ Y(f_r(wi, wo)) cos θi (Kautz2004 Eq. 2), in place of f cos θi. The maps
+minimise, texel by texel, the mean of |S(r) − f cos θi|² over pairs of directions: the light anywhere above the surface,
+the viewer as a ball shows its surface to one, with a density of cos θo. Half of the pairs are drawn so and half by the
+BRDF, so that narrow highlights are met; both count by the balance heuristic (Veach1997 Sec. 9.2).
+
+For a given roughness, metallic and f0, f cos θi is linear in the base colour b, b A + B:
+
+    dielectric   A = (1 − F) cos θi / π,           B = F L cos θi         with F = f0 + (1 − f0) g,
+    metal        A = (1 − g) L cos θi,             B = g L cos θi         with L = D G / (4 n·l n·v), g = (1 − h·wi)⁵,
+
+and S is linear in the slices s, S = Σ h_l(r) s_l. So b = (⟨A, S⟩ − ⟨A, B⟩) / ⟨A, A⟩, and its error, are sums over
+slices with weights that all texels share; the directions are gone before the first texel is looked at. The roughness
+of each texel is the best of `ROUGHNESSES`, metallic the best for the whole material, and f0 what every importer takes
+for granted. Normals are flat, because a shading map does not hold the side that light came from; shades of relief are
+in the base colour, darker than the surface is. About 20 ns a texel, slice and roughness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.sampling import sampler_of
+from engine.core.colour import luminance
+from engine.core.directions import normalize
+from engine.core.errors import UsageError
+from engine.core.steps import Step, Steps
+from engine.exchange.metallic_roughness import lobe_and_grazing
+from engine.scene.material import Material, auto_sigma
+from engine.shading.lookup import layer_at, share_and_gain
+from engine.surface.pbr_maps import DIELECTRIC_F0, ObservedSlopes, PbrMaps
+
+Floats = NDArray[np.float64]
+
+#: Values that are tried for each texel.
+ROUGHNESSES = tuple(float(value) for value in np.linspace(0.08, 1.0, 24).round(3))
+
+#: Pairs of directions.
+PAIRS = 1 << 13
+
+#: Slices that stand for a power law, texels that metallic is chosen by, and texels of one step.
+LAYERS, CHOSEN_BY, TILE = 17, 1 << 13, 1 << 16
+
+
+@dataclass(frozen=True, eq=False)
+class Kind:
+    """One choice of metallic and roughness: ⟨A, h_l⟩ and ⟨B, h_l⟩ (L,), ⟨A, A⟩, ⟨A, B⟩ and ⟨B, B⟩."""
+
+    metallic: float
+    roughness: float
+    slope: Floats
+    offset: Floats
+    aa: float
+    ab: float
+    bb: float
+
+
+def nearest_maps(material: Material) -> Steps[PbrMaps]:
+    """The maps nearest to `material`, with flat normals, no height and no occlusion; UsageError without a map.
+
+    `errors` are unknown: `engine.exchange.loss` measures them.
+    """
+    yield Step(0.0, "comparing directions")
+    layers = _Layers(material)
+    wi, wo, weight = _directions(material)
+    hats = _hats(material, wi, wo, layers.count)
+    gram = (hats * weight) @ hats.T
+    kinds = _kinds(wi, wo, weight, hats)
+    yield Step(0.1, "choosing metallic")
+    chosen = _best_of_material(kinds, gram, layers.sample(CHOSEN_BY))
+    base = np.empty((*layers.size, 3), np.float32)
+    roughness = np.empty(layers.size, np.float32)
+    rows = max(1, TILE // layers.size[1])
+    for top in range(0, layers.size[0], rows):
+        part = slice(top, min(top + rows, layers.size[0]))
+        base[part], roughness[part] = _fitted(chosen, gram, layers.rows(part))
+        yield Step(0.2 + 0.8 * part.stop / layers.size[0], "finding the nearest maps")
+    flat = np.zeros((*layers.size, 3), np.float32)
+    flat[..., 2] = 1.0
+    return PbrMaps(
+        base_colour=base,
+        normal=flat,
+        roughness=roughness,
+        metallic=np.full(layers.size, chosen[0].metallic, np.float32),
+        f0=np.full(layers.size, DIELECTRIC_F0, np.float32),
+        observed=ObservedSlopes("none"),
+    )
+
+
+def cavity(material: Material) -> NDArray[np.float32] | None:
+    """Share of a uniform sky that a texel shows, of what flat ground as bright under the highest lamp would, (H, W).
+
+    On a Lambertian look-up r is r_max cos θ, and a texel of exponent K has ∫ (cos θ)^K dω = 2π / (K + 1) where flat
+    ground has π: 2 / (K + 1), at most 1. K is that of the channels together, by luminance. The lamps stood on one arc;
+    the sky is taken to look alike from all sides. None without a power law.
+    """
+    if material.power_law is None:
+        return None
+    share: NDArray[np.float32] = np.minimum(2.0 / (luminance(material.power_law.exponent) + 1.0), 1.0)
+    return share.astype(np.float32)
+
+
+class _Layers:
+    """The slices of a material by rows, S as a piecewise linear function of r; negative noise counts as 0."""
+
+    def __init__(self, material: Material) -> None:
+        if material.shading_map is None and material.power_law is None:
+            raise UsageError("the material has neither a shading map nor a power law")
+        self._map, self._law = material.shading_map, material.power_law
+        if self._map is not None:
+            self.count, height, width = self._map.slices.shape[:3]
+        else:
+            assert self._law is not None
+            self.count, (height, width) = LAYERS, self._law.error_map.shape
+        self.size = (height, width)
+
+    def rows(self, part: slice) -> Floats:
+        """(L, rows, W, 3)."""
+        if self._map is not None:
+            return np.maximum(self._map.slices[:, part], 0.0).astype(np.float64)
+        assert self._law is not None
+        law, shares = self._law, np.linspace(0.0, 1.0, self.count)
+        if law.kept is not None:
+            return np.stack([law.slice_image(law.r_max * share)[part] for share in shares]).astype(np.float64)
+        few = replace(law, **{name: getattr(law, name)[part] for name in ("scale", "exponent", "error_map")})
+        return np.stack([few.slice_image(few.r_max * share) for share in shares]).astype(np.float64)
+
+    def sample(self, count: int) -> Floats:
+        """(L, rows, W, 3) of evenly spaced rows with about `count` texels."""
+        height, width = self.size
+        wanted = np.unique(np.linspace(0, height - 1, min(height, max(1, count // width))).astype(int))
+        return np.concatenate([self.rows(slice(row, row + 1)) for row in wanted], axis=1)
+
+
+def _directions(material: Material) -> tuple[Floats, Floats, Floats]:
+    """Pairs of directions (M, 3) each, and weights (M,) that sum to 1."""
+    from scipy.stats import qmc
+
+    u = qmc.Sobol(6, seed=0).random(PAIRS)
+    radius, phi = np.sqrt(u[:, 0]), 2.0 * np.pi * u[:, 1]
+    wo = np.column_stack([radius * np.cos(phi), radius * np.sin(phi), np.sqrt(np.maximum(1.0 - u[:, 0], 1e-6))])
+    wo = normalize(wo)
+    height, around = u[:, 2], 2.0 * np.pi * u[:, 3]
+    sine = np.sqrt(1.0 - height**2)
+    wi = np.column_stack([sine * np.cos(around), sine * np.sin(around), height])
+    sampler = sampler_of(material.reflectance)
+    drawn = PAIRS // 2
+    wi[:drawn] = sampler.sample(wo[:drawn], u[:drawn, 3:])
+    above = wi[:, 2] > 1e-4
+    wi, wo = wi[above], wo[above]
+    uniform = 0.5 / np.pi
+    weight = uniform / (0.5 * uniform + 0.5 * sampler.pdf(wi, wo))
+    return wi, wo, weight / weight.sum()
+
+
+def _hats(material: Material, wi: Floats, wo: Floats, count: int) -> Floats:
+    """(L, M) the share of each slice in S at each pair."""
+    shading = material.shading_map or material.power_law
+    assert shading is not None
+    brdf = material.reflectance
+    sigma = material.sigma
+    if sigma is None:
+        sigma = auto_sigma(brdf, np.radians(material.elevation_deg), shading.r_max)
+    r = sigma * luminance(brdf.f(wi, wo)) * wi[:, 2]
+    lower, beyond = layer_at(share_and_gain(r, shading.r_max, "clamp")[0], count)
+    hats, pairs = np.zeros((count, len(wi))), np.arange(len(wi))
+    hats[lower, pairs] = 1.0 - beyond
+    hats[lower + 1, pairs] += beyond
+    return hats
+
+
+def _kinds(wi: Floats, wo: Floats, weight: Floats, hats: Floats) -> dict[float, list[Kind]]:
+    """All kinds by metallic, in rising roughness."""
+    kinds: dict[float, list[Kind]] = {0.0: [], 1.0: []}
+    for roughness in ROUGHNESSES:
+        lobe, grazing = lobe_and_grazing(wi, wo, roughness)
+        fresnel = DIELECTRIC_F0 + (1.0 - DIELECTRIC_F0) * grazing
+        pairs = {0.0: ((1.0 - fresnel) / np.pi, fresnel * lobe), 1.0: ((1.0 - grazing) * lobe, grazing * lobe)}
+        for metallic, (a, b) in pairs.items():
+            a, b = a * wi[:, 2], b * wi[:, 2]
+            sums = [float(weight @ product) for product in (a * a, a * b, b * b)]
+            kinds[metallic].append(Kind(metallic, roughness, hats @ (weight * a), hats @ (weight * b), *sums))
+    return kinds
+
+
+def _best_of_material(kinds: dict[float, list[Kind]], gram: Floats, layers: Floats) -> list[Kind]:
+    """The kinds of the metallic that describes the texels of `layers` best."""
+    own = _own_square(gram, layers)
+    totals = {}
+    for metallic, family in kinds.items():
+        errors = np.stack([_base_and_error(kind, layers, own)[1] for kind in family])
+        totals[metallic] = float(errors.min(axis=0).sum())
+    return kinds[min(totals, key=lambda metallic: totals[metallic])]
+
+
+def _fitted(family: list[Kind], gram: Floats, layers: Floats) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Base colour (rows, W, 3) and roughness (rows, W) of least error."""
+    own = _own_square(gram, layers)
+    best = np.full(layers.shape[1:3], np.inf)
+    base, roughness = np.zeros(layers.shape[1:]), np.zeros(layers.shape[1:3])
+    for kind in family:
+        colour, error = _base_and_error(kind, layers, own)
+        better = error < best
+        best = np.where(better, error, best)
+        base[better], roughness[better] = colour[better], kind.roughness
+    return base.astype(np.float32), roughness.astype(np.float32)
+
+
+def _own_square(gram: Floats, layers: Floats) -> Floats:
+    """⟨S, S⟩ summed over channels, (rows, W)."""
+    return np.einsum("lijc,lijc->ij", np.tensordot(gram, layers, axes=(1, 0)), layers)
+
+
+def _base_and_error(kind: Kind, layers: Floats, own: Floats) -> tuple[Floats, Floats]:
+    """Base colour (rows, W, 3) of least error, and that error (rows, W)."""
+    along_a = np.tensordot(kind.slope, layers, axes=(0, 0))
+    along_b = np.tensordot(kind.offset, layers, axes=(0, 0))
+    base = np.clip((along_a - kind.ab) / kind.aa, 0.0, 1.0)
+    error = base * (base * kind.aa - 2.0 * along_a + 2.0 * kind.ab) - 2.0 * along_b + kind.bb
+    return base, own + error.sum(axis=2)

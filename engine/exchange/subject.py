@@ -1,0 +1,88 @@
+"""A material on its way out: what every target is made of, what is asked of it, and what it becomes.
+
+Names of files are those of the material in letters, digits, `-` and `_`, which every importer takes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.exchange.loss import Shown
+from engine.scene.material import Material
+from engine.surface.pbr_maps import PbrMaps
+
+if TYPE_CHECKING:
+    from engine.capture.stack import ImageStack
+
+#: Codings of textures: PNG of 8 or 16 bits, or OpenEXR half floats.
+Coding = Literal["png8", "png16", "exr"]
+CODINGS: tuple[Coding, ...] = ("png8", "png16", "exr")
+
+#: Direction of y in maps of normals: up as in OpenGL, down as in DirectX; None is what the preset's program reads.
+Handedness = Literal["opengl", "directx"]
+HANDEDNESSES: tuple[Handedness, ...] = ("opengl", "directx")
+
+_LONGEST_NAME = 60
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """The material that leaves.
+
+    Attributes
+    ----------
+    maps : PBR maps nearest to it, or measured ones.
+    cavity : (H, W) of `engine.exchange.pbr_from_material`, None without a power law.
+    stack : its photographs, where they are at hand.
+    """
+
+    material: Material
+    maps: PbrMaps
+    cavity: NDArray[np.float32] | None = None
+    stack: ImageStack | None = None
+
+    @property
+    def name(self) -> str:
+        """The material's name as a part of file names."""
+        return plain_name(self.material.name)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Choices of a person for all targets; see `engine.exchange.textures` for presets."""
+
+    preset: str = "blender"
+    coding: Coding = "png8"
+    normal: Handedness | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """Files and figures of a target.
+
+    Attributes
+    ----------
+    files : content by path within the target's folder, in the order of writing.
+    shown : the representation as its files hold it, rounding included; None where it shows no spatial picture.
+    bytes_per_texel : that shading one point reads.
+    record : further JSON values for the record of the export, such as the range of a height map.
+    """
+
+    files: Mapping[str, bytes]
+    shown: Shown | None = None
+    bytes_per_texel: float | None = None
+    warnings: tuple[str, ...] = ()
+    record: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+
+def plain_name(name: str) -> str:
+    """`name` in letters, digits, `-` and `_`, beginning with a letter: a word in every format."""
+    plain = re.sub(r"[^A-Za-z0-9_-]+", "_", name).strip("_-")[:_LONGEST_NAME] or "material"
+    return plain if plain[0].isalpha() else f"m_{plain}"

@@ -1,0 +1,73 @@
+"""`lightarc export` as a person runs it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.cli import export as verb
+from app.command_line import main
+from engine.bundle.bundle import save_bundle
+from engine.core.steps import drain
+from engine.exchange.export import NAMES, RECORD
+from engine.exchange.subject import CODINGS
+from engine.exchange.textures import PRESETS
+from tests.engine.exchange.materials import woven_material
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return drain(save_bundle(tmp_path_factory.mktemp("bundle") / "woven.lightarc", woven_material()))
+
+
+def run(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, Any]:
+    code = main([*map(str, words), "--json"])
+    output = capsys.readouterr().out
+    return code, json.loads(output) if output else None
+
+
+def test_the_options_are_those_of_the_engine() -> None:
+    assert verb.TARGETS == NAMES
+    assert tuple(PRESETS) == verb.PRESETS
+    assert verb.CODINGS == CODINGS
+
+
+def test_each_target_states_files_and_errors(bundle: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, result = run(capsys, "export", bundle, "--to", *NAMES, "-o", tmp_path / "out")
+    assert code == 0
+    assert [made["target"] for made in result["targets"]] == list(NAMES)
+    for made in result["targets"]:
+        sizes = [(tmp_path / "out" / name).stat().st_size for name in made["files"]]
+        assert made["bytes"] == sum(sizes)
+        assert made["rmse_rel"] is None
+    textures = result["targets"][0]
+    assert 0.0 < textures["rmse_rel_reference"] < 1.0
+    assert 0.0 < textures["flip"] < 1.0
+    assert set(textures["by_environment"]) == {"studio", "noon", "overcast"}
+    record = json.loads((tmp_path / "out" / RECORD).read_text())
+    assert record["targets"] == result["targets"]
+
+
+def test_an_export_replaces_an_export_and_nothing_else(
+    bundle: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert run(capsys, "export", bundle, "--to", "textures", "-o", out)[0] == 0
+    assert run(capsys, "export", bundle, "--to", "textures", "--preset", "godot", "-o", out)[0] == 0
+    assert sorted(path.name for path in (out / "textures").iterdir()) == [
+        *("A_cloth_woven_albedo.png", "A_cloth_woven_normal.png", "A_cloth_woven_orm.png")
+    ]
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "letter.txt").write_text("dear")
+    assert run(capsys, "export", bundle, "--to", "textures", "-o", mine)[0] == 3
+    assert (mine / "letter.txt").read_text() == "dear"
+
+
+def test_a_file_that_is_no_bundle_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "x.lightarc").write_bytes(b"no")
+    assert run(capsys, "export", tmp_path / "x.lightarc", "--to", "textures", "-o", tmp_path / "out")[0] == 3
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,69 @@
+"""Materials for the tests of exports."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from engine.core.steps import drain
+from engine.exchange.pbr_from_material import cavity, nearest_maps
+from engine.exchange.subject import Subject
+from engine.scene.material import Material
+from engine.shading.power_law import PowerLawMap
+from engine.shading.shading_map import ShadingMap
+from engine.surface.pbr_maps import ObservedSlopes, PbrMaps
+
+R_MAX = 1000.0
+
+
+def linear_material(tint: Any, brdf: str, *, height: int = 6, width: int = 5, slices: int = 4) -> Material:
+    """S(r) = tint r up to R_MAX, beyond which no BRDF of the tests goes, and sigma 1: tint f cos."""
+    share = np.linspace(0.0, R_MAX, slices)[:, None, None, None]
+    values = np.broadcast_to(share * np.asarray(tint), (slices, height, width, 3)).astype(np.float32)
+    means = values.mean(axis=(1, 2, 3)).astype(np.float64)
+    return Material(ShadingMap(values, R_MAX, means), None, brdf=brdf, sigma=1.0, name="linear")
+
+
+def woven_law(height: int = 24, width: int = 20) -> PowerLawMap:
+    """A power law of colours and exponents that differ from texel to texel."""
+    rng = np.random.default_rng(7)
+    return PowerLawMap(
+        scale=rng.uniform(0.05, 0.6, (height, width, 3)).astype(np.float32),
+        exponent=rng.uniform(0.4, 2.0, (height, width, 3)).astype(np.float32),
+        r_max=0.3,
+        rms=0.01,
+        rms_per_channel=np.full(3, 0.01),
+        error_map=np.zeros((height, width), np.float32),
+    )
+
+
+def woven_material(height: int = 24, width: int = 20) -> Material:
+    law = woven_law(height, width)
+    return Material(None, law, brdf="phong:exponent=20", elevation_deg=(10.0, 45.0, 80.0), name="A cloth, woven")
+
+
+def woven_subject() -> Subject:
+    material = woven_material()
+    return Subject(material, drain(nearest_maps(material)), cavity(material))
+
+
+def measured_maps(height: int = 12, width: int = 10) -> PbrMaps:
+    """Maps with everything in them, as a dome of lamps gives them."""
+    rng = np.random.default_rng(3)
+    normal = rng.normal(size=(height, width, 3)) * (0.3, 0.3, 0.0) + (0.0, 0.0, 1.0)
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    return PbrMaps(
+        base_colour=rng.uniform(0.0, 1.0, (height, width, 3)).astype(np.float32),
+        normal=normal.astype(np.float32),
+        roughness=rng.uniform(0.1, 1.0, (height, width)).astype(np.float32),
+        metallic=rng.uniform(0.0, 1.0, (height, width)).astype(np.float32),
+        f0=np.full((height, width), 0.06, np.float32),
+        height=rng.normal(size=(height, width)).astype(np.float32),
+        occlusion=rng.uniform(0.2, 1.0, (height, width)).astype(np.float32),
+        observed=ObservedSlopes("both"),
+    )
+
+
+def measured_subject() -> Subject:
+    return Subject(woven_material(12, 10), measured_maps(), cavity(woven_material(12, 10)))

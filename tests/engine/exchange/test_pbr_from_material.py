@@ -1,0 +1,90 @@
+"""The maps nearest to a material: exact where the material is one of theirs, and never worse than others elsewhere."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from engine.core.errors import UsageError
+from engine.core.steps import drain
+from engine.exchange import loss
+from engine.exchange.pbr_from_material import ROUGHNESSES, cavity, nearest_maps
+from engine.scene.material import Material
+from engine.surface.pbr_maps import PbrMaps
+
+from .materials import R_MAX, linear_material, woven_law, woven_material
+
+FINE = ROUGHNESSES[8]
+
+
+@pytest.mark.parametrize("metallic", [0.0, 1.0])
+def test_a_material_that_is_metallic_roughness_is_found(metallic: float) -> None:
+    """S(r) = r with the model itself: base colour, roughness and metallic come back."""
+    brdf = f"metallic-roughness:base_color=0.5,metallic={metallic},roughness={FINE}"
+    maps = drain(nearest_maps(linear_material((1.0, 1.0, 1.0), brdf)))
+    assert maps.metallic == pytest.approx(metallic)
+    assert maps.roughness == pytest.approx(FINE)
+    assert maps.base_colour == pytest.approx(0.5, abs=1e-5)
+    assert maps.observed.kind == "none"
+    assert (maps.normal == (0.0, 0.0, 1.0)).all()
+
+
+def test_a_diffuse_material_has_its_albedo() -> None:
+    """Without a highlight to speak of, base colour is nearly π S / cos: 0.96 of it is not reflected by the surface."""
+    maps = drain(nearest_maps(linear_material((1.0, 0.5, 0.25), "lambert:albedo=0.6")))
+    assert maps.metallic.max() == 0.0
+    ratio = maps.base_colour[0, 0] / maps.base_colour[0, 0, 0]
+    assert ratio == pytest.approx((1.0, 0.5, 0.25), abs=0.06)
+    assert 0.45 < maps.base_colour[0, 0, 0] < 0.65
+
+
+def test_no_other_maps_are_nearer() -> None:
+    """Any change of the maps makes pictures under light from all sides worse: the minimum is one."""
+    material = woven_material()
+    maps = drain(nearest_maps(material))
+    view, lights = loss.ball(24, 20, 48), loss.environment_lights("overcast")
+    wanted = loss.material_shown(material)(view, lights)
+
+    def total(changed: PbrMaps) -> float:
+        return float(np.sum((loss.maps_shown(changed)(view, lights) - wanted) ** 2))
+
+    least = total(maps)
+    for changed in (
+        dataclasses.replace(maps, base_colour=np.clip(1.25 * maps.base_colour, 0.0, 1.0)),
+        dataclasses.replace(maps, base_colour=(0.8 * maps.base_colour)),
+        dataclasses.replace(maps, roughness=np.clip(maps.roughness + 0.2, 0.0, 1.0)),
+        dataclasses.replace(maps, base_colour=np.ascontiguousarray(maps.base_colour[::-1])),
+    ):
+        assert total(changed) > least
+
+
+def test_slices_and_power_law_agree_where_they_are_one() -> None:
+    """An exponent of 1 is linear in r, as two slices are."""
+    slices = linear_material((0.5, 0.25, 0.125), "phong:exponent=20", slices=2)
+    law = dataclasses.replace(
+        woven_law(6, 5),
+        scale=np.broadcast_to(np.array((0.5, 0.25, 0.125)) * R_MAX, (6, 5, 3)).astype(np.float32),
+        exponent=np.ones((6, 5, 3), np.float32),
+        r_max=R_MAX,
+    )
+    one = drain(nearest_maps(slices))
+    other = drain(nearest_maps(dataclasses.replace(slices, shading_map=None, power_law=law)))
+    np.testing.assert_allclose(one.base_colour, other.base_colour, atol=1e-6)
+    np.testing.assert_array_equal(one.roughness, other.roughness)
+
+
+def test_cavity_is_the_integral_that_it_stands_for() -> None:
+    law = dataclasses.replace(woven_law(3, 2), exponent=np.full((3, 2, 3), 2.5, np.float32))
+    material = dataclasses.replace(woven_material(3, 2), power_law=law)
+    cosine = (np.arange(100_000) + 0.5) / 100_000
+    shown = 2.0 * np.pi * np.mean(cosine**2.5) / np.pi
+    found = cavity(material)
+    assert found is not None
+    assert found == pytest.approx(shown, rel=1e-4)
+
+
+def test_a_material_without_maps_is_refused() -> None:
+    with pytest.raises(UsageError, match="neither"):
+        drain(nearest_maps(Material(None, None)))

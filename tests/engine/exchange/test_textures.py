@@ -1,0 +1,126 @@
+"""Textures: values come back from the files, under the names that importers look for."""
+
+from __future__ import annotations
+
+import io
+import re
+
+import cv2
+import numpy as np
+import OpenEXR
+import pytest
+
+from engine.core.errors import UsageError
+from engine.core.steps import drain
+from engine.exchange.subject import CODINGS, Coding, Settings
+from engine.exchange.textures import PRESETS, contents, rounded
+
+from .materials import measured_maps, measured_subject, woven_subject
+
+
+def decoded(content: bytes) -> np.ndarray:
+    pixels = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    assert pixels is not None
+    picture = np.atleast_3d(pixels)
+    order = {1: [0], 3: [2, 1, 0], 4: [2, 1, 0, 3]}[picture.shape[2]]
+    return picture[..., order].astype(np.float64) / np.iinfo(picture.dtype).max
+
+
+def linear(coded: np.ndarray) -> np.ndarray:
+    """IEC 61966-2-1, written here anew."""
+    return np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)
+
+
+@pytest.mark.parametrize(("coding", "half_code"), [("png8", 0.5 / 255), ("png16", 0.5 / 65535)])
+def test_values_come_back_from_png(coding: Coding, half_code: float) -> None:
+    subject = measured_subject()
+    maps, made = subject.maps, drain(contents(subject, Settings("blender", coding)))
+    assert maps.occlusion is not None
+    assert maps.height is not None
+    files = {re.sub(r"A_cloth_woven_|\.png", "", name): decoded(content) for name, content in made.files.items()}
+    assert set(files) == {"base_color", "normal", "roughness", "metallic", "height", "ao", "cavity"}
+    one = half_code * 1.001 + 1e-7
+    np.testing.assert_allclose(linear(files["base_color"]), maps.base_colour, atol=2.3 * one)
+    np.testing.assert_allclose(2.0 * files["normal"] - 1.0, maps.normal, atol=2.0 * one)
+    for name, values in (("roughness", maps.roughness), ("metallic", maps.metallic), ("ao", maps.occlusion)):
+        np.testing.assert_allclose(files[name][..., 0], values, atol=one)
+    low, high = made.record["height_range_texels"]
+    np.testing.assert_allclose(low + (high - low) * files["height"][..., 0], maps.height, atol=(high - low) * one)
+
+
+def test_values_come_back_from_openexr() -> None:
+    subject = measured_subject()
+    made = drain(contents(subject, Settings("blender", "exr")))
+    with OpenEXR.File(io.BytesIO(made.files["A_cloth_woven_base_color.exr"])) as file:
+        pixels = file.channels()["RGB"].pixels
+    np.testing.assert_array_equal(pixels, subject.maps.base_colour.astype(np.float16))
+    with OpenEXR.File(io.BytesIO(made.files["A_cloth_woven_height.exr"])) as file:
+        np.testing.assert_array_equal(file.channels()["Y"].pixels, np.asarray(subject.maps.height, np.float16))
+
+
+@pytest.mark.parametrize("coding", CODINGS)
+def test_the_error_is_that_of_the_rounded_maps(coding: Coding) -> None:
+    maps = measured_maps()
+    back = rounded(maps, coding)
+    assert np.abs(back.roughness - maps.roughness).max() <= (0.5001 / 255 if coding == "png8" else 3e-4)
+    assert not np.array_equal(back.base_colour, maps.base_colour)
+    np.testing.assert_allclose(np.linalg.norm(back.normal, axis=2), 1.0, atol=1e-6)
+
+
+def test_normals_of_directx_point_down() -> None:
+    subject = measured_subject()
+    up = decoded(drain(contents(subject, Settings("gltf"))).files["A_cloth_woven_normal.png"])
+    down = decoded(drain(contents(subject, Settings("gltf", normal="directx"))).files["A_cloth_woven_normal.png"])
+    np.testing.assert_allclose(up[..., 1] + down[..., 1], 1.0, atol=1.01 / 255)
+    np.testing.assert_array_equal(up[..., [0, 2]], down[..., [0, 2]])
+    assert drain(contents(subject, Settings("unreal"))).record["normal"] == "directx"
+
+
+def test_packed_channels_are_where_programs_read_them() -> None:
+    subject = measured_subject()
+    maps = subject.maps
+    assert maps.occlusion is not None
+    for preset, name in (("unreal", "T_A_cloth_woven_ORM"), ("godot", "A_cloth_woven_orm")):
+        orm = decoded(drain(contents(subject, Settings(preset))).files[f"{name}.png"])
+        for channel, values in enumerate((maps.occlusion, maps.roughness, maps.metallic)):
+            np.testing.assert_allclose(orm[..., channel], values, atol=0.51 / 255)
+    mask = decoded(drain(contents(subject, Settings("unity"))).files["A_cloth_woven_MaskMap.png"])
+    for channel, values in enumerate((maps.metallic, maps.occlusion, np.ones_like(maps.f0), 1.0 - maps.roughness)):
+        np.testing.assert_allclose(mask[..., channel], values, atol=0.51 / 255)
+
+
+#: Words in names by which Blender's Node Wrangler (Principled Texture Setup) knows sockets, from its preferences.
+NODE_WRANGLER = {
+    "base_color": "diffuse diff albedo base col color basecolor",
+    "normal": "normal nor nrm nrml norm",
+    "roughness": "roughness rough rgh",
+    "metallic": "metallic metalness metal mtl",
+    "height": "displacement displace disp dsp height heightmap",
+    "ao": "ao ambient occlusion",
+}
+
+
+def test_node_wrangler_sorts_the_files_of_blender() -> None:
+    for name in drain(contents(measured_subject(), Settings("blender"))).files:
+        words = re.split(r"[_.\s]", name.lower().removeprefix("a_cloth_woven_").removesuffix(".png"))
+        matching = {socket for socket, tags in NODE_WRANGLER.items() if set(words) & set(tags.split())}
+        assert matching == ({"_".join(words)} if words != ["cavity"] else set()), name
+
+
+def test_what_is_not_known_is_left_out_and_said() -> None:
+    made = drain(contents(woven_subject(), Settings("substance")))
+    assert [name.rpartition("_")[2] for name in made.files] == [
+        *("BaseColor.png", "Normal.png", "Roughness.png", "Metallic.png", "Cavity.png")
+    ]
+    assert "normals are flat: lamps on one arc do not show the side that a slope faces" in made.warnings
+    assert any(warning.startswith("no height") for warning in made.warnings)
+    orm = decoded(
+        drain(contents(woven_subject(), Settings("gltf"))).files["A_cloth_woven_occlusionRoughnessMetallic.png"]
+    )
+    assert (orm[..., 0] == 1.0).all()
+
+
+def test_presets_are_known() -> None:
+    assert set(PRESETS) == {"blender", "unreal", "unity", "godot", "substance", "gltf"}
+    with pytest.raises(UsageError, match="unreal"):
+        drain(contents(woven_subject(), Settings("cinema")))
