@@ -23,7 +23,8 @@ from PySide6.QtWidgets import QApplication
 
 from app.viewport.gl_surface import request_format
 from app.widgets import theme
-from app.window.main_window import WORKSPACES, MainWindow
+from app.window.main_window import MainWindow
+from app.window.top_bar import WORKSPACES
 from engine.factor.settings import FactorSettings
 from engine.light.lamps import LampSettings
 
@@ -67,11 +68,11 @@ def main() -> int:
     window.show_workspace("material")
     window.material.show_what.buttons["error"].click()
     save(window, options.folder / "4-error-map.png")
-    window.jobs_dock.show()
+    window.docks.jobs.show()
     window.show_workspace("view")
     window.view.lookup.source.buttons["power-law"].click()
     save(window, options.folder / "5-view-jobs.png")
-    window.jobs_dock.hide()
+    window.docks.jobs.hide()
     compared(window, options.folder, "6-dark")
     docks(window, options.folder, "8-dark")
     window.set_theme("light")
@@ -111,7 +112,7 @@ def compared(window: MainWindow, folder: Path, state: str) -> None:
 def docks(window: MainWindow, folder: Path, state: str) -> None:
     """The docks: cost of accuracy, effects planned, forced and planned anew, a bake, health and the self-test."""
     window.show_workspace("view")
-    document, effects, accuracy = window.bench.document, window.effects_dock, window.accuracy_dock
+    document, effects, accuracy = window.bench.document, window.docks.effects, window.docks.accuracy
     document.change("Plan", look=replace(document.project.look, forced=(), skipped=(), mode="direct"))
     window.bench.load_environment("studio")
     wait_until(lambda: effects.plan is not None)
@@ -134,11 +135,11 @@ def docks(window: MainWindow, folder: Path, state: str) -> None:
     wait_until(lambda: window.view.bakings["sh"].ready is not None or window.view.bakings["sh"].is_made)
     grab(window, folder / f"{state}-bake.png")
     window.self_test()
-    wait_until(lambda: window.health_dock.job is None)
+    wait_until(lambda: window.docks.health.job is None)
     for width, height in SIZES:
         window.resize(width, height)
         grab(window, folder / f"{state}-self-test-{width}.png")
-    window.health_dock.hide()
+    window.docks.health.hide()
 
 
 def grab(window: MainWindow, path: Path) -> None:

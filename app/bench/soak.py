@@ -307,7 +307,7 @@ class _Hand:
         self.window.set_theme(self.chance.choice(("dark", "light")))
 
     def docks(self) -> None:
-        for dock in (self.window.lobe_dock, self.window.health_dock, self.window.jobs_dock):
+        for dock in (self.window.docks.lobes, self.window.docks.health, self.window.docks.jobs):
             if self.chance.random() < 0.5:
                 dock.setVisible(not dock.isVisible())
 

@@ -15,7 +15,7 @@ import logging
 import os
 import shutil
 import tempfile
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -88,6 +88,31 @@ def save(settings: Settings, folder: Path | None) -> None:
 def with_recent(recent: tuple[str, ...], path: str) -> tuple[str, ...]:
     """`path` first, each once, at most `RECENT` of them."""
     return (path, *(other for other in recent if other != path))[:RECENT]
+
+
+class Remembered:
+    """The settings of one window, `now`; without a folder they are forgotten."""
+
+    def __init__(self, folder: Path | None) -> None:
+        self.folder = folder
+        self.now = load(folder)
+
+    def change(self, **values: Any) -> None:
+        """Take other values, by their names in `Settings`; they are on disk when the window closes."""
+        self.now = replace(self.now, **values)
+
+    def opened(self, path: Path, folder: Path) -> None:
+        """Remember `path` as what was opened last, from `folder`: on disk at once, with what other windows opened."""
+        self.change(recent=with_recent(self._recent(), str(path)), last_folder=str(folder))
+        save(self.now, self.folder)
+
+    def keep(self, **values: Any) -> None:
+        """Write them, because the window closes."""
+        self.change(recent=self._recent(), **values)
+        save(self.now, self.folder)
+
+    def _recent(self) -> tuple[str, ...]:
+        return load(self.folder).recent if self.folder is not None else self.now.recent
 
 
 def _from_json(values: Any) -> Settings:

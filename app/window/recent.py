@@ -1,9 +1,8 @@
-"""Projects and files that were opened lately: written at once, shown with pictures, and marked where they are gone."""
+"""Projects and files that were opened lately: shown with pictures, and marked where they are gone."""
 
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import logging
 from collections.abc import Callable
 from functools import partial
@@ -18,8 +17,6 @@ from app.project.places import is_untitled
 from app.project.project_file import ENDING
 from app.project.report import identity
 from app.project.thumbnail import SIZE, keep_thumbnail, pictured, thumbnail_of
-from app.session import settings
-from app.session.settings import Settings
 from app.widgets import theme
 from app.window.projects import Projects
 from engine.core.errors import FileError
@@ -32,14 +29,6 @@ HEIGHT = 36
 
 #: Largest file of a picture that is read, in bytes.
 MOST_BYTES = 1 << 20
-
-
-def remembered(now: Settings, config: Path | None, path: Path, folder: Path) -> Settings:
-    """`now` with `path` as what was opened last, from `folder`; on disk at once, with what other windows opened."""
-    known = settings.load(config).recent if config is not None else now.recent
-    changed = dataclasses.replace(now, recent=settings.with_recent(known, str(path)), last_folder=str(folder))
-    settings.save(changed, config)
-    return changed
 
 
 def fill(menu: QMenu, recent: tuple[str, ...], open_path: Callable[[Path], None]) -> None:

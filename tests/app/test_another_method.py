@@ -116,7 +116,7 @@ def test_the_window_has_it_with_a_panel(window: MainWindow, qtbot: Any) -> None:
     assert scene.scene is not None
     assert isinstance(scene.scene.relit, ambient_occlusion.RelitOcclusion)
     assert np.ptp(scene.scene.relit.rows) < 0.2
-    assert window.accuracy_dock.modes.findData(NAME) >= 0
+    assert window.docks.accuracy.modes.findData(NAME) >= 0
 
 
 def test_no_file_of_the_product_names_it() -> None:

@@ -44,7 +44,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
     document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
     window.show_workspace("view")
-    dock = window.accuracy_dock
+    dock = window.docks.accuracy
     qtbot.waitUntil(lambda: window.view.scene(document.project) is not None and dock.isVisible(), timeout=LONG)
     qtbot.waitUntil(lambda: dock.plot.width() > 200, timeout=LONG)
     return window
@@ -59,7 +59,7 @@ def measured(window: MainWindow) -> Accuracy:
 
 
 def click(window: MainWindow, qtbot: Any, setting: Setting) -> None:
-    plot = window.accuracy_dock.plot
+    plot = window.docks.accuracy.plot
     qtbot.wait(50)
     place = plot.place_of(setting)
     assert place is not None
@@ -72,7 +72,7 @@ def test_all_axes_of_the_engine_are_there() -> None:
 
 
 def test_points_are_shown_kept_and_undone(view: MainWindow) -> None:
-    dock = view.accuracy_dock
+    dock = view.docks.accuracy
     assert "Nothing measured yet" in dock.words.text()
     found = measured(view)
     assert dock.accuracy is found
@@ -92,7 +92,7 @@ def test_a_click_applies_mode_and_knobs(view: MainWindow, qtbot: Any, monkeypatc
     look = view.bench.document.project.look
     assert (look.mode, look.directions) == ("direct", 256)
     assert view.view.setting == POINTS[1].setting
-    assert view.accuracy_dock.plot.current == POINTS[1].setting
+    assert view.docks.accuracy.plot.current == POINTS[1].setting
     click(view, qtbot, POINTS[3].setting)
     assert view.bench.document.project.look.mode == "wavelet"
     assert (
@@ -103,7 +103,7 @@ def test_a_click_applies_mode_and_knobs(view: MainWindow, qtbot: Any, monkeypatc
 
 def test_arrow_keys_reach_points_and_enter_applies_one(view: MainWindow, qtbot: Any) -> None:
     measured(view)
-    plot = view.accuracy_dock.plot
+    plot = view.docks.accuracy.plot
     with qtbot.waitSignal(plot.picked) as picked:
         for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Return):
             qtbot.keyClick(plot, key)
@@ -116,7 +116,7 @@ def test_arrow_keys_reach_points_and_enter_applies_one(view: MainWindow, qtbot: 
 )
 def test_a_budget_names_the_best_setting(view: MainWindow, qtbot: Any, words: str, setting: Setting) -> None:
     measured(view)
-    dock = view.accuracy_dock
+    dock = view.docks.accuracy
     dock.applied.disconnect(view.view.apply_setting)
     dock.budget.setText(words)
     assert setting_text(setting) in dock.words.text()
@@ -127,7 +127,7 @@ def test_a_budget_names_the_best_setting(view: MainWindow, qtbot: Any, words: st
 
 def test_it_says_when_none_does_and_what_a_budget_is(view: MainWindow) -> None:
     measured(view)
-    dock = view.accuracy_dock
+    dock = view.docks.accuracy
     dock.budget.setText("0.1 %")
     assert "No measured setting keeps within it" in dock.words.text()
     dock.budget.setText("fast")
@@ -137,7 +137,7 @@ def test_it_says_when_none_does_and_what_a_budget_is(view: MainWindow) -> None:
 
 def test_another_light_makes_points_stale(view: MainWindow) -> None:
     measured(view)
-    dock = view.accuracy_dock
+    dock = view.docks.accuracy
     assert not dock.is_stale
     view.bench.document.change("Light", environment=open_environment("sky"))
     assert dock.is_stale
@@ -145,7 +145,7 @@ def test_another_light_makes_points_stale(view: MainWindow) -> None:
 
 
 def test_measuring_fills_the_plot(view: MainWindow, qtbot: Any) -> None:
-    dock = view.accuracy_dock
+    dock = view.docks.accuracy
     dock.modes.setCurrentIndex(dock.modes.findData("direct"))
     dock.time.addItem("a moment", 2)
     dock.time.setCurrentIndex(dock.time.findData(2))
@@ -158,19 +158,19 @@ def test_measuring_fills_the_plot(view: MainWindow, qtbot: Any) -> None:
 
 
 def test_docks_of_the_view_come_and_go_with_it(window: MainWindow, qtbot: Any) -> None:
-    docks = (window.accuracy_dock, window.effects_dock)
+    docks = (window.docks.accuracy, window.docks.effects)
     assert not any(dock.isVisible() for dock in docks)
     window.show_workspace("view")
     qtbot.waitUntil(lambda: all(dock.isVisible() for dock in docks), timeout=LONG)
-    window.accuracy_dock.close()
+    window.docks.accuracy.close()
     window.show_workspace("brdf")
     assert not any(dock.isVisible() for dock in docks)
     window.show_workspace("view")
     assert [dock.isVisible() for dock in docks] == [False, True]
     window._keep_settings()
-    assert window.of_view.closed == ("accuracy",)
-    window.of_view.actions[1].trigger()
-    assert window.accuracy_dock.isVisible()
+    assert window.docks.of_view.closed == ("accuracy",)
+    window.docks.of_view.actions[1].trigger()
+    assert window.docks.accuracy.isVisible()
 
 
 def test_settings_go_to_the_window_and_back() -> None:
@@ -200,24 +200,24 @@ def test_settings_are_reported_in_words() -> None:
 
 
 def test_before_anything_is_measured_the_axes_have_no_numbers(view: MainWindow) -> None:
-    axes = [view.accuracy_dock.plot.getPlotItem().getAxis(side) for side in ("bottom", "left")]
+    axes = [view.docks.accuracy.plot.getPlotItem().getAxis(side) for side in ("bottom", "left")]
     assert all(axis._tickLevels == [] for axis in axes)
     measured(view)
     assert all(axis._tickLevels != [] for axis in axes)
 
 
 def test_what_lies_below_shares_the_place_of_accuracy_in_a_narrow_window(view: MainWindow) -> None:
-    for dock in view.other_docks:
+    for dock in view.docks.others:
         dock.show()
     view.resize(1280, 800)
-    assert set(view.other_docks) <= set(view.tabifiedDockWidgets(view.accuracy_dock))
+    assert set(view.docks.others) <= set(view.tabifiedDockWidgets(view.docks.accuracy))
     view.resize(1920, 1000)
-    assert not set(view.other_docks) & set(view.tabifiedDockWidgets(view.accuracy_dock))
+    assert not set(view.docks.others) & set(view.tabifiedDockWidgets(view.docks.accuracy))
 
 
 def test_points_come_back_with_the_scene_that_they_are_of(view: MainWindow) -> None:
     """Another scene makes them stale, taking that back makes them good again, and so it does with the sweep itself."""
-    found, stack, dock = measured(view), view.bench.document.undo_stack, view.accuracy_dock
+    found, stack, dock = measured(view), view.bench.document.undo_stack, view.docks.accuracy
     view.bench.document.change("Another", mesh=ball())
     assert dock.is_stale
     stack.undo()

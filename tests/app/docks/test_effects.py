@@ -25,13 +25,13 @@ def planned(window: MainWindow, qtbot: Any) -> MainWindow:
     material = dataclasses.replace(document.project.material, brdf="lambert:albedo=0.5")
     document.change("Ball", mesh=ball(), environment=open_environment("sky"), material=material)
     window.show_workspace("view")
-    qtbot.waitUntil(lambda: window.effects_dock.plan is not None, timeout=LONG)
+    qtbot.waitUntil(lambda: window.docks.effects.plan is not None, timeout=LONG)
     return window
 
 
 def row(window: MainWindow, effect: str) -> str:
     place = EFFECTS.index(effect)
-    items = (window.effects_dock.table.item(place, column) for column in range(2))
+    items = (window.docks.effects.table.item(place, column) for column in range(2))
     return " ".join(item.text() for item in items if item is not None)
 
 
@@ -40,7 +40,7 @@ def test_every_effect_has_a_name() -> None:
 
 
 def test_the_plan_is_shown_forced_and_undone(planned: MainWindow, qtbot: Any) -> None:
-    dock = planned.effects_dock
+    dock = planned.docks.effects
     assert dock.table.rowCount() == len(EFFECTS)
     assert row(planned, "self-shadowing").startswith("○")
     assert "skipped" in row(planned, "self-shadowing")
@@ -59,14 +59,14 @@ def test_the_plan_is_shown_forced_and_undone(planned: MainWindow, qtbot: Any) ->
 
 
 def test_the_plan_is_applied_to_the_mode(planned: MainWindow) -> None:
-    dock = planned.effects_dock
+    dock = planned.docks.effects
     assert dock.plan is not None
     dock.apply.click()
     assert planned.view.setting.mode == dock.plan.mode
 
 
 def test_a_budget_is_read_and_refused(planned: MainWindow, qtbot: Any) -> None:
-    dock = planned.effects_dock
+    dock = planned.docks.effects
     before = dock.plan
     dock.budget.setText("8 ms")
     dock.budget.editingFinished.emit()
@@ -80,8 +80,8 @@ def test_a_budget_is_read_and_refused(planned: MainWindow, qtbot: Any) -> None:
 
 def test_without_an_environment_it_says_what_is_needed(planned: MainWindow) -> None:
     planned.bench.document.change("One light", environment=None)
-    assert "needs an environment" in planned.effects_dock.words.text()
-    assert planned.effects_dock.plan is None
+    assert "needs an environment" in planned.docks.effects.words.text()
+    assert planned.docks.effects.plan is None
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_rows_have_shorter_forms_for_narrow_docks() -> None:
 
 
 def test_a_narrow_dock_cuts_no_words(planned: MainWindow) -> None:
-    dock = planned.effects_dock
+    dock = planned.docks.effects
     for width in (300, 420, 640):
         dock.setFloating(True)
         dock.resize(width, 300)

@@ -26,7 +26,7 @@ DOUBTFUL = Health({"clipped_texels": 12.0, "edge_error_px": 0.25}, (Finding(Verd
 
 def rows(window: MainWindow) -> dict[str, list[str]]:
     """The words of each part, and of what is under it."""
-    tree = window.health_dock.tree
+    tree = window.docks.health.tree
     found = {}
     for at in range(tree.topLevelItemCount()):
         top = tree.topLevelItem(at)
@@ -53,9 +53,9 @@ def test_every_result_is_reported_with_its_figures_and_a_verdict(window: MainWin
 
 
 def test_the_status_bar_opens_it(window: MainWindow) -> None:
-    assert not window.health_dock.isVisible()
+    assert not window.docks.health.isVisible()
     window.status.health_clicked.emit()
-    assert window.health_dock.isVisible()
+    assert window.docks.health.isVisible()
 
 
 def test_the_status_bar_tells_of_all_results(window: MainWindow) -> None:
@@ -108,12 +108,12 @@ def test_the_self_test_is_under_help_and_reported_case_by_case(
 
     monkeypatch.setattr(health, "_tested", tested)
     window.self_test()
-    qtbot.waitUntil(lambda: window.health_dock.job is None, timeout=LONG)
+    qtbot.waitUntil(lambda: window.docks.health.job is None, timeout=LONG)
     reported = rows(window)["Self-test"]
     assert reported[1] == ("problem" if fails else "good")
     assert "F1  frames: 1e-16 ≤ 1e-15" in reported
-    assert ("H2" in window.health_dock.words.text()) == fails
-    assert window.health_dock.test.text() == "Self-test"
+    assert ("H2" in window.docks.health.words.text()) == fails
+    assert window.docks.health.test.text() == "Self-test"
 
 
 def test_a_stopped_self_test_says_so(window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -123,9 +123,9 @@ def test_a_stopped_self_test_says_so(window: MainWindow, qtbot: Any, monkeypatch
 
     monkeypatch.setattr(health, "_tested", tested)
     window.self_test()
-    window.health_dock.test.click()
-    qtbot.waitUntil(lambda: window.health_dock.job is None, timeout=LONG)
-    assert "stopped" in window.health_dock.words.text()
+    window.docks.health.test.click()
+    qtbot.waitUntil(lambda: window.docks.health.job is None, timeout=LONG)
+    assert "stopped" in window.docks.health.words.text()
 
 
 def test_reports_are_sentences() -> None:
@@ -136,9 +136,9 @@ def test_reports_are_sentences() -> None:
 
 def test_names_of_results_are_not_cut(window: MainWindow) -> None:
     window.bench.document.change("Ball", mesh=ball(), environment=open_environment("sky"))
-    window.health_dock.show()
+    window.docks.health.show()
     QApplication.processEvents()
-    tree = window.health_dock.tree
+    tree = window.docks.health.tree
     tops = [tree.topLevelItem(at) for at in range(tree.topLevelItemCount())]
     assert tops
     wide = max(tree.fontMetrics().horizontalAdvance(top.text(0)) for top in tops if top is not None)

@@ -28,7 +28,7 @@ def view(window: MainWindow, qtbot: Any) -> MainWindow:
     material = dataclasses.replace(document.project.material, brdf="phong:exponent=5")
     document.change("Ball", mesh=ball(), environment=open_environment("studio"), material=material)
     window.show_workspace("view")
-    qtbot.waitUntil(lambda: window.effects_dock.plan is not None, timeout=LONG)
+    qtbot.waitUntil(lambda: window.docks.effects.plan is not None, timeout=LONG)
     window.bench.jobs.submit("Waiting", _waiting)
     return window
 
@@ -51,7 +51,7 @@ def reached(dock: QDockWidget) -> Iterator[QWidget]:
 
 
 def docks_of(window: MainWindow) -> list[QDockWidget]:
-    return [*window.of_view.docks, *window.other_docks]
+    return [*window.docks.of_view.docks, *window.docks.others]
 
 
 def test_everything_in_a_dock_that_takes_the_keyboard_has_a_name(view: MainWindow) -> None:
@@ -83,7 +83,7 @@ def test_tab_goes_through_docks_as_they_are_read(view: MainWindow, size: tuple[i
 
 
 def test_effects_are_reached_from_the_first_to_the_plan(view: MainWindow) -> None:
-    dock = view.effects_dock
+    dock = view.docks.effects
     names = [widget.accessibleName() or widget.text() for widget in reached(dock)]  # type: ignore[attr-defined]
     assert names[0] == "Shadows"
     assert names[-2:] == ["Budget of the plan", "Use this plan"] or names[-1] == "Budget of the plan"

@@ -55,7 +55,7 @@ def test_a_project_that_cannot_be_written_is_said_kept_and_written_later(
     monkeypatch.setattr(atomic, "fault", full)
     window.bench.load_model("sphere")
     qtbot.waitUntil(lambda: projects.problem != "", timeout=60_000)
-    assert "not saved" in window.title.text()
+    assert "not saved" in window.bar.title.text()
     monkeypatch.setattr(atomic, "fault", None)
     qtbot.waitUntil(lambda: projects.problem == "" and projects.is_saved, timeout=60_000)
     assert read(projects.path).current.mesh is not None

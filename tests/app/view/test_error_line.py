@@ -93,9 +93,9 @@ def test_a_reference_that_is_shown_has_all_pixels_and_tells_its_noise(view: Main
 
 def test_it_can_be_left_out_and_that_is_remembered(view: MainWindow, qtbot: Any, tmp_path: Path) -> None:
     pictures = view.view.pictures
-    view.config = tmp_path
+    view.settings.folder = tmp_path
     wait(qtbot, lambda: pictures.error is not None)
-    view.measure.trigger()
+    view.menus.measure.trigger()
     assert pictures.error is None
     assert not pictures.reference.running
     assert view.status.error.text() == ""
@@ -103,7 +103,7 @@ def test_it_can_be_left_out_and_that_is_remembered(view: MainWindow, qtbot: Any,
     assert not pictures.reference.running
     view._keep_settings()
     assert not settings.load(tmp_path).measure_error
-    view.measure.trigger()
+    view.menus.measure.trigger()
     wait(qtbot, lambda: pictures.error is not None)
 
 

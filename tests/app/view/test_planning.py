@@ -32,7 +32,7 @@ def planned(window: MainWindow, qtbot: Any) -> MainWindow:
 
 
 def wish(window: MainWindow, effect: str, value: str) -> None:
-    box = window.effects_dock.wishes[effect]
+    box = window.docks.effects.wishes[effect]
     box.setCurrentIndex(box.findData(value))
     box.activated.emit(0)
 
@@ -40,7 +40,7 @@ def wish(window: MainWindow, effect: str, value: str) -> None:
 def bake(window: MainWindow, qtbot: Any) -> Baking:
     """Bake what is wanted, once it is known."""
     baking = window.view.bakings["sh"]
-    qtbot.waitUntil(lambda: window.effects_dock.plan is not None and baking.ready is not None, timeout=LONG)
+    qtbot.waitUntil(lambda: window.docks.effects.plan is not None and baking.ready is not None, timeout=LONG)
     window.view.bake_panels["sh"].go.click()
     qtbot.waitUntil(lambda: baking.job is None and baking.is_made, timeout=LONG)
     return baking
@@ -78,7 +78,7 @@ def test_a_forced_effect_is_one_step_and_calls_for_another_bake(planned: MainWin
 
 
 def test_bounces_that_are_forced_are_baked_and_cannot_be_left_out(planned: MainWindow, qtbot: Any) -> None:
-    qtbot.waitUntil(lambda: planned.effects_dock.plan is not None, timeout=LONG)
+    qtbot.waitUntil(lambda: planned.docks.effects.plan is not None, timeout=LONG)
     wish(planned, "interreflection", "on")
     baking, choice = bake(planned, qtbot), planned.view.bake_panels["sh"].choices["interreflection"]
     assert baking.made is not None
@@ -88,7 +88,7 @@ def test_bounces_that_are_forced_are_baked_and_cannot_be_left_out(planned: MainW
 
 
 def test_a_bake_follows_the_plan_although_its_dock_is_closed(planned: MainWindow, qtbot: Any) -> None:
-    planned.effects_dock.close()
+    planned.docks.effects.close()
     planned.bench.document.change("Another", mesh=dataclasses.replace(ball()))
     baking = planned.view.bakings["sh"]
     assert baking.is_planning
@@ -108,7 +108,7 @@ def test_without_a_plan_all_is_baked(planned: MainWindow, qtbot: Any) -> None:
 
 
 def test_choices_of_a_person_go_before_what_the_plan_would_do(planned: MainWindow, qtbot: Any) -> None:
-    dock = planned.effects_dock
+    dock = planned.docks.effects
     qtbot.waitUntil(lambda: dock.plan is not None, timeout=LONG)
     mesh = ball()
     for chosen, expected in ((None, False), (True, True), (False, False)):

@@ -18,7 +18,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QToolButton, QWidget
 
 from app.viewport.gl_surface import GlSurface
-from app.window.main_window import WORKSPACES, MainWindow
+from app.window.main_window import MainWindow
+from app.window.top_bar import WORKSPACES
 from engine.brdf.brdf import brdf_from_text
 from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode, to_display8, tone_map
@@ -185,7 +186,7 @@ def test_fault_19_an_exception_in_a_slot_opens_one_dialog_and_the_program_goes_o
     thread.join()
     wait(qtbot, lambda: len(dialogs(window)) == 1)
     assert "fault in Lightarc" in dialogs(window)[0]
-    assert "ZeroDivisionError" in window.log_dock.words.toPlainText()
+    assert "ZeroDivisionError" in window.docks.log.words.toPlainText()
     window.show_workspace("view")
     assert window.isVisible()
 
@@ -428,8 +429,8 @@ def test_recent_files_and_theme_are_remembered(
     window.set_theme("light")
     window.close()
     again = MainWindow(tmp_path)
-    assert again.settings.recent == (str(photographs),)
-    assert again.settings.theme == "light"
+    assert again.settings.now.recent == (str(photographs),)
+    assert again.settings.now.theme == "light"
     again.close()
     theme.apply(qapp, "dark")
 

@@ -101,7 +101,7 @@ def test_a_second_window_is_read_only_says_so_and_saves_its_changes_elsewhere(
     before = elsewhere.read_bytes()
     window.open_project(elsewhere)
     assert "is open in another window" in window.banners.words["read-only"]
-    assert "read-only" in window.title.text()
+    assert "read-only" in window.bar.title.text()
     gain(window, 5.0)
     qtbot.wait(300)
     assert window.bench.own != data_folder(elsewhere)

@@ -18,7 +18,7 @@ from app.project.project_file import History, Writer
 from app.project.thumbnail import SIZE, picture_of, thumbnail_of
 from app.session import settings
 from app.window.main_window import MainWindow
-from app.window.recent import fill, remembered
+from app.window.recent import fill
 from engine.images.decode import read_image
 from engine.scene.material import Material
 from engine.shading.shading_map import ShadingMap
@@ -48,11 +48,13 @@ def test_what_is_opened_is_remembered_at_once_and_survives_a_kill(tmp_path: Path
 
 
 def test_two_windows_remember_both_of_what_they_open(tmp_path: Path) -> None:
-    one = other = settings.load(tmp_path)
-    one = remembered(one, tmp_path, tmp_path / "one.lap", tmp_path)
-    other = remembered(other, tmp_path, tmp_path / "other.lap", tmp_path)
+    one, other = settings.Remembered(tmp_path), settings.Remembered(tmp_path)
+    one.opened(tmp_path / "one.lap", tmp_path)
+    other.opened(tmp_path / "other.lap", tmp_path)
     assert [Path(text).stem for text in settings.load(tmp_path).recent] == ["other", "one"]
-    assert one.recent == (str(tmp_path / "one.lap"),)
+    assert one.now.recent == (str(tmp_path / "one.lap"),)
+    one.keep(theme="light")
+    assert [Path(text).stem for text in settings.load(tmp_path).recent] == ["other", "one"]
 
 
 def test_projects_have_a_picture_and_what_is_gone_is_marked(
@@ -72,7 +74,7 @@ def test_projects_have_a_picture_and_what_is_gone_is_marked(
     saved(tmp_path / "A & B.lap", "A")
     opened: list[Path] = []
     menu = QMenu()
-    recent = (str(tmp_path / "gone" / "Old.lap"), str(tmp_path / "A & B.lap"), *window.settings.recent)
+    recent = (str(tmp_path / "gone" / "Old.lap"), str(tmp_path / "A & B.lap"), *window.settings.now.recent)
     fill(menu, recent, opened.append)
     entries = menu.actions()
     assert [entry.isEnabled() for entry in entries] == [False, True, True, True]

@@ -1,6 +1,11 @@
-"""Mouse and keyboard, as the Help menu shows them: headings, and the effect of each gesture and key."""
+"""The dialogs of the Help menu: name and version, and the effect of each gesture of the mouse and each key."""
 
 from __future__ import annotations
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+import engine
 
 HELP = """Mouse in the viewport
 Left-drag\trotate the model
@@ -41,9 +46,23 @@ Type\ta number, a unit, or 2*3.5
 Ctrl+click\treset"""
 
 
-def help_table() -> str:
-    """All of it as a table in HTML."""
-    return f"<table cellspacing='0' cellpadding='3'>{''.join(map(_row, HELP.splitlines()))}</table>"
+def show_help(window: QWidget) -> None:
+    """Keys and gestures."""
+    table = f"<table cellspacing='0' cellpadding='3'>{''.join(map(_row, HELP.splitlines()))}</table>"
+    _show(window, "Mouse and keyboard", "Mouse and keyboard", table)
+
+
+def show_about(window: QWidget) -> None:
+    """Name and version."""
+    words = "Ten photographs of a material under a moving lamp become a material.\nMIT licence."
+    _show(window, "About Lightarc", f"Lightarc {engine.__version__}", words)
+
+
+def _show(window: QWidget, title: str, first: str, words: str) -> None:
+    box = QMessageBox(QMessageBox.Icon.NoIcon, title, first, parent=window)
+    box.setInformativeText(words)
+    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    box.open()
 
 
 def _row(line: str) -> str:

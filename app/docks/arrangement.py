@@ -1,0 +1,129 @@
+"""The docks of the window: where they stand, how large they are, and which of them belong to the View workspace.
+
+Effects and accuracy belong to the View workspace and stand below its picture, or right of it where the window is wide
+enough, unless a person has put one of them elsewhere. What else lies below shares the place of accuracy: three docks
+beside each other are too narrow for their words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from PySide6.QtCore import QByteArray, QObject, Qt, QTimer
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QMainWindow
+
+from app.commands.workbench import Workbench
+from app.docks.accuracy import AccuracyDock
+from app.docks.effects import EffectsDock
+from app.docks.health import HealthDock
+from app.docks.jobs_and_log import DocksOf, JobsDock, LogDock
+from app.view.lobe_inspector import LobeInspector
+from app.view.tab import ViewTab
+
+#: Areas of the docks. From the width `WIDE` of the window on, those of the View workspace stand right of the picture.
+BOTTOM, RIGHT = Qt.DockWidgetArea.BottomDockWidgetArea, Qt.DockWidgetArea.RightDockWidgetArea
+WIDE = 1700
+
+#: Across, in pixels, and the share of each of the two along the window.
+DOCK_HEIGHT, DOCK_WIDTH, SHARES = 226, 400, (0.42, 0.58)
+
+
+class Docks(QObject):
+    """Makes and places the docks of `window`."""
+
+    def __init__(self, window: QMainWindow, bench: Workbench, view: ViewTab) -> None:
+        super().__init__(window)
+        self.window = window
+        self.jobs = JobsDock(bench.jobs, window)
+        self.log = LogDock(window)
+        self.accuracy = AccuracyDock(bench, view, window)
+        self.effects = EffectsDock(bench, view, window)
+        self.health = HealthDock(bench, view, window)
+        self.lobes = LobeInspector(bench, view, window)
+        self.of_view = DocksOf(window, (self.effects, self.accuracy))
+        self.others = (self.health, self.lobes, self.jobs, self.log)
+        self._is_view_in_front = False
+        self._has_drawn = False
+        for dock in (self.effects, self.accuracy, *self.others):
+            window.addDockWidget(BOTTOM, dock)
+            dock.hide()
+        self._place(BOTTOM)
+        for dock in self.others:
+            dock.toggleViewAction().triggered.connect(lambda shown, dock=dock: dock.raise_() if shown else None)
+        view.drawn.connect(lambda _seconds: self._picture_drawn())
+
+    @property
+    def actions(self) -> list[QAction]:
+        """The actions that show and hide each of them, in the order of the menu."""
+        others = (self.lobes, self.health, self.jobs, self.log)
+        return [*self.of_view.actions, *(dock.toggleViewAction() for dock in others)]
+
+    def show_of_view(self, is_view_in_front: bool) -> None:
+        """Show those of the View workspace beside it, at the earliest when its picture is on screen."""
+        self._is_view_in_front = is_view_in_front
+        self._show_of_view()
+
+    def show_health(self) -> None:
+        """Bring the health report to the front."""
+        self.health.show()
+        self.health.raise_()
+
+    def follow_width(self) -> None:
+        """Place those of the View workspace anew where the window has become wide, or narrow."""
+        wanted = RIGHT if self.window.width() >= WIDE else BOTTOM
+        now = BOTTOM if wanted == RIGHT else RIGHT
+        docks = self.of_view.docks
+        if all(self.window.dockWidgetArea(dock) == now and not dock.isFloating() for dock in docks):
+            self._place(wanted)
+
+    def restore(self, layout: str, closed: Sequence[str]) -> None:
+        """Let them stand as they did when the program ended, which `layout` describes in Qt's words, in hexadecimal.
+
+        `closed` are those that the person had closed.
+        """
+        if layout:
+            self._is_sized = self.window.restoreState(QByteArray(bytes.fromhex(layout)))
+        self.of_view.close(closed)
+
+    def apply_theme(self) -> None:
+        """Take the colours of the theme."""
+        for dock in (self.effects, self.accuracy, self.health, self.lobes):
+            dock.apply_theme()
+
+    def _place(self, area: Qt.DockWidgetArea) -> None:
+        """Effects and accuracy beside each other below the picture, or above each other right of it."""
+        window, is_lying = self.window, area == BOTTOM
+        for dock in self.of_view.docks:
+            window.addDockWidget(area, dock)
+        direction = Qt.Orientation.Horizontal if is_lying else Qt.Orientation.Vertical
+        window.splitDockWidget(self.effects, self.accuracy, direction)
+        others = [dock for dock in self.others if window.dockWidgetArea(dock) == BOTTOM and not dock.isFloating()]
+        for before, behind in pairwise([self.accuracy, *others] if is_lying else others):
+            window.tabifyDockWidget(before, behind)
+        self._is_sized = False
+        self._show_of_view()
+
+    def _show_of_view(self) -> None:
+        is_shown = self._is_view_in_front and self._has_drawn
+        self.of_view.show(is_shown)
+        if is_shown:
+            QTimer.singleShot(0, self, self._size)
+
+    def _picture_drawn(self) -> None:
+        if not self._has_drawn:
+            self._has_drawn = True
+            QTimer.singleShot(0, self, self._show_of_view)
+
+    def _size(self) -> None:
+        """Give those of the View workspace their part of the window, once they are on screen for the first time."""
+        docks = list(self.of_view.docks)
+        if self._is_sized or not all(dock.isVisible() for dock in docks):
+            return
+        self._is_sized = True
+        window, is_lying = self.window, self.window.dockWidgetArea(docks[0]) == BOTTOM
+        along, across = (window.width(), DOCK_HEIGHT) if is_lying else (window.height(), DOCK_WIDTH)
+        sides = (Qt.Orientation.Horizontal, Qt.Orientation.Vertical)
+        window.resizeDocks(docks, [round(share * along) for share in SHARES], sides[0 if is_lying else 1])
+        window.resizeDocks(docks, [across] * len(docks), sides[1 if is_lying else 0])

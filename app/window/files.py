@@ -1,0 +1,107 @@
+"""Commands of the File menu: projects and files that are opened, saved elsewhere, collected, and remembered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from app.commands.workbench import Workbench
+from app.project.project_file import ENDING
+from app.session.settings import Remembered
+from app.window.arriving import ask_for_photographs
+from app.window.failures import Failures
+from app.window.projects import Projects, ask_for_place, ask_to_open, proposed_name
+from engine.core.errors import FileError
+
+
+class Files(QObject):
+    """Runs them for `window`, and says in words where one fails."""
+
+    def __init__(
+        self,
+        window: QWidget,
+        bench: Workbench,
+        projects: Projects,
+        settings: Remembered,
+        failures: Failures,
+        is_lighting: Callable[[], bool],
+    ) -> None:
+        """`is_lighting` is true where a panorama that is opened becomes the light."""
+        super().__init__(window)
+        self.window, self.bench, self.projects = window, bench, projects
+        self.settings, self.failures, self.is_lighting = settings, failures, is_lighting
+        projects.changed.connect(self._remember_work)
+        projects.opened.connect(self._remember)
+        bench.arrived.connect(self._photographs_arrived)
+
+    def new(self) -> None:
+        """Begin a new project; the one that was open stays on disk."""
+        self.projects.begin()
+        self.bench.wanted.emit("capture")
+
+    def open(self, paths: Sequence[Path]) -> None:
+        """Open `paths` by their content, and remember them."""
+        if not paths:
+            return
+        project = next((path for path in paths if path.suffix.lower() == ENDING), None)
+        if project is not None:
+            self.open_project(project)
+            paths = [path for path in paths if path != project]
+            if not paths:
+                return
+        self.bench.open(paths, lighting=self.is_lighting())
+        self._remember(paths[0] if len(paths) == 1 else paths[0].parent, paths[0].parent)
+
+    def _photographs_arrived(self, paths: Sequence[Path]) -> None:
+        ask_for_photographs(self.window, self.bench, self.new, paths)
+
+    def open_project(self, path: Path) -> None:
+        """Open a project in place of this one, which stays on disk."""
+        try:
+            self.projects.open(path)
+        except FileError as error:
+            self.failures.report("The project cannot be opened", error)
+
+    def choose_project(self) -> None:
+        """Ask for a project and open it."""
+        ask_to_open(self.window, self.open_project, self.settings.now.last_folder or str(self.projects.folder))
+
+    def choose_files(self) -> None:
+        """Ask for photographs, a mesh, measured BRDFs or a bundle, and open them."""
+        chosen, _ = QFileDialog.getOpenFileNames(self.window, "Open", self.settings.now.last_folder)
+        self.open([Path(path) for path in chosen])
+
+    def choose_folder(self) -> None:
+        """Ask for a folder of photographs and open it."""
+        folder = self.settings.now.last_folder
+        chosen = QFileDialog.getExistingDirectory(self.window, "Folder of photographs", folder)
+        self.open([Path(chosen)] if chosen else [])
+
+    def save_as(self) -> None:
+        """Ask for a place, and go on in a copy of the project there."""
+        self._written_to("Save as", self.projects.copy_to)
+
+    def collect(self) -> None:
+        """Ask for a place, and write a copy there that holds its photographs."""
+        self._written_to("Collect", self.projects.collect_to)
+
+    def _written_to(self, title: str, write: Callable[[Path], None]) -> None:
+        folder = Path(self.settings.now.last_folder or Path.home())
+        path = ask_for_place(self.window, title, folder / f"{proposed_name(self.bench.document.project)}{ENDING}")
+        if path is not None:
+            try:
+                write(path)
+            except FileError as error:
+                self.failures.report("The project cannot be written", error)
+
+    def _remember(self, path: Path, folder: Path | None = None) -> None:
+        self.settings.opened(path, folder or path.parent)
+
+    def _remember_work(self) -> None:
+        """Remember the open project as soon as there is work in it."""
+        path, now = self.projects.path, self.settings.now
+        if now.recent[:1] != (str(path),) and self.projects.is_saved and self.projects.is_worth_keeping():
+            self._remember(path, Path(now.last_folder or path.parent))

@@ -1,0 +1,106 @@
+"""The menus of the window, with the keys of their commands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction, QKeySequence, QUndoStack
+from PySide6.QtWidgets import QMenu, QMenuBar
+
+from app.docks.arrangement import Docks
+from app.session.settings import Remembered
+from app.window.files import Files
+from app.window.recent import fill as fill_recent
+from app.window.top_bar import WORKSPACES
+
+
+class Menus(QMenuBar):
+    """Runs the commands of the File menu itself; the others are signals.
+
+    Signals
+    -------
+    workspace_wanted, theme_wanted : a workspace or a theme, by its name.
+    measuring_wanted : whether the error of the picture is measured.
+    history_wanted, help_wanted, self_test_wanted, reports_wanted, about_wanted : a dialog, a folder or a test.
+    """
+
+    workspace_wanted = Signal(str)
+    theme_wanted = Signal(str)
+    measuring_wanted = Signal(bool)
+    history_wanted = Signal()
+    help_wanted = Signal()
+    self_test_wanted = Signal()
+    reports_wanted = Signal()
+    about_wanted = Signal()
+
+    def __init__(self, files: Files, undo_stack: QUndoStack, docks: Docks, settings: Remembered) -> None:
+        super().__init__()
+        self.files, self.settings = files, settings
+        self._fill_file(self.addMenu("&File"))
+        self._fill_edit(self.addMenu("&Edit"), undo_stack)
+        self._fill_view(self.addMenu("&View"), docks)
+        self._fill_help(self.addMenu("&Help"))
+
+    def _fill_file(self, menu: QMenu) -> None:
+        files = self.files
+        add(menu, "New project", "Ctrl+N", files.new)
+        add(menu, "Open project…", "", files.choose_project)
+        add(menu, "Save as…", "Ctrl+Shift+S", files.save_as)
+        add(menu, "Collect…", "", files.collect)
+        add(menu, "Close project", "Ctrl+W", files.new)
+        menu.addSeparator()
+        add(menu, "Open files…", "Ctrl+O", files.choose_files)
+        add(menu, "Open folder…", "Ctrl+Shift+O", files.choose_folder)
+        self.recent = menu.addMenu("Open recent")
+        self.recent.aboutToShow.connect(self._fill_recent)
+        add(menu, "Sample capture", "", files.bench.open_sample)
+        menu.addSeparator()
+        add(menu, "Export bundle…", "Ctrl+E", partial(self.workspace_wanted.emit, "export"))
+        menu.addSeparator()
+        add(menu, "Quit", "Ctrl+Q", files.window.close)
+
+    def _fill_recent(self) -> None:
+        fill_recent(self.recent, self.settings.now.recent, lambda path: self.files.open([path]))
+
+    def _fill_edit(self, menu: QMenu, undo_stack: QUndoStack) -> None:
+        self.undo = undo_stack.createUndoAction(self, "Undo")
+        self.undo.setShortcuts([QKeySequence("Ctrl+Z")])
+        self.redo = undo_stack.createRedoAction(self, "Redo")
+        self.redo.setShortcuts([QKeySequence("Ctrl+Shift+Z"), QKeySequence("Ctrl+Y")])
+        menu.addAction(self.undo)
+        menu.addAction(self.redo)
+        add(menu, "History…", "", self.history_wanted.emit)
+
+    def _fill_view(self, menu: QMenu, docks: Docks) -> None:
+        menu.setToolTipsVisible(True)
+        for place, (name, words) in enumerate(WORKSPACES.items()):
+            add(menu, words, f"Ctrl+{place + 1}", partial(self.workspace_wanted.emit, name))
+        menu.addSeparator()
+        add(menu, "Dark theme", "", partial(self.theme_wanted.emit, "dark"))
+        add(menu, "Light theme", "", partial(self.theme_wanted.emit, "light"))
+        menu.addSeparator()
+        self.measure = add(menu, "Error of the picture", "", self._measure_or_not)
+        self.measure.setCheckable(True)
+        self.measure.setChecked(self.settings.now.measure_error)
+        self.measure.setToolTip("Compare the picture of the View workspace with a reference, while no other job runs")
+        menu.addSeparator()
+        menu.addActions(docks.actions)
+
+    def _measure_or_not(self) -> None:
+        self.measuring_wanted.emit(self.measure.isChecked())
+
+    def _fill_help(self, menu: QMenu) -> None:
+        add(menu, "Mouse and keyboard", "F1", self.help_wanted.emit)
+        add(menu, "Self-test", "", self.self_test_wanted.emit)
+        add(menu, "Crash reports…", "", self.reports_wanted.emit)
+        add(menu, "About Lightarc", "", self.about_wanted.emit)
+
+
+def add(menu: QMenu, words: str, keys: str, run: Callable[[], object]) -> QAction:
+    """A command at the end of `menu`."""
+    action = menu.addAction(words)
+    action.setShortcut(QKeySequence(keys))
+    action.triggered.connect(lambda _checked=False: run())
+    return action
