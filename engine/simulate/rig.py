@@ -139,7 +139,7 @@ def height_px(table: Table) -> NDArray[np.float32]:
 
 
 def reference_maps(table: Table) -> dict[str, NDArray[np.float32]]:
-    """Maps of the surface, (H / FINE, W / FINE), each the mean over the texels of a pixel, as a capture should find them.
+    """Maps of the surface, (H / FINE, W / FINE), each the mean over a pixel's texels, as a capture should find them.
 
     `normal` (…, 3) are unit vectors x to the right of the picture, y up, z towards the camera; `albedo` (…, 3) is
     diffuse reflectance and `specular` (…, 3) reflectance at normal incidence; `roughness` is the root of GGX alpha.
