@@ -85,9 +85,8 @@ def _with_names(message: str, files: list[str]) -> str:
         number = int(match[1])
         return f"{files[number]}:{match[2]}" if number < len(files) else match[0]
 
-    for position in _POSITIONS:
-        message = position.sub(named, message)
-    return message
+    spoken = next((position for position in _POSITIONS if position.search(message)), None)
+    return spoken.sub(named, message) if spoken else message
 
 
 def set_uniforms(program: Any, values: Mapping[str, Any]) -> None:
