@@ -27,7 +27,7 @@ from engine.geometry.shapes import shape
 from engine.light.environment import DistantLights
 from engine.light.light_tree import chosen_lights
 from engine.light.sky import built_in
-from engine.render.direct import looked_up, mip_levels
+from engine.render.direct import Terms, looked_up, mip_levels
 from engine.scene.material import Material
 from engine.scene.scene import Scene, Source
 from engine.surface.pbr_maps import PbrMaps
@@ -117,9 +117,9 @@ def material_shown(material: Material, source: Source = "slices") -> Shown:
     height, width = levels[0].shape[1:3]
 
     def shown(view: View, lights: DistantLights) -> Floats:
-        def terms() -> Iterator[tuple[NDArray[np.int64], Floats, Floats, Floats]]:
+        def terms() -> Terms:
             for lit, wi, irradiance in _lit(view, lights):
-                yield lit, scene.brdf.f(wi, view.wo[lit]), wi[:, 2], irradiance
+                yield lit, scene.brdf.f(wi, view.wo[lit]), wi[:, 2], irradiance, wi[:, :2]
 
         uv = np.column_stack([(view.column + 0.5) / width, (view.row + 0.5) / height])
         return looked_up(scene, levels, uv, [np.zeros_like(uv)] * 2, terms())
@@ -208,7 +208,9 @@ def environment_lights(name: str) -> DistantLights:
 
 
 def _size(material: Material) -> tuple[int, int]:
-    if material.shading_map is not None:
+    if material.directional is not None:
+        height, width = material.directional.planes.shape[1:]
+    elif material.shading_map is not None:
         height, width = material.shading_map.slices.shape[1:3]
     else:
         assert material.power_law is not None
