@@ -1,7 +1,8 @@
 """The export: a folder in which each target has a folder of its own, and a record of the error of each.
 
 `TARGETS` lists them once; the command line, the window and the record read it. A target is a function from subject and
-settings to files; errors are measured here, alike for all (`engine.exchange.loss`).
+settings to a representation, whose errors are measured here, alike for all (`engine.exchange.loss`), and one to files,
+which state those errors wherever their format has a place for words.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import engine
 from engine.core.errors import UsageError
+from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, part
-from engine.exchange import textures
-from engine.exchange.loss import Floats, loss, material_shown, photograph_error, references
+from engine.exchange import gltf, materialx, textures, usd
+from engine.exchange.loss import Floats, Shown, loss, material_shown, photograph_error, references
 from engine.exchange.pbr_from_material import cavity, nearest_maps
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.scene.material import Material
@@ -32,14 +34,32 @@ RECORD = "export.json"
 
 @dataclass(frozen=True)
 class Target:
-    """A form in which a material leaves: its name, a sentence for people, and the function that makes its files."""
+    """A form in which a material leaves.
+
+    Attributes
+    ----------
+    words : a sentence for people.
+    shown : the representation as its files hold it, rounding included; None where it shows no picture of the surface.
+    contents : the files, from subject, settings and the sentence that states the errors.
+    """
 
     name: str
     words: str
-    contents: Callable[[Subject, Settings], Steps[Contents]]
+    shown: Callable[[Subject, Settings], Shown | None]
+    contents: Callable[[Subject, Settings, str], Steps[Contents]]
 
 
-TARGETS: tuple[Target, ...] = (Target("textures", "PBR textures, named and packed for a program", textures.contents),)
+def in_8_bits(subject: Subject, _settings: Settings) -> Shown:
+    """The PBR maps in pictures of 8 bits."""
+    return subject.shown_as("png8")
+
+
+TARGETS: tuple[Target, ...] = (
+    Target("textures", "PBR textures, named and packed for a program", textures.shown, textures.contents),
+    Target("materialx", "MaterialX: OpenPBR and glTF PBR surfaces", in_8_bits, materialx.contents),
+    Target("gltf", "glTF: a ball with the material, as .glb", in_8_bits, gltf.contents),
+    Target("usd", "USD: a ball with UsdPreviewSurface, as .usdz", in_8_bits, usd.contents),
+)
 
 NAMES = tuple(target.name for target in TARGETS)
 
@@ -78,30 +98,45 @@ def export(
         "material": (yield from _own_errors(subject, wanted, usable)),
         "targets": [],
     }
+    measured: dict[Shown | None, dict[str, Any]] = {}
     with atomic_folder(folder, RECORD) as place:
-        for number, target in enumerate(chosen):
-            start = 0.4 + 0.6 * number / len(chosen)
-            stop = 0.4 + 0.6 * (number + 1) / len(chosen)
+        for index, target in enumerate(chosen):
+            start, stop = (0.4 + 0.6 * place_in / len(chosen) for place_in in (index, index + 1))
             middle = 0.5 * (start + stop)
-            made = yield from part(target.contents(subject, settings), start, middle)
+            shown = target.shown(subject, settings)
+            if shown not in measured:
+                measured[shown] = yield from part(_errors(shown, wanted, subject, usable), start, middle)
+            making = target.contents(subject, settings, statement(measured[shown]))
+            made = yield from part(making, middle, stop)
             for name, content in made.files.items():
                 path = place / target.name / name
                 make_folder(path.parent)
                 write_bytes(path, content)
-            measured = yield from part(_errors(made, wanted, subject, usable), middle, stop)
             record["targets"].append(
                 {
                     "target": target.name,
                     "files": [f"{target.name}/{name}" for name in made.files],
                     "bytes": sum(map(len, made.files.values())),
                     "bytes_per_texel": made.bytes_per_texel,
-                    **measured,
+                    **measured[shown],
                     "warnings": [*made.warnings, *remark],
                     **made.record,
                 }
             )
         write_bytes(place / RECORD, (json.dumps(record, indent=2, allow_nan=False) + "\n").encode())
     return {**record, "folder": str(Path(folder))}
+
+
+def statement(errors: dict[str, Any]) -> str:
+    """The errors of a representation as a sentence in plain ASCII, for files and pages."""
+    if errors["rmse_rel_reference"] is None:
+        return "It shows no picture of the surface."
+    under = ", ".join(errors["by_environment"])
+    shown = f"relative RMSE {percent(errors['rmse_rel_reference'], 3)}, FLIP {number(errors['flip'])}"
+    words = f"Error of leaving the shading map, against the material under {under}: {shown}"
+    if errors["rmse_rel"] is not None:
+        words += f"; against the photographs: relative RMSE {percent(errors['rmse_rel'], 3)}"
+    return f"{words}."
 
 
 def _usable_stack(subject: Subject) -> tuple[ImageStack | None, tuple[str, ...]]:
@@ -127,16 +162,16 @@ def _own_errors(subject: Subject, wanted: dict[str, Floats], stack: ImageStack |
 
 
 def _errors(
-    made: Contents, wanted: dict[str, Floats], subject: Subject, stack: ImageStack | None
+    shown: Shown | None, wanted: dict[str, Floats], subject: Subject, stack: ImageStack | None
 ) -> Steps[dict[str, Any]]:
-    """The measured errors of a target, None for what does not apply."""
+    """The errors of a representation, None for what does not apply."""
     figures: dict[str, Any] = {"rmse_rel": None, "rmse_rel_reference": None, "flip": None, "by_environment": {}}
-    if made.shown is None:
+    if shown is None:
         return figures
     yield Step(0.0, "measuring the error")
     if stack is not None:
-        figures["rmse_rel"] = yield from part(photograph_error(made.shown, stack), 0.0, 0.4)
-    measured = yield from part(loss(made.shown, wanted, subject.maps.size), 0.4, 1.0)
+        figures["rmse_rel"] = yield from part(photograph_error(shown, stack), 0.0, 0.4)
+    measured = yield from part(loss(shown, wanted, subject.maps.size), 0.4, 1.0)
     return {
         **figures,
         "rmse_rel_reference": measured.mean_rmse_rel,

@@ -7,27 +7,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.exchange.loss import Shown
+from engine.exchange.coding import Coding, Handedness, rounded
+from engine.exchange.loss import Shown, maps_shown
 from engine.scene.material import Material
-from engine.surface.pbr_maps import PbrMaps
+from engine.surface.pbr_maps import DIELECTRIC_F0, PbrMaps
 
 if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
-
-#: Codings of textures: PNG of 8 or 16 bits, or OpenEXR half floats.
-Coding = Literal["png8", "png16", "exr"]
-CODINGS: tuple[Coding, ...] = ("png8", "png16", "exr")
-
-#: Direction of y in maps of normals: up as in OpenGL, down as in DirectX; None is what the preset's program reads.
-Handedness = Literal["opengl", "directx"]
-HANDEDNESSES: tuple[Handedness, ...] = ("opengl", "directx")
 
 _LONGEST_NAME = 60
 
@@ -47,6 +40,17 @@ class Subject:
     maps: PbrMaps
     cavity: NDArray[np.float32] | None = None
     stack: ImageStack | None = None
+    _shown: dict[Any, Shown] = field(default_factory=dict, repr=False)
+
+    def shown_as(self, coding: Coding, *, keeps_f0: bool = True) -> Shown:
+        """The PBR maps as readers of textures get them back; one object for equal codings, which is measured once."""
+        maps, plain = self.maps, np.full(self.maps.size, DIELECTRIC_F0, np.float32)
+        keeps_f0 = keeps_f0 and not np.allclose(maps.f0, plain, atol=1e-3)
+        key = (coding, keeps_f0)
+        if key not in self._shown:
+            back = rounded(maps, coding)
+            self._shown[key] = maps_shown(back if keeps_f0 else replace(back, f0=plain))
+        return self._shown[key]
 
     @property
     def name(self) -> str:
@@ -56,7 +60,8 @@ class Subject:
 
 @dataclass(frozen=True)
 class Settings:
-    """Choices of a person for all targets; see `engine.exchange.textures` for presets."""
+    """Choices of a person for all targets; see `engine.exchange.textures` for presets, whose program `normal` None
+    leaves the direction of y to."""
 
     preset: str = "blender"
     coding: Coding = "png8"
@@ -70,13 +75,11 @@ class Contents:
     Attributes
     ----------
     files : content by path within the target's folder, in the order of writing.
-    shown : the representation as its files hold it, rounding included; None where it shows no spatial picture.
     bytes_per_texel : that shading one point reads.
     record : further JSON values for the record of the export, such as the range of a height map.
     """
 
     files: Mapping[str, bytes]
-    shown: Shown | None = None
     bytes_per_texel: float | None = None
     warnings: tuple[str, ...] = ()
     record: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))

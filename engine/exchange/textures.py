@@ -1,28 +1,24 @@
 """PBR maps as pictures: one folder of textures, named and packed as an importer expects them.
 
-Base colour is sRGB-coded in PNG and linear in OpenEXR; all else is linear data. Normals are (n + 1) / 2 in PNG and n in
-OpenEXR, y up (OpenGL) or down (DirectX). Heights are stretched to [0, 1] in PNG, over the range that the record states
-in widths of a texel, and plain in OpenEXR. A texture of which nothing is known (no height without slopes, no occlusion
-without relief) is left out and named; within a packed texture unknown occlusion is 1. Compression of PNG bounds the
-time, some 30 MB/s.
+A texture of which nothing is known (no height without slopes, no occlusion without relief) is left out and named; in a
+packed texture unknown occlusion is 1. The record states the range of heights in widths of a texel. No preset has a
+place for f0: importers take 0.04, and the error is measured so. See `engine.exchange.coding` for the codes.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
-from engine.exchange.loss import maps_shown
-from engine.exchange.subject import Coding, Contents, Handedness, Settings, Subject
+from engine.exchange.coding import Coding, Handedness, Map, coded, encoded
+from engine.exchange.loss import Shown
+from engine.exchange.subject import Contents, Settings, Subject
 from engine.surface.pbr_maps import DIELECTRIC_F0, PbrMaps
-
-Map = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -117,11 +113,14 @@ _WORDS = {
 }
 
 
-def contents(subject: Subject, settings: Settings) -> Steps[Contents]:
+def shown(subject: Subject, settings: Settings) -> Shown:
+    """The maps as they come back, with the f0 of importers."""
+    return subject.shown_as(settings.coding, keeps_f0=False)
+
+
+def contents(subject: Subject, settings: Settings, _loss: str) -> Steps[Contents]:
     """The textures of a preset; UsageError for one that does not exist."""
-    if settings.preset not in PRESETS:
-        raise UsageError(f"unknown preset {settings.preset!r}; known are {', '.join(PRESETS)}")
-    preset = PRESETS[settings.preset]
+    preset = _preset(settings)
     handedness = settings.normal or preset.normal
     files: dict[str, bytes] = {}
     left_out = []
@@ -134,16 +133,27 @@ def contents(subject: Subject, settings: Settings) -> Steps[Contents]:
         name = f"{preset.prefix}{subject.name}{texture.suffix}.{'exr' if settings.coding == 'exr' else 'png'}"
         picture = packed(subject, texture.sources, settings.coding, handedness)
         files[name] = encoded(picture)
-        read += picture.itemsize * picture.shape[2]
-    height = subject.maps.height
+        read += picture.itemsize * (picture.shape[2] if picture.ndim == 3 else 1)
     warnings = (*common_warnings(subject.maps), *left_out)
     if not np.allclose(subject.maps.f0, DIELECTRIC_F0, atol=1e-3):
         warnings = (*warnings, "textures hold no f0; importers take 0.04")
+    height = subject.maps.height
     record: dict[str, Any] = {"preset": settings.preset, "coding": settings.coding, "normal": handedness}
     if height is not None:
         record["height_range_texels"] = [float(height.min()), float(height.max())]
-    shown = maps_shown(replace(rounded(subject.maps, settings.coding), f0=np.full_like(subject.maps.f0, DIELECTRIC_F0)))
-    return Contents(files, shown, read, warnings, record)
+    return Contents(files, read, warnings, record)
+
+
+def _preset(settings: Settings) -> Preset:
+    if settings.preset not in PRESETS:
+        raise UsageError(f"unknown preset {settings.preset!r}; known are {', '.join(PRESETS)}")
+    return PRESETS[settings.preset]
+
+
+def ior_of(f0: float) -> float:
+    """The index of refraction of a dielectric that reflects `f0` at normal incidence in air."""
+    root = min(f0, 0.999) ** 0.5
+    return (1.0 + root) / (1.0 - root)
 
 
 def common_warnings(maps: PbrMaps) -> tuple[str, ...]:
@@ -170,66 +180,10 @@ def source(subject: Subject, name: str) -> Map | None:
 def packed(
     subject: Subject, sources: tuple[str, ...], coding: Coding, handedness: Handedness = "opengl"
 ) -> NDArray[Any]:
-    """The codes (H, W, channels) of a texture: uint8, uint16, or float16 for OpenEXR; what is not known is 1."""
+    """The codes of a texture, (H, W) or (H, W, channels); what is not known is 1."""
     planes = []
     for name in sources:
         values = source(subject, name)
         values = np.ones(subject.maps.size, np.float32) if values is None else values
-        planes.append(_coded(np.atleast_3d(values), name, coding, handedness))
-    return np.concatenate(planes, axis=2)
-
-
-def _coded(values: Map, name: str, coding: Coding, handedness: Handedness) -> NDArray[Any]:
-    if name == "normal" and handedness == "directx":
-        values = values * np.array([1.0, -1.0, 1.0], np.float32)
-    if coding == "exr":
-        return values.astype(np.float16)
-    if name == "base_colour":
-        values = np.asarray(srgb_encode(values))
-    elif name == "normal":
-        values = 0.5 * values + 0.5
-    elif name == "height":
-        low, high = float(values.min()), float(values.max())
-        values = (values - low) / ((high - low) or 1.0)
-    top = _top(coding)
-    return np.rint(np.clip(values, 0.0, 1.0) * top).astype(np.uint8 if coding == "png8" else np.uint16)
-
-
-def encoded(picture: NDArray[Any]) -> bytes:
-    """A PNG of codes, or an OpenEXR file of half floats."""
-    from engine.images.encode import encode_exr, encode_png, rgb_channels
-
-    if picture.dtype == np.float16:
-        if picture.shape[2] == 3:
-            return encode_exr(rgb_channels(picture))
-        names = ("Y",) if picture.shape[2] == 1 else tuple("RGBA")
-        return encode_exr({name: picture[..., index] for index, name in enumerate(names)})
-    return encode_png(picture[..., 0] if picture.shape[2] == 1 else picture)
-
-
-def rounded(maps: PbrMaps, coding: Coding) -> PbrMaps:
-    """The maps as a reader gets them back from textures."""
-
-    def back(values: Map, name: str) -> Map:
-        codes = _coded(np.atleast_3d(values), name, coding, "opengl").reshape(values.shape)
-        if coding == "exr":
-            return codes.astype(np.float32)
-        share = codes.astype(np.float32) / np.float32(_top(coding))
-        return np.asarray(srgb_decode(share), np.float32) if name == "base_colour" else share
-
-    normal = back(maps.normal, "normal")
-    normal = normal if coding == "exr" else 2.0 * normal - 1.0
-    return replace(
-        maps,
-        base_colour=back(maps.base_colour, "base_colour"),
-        normal=normal / np.linalg.norm(normal, axis=2, keepdims=True),
-        roughness=back(maps.roughness, "roughness"),
-        metallic=back(maps.metallic, "metallic"),
-        height=None,
-        occlusion=None,
-        uncertainty=None,
-    )
-
-
-def _top(coding: Coding) -> int:
-    return 255 if coding == "png8" else 65535
+        planes.append(coded(values, name, coding, handedness))
+    return planes[0] if len(planes) == 1 else np.stack(planes, axis=2)

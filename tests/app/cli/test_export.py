@@ -12,8 +12,8 @@ from app.cli import export as verb
 from app.command_line import main
 from engine.bundle.bundle import save_bundle
 from engine.core.steps import drain
+from engine.exchange.coding import CODINGS
 from engine.exchange.export import NAMES, RECORD
-from engine.exchange.subject import CODINGS
 from engine.exchange.textures import PRESETS
 from tests.engine.exchange.materials import woven_material
 

@@ -12,10 +12,16 @@ import pytest
 
 from engine.core.errors import UsageError
 from engine.core.steps import drain
-from engine.exchange.subject import CODINGS, Coding, Settings
-from engine.exchange.textures import PRESETS, contents, rounded
+from engine.exchange import textures
+from engine.exchange.coding import CODINGS, Coding, rounded
+from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.textures import PRESETS
 
 from .materials import measured_maps, measured_subject, woven_subject
+
+
+def contents(subject: Subject, settings: Settings) -> Contents:
+    return drain(textures.contents(subject, settings, ""))
 
 
 def decoded(content: bytes) -> np.ndarray:
@@ -34,7 +40,7 @@ def linear(coded: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(("coding", "half_code"), [("png8", 0.5 / 255), ("png16", 0.5 / 65535)])
 def test_values_come_back_from_png(coding: Coding, half_code: float) -> None:
     subject = measured_subject()
-    maps, made = subject.maps, drain(contents(subject, Settings("blender", coding)))
+    maps, made = subject.maps, (contents(subject, Settings("blender", coding)))
     assert maps.occlusion is not None
     assert maps.height is not None
     files = {re.sub(r"A_cloth_woven_|\.png", "", name): decoded(content) for name, content in made.files.items()}
@@ -50,7 +56,7 @@ def test_values_come_back_from_png(coding: Coding, half_code: float) -> None:
 
 def test_values_come_back_from_openexr() -> None:
     subject = measured_subject()
-    made = drain(contents(subject, Settings("blender", "exr")))
+    made = contents(subject, Settings("blender", "exr"))
     with OpenEXR.File(io.BytesIO(made.files["A_cloth_woven_base_color.exr"])) as file:
         pixels = file.channels()["RGB"].pixels
     np.testing.assert_array_equal(pixels, subject.maps.base_colour.astype(np.float16))
@@ -69,11 +75,11 @@ def test_the_error_is_that_of_the_rounded_maps(coding: Coding) -> None:
 
 def test_normals_of_directx_point_down() -> None:
     subject = measured_subject()
-    up = decoded(drain(contents(subject, Settings("gltf"))).files["A_cloth_woven_normal.png"])
-    down = decoded(drain(contents(subject, Settings("gltf", normal="directx"))).files["A_cloth_woven_normal.png"])
+    up = decoded((contents(subject, Settings("gltf"))).files["A_cloth_woven_normal.png"])
+    down = decoded((contents(subject, Settings("gltf", normal="directx"))).files["A_cloth_woven_normal.png"])
     np.testing.assert_allclose(up[..., 1] + down[..., 1], 1.0, atol=1.01 / 255)
     np.testing.assert_array_equal(up[..., [0, 2]], down[..., [0, 2]])
-    assert drain(contents(subject, Settings("unreal"))).record["normal"] == "directx"
+    assert (contents(subject, Settings("unreal"))).record["normal"] == "directx"
 
 
 def test_packed_channels_are_where_programs_read_them() -> None:
@@ -81,10 +87,10 @@ def test_packed_channels_are_where_programs_read_them() -> None:
     maps = subject.maps
     assert maps.occlusion is not None
     for preset, name in (("unreal", "T_A_cloth_woven_ORM"), ("godot", "A_cloth_woven_orm")):
-        orm = decoded(drain(contents(subject, Settings(preset))).files[f"{name}.png"])
+        orm = decoded((contents(subject, Settings(preset))).files[f"{name}.png"])
         for channel, values in enumerate((maps.occlusion, maps.roughness, maps.metallic)):
             np.testing.assert_allclose(orm[..., channel], values, atol=0.51 / 255)
-    mask = decoded(drain(contents(subject, Settings("unity"))).files["A_cloth_woven_MaskMap.png"])
+    mask = decoded((contents(subject, Settings("unity"))).files["A_cloth_woven_MaskMap.png"])
     for channel, values in enumerate((maps.metallic, maps.occlusion, np.ones_like(maps.f0), 1.0 - maps.roughness)):
         np.testing.assert_allclose(mask[..., channel], values, atol=0.51 / 255)
 
@@ -101,26 +107,24 @@ NODE_WRANGLER = {
 
 
 def test_node_wrangler_sorts_the_files_of_blender() -> None:
-    for name in drain(contents(measured_subject(), Settings("blender"))).files:
+    for name in (contents(measured_subject(), Settings("blender"))).files:
         words = re.split(r"[_.\s]", name.lower().removeprefix("a_cloth_woven_").removesuffix(".png"))
         matching = {socket for socket, tags in NODE_WRANGLER.items() if set(words) & set(tags.split())}
         assert matching == ({"_".join(words)} if words != ["cavity"] else set()), name
 
 
 def test_what_is_not_known_is_left_out_and_said() -> None:
-    made = drain(contents(woven_subject(), Settings("substance")))
+    made = contents(woven_subject(), Settings("substance"))
     assert [name.rpartition("_")[2] for name in made.files] == [
         *("BaseColor.png", "Normal.png", "Roughness.png", "Metallic.png", "Cavity.png")
     ]
     assert "normals are flat: lamps on one arc do not show the side that a slope faces" in made.warnings
     assert any(warning.startswith("no height") for warning in made.warnings)
-    orm = decoded(
-        drain(contents(woven_subject(), Settings("gltf"))).files["A_cloth_woven_occlusionRoughnessMetallic.png"]
-    )
+    orm = decoded((contents(woven_subject(), Settings("gltf"))).files["A_cloth_woven_occlusionRoughnessMetallic.png"])
     assert (orm[..., 0] == 1.0).all()
 
 
 def test_presets_are_known() -> None:
     assert set(PRESETS) == {"blender", "unreal", "unity", "godot", "substance", "gltf"}
     with pytest.raises(UsageError, match="unreal"):
-        drain(contents(woven_subject(), Settings("cinema")))
+        (contents(woven_subject(), Settings("cinema")))

@@ -1,0 +1,83 @@
+"""PBR maps as codes of pictures, and back as a reader gets them.
+
+Base colour is sRGB-coded in PNG and linear in OpenEXR; all else is linear data. Normals are (n + 1) / 2 in PNG and n in
+OpenEXR, y up (OpenGL) or down (DirectX). Heights are stretched to [0, 1] in PNG and plain in OpenEXR. Compression of
+PNG bounds the time, some 30 MB/s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.colour import srgb_decode, srgb_encode
+from engine.surface.pbr_maps import PbrMaps
+
+Map = NDArray[np.float32]
+
+#: Codings of textures: PNG of 8 or 16 bits, or OpenEXR half floats.
+Coding = Literal["png8", "png16", "exr"]
+CODINGS: tuple[Coding, ...] = ("png8", "png16", "exr")
+
+#: Direction of y in maps of normals: up as in OpenGL, down as in DirectX.
+Handedness = Literal["opengl", "directx"]
+
+
+def coded(values: Map, name: str, coding: Coding, handedness: Handedness = "opengl") -> NDArray[Any]:
+    """The map `name`, (H, W) or (H, W, 3), as uint8 or uint16 codes or float16."""
+    if name == "normal" and handedness == "directx":
+        values = values * np.array([1.0, -1.0, 1.0], np.float32)
+    if coding == "exr":
+        return values.astype(np.float16)
+    if name == "base_colour":
+        values = np.asarray(srgb_encode(values))
+    elif name == "normal":
+        values = 0.5 * values + 0.5
+    elif name == "height":
+        low, high = float(values.min()), float(values.max())
+        values = (values - low) / ((high - low) or 1.0)
+    top = _top(coding)
+    return np.rint(np.clip(values, 0.0, 1.0) * top).astype(np.uint8 if coding == "png8" else np.uint16)
+
+
+def encoded(picture: NDArray[Any]) -> bytes:
+    """A PNG of codes, or an OpenEXR file of half floats."""
+    from engine.images.encode import encode_exr, encode_png, rgb_channels
+
+    if picture.dtype != np.float16:
+        return encode_png(picture)
+    if picture.ndim == 2:
+        return encode_exr({"Y": picture})
+    channels = rgb_channels(picture)
+    return encode_exr(channels if picture.shape[2] == 3 else {**channels, "A": picture[..., 3]})
+
+
+def rounded(maps: PbrMaps, coding: Coding) -> PbrMaps:
+    """The maps as a reader gets them back from textures."""
+
+    def back(values: Map, name: str) -> Map:
+        codes = coded(values, name, coding)
+        if coding == "exr":
+            return codes.astype(np.float32)
+        share = codes.astype(np.float32) / np.float32(_top(coding))
+        return np.asarray(srgb_decode(share), np.float32) if name == "base_colour" else share
+
+    normal = back(maps.normal, "normal")
+    normal = normal if coding == "exr" else 2.0 * normal - 1.0
+    return replace(
+        maps,
+        base_colour=back(maps.base_colour, "base_colour"),
+        normal=normal / np.linalg.norm(normal, axis=2, keepdims=True),
+        roughness=back(maps.roughness, "roughness"),
+        metallic=back(maps.metallic, "metallic"),
+        height=None,
+        occlusion=None,
+        uncertainty=None,
+    )
+
+
+def _top(coding: Coding) -> int:
+    return 255 if coding == "png8" else 65535

@@ -1,0 +1,88 @@
+"""MaterialX 1.39: one document with the material as an OpenPBR surface and as a glTF PBR surface, textures beside it.
+
+Both read the same nodes: base colour as `srgb_texture`, roughness, metallic and normals as raw data. OpenPBR's diffuse
+lobe at roughness 0 is Lambert's, and its dielectric of `specular_ior` reflects f0 at normal incidence by Fresnel's
+equations where glTF takes Schlick's, so that the two differ at grazing angles. The document is written as text: it is
+some fifty lines, and the library of MaterialX, some 35 MB, would be needed for nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+import engine
+from engine.core.steps import Step, Steps
+from engine.exchange.coding import encoded
+from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.textures import common_warnings, ior_of, packed
+
+#: Node name, type, source, and the colour space of its file.
+_MAPS = (
+    ("base_color", "color3", "base_colour", "srgb_texture"),
+    ("roughness", "float", "roughness", ""),
+    ("metallic", "float", "metallic", ""),
+    ("normal_texture", "vector3", "normal", ""),
+    ("occlusion", "float", "occlusion", ""),
+)
+
+
+def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
+    """`NAME.mtlx` and the folder `textures`."""
+    known = [entry for entry in _MAPS if entry[2] != "occlusion" or subject.maps.occlusion is not None]
+    files: dict[str, bytes] = {}
+    for number, (node, _, source, _) in enumerate(known):
+        yield Step(number / len(known), f"writing {node}")
+        files[_file(subject, node)] = encoded(packed(subject, (source,), "png8"))
+    f0 = subject.maps.f0
+    mean = float(f0.mean(dtype=np.float64))
+    warnings = common_warnings(subject.maps)
+    if not np.allclose(f0, mean, atol=1e-3):
+        warnings = (*warnings, f"f0 varies, and the document states its mean, {mean:.3f}")
+    lines = _document(subject, [(node, kind, space) for node, kind, _, space in known], ior_of(mean), loss)
+    document = {f"{subject.name}.mtlx": "\n".join([*lines, ""]).encode()}
+    return Contents({**document, **files}, 8.0, warnings)
+
+
+def _file(subject: Subject, node: str) -> str:
+    return f"textures/{subject.name}_{node.removesuffix('_texture')}.png"
+
+
+def _document(subject: Subject, maps: list[tuple[str, str, str]], ior: float, loss: str) -> Iterator[str]:
+    yield '<?xml version="1.0"?>'
+    made = f"Made by Lightarc {engine.__version__}. {loss}"
+    yield f'<materialx version="1.39" colorspace="lin_rec709" doc={quoteattr(made)}>'
+    yield '  <nodegraph name="maps">'
+    for node, kind, space in maps:
+        coding = f' colorspace="{space}"' if space else ""
+        yield f'    <tiledimage name="{node}" type="{kind}">'
+        yield f'      <input name="file" type="filename" value="{_file(subject, node)}"{coding} />'
+        yield "    </tiledimage>"
+    yield '    <normalmap name="normal" type="vector3">'
+    yield '      <input name="in" type="vector3" nodename="normal_texture" />'
+    yield "    </normalmap>"
+    names = ["base_color", "roughness", "metallic", "normal"] + ["occlusion"] * any(m[0] == "occlusion" for m in maps)
+    kinds = {"base_color": "color3", "normal": "vector3"}
+    for node in names:
+        yield f'    <output name="{node}_out" type="{kinds.get(node, "float")}" nodename="{node}" />'
+    yield "  </nodegraph>"
+    open_pbr = {"base_color": "base_color", "metallic": "base_metalness", "roughness": "specular_roughness"}
+    yield from _surface(subject, "open_pbr_surface", {**open_pbr, "normal": "geometry_normal"}, "specular_ior", ior)
+    yield from _surface(subject, "gltf_pbr", {node: node for node in names}, "ior", ior)
+    yield "</materialx>"
+
+
+def _surface(subject: Subject, node: str, inputs: dict[str, str], ior_name: str, ior: float) -> Iterator[str]:
+    """A surface of the node definition `node`, whose inputs are named by outputs of the graph, and its material."""
+    kinds = {"base_color": "color3", "normal": "vector3"}
+    yield f'  <{node} name="{node}_shader" type="surfaceshader">'
+    for output, name in inputs.items():
+        kind = kinds.get(output, "float")
+        yield f'    <input name="{name}" type="{kind}" nodegraph="maps" output="{output}_out" />'
+    yield f'    <input name="{ior_name}" type="float" value="{ior:.6g}" />'
+    yield f"  </{node}>"
+    yield f'  <surfacematerial name="{subject.name}_{node}" type="material">'
+    yield f'    <input name="surfaceshader" type="surfaceshader" nodename="{node}_shader" />'
+    yield "  </surfacematerial>"
