@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, material_at, picture_by, software
 from app.cli import shade_comparison
-from engine.core.errors import InputError, UsageError
+from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text
 from engine.core.health import Health
 from engine.core.steps import Step, Steps, drain, part
@@ -19,13 +19,18 @@ from engine.core.steps import Step, Steps, drain, part
 if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
     from engine.scene.material import Material
+    from engine.shading.directional.planes import DirectionalMap
     from engine.shading.fidelity import Fidelity
     from engine.shading.power_law import PowerLawMap
     from engine.shading.power_law_error import Texel
+    from engine.shading.representation import Chosen
     from engine.shading.shading_map import ShadingMap
 
-HELP = "Linearise a stack into a shading map, compress it and write the material."
+HELP = "Make a material of a stack: a shading map of one arc, planes where lamps stood on several sides."
 EXAMPLE = "lightarc shade woven.stack -o woven.lightarc --slices 8 --compress power-law --max-error 0.05"
+
+#: Those of `engine.shading.representation`, which loads compiled code.
+REPRESENTATIONS = ("auto", "shading-map", "directional")
 
 MOST_SLICES = 256
 MOST_WORST_TEXELS = 10_000
@@ -40,6 +45,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Output(material_at),
         metavar="MATERIAL",
         help="bundle: a .lightarc file or a folder",
+    )
+    parser.add_argument(
+        "--representation",
+        default="auto",
+        choices=REPRESENTATIONS,
+        help="what the material knows of the light: its brightness (shading-map), its direction (directional), or "
+        "what shows photographs better that are left out (auto)",
     )
     parser.add_argument("--slices", type=int, default=8, metavar="N", help="slices of the shading map (8)")
     parser.add_argument(
@@ -100,31 +112,48 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.bundle.bundle import save_bundle
     from engine.capture.stack import open_stack
-    from engine.scene.material import error_figures
     from engine.shading.compile import prepare_kernels
-    from engine.shading.fidelity import fidelity
-    from engine.shading.shading_map import build, included
-    from engine.shading.tile import make_tile
+    from engine.shading.representation import check_worth, choose, has_sides
+    from engine.shading.shading_map import ShadingMap, included
 
     _check(arguments)
     stack = open_stack(arguments.stack)
     used = included(stack, arguments.exclude)
     if arguments.compare:
         return shade_comparison.run(arguments, stack, show)
+    if _is_about_slices(arguments) and arguments.representation == "auto" and has_sides(stack, used):
+        raise UsageError("tiles and the compression are of shading maps: add --representation shading-map")
     brdf = _brdf(arguments, show)
     drain(part(prepare_kernels(), 0.0, 0.1), show)
-    building = build(stack, arguments.slices, excluded=arguments.exclude)
-    shading_map, linearise_s = _timed(part(building, 0.1, 0.15), show)
-    shown = drain(part(fidelity(stack, used, shading_map), 0.15, 0.2), show)
-    _check_fidelity(arguments, stack, shown)
+    choosing = choose(stack, arguments.slices, excluded=arguments.exclude, wanted=arguments.representation)
+    chosen, choose_s = _timed(part(choosing, 0.1, 0.45), show)
+    if not arguments.force:
+        check_worth(stack, chosen)
+    if isinstance(chosen.map, ShadingMap):
+        return _with_shading_map(arguments, stack, chosen, chosen.map, brdf, show)
+    return _with_planes(arguments, stack, chosen, chosen.map, brdf, choose_s, show)
+
+
+def _with_shading_map(
+    arguments: argparse.Namespace,
+    stack: ImageStack,
+    chosen: Chosen,
+    shading_map: ShadingMap,
+    brdf: dict[str, Any],
+    show: Callable[[Step], None],
+) -> dict[str, Any]:
+    """Tile, compress and write a shading map, and tell about it."""
+    from engine.bundle.bundle import save_bundle
+    from engine.scene.material import error_figures
+    from engine.shading.tile import make_tile
+
     if arguments.tileable:
         making = make_tile(stack, shading_map, overlap=arguments.overlap, excluded=arguments.exclude)
-        shading_map = drain(part(making, 0.2, 0.5), show).shading_map
+        shading_map = drain(part(making, 0.45, 0.5), show).shading_map
     power_law, fit_s = _compressed(arguments, shading_map, show)
     material = dataclasses.replace(_material(arguments, stack, shading_map, power_law), **brdf)
-    material = dataclasses.replace(material, health=material.health.merged(Health(findings=(shown.finding(),))))
+    material = dataclasses.replace(material, health=material.health.merged(Health(findings=(chosen.finding,))))
     figures = error_figures(material)
     provenance = {
         **stack.provenance,
@@ -134,6 +163,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     saving = save_bundle(arguments.output, material, provenance=provenance, figures=figures)
     drain(part(saving, 0.7, 1.0), show)
     worst = _pictures(arguments, shading_map, power_law)
+    size_bytes = power_law.size_bytes if power_law is not None else shading_map.slices.nbytes
     return {
         "slice_mean_radiance": shading_map.mean_radiance.tolist(),
         "slice_target_radiance": shading_map.target_radiance.tolist(),
@@ -141,18 +171,59 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "rms_per_channel": power_law.rms_per_channel.tolist() if power_law else None,
         "size_bytes_slices": shading_map.slices.nbytes,
         "size_bytes_compressed": power_law.size_bytes if power_law else None,
-        "linearise_s": linearise_s,
+        "linearise_s": chosen.fit_s,
         "fit_s": fit_s,
-        **_fidelity_record(shown, material),
+        **_chosen_record(chosen, size_bytes / (shading_map.slices.shape[1] * shading_map.slices.shape[2])),
         **figures,
         "warnings": material.health.warnings,
         "worst_texels": [{"row": t.row, "column": t.column, "error_radiance": t.error} for t in worst],
     }
 
 
+def _with_planes(
+    arguments: argparse.Namespace,
+    stack: ImageStack,
+    chosen: Chosen,
+    directional: DirectionalMap,
+    brdf: dict[str, Any],
+    choose_s: float,
+    show: Callable[[Step], None],
+) -> dict[str, Any]:
+    """Write a directional map, and tell about it. A BRDF that nobody named is Lambert's, which adds no highlight."""
+    from engine.bundle.bundle import save_bundle
+    from engine.scene.material import Material
+
+    material = Material(
+        None,
+        None,
+        elevation_deg=_elevation_deg(arguments, stack),
+        name=stack.folder.name if stack.folder else "material",
+        health=Health(findings=(chosen.finding,)),
+        directional=directional,
+        **{"brdf": "lambert", **brdf},
+    )
+    record = _chosen_record(chosen, directional.bytes_per_texel)
+    provenance = {**stack.provenance, "excluded_photographs": arguments.exclude}
+    saving = save_bundle(arguments.output, material, provenance=provenance, figures=record)
+    drain(part(saving, 0.5, 1.0), show)
+    return {
+        "planes": len(directional.planes),
+        "photographs": len(directional.lights),
+        "size_bytes": directional.planes.nbytes,
+        "choose_s": choose_s,
+        "fit_s": chosen.fit_s,
+        **record,
+        "warnings": material.health.warnings,
+    }
+
+
 def report(result: dict[str, Any]) -> str:
-    if "candidates" in result:
+    if "files" in result:
         return shade_comparison.report(result)
+    if result["representation"] == "directional":
+        size = size_text(result["size_bytes"])
+        first = f"{result['planes']} planes of {result['photographs']} photographs, {size}"
+        return "\n".join([f"{first}, fitted in {result['fit_s']:.2f} s", *_errors(result)])
     size = size_text(result["size_bytes_slices"])
     lines = [f"{len(result['slice_mean_radiance'])} slices, {size}, linearised in {result['linearise_s']:.2f} s"]
     if result["seam_error"] is not None:
@@ -167,34 +238,37 @@ def report(result: dict[str, Any]) -> str:
     if result["kept_tile_fraction"] is not None:
         kept = f"{percent(result['kept_tile_fraction'], 3)} of the tiles keep their slices"
         lines.append(f"{kept}, no texel's error reaches {result['max_error_radiance']:.3g}")
-    if result["leave_one_out_rmse_srgb8"] is not None:
-        ours, mean = (number(result[f"{name}_rmse_srgb8"]) for name in ("leave_one_out", "mean_picture"))
-        lines.append(f"photographs that are left out are shown to {ours} codes of 255, by their mean to {mean}")
-    return "\n".join(lines)
+    return "\n".join([*lines, *_errors(result)])
 
 
-def _check_fidelity(arguments: argparse.Namespace, stack: ImageStack, shown: Fidelity) -> None:
-    """Refuse a material that one picture without any light would show better, where lamps stood on several sides."""
-    if stack.azimuth is None or not shown.is_worse or arguments.force:
-        return
-    problem = f"the shading map shows photographs that are left out to {number(shown.leave_one_out)} codes of 255"
-    mean = f"their mean to {number(shown.mean_picture)}, because the lamps stood on several sides"
-    instead = "Import one arc of it (import --arc), leave out the others"
-    remedy = f"{instead} with --exclude, or write it all the same with --force"
-    raise InputError(stack.folder or "the stack", f"{problem}, {mean}", remedy)
+def _errors(result: dict[str, Any]) -> list[str]:
+    """Lines on the errors of what was chosen and of what was not."""
+    if result["leave_one_out_rmse_srgb8"] is None:
+        return []
+    ours, mean = (number(result[f"{name}_rmse_srgb8"]) for name in ("leave_one_out", "mean_picture"))
+    lines = [f"photographs that are left out are shown to {ours} codes of 255, by their mean to {mean}"]
+    for other in result["candidates"]:
+        if other["representation"] != result["representation"]:
+            lines.append(f"{other['representation']}, not chosen, to {number(other['leave_one_out_rmse_srgb8'])}")
+    return lines
 
 
-def _fidelity_record(shown: Fidelity, material: Material) -> dict[str, Any]:
-    assert material.shading_map is not None
-    slices, known = material.shading_map.slices, not math.isnan(shown.leave_one_out)
-    size_bytes = material.power_law.size_bytes if material.power_law is not None else slices.nbytes
+def _chosen_record(chosen: Chosen, bytes_per_texel: float) -> dict[str, Any]:
+    def errors_of(shown: Fidelity) -> dict[str, Any]:
+        known = not math.isnan(shown.leave_one_out)
+        return {
+            "leave_one_out_rmse_srgb8": shown.leave_one_out if known else None,
+            "in_sample_rmse_srgb8": shown.in_sample,
+            "mean_picture_rmse_srgb8": shown.mean_picture if known else None,
+        }
+
+    candidates = {chosen.name: chosen.shown, **chosen.others}
     return {
-        "representation": "shading-map",
-        "leave_one_out_rmse_srgb8": shown.leave_one_out if known else None,
-        "in_sample_rmse_srgb8": shown.in_sample,
-        "mean_picture_rmse_srgb8": shown.mean_picture if known else None,
-        "bytes_per_texel": size_bytes / (slices.shape[1] * slices.shape[2]),
-        "verdict": "warning" if shown.is_worse else "good",
+        "representation": chosen.name,
+        **errors_of(chosen.shown),
+        "bytes_per_texel": bytes_per_texel,
+        "verdict": "warning" if chosen.shown.is_worse else "good",
+        "candidates": [{"representation": name, **errors_of(shown)} for name, shown in candidates.items()],
     }
 
 
@@ -209,9 +283,19 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--overlap {arguments.overlap} is not a positive number of texels")
     if not arguments.tileable and (arguments.overlap is not None or arguments.tile_preview):
         raise UsageError("--overlap and --tile-preview need --tileable")
-    about_fit = (arguments.max_error is not None, arguments.exponent_bits < 32, bool(arguments.error_map))
-    if arguments.compress == "none" and any(about_fit):
+    if arguments.representation == "directional" and _is_about_slices(arguments):
+        raise UsageError("tiles and the compression are of shading maps: leave out --representation directional")
+    if arguments.compress == "none" and _is_about_fit(arguments):
         raise UsageError("--max-error, --exponent-bits and --error-map need --compress power-law")
+
+
+def _is_about_fit(arguments: argparse.Namespace) -> bool:
+    return arguments.max_error is not None or arguments.exponent_bits < 32 or bool(arguments.error_map)
+
+
+def _is_about_slices(arguments: argparse.Namespace) -> bool:
+    """True where an option was given that directional maps do not have."""
+    return arguments.tileable or _is_about_fit(arguments)
 
 
 def _timed(work: Steps[Any], show: Callable[[Step], None]) -> tuple[Any, float]:
@@ -243,12 +327,17 @@ def _material(
     arguments: argparse.Namespace, stack: ImageStack, shading_map: ShadingMap, power_law: PowerLawMap | None
 ) -> Material:
     from engine.scene.material import Material
-    from engine.shading.shading_map import included
 
     health = shading_map.health.merged(power_law.health) if power_law else shading_map.health
-    elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[included(stack, arguments.exclude)])
     name = stack.folder.name if stack.folder else "material"
+    elevation_deg = _elevation_deg(arguments, stack)
     return Material(shading_map, power_law, elevation_deg=elevation_deg, name=name, health=health)
+
+
+def _elevation_deg(arguments: argparse.Namespace, stack: ImageStack) -> tuple[float, ...]:
+    from engine.shading.shading_map import included
+
+    return tuple(float(angle) for angle in stack.elevation_deg[included(stack, arguments.exclude)])
 
 
 def _brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:

@@ -26,6 +26,13 @@ from numpy.typing import NDArray
 
 import engine
 from engine.brdf.readers.table_file import Table, decode_table, encode_table, kept_table
+from engine.bundle.directional import (
+    DIRECTIONAL,
+    directional_members,
+    directional_problems,
+    directional_record,
+    read_directional,
+)
 from engine.bundle.maps import (
     MAPS,
     check_fingerprint,
@@ -54,7 +61,7 @@ from engine.storage.records import (
 SUFFIX = ".lightarc"
 MANIFEST = "manifest.json"
 BRDF, PREVIEW, SHADER, VIEWER = "brdf.json", "preview.png", "shader/lightarc.glsl", "viewer/index.html"
-MEMBERS = MAPS | {MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
+MEMBERS = MAPS | DIRECTIONAL | {MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
 
 _JSON_LIMIT_BYTES = 16 << 20
 _SMALL_LIMIT_BYTES = 256 << 20
@@ -178,7 +185,9 @@ def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[
     from engine.bundle.portable import brdf_json, shader, viewer
 
     contents = map_members(material)
-    if material.power_law is not None:
+    if material.directional is not None:
+        contents |= directional_members(material.directional)
+    if material.power_law is not None or material.directional is not None:
         contents[VIEWER] = lambda: viewer(material).encode()
     contents[BRDF] = lambda: brdf_json(material).encode()
     if isinstance(measured := material.measured, Table):
@@ -229,6 +238,7 @@ def _manifest(
     material: Material, provenance: Mapping[str, Any], figures: Mapping[str, Any], members: dict[str, Member]
 ) -> Manifest:
     return Manifest(
+        schema_version=1 if material.directional is None else 2,
         name=material.name,
         brdf=material.brdf,
         sigma=None if material.sigma is None else float(material.sigma),
@@ -239,6 +249,7 @@ def _manifest(
         figures=dict(figures),
         shading_map=shading_map_record(material.shading_map),
         power_law=power_law_record(material.power_law),
+        directional=directional_record(material.directional),
         health=HealthRecord.of(material.health),
         members=members,
     )
@@ -255,6 +266,7 @@ def _material(archive: Archive, manifest: Manifest) -> Material:
             name=manifest.name,
             health=manifest.health.restored(),
             measured=_measured(archive, manifest),
+            directional=read_directional(archive, manifest),
         )
     except ValueError as error:
         raise InputError(archive.path, f"holds a material that cannot be: {error}", "Export the bundle again") from None
@@ -294,7 +306,7 @@ def _foreign_problems(archive: Archive, manifest: Manifest, material: Material) 
     """
     from engine.bundle.portable import brdf_json, is_same_text, shader, viewer
 
-    problems = []
+    problems = directional_problems(archive, manifest, material.directional)
     makers = {BRDF: brdf_json, SHADER: shader, VIEWER: viewer}
     for name, make in makers.items():
         if name not in manifest.members:
@@ -329,8 +341,8 @@ def _check_values(material: Material) -> None:
         maps["the error map"] = material.power_law.error_map
         if material.power_law.kept is not None:
             maps["the kept tiles"] = material.power_law.kept.slices
-    if not maps:
-        raise UsageError("the material has neither a shading map nor a power law")
+    if not maps and material.directional is None:
+        raise UsageError("the material has neither a shading map nor a power law nor a directional map")
     for name, values in maps.items():
         low, high = values.min(), values.max()
         if not (np.isfinite(low) and np.isfinite(high) and (low >= 0 or name in _MAY_BE_NEGATIVE)):
@@ -342,4 +354,5 @@ def _size_estimate(material: Material) -> int:
     shading_map, power_law = material.shading_map, material.power_law
     size_bytes = shading_map.slices.nbytes if shading_map is not None else 0
     size_bytes += material.measured.values.nbytes if isinstance(material.measured, Table) else 0
+    size_bytes += material.directional.planes.nbytes if material.directional is not None else 0
     return size_bytes + (power_law.size_bytes + power_law.error_map.nbytes if power_law is not None else 0)

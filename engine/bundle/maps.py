@@ -52,7 +52,7 @@ def map_members(material: Material) -> dict[str, Produce]:
     shading_map, power_law = material.shading_map, material.power_law
     if shading_map is not None:
         attributes = {"unit": UNITS["radiance"], "r_max": repr(shading_map.r_max)}
-        members[SLICES] = lambda: _exr(_slice_channels(shading_map), attributes)
+        members[SLICES] = lambda: exr_member(_slice_channels(shading_map), attributes)
     if power_law is not None:
         members |= _power_law_members(power_law)
     return members
@@ -64,19 +64,22 @@ def _power_law_members(power_law: PowerLawMap) -> dict[str, Produce]:
     storage, kept = power_law.storage, power_law.kept
     radiance = {"unit": UNITS["radiance"], "r_max": repr(power_law.r_max)}
     members: dict[str, Produce] = {
-        SCALE: lambda: _exr(rgb_channels(power_law.scale), radiance, half=storage.scale_bits == 16)
+        SCALE: lambda: exr_member(rgb_channels(power_law.scale), radiance, half=storage.scale_bits == 16)
     }
     if storage.exponent_bits == 32:
-        members[EXPONENT] = lambda: _exr(rgb_channels(power_law.exponent), {"unit": "1, data without a colour space"})
+        members[EXPONENT] = lambda: exr_member(
+            rgb_channels(power_law.exponent), {"unit": "1, data without a colour space"}
+        )
     else:
         members[CODES] = lambda: encode_png(_codes(power_law.exponent, storage), transfer="linear")
-    members[ERROR] = lambda: _exr({"Y": power_law.error_map}, {"unit": UNITS["radiance"]})
+    members[ERROR] = lambda: exr_member({"Y": power_law.error_map}, {"unit": UNITS["radiance"]})
     if kept is not None:
-        members[KEPT] = lambda: _exr(_kept_channels(kept, *power_law.error_map.shape), radiance)
+        members[KEPT] = lambda: exr_member(_kept_channels(kept, *power_law.error_map.shape), radiance)
     return members
 
 
-def _exr(channels: Mapping[str, NDArray[Any]], attributes: Mapping[str, str], half: bool = False) -> bytes:
+def exr_member(channels: Mapping[str, NDArray[Any]], attributes: Mapping[str, str], half: bool = False) -> bytes:
+    """An OpenEXR file of `channels` with `attributes`."""
     from engine.images.encode import encode_exr
 
     return encode_exr(channels, half=half, attributes=attributes)
@@ -166,7 +169,7 @@ def read_shading_map(archive: Archive, manifest: Manifest) -> ShadingMap | None:
     if record is None:
         return None
     names = _slice_names(record.slices, record.clipped)
-    maps = _maps(archive, manifest, SLICES, names, record.height_px, record.width_px)
+    maps = maps_member(archive, manifest, SLICES, names, record.height_px, record.width_px)
     colours = maps[: 3 * record.slices].reshape(record.slices, 3, record.height_px, record.width_px)
     return ShadingMap(
         slices=np.ascontiguousarray(np.moveaxis(colours, 1, 3)),
@@ -185,11 +188,11 @@ def read_power_law(archive: Archive, manifest: Manifest) -> PowerLawMap | None:
         return None
 
     size, storage = (record.height_px, record.width_px), _storage(record.storage)
-    scale = _maps(archive, manifest, SCALE, list("RGB"), *size, half=storage.scale_bits == 16)
+    scale = maps_member(archive, manifest, SCALE, list("RGB"), *size, half=storage.scale_bits == 16)
     if storage.exponent_bits == 32:
-        exponent = _image(_maps(archive, manifest, EXPONENT, list("RGB"), *size))
+        exponent = _image(maps_member(archive, manifest, EXPONENT, list("RGB"), *size))
     else:
-        codes = _pixels(archive, manifest, CODES, "decode_codes", 12, *size, bits=storage.exponent_bits)
+        codes = pixels_member(archive, manifest, CODES, "decode_codes", 12, *size, bits=storage.exponent_bits)
         exponent = restored_exponent(codes, storage.exponent_step)
     return PowerLawMap(
         scale=_image(scale),
@@ -197,7 +200,7 @@ def read_power_law(archive: Archive, manifest: Manifest) -> PowerLawMap | None:
         r_max=record.r_max,
         rms=record.rms,
         rms_per_channel=np.array(record.rms_per_channel, np.float64),
-        error_map=_maps(archive, manifest, ERROR, ["Y"], *size)[0],
+        error_map=maps_member(archive, manifest, ERROR, ["Y"], *size)[0],
         health=record.health.restored(),
         storage=storage,
         kept=_kept(archive, manifest, record.kept_tiles, *size) if record.kept_tiles is not None else None,
@@ -206,7 +209,7 @@ def read_power_law(archive: Archive, manifest: Manifest) -> PowerLawMap | None:
 
 def _kept(archive: Archive, manifest: Manifest, record: KeptTilesRecord, height: int, width: int) -> KeptTiles:
     names = [*_slice_names(record.slices, clipped=False), COVERAGE]
-    maps = _maps(archive, manifest, KEPT, names, height, width)
+    maps = maps_member(archive, manifest, KEPT, names, height, width)
     covered = maps[-1] == 1.0
     tiles = covered[:: record.size_px, :: record.size_px]
     slices = np.moveaxis(maps[:-1].reshape(record.slices, 3, height, width), 1, 3)
@@ -220,7 +223,7 @@ def _image(planes: Maps) -> Maps:
     return np.ascontiguousarray(np.moveaxis(planes, 0, 2))
 
 
-def _maps(
+def maps_member(
     archive: Archive,
     manifest: Manifest,
     member: str,
@@ -232,11 +235,11 @@ def _maps(
 ) -> Maps:
     """The channels of an EXR member, (C, height, width) float32."""
     options = {"channels": channels, "half": half}
-    maps: Maps = _pixels(archive, manifest, member, "decode_maps", 4 * len(channels), height, width, **options)
+    maps: Maps = pixels_member(archive, manifest, member, "decode_maps", 4 * len(channels), height, width, **options)
     return maps
 
 
-def _pixels(
+def pixels_member(
     archive: Archive,
     manifest: Manifest,
     member: str,

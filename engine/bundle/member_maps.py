@@ -42,22 +42,24 @@ def decode_maps(
     return {"maps": np.stack([pixels[channel].pixels for channel in channels]).astype(np.float32, copy=False)}
 
 
-def decode_codes(content: bytes, name: str, bits: int, height: int, width: int) -> dict[str, Any]:
-    """The codes of an RGB PNG of 8 or 16 bits as `{"maps": (H, W, 3) uint8 or uint16}`.
+def decode_codes(content: bytes, name: str, bits: int, height: int, width: int, grey: bool = False) -> dict[str, Any]:
+    """The codes of an RGB PNG of 8 or 16 bits as `{"maps": (H, W, 3) uint8 or uint16}`, (H, W) where it is `grey`.
 
     Raises InputError, before any pixel is decoded, where size, depth or channels are not the expected ones.
     """
     import cv2
 
-    rgb = 2
+    kind = 0 if grey else 2
     if content[:8] != SIGNATURE or content[12:16] != b"IHDR" or len(content) < 33:
         raise _unexpected(name, "is not a PNG")
-    if struct.unpack(">IIBB", content[16:26]) != (width, height, bits, rgb):
-        raise _unexpected(name, f"is not an RGB picture of {height} x {width} pixels with {bits} bits each")
+    if struct.unpack(">IIBB", content[16:26]) != (width, height, bits, kind):
+        what = "a grey" if grey else "an RGB"
+        raise _unexpected(name, f"is not {what} picture of {height} x {width} pixels with {bits} bits each")
     codes = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
-    if codes is None or codes.shape != (height, width, 3) or codes.dtype.itemsize * 8 != bits:
+    shape = (height, width) if grey else (height, width, 3)
+    if codes is None or codes.shape != shape or codes.dtype.itemsize * 8 != bits:
         raise _unexpected(name, "is damaged")
-    return {"maps": np.ascontiguousarray(codes[..., ::-1])}
+    return {"maps": codes if grey else np.ascontiguousarray(codes[..., ::-1])}
 
 
 def _unexpected(name: str, problem: str) -> InputError:

@@ -2,7 +2,8 @@
 
 The page (resources/viewer/index.html) carries everything within itself, loads nothing and runs in WebGL 2. Its maps
 are the power-law pair in 16 bits, each as two 8-bit PNG pictures (high and low byte), because browsers read no floats;
-the error is half of 1/65535 of a map's largest value. Maps above 1024 texels are averaged down, and the page says so.
+the error is half of 1/65535 of a map's largest value. Of a directional map they are the planes, three in a picture, and
+the table of their weights in 16 bits. Maps above 1024 texels are averaged down, and the page says so.
 Both texts share the GLSL of the window (resources/shaders), includes written out.
 """
 
@@ -21,8 +22,11 @@ from numpy.typing import NDArray
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, model_name
 from engine.core.errors import InputError, UsageError
 from engine.core.params import Parameter, parameters
+from engine.render.direct import planes_by_three
 from engine.scene.material import Material, auto_sigma
-from engine.shading.power_law import Storage
+from engine.shading.directional.effective_light import effective_cosine
+from engine.shading.directional.planes import DirectionalMap
+from engine.shading.power_law import PowerLawMap, Storage
 from engine.storage.records import TABLE
 from engine.storage.untrusted import decode_content
 
@@ -62,15 +66,29 @@ def brdf_json(material: Material) -> str:
 def shader(material: Material) -> str:
     """GLSL functions that evaluate `material`, with a usage comment; BRDF parameters are constants."""
     brdf = brdf_from_text(material.brdf)
+    directional = material.directional
 
     def constant(uniform: re.Match[str]) -> str:
         return f"const {uniform[1]} brdf_{uniform[2]} = {_glsl(getattr(brdf, uniform[2]))};"
 
+    words = {
+        "NAME": _comment(material.name),
+        "BRDF_TEXT": _comment(material.brdf),
+        "BRDF": _UNIFORM.sub(constant, _brdf_source(model_name(brdf))),
+    }
+    if directional is not None:
+        largest = effective_cosine(brdf).largest
+        return _filled(
+            (RESOURCES / "bundle" / "directional.glsl").read_text(encoding="utf-8"),
+            **words,
+            PLANES=str(len(directional.planes)),
+            GAIN=_glsl(1.0 if material.sigma is None else material.sigma * largest / directional.r_max),
+            LOWEST=_glsl(directional.lowest),
+            SEARCH=_source("effective_light.glsl"),
+        )
     return _filled(
         (RESOURCES / "bundle" / "lightarc.glsl").read_text(encoding="utf-8"),
-        NAME=_comment(material.name),
-        BRDF_TEXT=_comment(material.brdf),
-        BRDF=_UNIFORM.sub(constant, _brdf_source(model_name(brdf))),
+        **words,
         SIGMA=_glsl(resolved_sigma(material)),
         R_MAX=_glsl(_r_max(material)),
         EXPONENT_RANGE=_glsl(_exponent_range(material)),
@@ -78,30 +96,71 @@ def shader(material: Material) -> str:
 
 
 def viewer(material: Material) -> str:
-    """The page that shows the power law of `material` on a plane and a sphere under a light that can be dragged.
+    """The page that shows `material` on a plane and a sphere under a light that can be dragged.
 
-    Tiles that keep their slices are shown by the power law too, with the error that it has, and the page says so.
+    Of shading maps it shows the power law: tiles that keep their slices are shown by it too, with the error that it
+    has, and the page says so. Of directional maps it shows the planes. UsageError for a material with neither.
     """
-    power_law = material.power_law
-    if power_law is None:
-        raise UsageError("the page shows the compressed pair, which this material does not have")
     brdf = brdf_from_text(material.brdf)
-    height, width = power_law.scale.shape[:2]
+    sources = ["frame", "shading_map"]
+    if material.directional is not None:
+        shown, sources = _planes_data(material.directional), [*sources, "directional", "effective_light"]
+    elif material.power_law is not None:
+        shown = _power_law_data(material.power_law)
+    else:
+        raise UsageError("the page shows the compressed pair or planes, which this material does not have")
     data = {
         "name": material.name,
         "brdf": model_name(brdf),
         "models": [_model(name, brdf) for name in MODELS],
         "sigma": material.sigma,
         "elevation_deg": _thinned(material.elevation_deg, 64),
+        **shown,
+        "sources": {name: _source(f"{name}.glsl") for name in sources},
+    }
+    text = json.dumps(data, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
+    return _filled((RESOURCES / "viewer" / "index.html").read_text(encoding="utf-8"), DATA=text)
+
+
+def _power_law_data(power_law: PowerLawMap) -> dict[str, Any]:
+    height, width = power_law.scale.shape[:2]
+    return {
         "r_max": power_law.r_max,
         "rms": power_law.health.figures.get("rms_without_kept_tiles", power_law.rms),
         "kept_percent": 0.0 if power_law.kept is None else 100.0 * float((power_law.kept.place >= 0).mean()),
         "size": [width, height],
         "maps": {"scale": _coded(power_law.scale), "exponent": _coded(power_law.exponent)},
-        "sources": {"frame": _source("frame.glsl"), "shading_map": _source("shading_map.glsl")},
     }
-    text = json.dumps(data, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
-    return _filled((RESOURCES / "viewer" / "index.html").read_text(encoding="utf-8"), DATA=text)
+
+
+def _planes_data(directional: DirectionalMap) -> dict[str, Any]:
+    """Planes by three as pictures, and their weights, (1 + 3 L, TILTS, TURNS, 3), as rows below each other."""
+    from engine.images.encode import encode_png
+
+    layers = [np.rint(_reduced(layer)).astype(np.uint8) for layer in planes_by_three(directional)]
+    weights = np.zeros((1 + 3 * len(layers), *directional.table.shape[:3]))
+    weights[: directional.table.shape[3]] = np.moveaxis(directional.table, 3, 0)
+    low = weights.min(axis=(1, 2, 3))
+    step = np.maximum(weights.max(axis=(1, 2, 3)) - low, np.finfo(np.float32).tiny) / 65535.0
+    codes = np.rint((weights - low[:, None, None, None]) / step[:, None, None, None]).astype(np.uint16)
+    (rows, columns), (height, width) = codes.shape[1:3], directional.planes.shape[1:]
+    return {
+        "r_max": directional.r_max,
+        "size": [width, height],
+        "planes": {
+            "count": len(directional.planes),
+            "lowest": directional.lowest,
+            "leave_one_out": directional.leave_one_out,
+            "size": [layers[0].shape[1], layers[0].shape[0]],
+            "layers": [base64.b64encode(encode_png(layer, transfer="linear")).decode() for layer in layers],
+        },
+        "weights": {
+            "size": [columns, rows],
+            "lowest": low.tolist(),
+            "step": step.tolist(),
+            **_two_bytes(codes.reshape(-1, columns, 3)),
+        },
+    }
 
 
 def is_same_text(found: bytes, made: str) -> bool:
@@ -148,7 +207,11 @@ def resolved_sigma(material: Material) -> float:
     """The sigma of `material`, worked out where it is automatic."""
     if material.sigma is not None:
         return float(material.sigma)
-    return auto_sigma(brdf_from_text(material.brdf), np.radians(material.elevation_deg), _r_max(material))
+    brdf = brdf_from_text(material.brdf)
+    if material.directional is not None:
+        largest = effective_cosine(brdf).largest
+        return material.directional.r_max / largest if largest > 0.0 else 1.0
+    return auto_sigma(brdf, np.radians(material.elevation_deg), _r_max(material))
 
 
 def _r_max(material: Material) -> float:
@@ -201,14 +264,18 @@ def _source(name: str) -> str:
 
 def _coded(values: NDArray[np.float32]) -> dict[str, Any]:
     """A map in 16 bits for the page: value = largest (256 high + low) / 65535."""
-    from engine.images.encode import encode_png
-
     small = _reduced(values)
     largest = float(small.max())
     codes = np.rint(small / (largest or 1.0) * 65535.0).astype(np.uint16)
+    return {"largest": largest, "size": [small.shape[1], small.shape[0]], **_two_bytes(codes)}
+
+
+def _two_bytes(codes: NDArray[np.uint16]) -> dict[str, str]:
+    """The high and the low bytes of `codes` (H, W, 3) as two PNG pictures."""
+    from engine.images.encode import encode_png
+
     planes = {"high": (codes >> 8).astype(np.uint8), "low": (codes & 255).astype(np.uint8)}
-    pictures = {name: base64.b64encode(encode_png(plane)).decode() for name, plane in planes.items()}
-    return {"largest": largest, "size": [small.shape[1], small.shape[0]], **pictures}
+    return {name: base64.b64encode(encode_png(plane)).decode() for name, plane in planes.items()}
 
 
 def _reduced(values: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -47,12 +47,12 @@ class Fidelity:
         """True if the mean of the photographs shows them better; few photographs do not tell."""
         return self.photographs >= FEWEST and self.leave_one_out > self.mean_picture
 
-    def finding(self) -> Finding:
-        """The verdict in words."""
+    def finding(self, knows: str = "brightness alone") -> Finding:
+        """The verdict in words, on a representation that `knows` this of the light."""
         ours, mean = number(self.leave_one_out), number(self.mean_picture)
         text = f"photographs that are left out are shown to {ours} codes of 255, by their mean to {mean}"
         if self.is_worse:
-            return Finding(Verdict.WARNING, f"{text}: brightness alone does not tell these photographs apart")
+            return Finding(Verdict.WARNING, f"{text}: {knows} does not tell these photographs apart")
         return Finding(Verdict.GOOD, text)
 
 

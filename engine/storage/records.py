@@ -2,7 +2,8 @@
 
 Floats are written so that they come back bit for bit (shortest decimal that does); a health figure that is not finite
 is written as the text "nan", "inf" or "-inf".
-A bundle of a newer schema is refused, never half understood; there is no older one than 1.
+A bundle of a newer schema is refused, never half understood. Schema 1 holds shading maps of one arc; schema 2 is
+written where there is a directional map, and knows the key `directional` besides.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
 
 FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
-SCHEMA_VERSION: Literal[1] = 1
+SCHEMA_VERSION: Literal[2] = 2
 
 #: The member that holds a measured BRDF (`engine.brdf.readers.table_file`), where there is one.
 TABLE = "brdf_table.exr"
@@ -128,11 +129,47 @@ class PowerLawRecord(_Strict):
     kept_tiles: KeptTilesRecord | None = None
 
 
+class DirectionalRecord(_Strict):
+    """The numbers of a directional map for people; its planes are in directional_plane*.png, the rest in one JSON.
+
+    Errors are root mean squares in codes of 8-bit sRGB, as in `DirectionalMap`.
+    """
+
+    planes: Annotated[int, Field(ge=1, le=64)]
+    photographs: Annotated[int, Field(ge=1, le=1024)]
+    height_px: Side
+    width_px: Side
+    r_max: Positive
+    leave_one_out_rmse_srgb8: NonNegative
+    in_sample_rmse_srgb8: NonNegative
+    mean_picture_rmse_srgb8: NonNegative
+
+
+Direction = Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]
+
+
+class DirectionalNumbers(_Strict):
+    """Content of directional.json, for N photographs and K planes (`DirectionalMap`).
+
+    A texel's code in channel c under light l is sum over photographs n of w_n(l) (mean[3 n + c] + sum over planes k of
+    vectors[3 n + c][k] (low[k] + step[k] code_k)), where w are the weights of kriging; directional_weights.exr holds
+    the sums over photographs at a grid of directions.
+    """
+
+    lights: Annotated[list[Direction], Field(min_length=1, max_length=1024)]
+    kernel_length: Positive
+    kernel_noise: NonNegative
+    mean: list[Finite]
+    vectors: list[list[Finite]]
+    low: list[Finite]
+    step: list[Positive]
+
+
 class Manifest(_Strict):
     """Everything of a bundle that is not pixels."""
 
     format: Literal["lightarc-bundle"] = FORMAT
-    schema_version: Literal[1] = SCHEMA_VERSION
+    schema_version: Literal[1, 2] = 1
     name: Text
     brdf: Text
     sigma: Positive | None
@@ -143,13 +180,20 @@ class Manifest(_Strict):
     figures: dict[str, JsonValue]
     shading_map: ShadingMapRecord | None
     power_law: PowerLawRecord | None
+    directional: DirectionalRecord | None = None
     health: HealthRecord
     members: dict[str, Member]
+
+    @model_validator(mode="after")
+    def _has_its_schema(self) -> Manifest:
+        if (self.schema_version == 2) != (self.directional is not None):
+            raise ValueError("a directional map belongs to schema 2 and to no other")
+        return self
 
 
 def write_manifest(manifest: Manifest) -> bytes:
     """The manifest, sealed with its own fingerprint, as indented JSON in UTF-8."""
-    value = manifest.model_dump()
+    value = manifest.model_dump(exclude={"directional"} if manifest.directional is None else None)
     sealed = {**value, "manifest_sha256": _seal(value)}
     return (json.dumps(sealed, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
 

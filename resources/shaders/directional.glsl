@@ -1,12 +1,10 @@
 // The directional map: a few planes for each texel, whose weighted sum is the sRGB code of its radiance
-// (engine.shading.directional.planes), looked up by engine.shading.directional.effective_light.
-// in: share of r in its largest value from above, and the direction of the light along the axes of the texture;
+// (engine.shading.directional.planes).
+// in: PLANE_LAYERS, three planes each; the cosine of light seen from above, its azimuth along the axes of the texture;
 // out: linear radiance under unit light. Planes are filtered, then summed, then decoded.
 
 uniform sampler2DArray planes;
 uniform sampler2DArray plane_weights;
-uniform sampler2D cosine_powers;
-uniform float lowest_power;
 uniform float lowest_cosine;
 
 const float TWO_PI = 6.28318530717958648;
@@ -35,17 +33,6 @@ mat2x3 texture_axes(vec3 place, vec2 uv, vec3 n)
 float turn_of(vec2 heading)
 {
     return dot(heading, heading) > 0.0 ? atan(heading.y, heading.x) / TWO_PI : 0.0;
-}
-
-// The cosine of the light that has this share seen from above.
-float effective_cosine(float share, float turn)
-{
-    if (!(share > exp2(lowest_power)))
-        return 0.0;
-    ivec2 size = textureSize(cosine_powers, 0);
-    float place = (1.0 - log2(min(share, 1.0)) / lowest_power) * float(size.x - 1);
-    vec2 at = vec2((place + 0.5) / float(size.x), turn + 0.5 / float(size.y));
-    return exp2(textureLod(cosine_powers, at, 0.0).r);
 }
 
 vec3 decoded(vec3 code)

@@ -10,6 +10,7 @@
 
 #if defined(SOURCE_PLANES)
 #include "directional.glsl"
+#include "cosine_table.glsl"
 
 float light_turn;
 vec3 plane_sum;

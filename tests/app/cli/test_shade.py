@@ -28,7 +28,7 @@ from tests.present import present
 KEYS = [
     "slice_mean_radiance", "slice_target_radiance", "rms", "rms_per_channel", "size_bytes_slices",
     "size_bytes_compressed", "linearise_s", "fit_s", "representation", "leave_one_out_rmse_srgb8",
-    "in_sample_rmse_srgb8", "mean_picture_rmse_srgb8", "bytes_per_texel", "verdict", "exponent_bits",
+    "in_sample_rmse_srgb8", "mean_picture_rmse_srgb8", "bytes_per_texel", "verdict", "candidates", "exponent_bits",
     "quantisation_bound_radiance", "quantisation_error_radiance", "max_error_radiance", "kept_tile_fraction",
     "seam_error", "tile_width_px",
     "tile_height_px", "warnings", "worst_texels",
@@ -303,17 +303,66 @@ def test_a_material_that_is_worse_than_a_mean_picture_is_refused_unless_forced(
     lightarc: Callable[..., SimpleNamespace], dome: Path, tmp_path: Path
 ) -> None:
     target = tmp_path / "dome.lightarc"
-    done = lightarc("shade", dome, "-o", target, "--slices", 3)
+    words = ("shade", dome, "-o", target, "--slices", 3, "--representation", "shading-map")
+    done = lightarc(*words)
     assert done.code == 3
     assert "lamps stood on several sides" in done.err
     assert "--exclude, or write it all the same with --force." in done.err
     assert not target.exists()
-    done = lightarc("shade", dome, "-o", target, "--slices", 3, "--force", "--json")
+    done = lightarc(*words, "--force", "--json")
     assert done.code == 0, done.err
     result = json.loads(done.out)
     assert result["leave_one_out_rmse_srgb8"] > result["mean_picture_rmse_srgb8"]
-    assert result["verdict"] == "warning"
+    assert (result["representation"], result["verdict"]) == ("shading-map", "warning")
     assert any("brightness alone does not tell these photographs apart" in each for each in result["warnings"])
+
+
+def test_lamps_on_several_sides_become_a_directional_material_by_default(
+    lightarc: Callable[..., SimpleNamespace], dome: Path, tmp_path: Path
+) -> None:
+    target = tmp_path / "dome.lightarc"
+    done = lightarc("shade", dome, "-o", target, "--json")
+    assert done.code == 0, done.err
+    result = json.loads(done.out)
+    assert (result["representation"], result["verdict"]) == ("directional", "good")
+    assert result["in_sample_rmse_srgb8"] < result["leave_one_out_rmse_srgb8"] < result["mean_picture_rmse_srgb8"]
+    assert result["bytes_per_texel"] == result["planes"]
+    errors = {each["representation"]: each["leave_one_out_rmse_srgb8"] for each in result["candidates"]}
+    assert errors["directional"] < errors["shading-map"]
+    material = open_bundle(target)
+    assert material.directional is not None
+    assert (material.brdf, len(material.directional.lights)) == ("lambert", 12)
+    assert describe_bundle(target)["figures"]["representation"] == "directional"
+    assert lightarc("bundle", "verify", target).code == 0
+    again = lightarc("shade", dome, "-o", target)
+    assert "shading-map, not chosen, to" in again.out
+
+
+def test_a_directional_material_draws_left_and_right_light_differently(
+    lightarc: Callable[..., SimpleNamespace], dome: Path, tmp_path: Path
+) -> None:
+    target = tmp_path / "dome.lightarc"
+    assert lightarc("shade", dome, "-o", target).code == 0
+    pictures = []
+    for side in (50, -50):
+        picture = tmp_path / f"{side}.png"
+        words = ("render", "plane", "--material", target, "--light-deg", f"90,{side}", "-o", picture)
+        done = lightarc(*words, "--width", 40, "--height", 40)
+        assert done.code == 0, done.err
+        pictures.append(np.asarray(cv2.imread(str(picture)), np.float64))
+    assert np.abs(pictures[0] - pictures[1]).mean() > 5.0
+
+
+def test_what_a_directional_material_cannot_have_is_wrong_usage(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, dome: Path, tmp_path: Path
+) -> None:
+    for words in (("--tileable",), ("--max-error", 0.1), ("--representation", "directional", "--tileable")):
+        done = lightarc("shade", dome, "-o", tmp_path / "a.lightarc", *words)
+        assert done.code == 2
+        assert "are of shading maps" in done.err
+    done = lightarc("shade", stack, "-o", tmp_path / "a.lightarc", "--representation", "directional")
+    assert done.code == 3
+    assert "its lamps have no azimuth" in done.err
 
 
 def test_an_arc_is_shown_better_than_by_its_mean(

@@ -23,8 +23,10 @@ from engine.core.directions import surface_direction
 from engine.core.errors import MissingCapability
 from engine.core.health import Health
 from engine.scene.material import Material
+from engine.shading.directional.effective_light import effective_cosine
 from engine.shading.kept_tiles import cut_tiles
 from engine.shading.power_law import PowerLawMap, Storage
+from tests.engine.domes import dome_material
 
 SCALE, EXPONENT, R_MAX = (0.8, 0.4, 0.2), (0.5, 1.0, 2.5), 0.6
 
@@ -307,3 +309,101 @@ def test_a_browser_without_webgl_says_so(tmp_path: Path) -> None:
     page = viewer(make_material()).replace('canvas.getContext("webgl2"', 'canvas.getContext("absent"')
     shown = browse(tmp_path, page, "", "--dump-dom").stdout.decode()
     assert 'data-state="failed: This browser offers no WebGL 2.' in shown
+
+
+def picture_in_texel(directional: Any, light: Any, row: int, column: int) -> Any:
+    return 255.0 * srgb_encode(np.clip(directional.picture(light)[row, column], 0.0, 1.0))
+
+
+@pytest.mark.parametrize("brdf", ["lambert", "ggx:alpha=0.4"])
+def test_a_browser_shows_the_planes_of_a_directional_map(tmp_path: Path, brdf: str) -> None:
+    """At the middle of the page's plane, which is seen straight from above: any BRDF shows the picture of the light."""
+    material = dome_material(brdf)
+    directional = material.directional
+    assert directional is not None
+    page, shown = viewer(material), []
+    for azimuth in (0, 90, 200):
+        light = surface_direction(np.radians(40), np.radians(azimuth))
+        picture = picture_of(tmp_path, page, f"neutral=0&azimuth={azimuth}&elevation=50")
+        shown.append(picture[CENTRE].astype(int))
+        # texels of the picture: 9 columns over 1.15 of the half height, 7 rows in proportion
+        np.testing.assert_allclose(picture[CENTRE], picture_in_texel(directional, light, 3, 4), atol=3.0)
+    assert np.abs(shown[0] - shown[2]).max() > 8
+
+
+def test_a_browser_turns_light_with_the_texture_of_the_sphere(tmp_path: Path) -> None:
+    material = dome_material()
+    page = viewer(material)
+    left, right = (
+        picture_of(tmp_path, page, f"sphere=1&neutral=0&azimuth={azimuth}&elevation=30").astype(int)
+        for azimuth in (0, 180)
+    )
+    assert np.abs(left[CENTRE] - right[CENTRE]).max() > 8
+
+
+def test_every_model_compiles_with_planes(tmp_path: Path) -> None:
+    every_model = viewer(dome_material()).replace(
+        'document.documentElement.dataset.state = "ready"',
+        "for (const model of data.models) { state.model = model.name; draw(); } "
+        'document.documentElement.dataset.state = gl.getError() ? "wrong" : `drew ${programs.size}`',
+    )
+    shown = browse(tmp_path, every_model, "", "--dump-dom").stdout.decode()
+    assert f'data-state="drew {len(MODELS)}"' in shown
+    assert "Directional map of" in shown
+
+
+@pytest.mark.parametrize("sigma", [None, 0.7])
+@pytest.mark.parametrize("model", ["lambert", "phong", "ggx"])
+@pytest.mark.parametrize("header", HEADERS.values(), ids=HEADERS)
+def test_the_shader_of_a_directional_map_computes_what_the_engine_does(
+    model: str, header: str, sigma: float | None
+) -> None:
+    from engine.gl.context import create_context
+
+    try:
+        context = create_context()
+    except MissingCapability as missing:
+        pytest.skip(str(missing))
+    material = dataclasses.replace(dome_material(model), sigma=sigma)
+    directional, brdf = material.directional, brdf_from_text(material.brdf)
+    assert directional is not None
+    random = np.random.default_rng(7)
+    theta, phi = random.uniform(0, 1.5, (2, 64)), random.uniform(0, 2 * np.pi, (2, 64))
+    wi, wo = (surface_direction(theta[i], phi[i]).astype(np.float32).astype(np.float64) for i in (0, 1))
+    with context:
+        planes, weights = directional.planes, np.ascontiguousarray(np.moveaxis(directional.table, 3, 0))
+        program = context.program(
+            vertex_shader=f"{header.splitlines()[0]}\nin vec2 at; void main() {{ gl_Position = vec4(at, 0, 1); }}",
+            fragment_shader=f"""{header}{shader(material)}
+            uniform sampler2D wi, wo;
+            uniform sampler2DArray planes, weights;
+            out vec4 result;
+            void main() {{
+                ivec2 at = ivec2(gl_FragCoord.xy);
+                vec3 towards_light = texelFetch(wi, at, 0).xyz, towards_eye = texelFetch(wo, at, 0).xyz;
+                vec2 middle = vec2(2.5 / 9.0, 4.5 / 7.0);
+                result = vec4(lightarc_radiance(towards_light, towards_eye, planes, weights, middle), 1.0);
+            }}""",
+        )
+        size = (planes.shape[2], planes.shape[1], len(planes))
+        textures = {
+            "wi": context.texture((len(wi), 1), 3, wi.astype("f4").tobytes(), dtype="f4"),
+            "wo": context.texture((len(wo), 1), 3, wo.astype("f4").tobytes(), dtype="f4"),
+            "planes": context.texture_array(size, 1, (planes / 255.0).astype("f4").tobytes(), dtype="f4"),
+            "weights": context.texture_array((*weights.shape[2:0:-1], len(weights)), 3, weights.tobytes(), dtype="f4"),
+        }
+        for unit, (name, texture) in enumerate(textures.items()):
+            texture.use(unit)
+            program[name].value = unit
+        textures["weights"].repeat_y = False
+        target = context.framebuffer([context.texture((len(wi), 1), 4, dtype="f4")])
+        target.use()
+        corners = context.buffer(np.array([-1, -1, 3, -1, -1, 3], "f4").tobytes())
+        context.vertex_array(program, [(corners, "2f", "at")]).render()
+        shown = np.frombuffer(target.read(components=3, dtype="f4"), np.float32).reshape(-1, 3)
+    context.release()
+    share = resolved_sigma(material) * luminance(brdf.f(wi, wo)) * wi[:, 2] / directional.r_max
+    azimuth = np.arctan2(wi[:, 1], wi[:, 0])
+    cosine = effective_cosine(brdf)(share, azimuth)
+    expected = directional.looked_up(planes[:, 4, 2][None], cosine, azimuth)[0]
+    np.testing.assert_allclose(shown, expected, rtol=5e-3, atol=2e-3)

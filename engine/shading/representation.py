@@ -1,0 +1,118 @@
+"""The representation of a material: the shading map of one arc, or planes for lamps on several sides.
+
+Each is judged by the photographs that it was not made of (`leave_one_out`); the one with the lesser error is taken. A
+capture along one arc has no azimuth to tell apart and keeps the shading map of Kautz2004.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
+from engine.capture.stack import ImageStack
+from engine.core.errors import InputError
+from engine.core.figure_text import number
+from engine.core.health import Finding
+from engine.core.steps import Steps, part
+from engine.shading.directional.planes import DirectionalMap, fit
+from engine.shading.fidelity import FEWEST, Fidelity, fidelity
+from engine.shading.shading_map import ShadingMap, build, included
+
+Representation = Literal["auto", "shading-map", "directional"]
+
+REPRESENTATIONS: tuple[Representation, ...] = ("auto", "shading-map", "directional")
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The map of a material and what was weighed.
+
+    Attributes
+    ----------
+    map : the representation that was chosen.
+    shown : its errors; `others` those of the candidates that were not chosen, by name.
+    fit_s : seconds that its fit took.
+    """
+
+    map: ShadingMap | DirectionalMap
+    shown: Fidelity
+    others: dict[str, Fidelity]
+    fit_s: float
+
+    @property
+    def name(self) -> str:
+        return "directional" if isinstance(self.map, DirectionalMap) else "shading-map"
+
+    @property
+    def finding(self) -> Finding:
+        """The verdict in words."""
+        return self.shown.finding("the direction of the light") if self.name == "directional" else self.shown.finding()
+
+
+def choose(
+    stack: ImageStack, slices: int, *, excluded: Collection[str] = (), wanted: Representation = "auto"
+) -> Steps[Chosen]:
+    """The map of the photographs that are not `excluded`, in the `wanted` representation or in the better one.
+
+    InputError where a directional map is wanted of a stack that cannot have one, and as `build` raises it.
+    """
+    used = included(stack, excluded)
+    if wanted == "directional":
+        _check_directions(stack, used)
+        return (yield from _directional(stack, used))
+    sides = has_sides(stack, used)
+    share = 0.4 if wanted == "auto" and sides else 1.0
+    started = time.perf_counter()
+    shading_map = yield from part(build(stack, slices, excluded=excluded), 0.0, 0.6 * share)
+    fit_s = time.perf_counter() - started
+    shown = yield from part(fidelity(stack, used, shading_map), 0.6 * share, share)
+    plain = Chosen(shading_map, shown, {}, fit_s)
+    if wanted == "shading-map" or not sides:
+        return plain
+    planes = yield from part(_directional(stack, used), share, 1.0)
+    best, other = (planes, plain) if planes.shown.leave_one_out < shown.leave_one_out else (plain, planes)
+    return Chosen(best.map, best.shown, {other.name: other.shown}, best.fit_s)
+
+
+def has_sides(stack: ImageStack, used: NDArray[np.int64]) -> bool:
+    """True where lamps stood on several sides, and enough of them to tell."""
+    return stack.azimuth is not None and len(used) >= FEWEST and azimuth_spread(stack.azimuth[used]) > ONE_ARC
+
+
+def check_worth(stack: ImageStack, chosen: Chosen) -> None:
+    """Raise InputError where lamps stood on several sides and the mean of their photographs shows each better."""
+    if stack.azimuth is None or not chosen.shown.is_worse:
+        return
+    what = "the shading map" if chosen.name == "shading-map" else "a directional map"
+    problem = f"{what} shows photographs that are left out to {number(chosen.shown.leave_one_out)} codes of 255"
+    mean = f"their mean to {number(chosen.shown.mean_picture)}"
+    if chosen.name == "shading-map":
+        mean += ", because the lamps stood on several sides"
+        instead = "Let it choose the representation, import one arc of it (import --arc)"
+    else:
+        mean += ", because their lights do not explain them"
+        instead = "Check the light list and the alignment"
+    remedy = f"{instead}, leave out the others with --exclude, or write it all the same with --force"
+    raise InputError(stack.folder or "the stack", f"{problem}, {mean}", remedy)
+
+
+def _check_directions(stack: ImageStack, used: NDArray[np.int64]) -> None:
+    where = stack.folder or "the stack"
+    if stack.azimuth is None:
+        raise InputError(where, "its lamps have no azimuth", "Import it with a light list (.lp) or a capture.toml")
+    if len(used) < FEWEST:
+        raise InputError(where, f"{len(used)} photographs are too few to leave one out", f"Use {FEWEST} or more")
+
+
+def _directional(stack: ImageStack, used: NDArray[np.int64]) -> Steps[Chosen]:
+    started = time.perf_counter()
+    planes = yield from fit(stack, used)
+    fit_s = time.perf_counter() - started
+    shown = Fidelity(planes.leave_one_out, planes.in_sample, planes.mean_picture, len(used))
+    return Chosen(planes, shown, {}, fit_s)
