@@ -105,7 +105,7 @@ class BrdfTab(QWidget):
         self.scale.choose("log")
         self.view_action = QAction(theme.icon("fit"), "Reset the camera", self)
         self.view_action.setShortcut(QKeySequence("F"))
-        self.view_action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        self.view_action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
         self.view_action.triggered.connect(self.fit)
         self.addAction(self.view_action)
         bar = role(QWidget(), "bar")
@@ -201,7 +201,7 @@ class BrdfTab(QWidget):
         self.sphere.viewport.drawn.connect(self.drawn)
         self.sphere.viewport.broken.connect(self.broken)
         for keys, work in (("L", self._next_scale), ("Ctrl+F", self.library.search.setFocus)):
-            shortcut = QShortcut(QKeySequence(keys), self, context=Qt.ShortcutContext.WidgetWithChildrenShortcut)
+            shortcut = QShortcut(QKeySequence(keys), self, context=Qt.ShortcutContext.WindowShortcut)
             shortcut.activated.connect(work)
         bench.document.changed.connect(self._changed)
 

@@ -78,7 +78,7 @@ class SphereTool(QWidget):
         for place, (label, low) in enumerate((("Column", 0.0), ("Row", 0.0), ("Radius", 3.0))):
             field = NumberField(100.0, low, 100_000.0, unit="px")
             field.setAccessibleName(f"{label} of the sphere")
-            field.setFixedWidth(92)
+            field.setFixedWidth(62)
             field.edited.connect(lambda value, final, place=place: self._figure_edited(place, value, final))
             self.fields[label] = field
         self.again = button("Find again", hint="Undo all moves by hand")

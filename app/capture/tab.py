@@ -82,7 +82,7 @@ class CaptureTab(QWidget):
     def _action(self, words: str, icon: str, keys: str, run: Any) -> QAction:
         action = QAction(theme.icon(icon), words, self)
         action.setShortcut(QKeySequence(keys))
-        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
         action.setData(icon)
         action.triggered.connect(run)
         self.addAction(action)

@@ -10,9 +10,10 @@ import itertools
 import logging
 import secrets
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -121,9 +122,14 @@ class Workbench(QObject):
             self.open_photographs(found.paths)
 
     @property
+    def _has_work(self) -> bool:
+        """True if there is a capture or a material."""
+        return self.document.project.stack is not None or self.document.project.has_map
+
+    @property
     def _has_capture(self) -> bool:
-        project, importing = self.document.project, self.importing
-        return project.stack is not None or project.has_map or (importing is not None and not importing.over)
+        importing = self.importing
+        return self._has_work or (importing is not None and not importing.over)
 
     def open_photographs(self, paths: Sequence[Path]) -> None:
         """Import the capture that `paths` hold, in place of the one that is there."""
@@ -152,22 +158,29 @@ class Workbench(QObject):
         self.import_photographs(sources, self.document.project.import_choices.for_another_capture, name)
 
     def import_photographs(self, sources: Sources, choices: ImportChoices | None = None, name: str = "") -> None:
-        """Import `sources` into the working folder, then build the material."""
+        """Import `sources` into the working folder, then build the material.
+
+        Where there is a capture or a material already, other photographs come into the document when their import has
+        succeeded as a whole. Into an empty one they come at once, so that an import that is killed can go on.
+        """
+        before = self.document.project.sources
         choices = choices or self.document.project.import_choices
         target = self._free("stack")
-        if sources is not self.document.project.sources:
+        are_others = before is None or before.photographs != sources.photographs
+        if sources is not before and not (are_others and self._has_work):
             words = f"Open {len(sources.photographs)} photographs"
             self.document.change(words, sources=sources, import_choices=choices)
         if self.importing is not None:
             self.jobs.cancel(self.importing)
         files = photographs(dataclasses.replace(self.document.project, sources=sources, import_choices=choices))
-        again = {"kind": "import", "name": name}
+        again = {"kind": "import", "name": name} if sources is self.document.project.sources else None
         job = self.jobs.submit(
             "Importing photographs", lambda: _marked_stack(sources, choices, target, files), again=again
         )
         job.progressed.connect(self._show_partial)
         name = name or sources.name or "Untitled"
-        job.succeeded.connect(lambda stack: self._imported(stack, name, choices))
+        parts = {"sources": sources, "import_choices": choices}
+        job.succeeded.connect(lambda stack: self._imported(stack, name, choices, parts))
         self.importing = job
 
     def _free(self, name: str) -> Path:
@@ -180,9 +193,19 @@ class Workbench(QObject):
         if step.partial is not None:
             self.partial.emit(step.partial)
 
-    def _imported(self, stack: ImageStack, name: str, choices: ImportChoices | None = None) -> None:
-        excluded = self.document.project.excluded & frozenset(stack.sources)
-        self.document.change("Import photographs", stack=stack, excluded=excluded, name=name, imported_with=choices)
+    def _imported(
+        self,
+        stack: ImageStack,
+        name: str,
+        choices: ImportChoices | None = None,
+        parts: Mapping[str, Any] = MappingProxyType({}),
+    ) -> None:
+        now = self.document.project
+        if parts.get("sources") is now.sources:
+            parts = {}  # what a person set meanwhile stays
+        excluded = now.excluded & frozenset(stack.sources)
+        words, made = "Import photographs", {"stack": stack, "excluded": excluded, "name": name}
+        self.document.change(words, **{**made, "imported_with": choices, **parts})
         self.said.emit(f"{len(stack.sources)} photographs imported")
         self.build_material()
 

@@ -1,7 +1,8 @@
 """A bake of the View workspace: its request, its estimate and the bake itself, on the threads of jobs.
 
-If the scene has a plan, a bake follows it (`engine.planning.bake`): effects that the plan leaves out are not computed,
-and forced ones are. The knobs are the person's own.
+A bake shows all that its method can show of the scene, shadows first of all: a plan (`engine.planning.plan`) advises,
+and only an effect that the person switches off there is left out. What adds nothing to the scene costs nothing. The
+knobs are the person's own; interreflection follows the plan where they leave it open.
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ def choices_for(method: str, **values: Any) -> BakeChoices:
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """The request for a bake. `plan` is the plan that it follows, with the knobs of `choices`; None without a plan.
+    """The request for a bake. `plan` has the effects as the bake decides them, and the knobs of `choices`, or is None.
 
     `predicted_s` is how long the machine profile says that it takes, where it is the very bake that the plan chose.
     """
@@ -99,16 +100,17 @@ class Wanted:
 
     @property
     def decided(self) -> tuple[object, ...]:
-        """The decisions of the plan that a bake depends on: equal for plans that lead to the same bake."""
-        if self.plan is None:
-            return ()
-        return tuple(_baked_as(effect) for effect in self.plan.effects if effect.effect in DECIDED)
+        """The decisions that a bake depends on: equal for plans that lead to the same bake, empty without wishes."""
+        effects = self.plan.effects if self.plan is not None else ()
+        as_baked = (_baked_as(effect) for effect in effects if effect.effect in DECIDED)
+        return tuple((name, on, idle) for name, on, idle in as_baked if idle or not on)
 
     @property
     def left_out(self) -> tuple[Effect, ...]:
-        """The effects that the plan leaves out of the bake."""
+        """The effects that the bake leaves out although the scene has them, or because a person says so."""
         effects = self.plan.effects if self.plan is not None else ()
-        return tuple(effect for effect in effects if effect.effect in LEFT_OUT and not effect.on)
+        off = (effect for effect in effects if effect.effect in LEFT_OUT and not effect.on)
+        return tuple(each for each in off if each.decision == "forced off" or each.estimated_error_rel > 0.0)
 
 
 def _baked_as(effect: Effect) -> tuple[str, bool, bool]:
@@ -118,7 +120,7 @@ def _baked_as(effect: Effect) -> tuple[str, bool, bool]:
 
 
 def wanted_of(mesh: Mesh, ground: Ground | None, brdf: Brdf, choices: BakeChoices, plan: EffectsPlan | None) -> Wanted:
-    """The request for a bake with the knobs of `choices`, which follows the `plan` of the scene in all else."""
+    """The request for a bake with the knobs of `choices`, and without the effects that were switched off in `plan`."""
     chosen = decided_by(choices, plan).baked
     if plan is None:
         return Wanted(mesh, ground, brdf, chosen)
@@ -141,18 +143,14 @@ def decided_by(choices: BakeChoices, plan: EffectsPlan | None) -> BakeChoices:
 
 
 def _for_method(effect: Effect, choices: BakeChoices) -> Effect:
-    """An effect as a bake with the method decides it, where nobody forces it.
-
-    What all its pictures have, as Gaussians have gloss, a plan of another mode may have left out.
-    """
+    """An effect as a bake with the method decides it, where nobody forces it: shown, unless it adds nothing."""
     if effect.decision.startswith("forced"):
         return effect
     if effect.effect == "interreflection":
         is_shown = getattr(choices.settings, "interreflection", False)
         return replace(effect, decision="needed" if is_shown else "skipped")
-    if effect.effect in choices.method.always and effect.estimated_error_rel > 0.0:
-        return replace(effect, decision="needed")
-    return effect
+    is_seen = effect.effect == "self-shadowing" or effect.estimated_error_rel > 0.0
+    return replace(effect, decision="needed") if is_seen else effect
 
 
 def setting_for(choices: BakeChoices) -> Setting:

@@ -27,6 +27,7 @@ from app.widgets import theme
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Panel, button, enable, text
 from app.widgets.plots import Plot
+from app.widgets.status_bar import waiting_text
 from app.widgets.theme import ROW, STEP
 from engine.core.figure_text import local, size_text
 from engine.factor.settings import MOST_PRODUCTS, MOST_TEXTURES
@@ -138,7 +139,9 @@ class FactorInspector(Panel):
             words = f"{run.name} · {state_of(known)}\n{method_of(run, known)}{_form_of(run)}"
             if item.text() != words:
                 item.setText(words)
-                item.setToolTip("\n".join(filter(None, (words, settings_of(run), known.why))))
+                queued = known.job is not None and known.job.state == "queued"
+                why = waiting_text(known.job).capitalize() if queued and known.job is not None else known.why
+                item.setToolTip("\n".join(filter(None, (words, settings_of(run), why))))
             if run.number == factoring.current and self.list.currentItem() is not item:
                 self.list.setCurrentItem(item)
         if factoring.run is None:

@@ -30,6 +30,8 @@ from engine.factor.settings import FactorSettings
 if TYPE_CHECKING:
     from engine.factor.errors import Factorisation, TermError
 
+SAME = "This has been factored with these settings already: the list has it"
+QUEUED = "{} waits for {}: one at a time, because each uses all processors"
 FULL = f"{len(MARKERS)} runs are listed at most; remove one first"
 GONE = "The BRDF is no longer in the list of the BRDF workspace"
 READING = "reading"
@@ -104,19 +106,36 @@ class FactorRuns(QObject):
         """Start a run with the source and settings of the project; it becomes the chosen one."""
         factoring = self.bench.document.project.factoring
         identity = factoring.free_identity
-        if identity is None or factoring.choices.why_not:
+        if factoring.choices.why_not:
             return None
         name = name_of(self.bench.document.project, factoring.source)
         given = source_of(self.bench.document.project, factoring.source)
         if given is None:
             self.bench.said.emit(GONE)
             return None
+        same = next((run for run in factoring.runs if self._is_same(run, given, factoring.choices)), None)
+        if same is not None:
+            if factoring.current != same.number:
+                self.bench.document.change(f"Choose {same.name}", factoring=replace(factoring, current=same.number))
+            self.bench.said.emit(SAME)
+            return None
+        if identity is None:
+            return None
         run = Run(self._next_number(), identity, name, factoring.source, factoring.choices, given)
         self.live[run.number] = Live()
         words = f"Factor {name}: {METHODS[factoring.choices.method]}"
         self.bench.document.change(words, factoring=factoring.with_run(run))
         self._begin(run, given, None)
+        job = self.of(run).job
+        if job is not None and job.waits_for:
+            self.bench.said.emit(QUEUED.format(job.title, job.waits_for))
         return run
+
+    def _is_same(self, run: Run, given: Any, choices: FactorSettings) -> bool:
+        """True if `run` is under way or done, of the same BRDF with the same settings."""
+        live = self.of(run)
+        ended_badly = live.job is None and live.state not in ("done", READING)
+        return run.choices == choices and not ended_badly and (run.given is given or _equal(run.given, given))
 
     def again(self, run: Run) -> None:
         """Factor anew what has no result, and go on with a search that was stopped or interrupted."""
@@ -296,6 +315,11 @@ def choices_of(project: Project) -> Sequence[tuple[str, str]]:
     """(source, name) of the project's own BRDFs: the compared ones, and that of the material."""
     entries = [(f"entry:{entry.identity}", entry.name) for entry in project.comparison.entries]
     return [*entries, (MATERIAL, name_of(project, MATERIAL))]
+
+
+def _equal(one: Any, other: Any) -> bool:
+    """True for equal models and paths; tables are the same only where they are one object."""
+    return type(one) is type(other) and isinstance(one, (Path, *MODELS.values())) and bool(one == other)
 
 
 def _brdf(given: Any) -> Steps[Any]:

@@ -166,7 +166,7 @@ class FactorTab(QWidget):
         self.preview.broken.connect(self.broken)
         runs.changed.connect(lambda _number: self._soon(self.showing, SHOW_EVERY_MS))
         runs.found.connect(lambda _number: self._soon(self.showing, SHOW_EVERY_MS))
-        start = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        start = QShortcut(QKeySequence("Ctrl+Return"), self, context=Qt.ShortcutContext.WindowShortcut)
         start.activated.connect(self.start)
         self.bench.factors.connect(runs.open)
         self.bench.document.changed.connect(self._changed)

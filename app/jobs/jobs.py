@@ -45,6 +45,8 @@ class Job(QObject):
     """One piece of long work. Emits `progressed` any number of times, then one of the other three.
 
     `again` says, as JSON can, how to go on with the work if the program is killed meanwhile; None where nothing can.
+    `refines`: nobody waits for it, because it makes better what is there already. `waits_for`: title of the heavy job
+    that keeps this one waiting.
     """
 
     progressed = Signal(object)
@@ -56,6 +58,8 @@ class Job(QObject):
         super().__init__()
         self.title, self.again = title, again
         self.heavy = heavy
+        self.refines = False
+        self.waits_for = ""
         self.state: State = "queued"
         self.step = Step(0.0, "")
         self.begun = False
@@ -115,9 +119,18 @@ class Jobs(QObject):
         """Running jobs, then waiting ones, then paused ones."""
         return (*self._running, *self._waiting, *self._paused)
 
-    def submit(self, title: str, work: Work, *, heavy: bool = True, again: Mapping[str, Any] | None = None) -> Job:
+    def submit(
+        self,
+        title: str,
+        work: Work,
+        *,
+        heavy: bool = True,
+        again: Mapping[str, Any] | None = None,
+        refines: bool = False,
+    ) -> Job:
         """Queue `work`; it is called on the job's own thread, so it may import slow modules there."""
         job = Job(title, work, heavy=heavy, again=again)
+        job.refines = refines
         if heavy:
             job._thread.around = self.around(job)
         job._thread.stepped.connect(lambda step: self._progress(job, step))
@@ -171,7 +184,8 @@ class Jobs(QObject):
 
     def _start_next(self) -> None:
         for job in tuple(self._waiting):
-            if job.heavy and any(running.heavy for running in self._running):
+            job.waits_for = next((running.title for running in self._running if running.heavy), "") if job.heavy else ""
+            if job.waits_for:
                 continue
             self._waiting.remove(job)
             self._running.append(job)

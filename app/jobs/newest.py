@@ -13,9 +13,22 @@ from engine.core.steps import Step
 class Latest:
     """Runs the newest requested work and drops older requests."""
 
-    def __init__(self, jobs: Jobs, title: str, progressed: Callable[[Step], None] | None = None) -> None:
-        """`progressed` receives the steps of the running work."""
-        self.jobs, self.title, self.progressed = jobs, title, progressed
+    def __init__(
+        self,
+        jobs: Jobs,
+        title: str,
+        progressed: Callable[[Step], None] | None = None,
+        stopped: Callable[[], None] | None = None,
+        *,
+        refines: bool = False,
+    ) -> None:
+        """`progressed` receives the steps of the running work; `stopped` follows where a person cancels it.
+
+        `refines`: the work makes better what is there, and nobody waits for it.
+        """
+        self.jobs, self.title, self.progressed, self.stopped = jobs, title, progressed, stopped
+        self.refines = refines
+        self._is_dropped = False
         self._running: Job | None = None
         self._next: tuple[Work, Callable[[Any], None], Callable[[BaseException], None] | None] | None = None
 
@@ -36,19 +49,20 @@ class Latest:
         """Forget all requests; a coming result is not shown."""
         self._next = None
         if self._running is not None:
+            self._is_dropped = True
             self.jobs.cancel(self._running)
 
     def _start(self) -> None:
         if self._next is None:
             return
         (work, done, failed), self._next = self._next, None
-        job = self.jobs.submit(self.title, work, heavy=False)
-        self._running = job
+        job = self.jobs.submit(self.title, work, heavy=False, refines=self.refines)
+        self._running, self._is_dropped = job, False
         if self.progressed is not None:
             job.progressed.connect(self.progressed)
         job.succeeded.connect(lambda result: self._ended(lambda: done(result)))
         job.failed.connect(lambda error: self._ended(partial(failed, error) if failed is not None else None))
-        job.cancelled.connect(lambda: self._ended(None))
+        job.cancelled.connect(lambda: self._ended(None if self._is_dropped else self.stopped))
 
     def _ended(self, show: Callable[[], None] | None) -> None:
         self._running = None

@@ -17,6 +17,9 @@ from engine.core.figure_text import percent, size_text, time_text
 from engine.core.params import Parameter, parameters
 from engine.transport.method import Method
 
+#: Effects that a plan may advise to leave out.
+ADVISED = ("self-shadowing", "glossy", "anisotropy")
+
 
 def choices_of(method: Method) -> tuple[Parameter, ...]:
     """The parameters that the panel offers for a method: of its bake, and of the light on a finished bake."""
@@ -35,7 +38,7 @@ class BakePanel(Rows):
         self.words = text("", "secondary", wrap=True)
         self.wide(self.words)
         self.go = button("Bake", "primary", hint="Compute the light transport at each vertex, in the background")
-        self.go.clicked.connect(lambda: self.baking.cancel() if self.baking.job is not None else self.baking.bake())
+        self.go.clicked.connect(self.baking.begin_or_stop)
         self.wide(self.go)
         self.grid.setRowMinimumHeight(self.grid.rowCount(), 2 * STEP)
         self.wide(line())
@@ -57,12 +60,11 @@ class BakePanel(Rows):
         """Show the state of the bake."""
         baking = self.baking
         self.words.setText(state_text(baking))
-        running = baking.job is not None
+        running = baking.job is not None or baking.is_awaited
         self.go.setText("Stop baking" if running else "Bake")
         self.go.setVisible(running or not baking.is_made)
         estimate = baking.ready
-        why_not = estimate.why_not if estimate is not None else "The cost of the bake is being estimated"
-        enable(self.go, "" if running else why_not)
+        enable(self.go, "" if running or estimate is None else estimate.why_not)
         forced = baking.plan is not None and baking.plan.decision("interreflection").startswith("forced")
         for name, choice in self.choices.items():
             by_plan = forced and name == "interreflection"
@@ -81,6 +83,8 @@ def _show(choice: QComboBox, value: Any) -> None:
 
 def state_text(baking: Baking) -> str:
     """The state of the bake for the person, in one to three sentences."""
+    if baking.is_awaited:
+        return f"{'Looking at the scene' if baking.is_planning else 'Preparing'}, then it bakes."
     if baking.job is not None:
         return f"{baking.job.step.note.capitalize() or 'Waiting'}. Until then the picture shows {_shown(baking)}."
     made, estimate = baking.made, baking.ready
@@ -93,19 +97,30 @@ def state_text(baking: Baking) -> str:
         takes = estimate.why_not
     elif estimate is not None:
         words = f"Baking takes about {time_text(estimate.bake_s)} and {size_text(estimate.size_bytes)}."
-        takes = " ".join(filter(None, (words, left_out_text(estimate.wanted))))
+        takes = " ".join(filter(None, (words, left_out_text(estimate.wanted), advice_text(baking))))
     reason = baking.why_stale or ("" if not baking.is_drawn else "This was not baked yet.")
     return " ".join(filter(None, (reason, takes, f"Until then the picture shows {_shown(baking)}.")))
 
 
 def left_out_text(wanted: Wanted) -> str:
-    """'The plan leaves out shadows, and gloss at 0.2 %.': the effects left out, and the error of leaving them out."""
+    """'Left out: shadows (12 %).': the effects left out, and the error of leaving them out."""
     parts = [
         NAMES[effect.effect].lower()
         + (f" ({percent(effect.estimated_error_rel)})" if effect.estimated_error_rel >= LEAST_ERROR else "")
         for effect in wanted.left_out
     ]
-    return f"Left out as planned: {', '.join(parts)}." if parts else ""
+    return f"Left out: {', '.join(parts)}." if parts else ""
+
+
+def advice_text(baking: Baking) -> str:
+    """The effects that the plan would do without to save time or memory, and the place that switches them off."""
+    effects = baking.plan.effects if baking.plan is not None else ()
+    spared = [
+        f"{NAMES[effect.effect].lower()} ({percent(effect.estimated_error_rel)})"
+        for effect in effects
+        if effect.effect in ADVISED and effect.decision == "skipped" and effect.estimated_error_rel >= LEAST_ERROR
+    ]
+    return f"The plan would leave out {', '.join(spared)}: switch off under Effects." if spared else ""
 
 
 def _shown(baking: Baking) -> str:

@@ -3,7 +3,7 @@
 For each method one bake is drawn; all are kept beside the project (`app.project.bakes`), and one that was made before
 is read instead of made. It belongs to a model on a ground and, unless the method can put in another BRDF, to a BRDF.
 Estimates, bakes and light all come from jobs; of the light only the newest matters, and until it is there the picture
-keeps the one before. A bake follows the plan of the scene (`app.view.planning`), for which it waits where one comes.
+keeps the one before. Effects that a person switched off in the plan of the scene (`app.view.planning`) are left out.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Baking(QObject):
         self._scene: Scene | None = None
         self._asked: Wanted | None = None
         self._folder = bench.folder
-        self._is_awaited = False
+        self.is_awaited = False
         self._relit: tuple[Wanted, Relit] | None = None
         self._light: tuple[Scene, object] | None = None
         self._estimating = Latest(bench.jobs, "Estimating a bake")
@@ -75,14 +75,20 @@ class Baking(QObject):
     def want(self, scene: Scene, plan: EffectsPlan | None = None, *, is_planning: bool = False) -> None:
         """Show `scene`: relight its bake, or estimate the bake that is missing.
 
-        The bake follows `plan`; while one is on the way, the one before holds for what is there, and nothing is begun.
+        While a `plan` is on the way, the one before holds for what is there; a bake that was asked for waits for it
+        only where it has to follow wishes of a person.
         """
         if self._folder != self.bench.folder:  # another project, with bakes of its own
             self._folder, self.made, self.estimate, self._asked = self.bench.folder, None, None, None
-        self._scene, self.is_planning = scene, is_planning
+        self._scene, self.is_planning = scene, is_planning and not (self.is_awaited and not self._has_wishes)
         if not is_planning:
             self.plan = plan
         self._want()
+
+    @property
+    def _has_wishes(self) -> bool:
+        look = self.bench.document.project.look
+        return bool(look.forced or look.skipped)
 
     @property
     def choices(self) -> BakeChoices:
@@ -111,13 +117,25 @@ class Baking(QObject):
         self.changed.emit()
 
     def go_on(self) -> None:
-        """Bake as soon as it is known what that takes, unless the bake is there; one that was interrupted goes on."""
-        self._is_awaited = True
+        """Bake with what is known by now, unless the bake is there; one that was interrupted goes on."""
+        self.is_awaited = True
+        if self.is_planning and not self._has_wishes:
+            self.is_planning, self.plan = False, None
         self._want()
 
+    def begin_or_stop(self) -> None:
+        """Bake; or stop the bake that runs, or the one that is about to begin."""
+        if self.job is not None:
+            self.cancel()
+        elif self.is_awaited:
+            self.is_awaited = False
+            self.changed.emit()
+        else:
+            self.go_on()
+
     def _begin_awaited(self) -> None:
-        if self._is_awaited and not self.is_planning and (self.is_made or self.ready is not None):
-            self._is_awaited = False
+        if self.is_awaited and not self.is_planning and (self.is_made or self.ready is not None):
+            self.is_awaited = False
             if not self.is_made:
                 self.bake()
 

@@ -36,7 +36,7 @@ class ComparePanel(Rows):
         for mode in modes():
             self.against.addItem(mode.label, mode.value)
         self.against.activated.connect(lambda _index: self.set("Compare with", against=self.against.currentData()))
-        self.row("Against", self.against, "The other mode; Tab exchanges the two while the picture has the focus")
+        self.row("Against", self.against, "The other mode; Tab exchanges the two while both are shown")
         self.shown = Segments(SHOWN)
         self.shown.chosen.connect(lambda value: self.set("Compare", comparing=value))
         self.wide(self.shown)

@@ -29,6 +29,7 @@ AT_REST_MS = 500
 LOOKING = "Looking at the scene…"
 
 FAILED = "this scene could not be planned"
+STOPPED = "Planning was stopped. Any change of the scene or of the budget plans again."
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +76,7 @@ class Planning(QObject):
         self._scene_of, self._size = scene_of, size
         self._watchers: set[str] = set()
         self._asked: Asked | None = None
-        self._latest = Latest(bench.jobs, "Planning effects", self._progressed)
+        self._latest = Latest(bench.jobs, "Planning effects", self._progressed, self._stopped)
         self.at_rest = QTimer(self)
         self.at_rest.setSingleShot(True)
         self.at_rest.setInterval(AT_REST_MS)
@@ -148,6 +149,12 @@ class Planning(QObject):
         """Show the progress of a new plan: the first on a machine measures its profile."""
         if self.is_coming and step.note:
             self.words = f"{step.note[:1].upper()}{step.note[1:]}…"
+            self.changed.emit()
+
+    def _stopped(self) -> None:
+        """A person cancelled the plan: there is none until something changes."""
+        if self._asked is not None and self.plan is None:
+            self.before, self.words = None, STOPPED
             self.changed.emit()
 
     def _take(self, wanted: Asked, plan: EffectsPlan | str) -> None:

@@ -106,7 +106,7 @@ class Progressive(QObject):
     def _start(self) -> None:
         wanted = self._wanted
         assert wanted is not None
-        job = self.jobs.submit("Rendering the reference", lambda: _reference(wanted), heavy=False)
+        job = self.jobs.submit("Rendering the reference", lambda: _reference(wanted), heavy=False, refines=True)
         self._job = job
         job.progressed.connect(lambda step: self._take(job, step.partial))
         job.succeeded.connect(lambda found: self._end(job, found))

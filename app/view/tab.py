@@ -7,7 +7,7 @@ from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QVBoxLayout, QWidget
 
 from app.commands.opening import load_shape
 from app.commands.workbench import Workbench
@@ -100,16 +100,13 @@ class ViewTab(QWidget):
             self._action(mode.label, mode.key, lambda value=mode.value: self.choose_mode(value))
         self._action("Wipe", "B", lambda: self.compare.toggle("wipe"))
         self._action("Difference", "E", lambda: self.compare.toggle("difference"))
-        flip = self._action("Swap the two modes", "Tab", self.flip)
-        self.removeAction(flip)
-        self.viewport.addAction(flip)
-        flip.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        self.flip_action = self._action("Swap the two modes", "Tab", self._flip_or_move_on)
 
     def _action(self, words: str, keys: str, run: object, icon: str = "") -> QAction:
-        """Something that a key does while this workspace is in front."""
+        """Something that a key does while this workspace is in front, whatever panel has the focus."""
         action = QAction(theme.icon(icon), words, self) if icon else QAction(words, self)
         action.setShortcut(QKeySequence(keys))
-        action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+        action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
         action.triggered.connect(lambda _checked=False: run())  # type: ignore[operator]
         self.addAction(action)
         return action
@@ -286,6 +283,7 @@ class ViewTab(QWidget):
 
     def _show_modes(self, project: Project) -> None:
         self.mode.choose(mode_of(project.look.mode, project).value)
+        self.flip_action.setEnabled(bool(project.look.comparing))  # or else Tab moves the focus
         for mode in modes():
             self.mode.disable(mode.value, why_not(mode, project))
 
@@ -388,6 +386,13 @@ class ViewTab(QWidget):
             for panel in self.bake_panels.values():
                 panel.refresh()
             self.setting_changed.emit()
+
+    def _flip_or_move_on(self) -> None:
+        """Tab exchanges the two pictures, but leads on from a field that is being typed in, as everywhere."""
+        if isinstance(QApplication.focusWidget(), QLineEdit):
+            self.focusNextChild()
+        else:
+            self.flip()
 
     def flip(self) -> None:
         """Exchange the mode that is shown and the one it is compared with."""

@@ -33,7 +33,7 @@ class ProcessorSurface(QWidget):
         self.split = Split()
         self.display = display_of(0.0, "neutral")
         self.messages: tuple[str, ...] = ()
-        self._rendering = [Latest(jobs, "Rendering"), Latest(jobs, "Rendering")]
+        self._rendering = [Latest(jobs, "Rendering", refines=True) for _side in range(2)]
         self._showing = Latest(jobs, "Showing a picture")
         self._pictures: list[Pixels | None] = [None, None]
         self._over: list[Pixels | None] = [None, None]

@@ -20,7 +20,7 @@ from app.viewport.gl_surface import GlSurface, Pixels, Split, display_of, why_no
 from app.viewport.overlay import Handle, Overlay
 from app.viewport.refining import IDLE_S, MOVING_S, STILL_S
 from app.widgets.panels import text
-from app.widgets.theme import PADDING, role
+from app.widgets.theme import PADDING, STEP, role
 from engine.core.errors import MissingCapability
 from engine.geometry.camera import Camera, frame, orbit, pan, zoom
 from engine.geometry.mesh import Mesh
@@ -207,7 +207,7 @@ class Viewport(QWidget):
     def _place(self) -> None:
         self.surface.setGeometry(self.rect())
         self.overlay.setGeometry(self.rect())
-        self.banner.setGeometry(PADDING, PADDING, max(0, self.width() - 2 * PADDING), 36)
+        self.banner.fit(max(0, self.width() - 2 * PADDING))
         self.banner.raise_()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
@@ -302,7 +302,8 @@ class _Banner(QWidget):
         role(self, "banner")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.because_of_gl = False
-        self.words = text("")
+        self.words = text("", wrap=True)
+        self.words.setMinimumWidth(10)
         row = QHBoxLayout(self)
         row.setContentsMargins(PADDING, 0, PADDING, 0)
         row.addWidget(self.words)
@@ -313,3 +314,9 @@ class _Banner(QWidget):
         self.because_of_gl = because_of_gl and bool(words)
         self.words.setText(words)
         self.setVisible(bool(words))
+        self.fit(self.width())
+
+    def fit(self, width: int) -> None:
+        """Take `width`, and the height that the words need in it."""
+        lines = self.words.heightForWidth(max(10, width - 2 * PADDING))
+        self.setGeometry(PADDING, PADDING, width, max(36, lines + 2 * STEP))

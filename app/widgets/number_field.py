@@ -124,6 +124,7 @@ class NumberField(QLineEdit):
             self.clearFocus()
             return
         if event.key() in (Qt.Key.Key_Up, Qt.Key.Key_Down):
+            self._from = self.value
             self._set(self._moved(10 if event.key() == Qt.Key.Key_Up else -10), final=True)
             return
         super().keyPressEvent(event)

@@ -27,7 +27,8 @@ from app.widgets import theme
 from app.widgets import theme as icons
 from app.widgets.theme import PADDING, ROW, STEP, role
 
-WIDTH = 296
+#: Widths of panels: as they are, and the share that a narrow window leaves them.
+WIDTH, NARROWEST = 296, 0.83
 LABEL_WIDTH = 76
 
 
@@ -38,7 +39,9 @@ class Panel(QWidget):
         super().__init__()
         role(self, "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setFixedWidth(width)
+        self.usual_width = width
+        self.setMinimumWidth(round(NARROWEST * width))
+        self.setMaximumWidth(width)
         inside = role(QWidget(), "panel")
         # scrolls rather than squeezes its rows
         inside.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
@@ -54,6 +57,10 @@ class Panel(QWidget):
         self.whole.setContentsMargins(0, 0, 0, 0)
         self.whole.setSpacing(0)
         self.whole.addWidget(scroll, 1)
+
+    def sizeHint(self) -> QSize:
+        """As wide as panels are; only where the window is too narrow for its picture they give way to it."""
+        return QSize(self.usual_width, super().sizeHint().height())
 
     def section(self, title: str) -> Rows:
         """A titled group of rows below what is there; a line parts it from the section above."""
@@ -223,6 +230,13 @@ class Segments(QWidget):
         """Room for the whole labels."""
         return super().sizeHint() + QSize(self._lost(), 0)
 
+    def minimumSizeHint(self) -> QSize:
+        """Room for the short labels."""
+        metrics = self.fontMetrics()
+        pairs = ((self.buttons[value].text(), short) for value, short in self.shorter.items())
+        saved = sum(metrics.horizontalAdvance(now) - metrics.horizontalAdvance(short) for now, short in pairs)
+        return super().minimumSizeHint() - QSize(saved, 0)
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         is_narrow = self.width() < self.sizeHint().width()
@@ -297,7 +311,7 @@ def button(label: str, look: str = "", icon: str = "", hint: str = "") -> QPushB
     """A push button; `look` is 'primary', 'link' or empty."""
     made = QPushButton(label)
     if icon:
-        made.setIcon(icons.icon(icon))
+        made.setIcon(icons.icon(icon, theme.current().on_accent if look == "primary" else None))
         made.setIconSize(QSize(icons.SMALL, icons.SMALL))
     made.setToolTip(hint)
     if look:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import psutil
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
@@ -18,6 +20,12 @@ from engine.core.health import Health, Verdict
 HEIGHT = 30
 
 OF_MATERIAL = "Error of the compressed material against its slices"
+
+#: The workspaces that are about the material.
+ABOUT_MATERIAL = ("material", "view", "export")
+
+#: Light jobs that take longer than this are shown as heavy ones are, with their progress and a button that cancels.
+SHOWN_AFTER_S = 1.0
 
 #: Icon, colour of the theme and word of each verdict.
 VERDICTS = {
@@ -53,6 +61,7 @@ class StatusBar(QWidget):
         self.health.clicked.connect(self.health_clicked)
         self.error = figure(OF_MATERIAL, "error 10.00 % ± 0.01")
         self._of_material = ""
+        self._in_front = ""
         self._of_picture: tuple[str, str] | None = None
         self.frame = figure("Time of the last frame in the viewport", "1000.0 ms")
         self.memory = figure("Memory that this program holds", "99.9 GB")
@@ -69,6 +78,7 @@ class StatusBar(QWidget):
         jobs.progressed.connect(self._progressed)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._show_memory)
+        self._timer.timeout.connect(self._show_job)
         self._timer.start(1000)
         self.show_health(None)
         self._show_job()
@@ -97,6 +107,11 @@ class StatusBar(QWidget):
         worst = [finding.text for finding in health.findings if finding.verdict == health.verdict]
         self.health.setToolTip("\n".join(worst[:3]) if worst else "Nothing to report")
 
+    def belong_to(self, workspace: str) -> None:
+        """Show what belongs to the workspace in front, by its name."""
+        self._in_front = workspace
+        self._show_error()
+
     def show_error(self, rms: float | None, r_max: float = 1.0) -> None:
         """Error of the compression as a share of the brightest slice's mean."""
         self._of_material = "" if rms is None else f"error {percent(rms / r_max, 3)}"
@@ -108,7 +123,8 @@ class StatusBar(QWidget):
         self._show_error()
 
     def _show_error(self) -> None:
-        words, hint = (self._of_material, OF_MATERIAL) if self._of_picture is None else self._of_picture
+        of_material = self._of_material if self._in_front in ABOUT_MATERIAL else ""
+        words, hint = (of_material, OF_MATERIAL) if self._of_picture is None else self._of_picture
         if words != self.error.text() or hint != self.error.toolTip():
             self.error.setText(words)
             self.error.setToolTip(hint)
@@ -121,7 +137,10 @@ class StatusBar(QWidget):
             self.frame.setText(local(f"{1000 * seconds:.1f} ms"))
 
     def _current(self) -> Job | None:
-        return next((job for job in self.jobs.active if job.heavy), None)
+        """The job to show: the heavy one that runs, or a light one that a person waits for by now."""
+        active = self.jobs.active
+        running = [job for job in active if job.heavy] + [job for job in active if is_long(job)]
+        return next(iter(running), None)
 
     def _cancel(self) -> None:
         job = self._current()
@@ -171,16 +190,27 @@ class ProgressLine(QWidget):
             painter.drawRoundedRect(QRectF(0, 0, share * self.width(), self.height()), 2, 2)
 
 
+def is_long(job: Job) -> bool:
+    """True for a light job that has run for a while; what refines a picture that is there already does not count."""
+    is_new = time.monotonic() - job.started_s <= SHOWN_AFTER_S
+    return job.state == "running" and not (job.heavy or job.refines or is_new)
+
+
 def describe(job: Job) -> str:
     """A job in one line: its current step and its remaining time."""
     if job.stopping:
         return f"{job.title}: stopping…"
     if job.state in ("queued", "paused"):
-        return f"{job.title}: {'waiting' if job.state == 'queued' else 'paused'}"
+        return f"{job.title}: {waiting_text(job) if job.state == 'queued' else 'paused'}"
     note = job.step.note or job.title
     words = f"{note[:1].upper()}{note[1:]}"
     left = job.left_s
     return f"{words} · {left:.0f} s left" if left is not None and left >= 1 else words
+
+
+def waiting_text(job: Job) -> str:
+    """The reason why a job has not begun: one heavy job runs at a time, because it uses all processors."""
+    return f"waiting for {job.waits_for}, which uses all processors" if job.waits_for else "waiting"
 
 
 def figure(hint: str, widest: str) -> QLabel:

@@ -16,9 +16,9 @@ from functools import cache
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QFontDatabase, QIcon, QPainter, QPalette, QPixmap
+from PySide6.QtGui import QAction, QColor, QFont, QFontDatabase, QIcon, QPainter, QPalette, QPixmap
 from PySide6.QtSvg import QSvgRenderer
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 
@@ -98,11 +98,13 @@ def current() -> Theme:
 def apply(application: QApplication, name: str) -> Theme:
     """Dress the whole application in the theme `name` ('dark' or 'light'; anything else means dark)."""
     global _current
-    _current = THEMES.get(name, DARK)
+    before, _current = _current, THEMES.get(name, DARK)
     application.setStyle("Fusion")
     application.setFont(font())
     application.setPalette(_palette(_current))
     application.setStyleSheet(_sheet(_current))
+    if before is not _current:
+        _draw_icons_anew(before)
     return _current
 
 
@@ -203,6 +205,8 @@ QMenu {{ background: {theme.panel}; border: 1px solid {theme.line}; padding: 4px
 QMenu::item {{ padding: 5px 28px 5px 24px; border-radius: 3px; }}
 QMenu::item:selected {{ background: {theme.accent}; color: {theme.on_accent}; }}
 QMenu::item:disabled {{ color: {theme.disabled}; background: transparent; }}
+QMenu::indicator {{ width: 14px; height: 14px; left: 6px; border-radius: 3px; }}
+QMenu::indicator:checked {{ background: {theme.accent}; image: url({icons}/tick.svg); }}
 QMenu::separator {{ height: 1px; background: {theme.line}; margin: 4px 8px; }}
 
 QPushButton {{ background: {theme.field}; border: 1px solid {theme.line}; border-radius: 4px;
@@ -308,9 +312,27 @@ QStatusBar::item {{ border: none; }}
 SMALL, MEDIUM, LARGE = 16, 20, 24
 
 
+#: Name and colour of every icon that was drawn, by Qt's number of it.
+_drawn: dict[int, tuple[str, str]] = {}
+
+
 def icon(name: str, colour: str | None = None) -> QIcon:
     """The icon `name` at all three sizes, in `colour` (the theme's text by default) and greyed where disabled."""
-    return _icon(name, colour or current().text, current().disabled)
+    found = _icon(name, colour or current().text, current().disabled)
+    _drawn[found.cacheKey()] = (name, colour or current().text)
+    return found
+
+
+def _draw_icons_anew(before: Theme) -> None:
+    """Give every button and action its icon in the colour that has the same use in the theme of now as in `before`."""
+    uses = {colour: use for use, colour in reversed(vars(before).items())}
+    owners: list[QAbstractButton | QAction] = []
+    for widget in QApplication.topLevelWidgets():
+        owners += [*widget.findChildren(QAbstractButton), *widget.findChildren(QAction)]
+    for owner in owners:
+        name, colour = _drawn.get(owner.icon().cacheKey(), ("", ""))
+        if colour in uses:
+            owner.setIcon(icon(name, getattr(_current, uses[colour])))
 
 
 def pixmap(name: str, size: int, colour: str | None = None, scale: float = 1.0) -> QPixmap:

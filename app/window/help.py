@@ -15,7 +15,7 @@ Ctrl+left-drag\tmove the light, rotate the environment
 F\tframe the model, fit the picture
 H, W, G\tbaked light: SH, wavelet, Gaussian
 M, D, R\tshading map, direct light, reference
-Tab\tswap the two compared modes
+Tab\tswap the two modes while both are shown
 B, E\tboth modes separated by a line, their difference
 
 Pictures

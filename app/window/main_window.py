@@ -40,7 +40,7 @@ from app.window.top_bar import WORKSPACES, TopBar
 from app.window.whereabouts import Whereabouts
 from engine.core.errors import FileError
 
-FIRST, SMALLEST = QSize(1280, 800), QSize(1120, 700)
+FIRST, SMALLEST = QSize(1280, 800), QSize(1024, 700)
 
 
 class MainWindow(QMainWindow):
@@ -152,6 +152,7 @@ class MainWindow(QMainWindow):
         self.docks.show_of_view(self._is_lighting())
         self.bar.show_workspace(name)
         self.status.show_frame_time(None)
+        self.status.belong_to(name)
         self.error_line.refresh()
 
     def _is_lighting(self) -> bool:

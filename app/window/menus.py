@@ -6,11 +6,12 @@ from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QAction, QKeySequence, QUndoStack
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence, QUndoStack
 from PySide6.QtWidgets import QMenu, QMenuBar
 
 from app.docks.arrangement import Docks
 from app.session.settings import Remembered
+from app.widgets import theme
 from app.window.files import Files
 from app.window.recent import fill as fill_recent
 from app.window.top_bar import WORKSPACES
@@ -78,8 +79,12 @@ class Menus(QMenuBar):
         for place, (name, words) in enumerate(WORKSPACES.items()):
             add(menu, words, f"Ctrl+{place + 1}", partial(self.workspace_wanted.emit, name))
         menu.addSeparator()
-        add(menu, "Dark theme", "", partial(self.theme_wanted.emit, "dark"))
-        add(menu, "Light theme", "", partial(self.theme_wanted.emit, "light"))
+        themes = QActionGroup(self)
+        for name, words in (("dark", "Dark theme"), ("light", "Light theme")):
+            choice = add(menu, words, "", partial(self.theme_wanted.emit, name))
+            choice.setCheckable(True)
+            choice.setChecked(name == theme.current().name)
+            themes.addAction(choice)
         menu.addSeparator()
         self.measure = add(menu, "Error of the picture", "", self._measure_or_not)
         self.measure.setCheckable(True)

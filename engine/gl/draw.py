@@ -1,9 +1,9 @@
-"""One picture without a window, and how long its frame takes."""
+"""One picture without a window, and how long its frame takes; or the frames of a film, one after the other."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -44,6 +44,30 @@ def relit_off_screen(context: Any, relit: Relit, camera: Camera, size: tuple[int
             context, size, lambda target, shown: renderer.draw(relit, camera, target, shown, samples=samples)
         )
         return picture, frame_s, renderer_name(context), renderer.messages
+    finally:
+        renderer.release()
+
+
+def frames_off_screen(
+    context: Any, scenes: Iterable[Scene], size: tuple[int, int], samples: int = 2
+) -> Iterator[NDArray[np.float32]]:
+    """The picture of each scene; models and materials that they share are uploaded once."""
+    renderer = DirectRenderer(context)
+    try:
+        for scene in scenes:
+            yield renderer.radiance(scene, size, samples=samples)
+    finally:
+        renderer.release()
+
+
+def relit_frames_off_screen(
+    context: Any, relit: Iterable[tuple[Relit, Camera]], size: tuple[int, int], samples: int = 2
+) -> Iterator[NDArray[np.float32]]:
+    """The picture of each relit bake with its camera."""
+    renderer = TransportRenderer(context)
+    try:
+        for each, camera in relit:
+            yield renderer.radiance(each, camera, size, samples=samples)
     finally:
         renderer.release()
 

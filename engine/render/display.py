@@ -32,11 +32,22 @@ class Display:
 def displayed(picture: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
     """sRGB-coded uint8 (H, W, 3) of a picture (H, W, 4): radiance times coverage, and coverage."""
     coverage = picture[..., 3:]
+    background = np.asarray(display.background, np.float32)
+    return to_display8(_shown(picture, display) * coverage + background * (1.0 - coverage))
+
+
+def displayed_apart(picture: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
+    """sRGB-coded uint8 (H, W, 4) of a picture without what is behind it: its own colour, and coverage as opacity."""
+    opacity = np.round(255.0 * np.clip(picture[..., 3:], 0.0, 1.0)).astype(np.uint8)
+    return np.concatenate([to_display8(_shown(picture, display)), opacity], axis=-1)
+
+
+def _shown(picture: NDArray[np.float32], display: Display) -> NDArray[np.float32]:
+    """The display-linear colour of what covers each pixel, as if it covered all of it."""
+    coverage = picture[..., 3:]
     with np.errstate(over="ignore"):
         radiance = picture[..., :3] / np.where(coverage > 0.0, coverage, 1.0)
-    shown = np.clip(tone_map(radiance, display.exposure_ev, display.operator), 0.0, 1.0)
-    background = np.asarray(display.background, np.float32)
-    return to_display8(shown * coverage + background * (1.0 - coverage))
+    return np.clip(tone_map(radiance, display.exposure_ev, display.operator), 0.0, 1.0)
 
 
 def diverging(share: ArrayLike) -> NDArray[np.uint8]:

@@ -9,10 +9,18 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.results import Input, Output, picture_by
-from app.cli.transport import project_input, render_auto, render_transport
+from app.arguments.results import Input, Output
+from app.cli.transport import project_input, render_auto, render_transport, render_turntable
 from app.cli.transport.options import LIGHT_DEG, angles_argument, lamp_argument
-from app.cli.transport.render_output import ON_PROCESSOR, lights_of, off_screen, record_of, write_picture
+from app.cli.transport.render_output import (
+    ON_PROCESSOR,
+    add_background_arguments,
+    check_background,
+    lights_of,
+    off_screen,
+    record_of,
+    write_picture,
+)
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, drain
@@ -63,9 +71,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         required=True,
-        type=Output(picture_by("render", ".png", ".exr")),
+        type=Output(render_turntable.output_at),
         metavar="IMAGE",
-        help=".png (tone-mapped) or .exr (radiance)",
+        help=".png (tone-mapped) or .exr (radiance); with --turntable .mp4, .webp or a folder of PNG",
     )
     parser.add_argument(
         "--material", type=Input(), metavar="BUNDLE", help="material; without it the BRDF alone is shown"
@@ -131,6 +139,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         f"{', '.join(transport.names())} draw a transport file of lightarc bake, given in place of the MESH",
     )
     render_auto.add_arguments(parser.add_argument_group("--mode auto"))
+    render_turntable.add_arguments(parser)
+    add_background_arguments(parser)
     render_transport.add_arguments(parser)
     parser.add_argument("--from", dest="source", choices=("slices", "power-law"))
     parser.add_argument("--lookup", choices=("radiance", "texture", "outgoing", "angle"))
@@ -176,6 +186,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     start = time.perf_counter()
     setup = _setup(arguments)
     _check(arguments)
+    render_turntable.check(arguments)
     display = Display(arguments.exposure, arguments.tone_map)
     if setup is not None and arguments.mode in transport.names():
         return render_transport.run_scene(setup.scene, arguments, display, show)
@@ -187,10 +198,14 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if arguments.mode == "auto":
         scene, arguments, plan = render_auto.planned(scene, arguments, show)
         _check(arguments)
+    behind = check_background(arguments, scene.environment)
+    if arguments.turntable:
+        return {**plan, **render_turntable.run(scene, arguments, display, show, behind)}
     draw = _draw_reference if arguments.mode == "reference" else _draw
     picture, layers, drawn = draw(scene, arguments, show)
     error = _error(scene, arguments, show) if arguments.measure_error else {}
-    write_picture(arguments.output, picture, display, layers)
+    shown = render_turntable.with_background(picture, scene, behind)
+    write_picture(arguments.output, shown, display, layers, arguments.background)
     return {
         "image": arguments.output,
         **plan,
@@ -223,6 +238,8 @@ def _setup(arguments: argparse.Namespace) -> Setup | None:
 
 
 def report(result: dict[str, Any]) -> str:
+    if "frames" in result:
+        return f"{result['image']}: {result['frames']} frames, {result['time_s']:.1f} s"
     if "noise" in result:
         noise = "unknown" if result["noise"] is None else percent(result["noise"])
         return f"{result['image']}: {result['samples']} samples, noise {noise}, {result['frame_s']:.1f} s"
@@ -258,7 +275,7 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     from engine.bundle.bundle import open_bundle
     from engine.core.directions import world_direction
     from engine.factor.factor_file import open_reflectance
-    from engine.geometry.camera import frame, parse
+    from engine.geometry.camera import parse
     from engine.geometry.ground import Ground
     from engine.geometry.shapes import open_mesh
     from engine.light.environment_file import open_environment
@@ -268,7 +285,7 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     material = open_bundle(arguments.material) if arguments.material and arguments.mode != "direct" else None
     mesh = open_mesh(arguments.mesh)
     environment = open_environment(arguments.env) if arguments.env else None
-    camera = parse(arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height))
+    camera = parse(arguments.camera or "", render_turntable.framed(mesh.positions, arguments))
     ground = None if arguments.ground is None else Ground(albedo=arguments.ground)
     only_lamps = bool(arguments.lamp) and not arguments.env and arguments.light_deg is None
     return Scene(

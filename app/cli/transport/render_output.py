@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -13,12 +14,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from engine.gl.draw import OffScreen
+    from engine.light.environment import EnvironmentMap
     from engine.light.lamps import Lamp
     from engine.render.display import Display
     from engine.scene.scene import Scene
 
 #: Value of `gl_renderer` if no device has drawn.
 ON_PROCESSOR = "none (drawn on the processor)"
+
+#: Widest blur of a background: beyond it the environment is one colour.
+MOST_BLUR_DEG = 90.0
 
 
 def off_screen(
@@ -89,18 +94,63 @@ def _described(lamp: Lamp) -> dict[str, Any]:
     }
 
 
+def add_background_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of what is behind the model."""
+    parser.add_argument(
+        "--background",
+        default="plain",
+        choices=("plain", "environment", "transparent"),
+        help="behind the model: a plain grey, the --env, or nothing (opacity in .png and .exr) (plain)",
+    )
+    parser.add_argument(
+        "--background-blur-deg",
+        type=float,
+        default=0.0,
+        metavar="R",
+        help="blur of the environment behind the model, as an angle; the light stays as it is (0)",
+    )
+
+
+def check_background(arguments: argparse.Namespace, environment: EnvironmentMap | None) -> EnvironmentMap | None:
+    """The environment behind the model, blurred as asked for; None for any other background."""
+    from engine.core.errors import UsageError
+    from engine.render.background import blurred
+
+    if not 0.0 <= arguments.background_blur_deg <= MOST_BLUR_DEG:
+        raise UsageError(f"--background-blur-deg {arguments.background_blur_deg:g} is outside 0 … {MOST_BLUR_DEG:g}")
+    if arguments.background != "environment":
+        if arguments.background_blur_deg:
+            raise UsageError("--background-blur-deg needs --background environment")
+        return None
+    if environment is None:
+        raise UsageError("--background environment needs --env")
+    return blurred(environment, math.radians(arguments.background_blur_deg))
+
+
+def coded(picture: NDArray[np.float32], display: Display, background: str) -> NDArray[np.uint8]:
+    """The picture as a screen shows it, (H, W, 3), or (H, W, 4) with the opacity of a transparent background."""
+    from engine.render.display import displayed, displayed_apart
+
+    return displayed_apart(picture, display) if background == "transparent" else displayed(picture, display)
+
+
 def write_picture(
-    path: str, picture: NDArray[np.float32], display: Display, layers: dict[str, NDArray[np.float32]] | None = None
+    path: str,
+    picture: NDArray[np.float32],
+    display: Display,
+    layers: dict[str, NDArray[np.float32]] | None = None,
+    background: str = "plain",
 ) -> None:
     """Tone-mapped, or the radiance: in half, as float where `layers` are stored beside it to measure by."""
     from engine.images.encode import encode_png, rgb_channels, write_exr
-    from engine.render.display import displayed
     from engine.storage.atomic import write_bytes
 
     if path.lower().endswith(".exr"):
         channels = rgb_channels(picture[..., :3])
+        if background == "transparent":
+            channels |= {"A": picture[..., 3]}
         for name, layer in (layers or {}).items():
             channels |= rgb_channels(layer, name)
         write_exr(path, channels, half=not layers, attributes={"software": software("render")})
     else:
-        write_bytes(path, encode_png(displayed(picture, display), software=software("render")))
+        write_bytes(path, encode_png(coded(picture, display, background), software=software("render")))

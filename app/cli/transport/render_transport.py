@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.options import settings_from
+from app.cli.transport import render_turntable
 from app.cli.transport.method_options import add_options, strange_options
 from app.cli.transport.options import light_of, near_lamp_argument
-from app.cli.transport.render_output import ON_PROCESSOR, off_screen, record_of, write_picture
+from app.cli.transport.render_output import ON_PROCESSOR, check_background, off_screen, record_of, write_picture
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, drain, part
@@ -38,7 +39,9 @@ def is_baked(arguments: argparse.Namespace) -> bool:
 
 
 def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], None]) -> dict[str, Any]:
-    from engine.geometry.camera import frame, parse
+    from engine.geometry.camera import parse
+    from engine.render.background import in_front_of
+    from engine.render.turntable import middle
     from engine.transport.baking.file import open_transport
 
     _check(arguments)
@@ -52,15 +55,21 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     check_absent(arguments, mode)
     _check_brdf(arguments, method)
     asked = settings_from(arguments, method.light)
-    steps = method.baking.illuminated(file, light_of(arguments), asked, arguments.brdf)
+    light = light_of(arguments)
+    behind = check_background(arguments, light.environment)
+    steps = method.baking.illuminated(file, light, asked, arguments.brdf)
     found: Illuminated = drain(part(steps, 0.0, 0.3), show)
     relit: Relit = found.relit
     model = relit.mesh.positions[: relit.transport.ground_vertex]
-    camera = parse(arguments.camera or "", frame(model, arguments.width / arguments.height))
+    camera = parse(arguments.camera or "", render_turntable.framed(model, arguments))
+    if arguments.turntable:
+        axis = middle(model)
+        return render_turntable.run_baked(file, method, light, asked, camera, axis, arguments, display, show, behind)
     picture, drawn = _draw(relit, camera, arguments, show)
     negative_rel = drawn.pop("negative_rel", None)
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
-    write_picture(arguments.output, picture, display)
+    shown = picture if behind is None else in_front_of(picture, camera, behind, light.rotation, light.factor)
+    write_picture(arguments.output, shown, display, background=arguments.background)
     return {
         "image": arguments.output,
         "mode": mode,
@@ -83,6 +92,9 @@ def run_scene(
 
     if arguments.measure_error:
         raise UsageError("--measure-error needs chosen directions; baked transport uses the whole environment")
+    if arguments.turntable:
+        raise UsageError("--turntable of a baked mode needs a transport file; make one with lightarc bake")
+    behind = check_background(arguments, scene.environment)
     started = time.perf_counter()
     choices = choices_for(arguments.mode)
     wanted = wanted_of(scene.mesh, scene.ground, scene.brdf, choices, None)
@@ -94,7 +106,8 @@ def run_scene(
         relighting = made.relighter(light_of_scene(scene), choices.light, scene.brdf)
         relit = drain(part(relighting, 0.8, 0.9), show)
         picture, drawn = _draw(relit, scene.camera, arguments, show)
-    write_picture(arguments.output, picture, display)
+    shown = render_turntable.with_background(picture, scene, behind)
+    write_picture(arguments.output, shown, display, background=arguments.background)
     return {
         "image": arguments.output,
         "mode": arguments.mode,

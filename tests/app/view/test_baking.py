@@ -66,8 +66,7 @@ def baked(window: MainWindow, qtbot: Any, method: str) -> Baking:
             panel.choices[name].setCurrentIndex(max(0, panel.choices[name].findData(value)))
             panel.choices[name].activated.emit(0)
     window.view.choose_mode(method)
-    wait(qtbot, panel.go.isEnabled)
-    assert "Baking takes about" in panel.words.text()
+    wait(qtbot, lambda: "Baking takes about" in panel.words.text())
     assert drawn(window) is None
     panel.go.click()
     wait(qtbot, lambda: baking.made is not None and drawn(window) is not None)

@@ -1,4 +1,4 @@
-"""Bakes of the window follow the plan of the scene: what it leaves out is not baked, and what is forced is."""
+"""Bakes of the window show what their mode shows: the plan advises, and what a person switches off is not baked."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from engine.light.environment_file import open_environment
 from engine.planning.plan import Effect
 from tests.app.view.test_baking import LONG, ball
 from tests.present import present
-
-LEAVES_OUT = ("self-shadowing", "interreflection", "anisotropy")
 
 
 @pytest.fixture
@@ -50,15 +48,32 @@ def names(effects: tuple[Effect, ...]) -> tuple[str, ...]:
     return tuple(effect.effect for effect in effects)
 
 
-def test_what_the_plan_leaves_out_is_not_baked_and_the_panel_says_so(planned: MainWindow, qtbot: Any) -> None:
+def test_shadows_are_baked_unless_a_person_switches_them_off(planned: MainWindow, qtbot: Any) -> None:
     panel = planned.view.bake_panels["sh"]
     baking = bake(planned, qtbot)
-    assert baking.made is not None
-    assert names(baking.made.wanted.left_out) == LEAVES_OUT
-    assert baking.estimate is not None
-    assert not baking.estimate.work.settings.shadows, "no ray is cast"
-    assert baking.estimate.work.settings.bounces == 0
-    assert "Left out as planned: shadows, interreflection, anisotropy." in panel.words.text()
+    plan = present(planned.docks.effects.plan)
+    assert plan.decision("self-shadowing") == "skipped", "a ball does not shade itself"
+    assert present(baking.made).wanted.left_out == ()
+    assert present(baking.estimate).work.settings.shadows
+    assert present(baking.estimate).work.settings.bounces == 0
+    wish(planned, "self-shadowing", "off")
+    baking = bake(planned, qtbot)
+    assert names(present(baking.made).wanted.left_out) == ("self-shadowing",)
+    assert not present(baking.estimate).work.settings.shadows, "no ray is cast"
+    assert "Left out: shadows." in panel.words.text()
+
+
+def test_a_bake_begins_at_once_although_the_plan_is_on_its_way(planned: MainWindow, qtbot: Any) -> None:
+    baking, panel = planned.view.bakings["sh"], planned.view.bake_panels["sh"]
+    planned.view.planning.at_rest.setInterval(LONG)  # the plan does not come
+    planned.bench.document.change("Another", mesh=dataclasses.replace(ball()))
+    assert baking.is_planning
+    assert panel.go.isEnabled()
+    panel.go.click()
+    assert panel.go.text() == "Stop baking"
+    qtbot.waitUntil(lambda: baking.made is not None, timeout=LONG)
+    assert present(baking.made).wanted.plan is None
+    assert planned.view.planning.plan is None
 
 
 def test_a_forced_effect_is_one_step_and_calls_for_another_bake(planned: MainWindow, qtbot: Any) -> None:
@@ -69,7 +84,7 @@ def test_a_forced_effect_is_one_step_and_calls_for_another_bake(planned: MainWin
     qtbot.waitUntil(lambda: baking.ready is not None, timeout=LONG)
     assert not baking.is_made
     assert baking.is_drawn, "the picture keeps what was baked before"
-    assert "gloss (" in panel.words.text()
+    assert "Left out: gloss (" in panel.words.text()
     assert present(bake(planned, qtbot).made).transport.diffuse, "nothing of the view is baked"
     for move, is_diffuse in ((stack.undo, False), (stack.redo, True)):
         move()
@@ -87,15 +102,14 @@ def test_bounces_that_are_forced_are_baked_and_cannot_be_left_out(planned: MainW
     assert planned.view.setting["interreflection"] == 1
 
 
-def test_a_bake_follows_the_plan_although_its_dock_is_closed(planned: MainWindow, qtbot: Any) -> None:
+def test_a_plan_is_made_for_a_bake_although_its_dock_is_closed(planned: MainWindow, qtbot: Any) -> None:
     planned.docks.effects.close()
     planned.bench.document.change("Another", mesh=dataclasses.replace(ball()))
     baking = planned.view.bakings["sh"]
     assert baking.is_planning
     assert "Looking at the scene" in state_text(baking)
     qtbot.waitUntil(lambda: baking.ready is not None, timeout=LONG)
-    assert baking.ready is not None
-    assert names(baking.ready.wanted.left_out) == LEAVES_OUT
+    assert present(present(baking.ready).wanted.plan).decision("glossy") == "needed"
 
 
 def test_without_a_plan_all_is_baked(planned: MainWindow, qtbot: Any) -> None:
@@ -115,9 +129,7 @@ def test_choices_of_a_person_go_before_what_the_plan_would_do(planned: MainWindo
         choices = choices_for("sh", interreflection=chosen)
         assert decided_by(choices, dock.plan).settings.interreflection is expected
         wanted = wanted_of(mesh, None, None, choices, dock.plan)  # type: ignore[arg-type]
-        assert ("interreflection" in names(wanted.left_out)) is not expected
-    gaussian = wanted_of(mesh, None, None, choices_for("gaussian"), dock.plan)  # type: ignore[arg-type]
-    assert "glossy" not in names(gaussian.left_out), "nothing else is baked of Gaussians"
+        assert wanted.choices.settings.interreflection is expected
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -72,6 +73,28 @@ def test_photographs_for_a_window_with_a_capture_become_what_a_person_says(
     kept = read(first).current
     assert kept.stack is not None
     assert len(kept.stack.sources) == 2
+
+
+def test_photographs_that_cannot_be_imported_leave_the_document_as_it_was(
+    window: MainWindow, qtbot: Any, drop: Any, halves: list[Path], tmp_path: Path
+) -> None:
+    document = window.bench.document
+    drop(window, halves[:1])
+    qtbot.waitUntil(lambda: at_rest(window), timeout=60_000)
+    points = {"felt_10deg.png": ((1.0, 2.0, 3.0, 4.0),)}
+    choices = dataclasses.replace(document.project.import_choices, control_points=points)
+    document.change("Set a point", import_choices=choices)
+    before, steps = document.project, document.undo_stack.count()
+    broken = tmp_path / "Broken"
+    broken.mkdir()
+    for path in halves[1].iterdir():
+        (broken / path.name).write_bytes(path.read_bytes()[:200])
+    drop(window, [broken])
+    answer(question(window, qtbot), qtbot, "Replace")
+    qtbot.waitUntil(lambda: bool(window.failures.open_dialogs) and not window.bench.jobs.active, timeout=60_000)
+    assert document.project is before
+    assert document.undo_stack.count() == steps
+    next(iter(window.failures.open_dialogs.values())).close()
 
 
 def test_a_project_and_files_are_opened_together(

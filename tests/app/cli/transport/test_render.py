@@ -243,3 +243,33 @@ def test_missing_files_are_input_errors(capsys: Any, tmp_path: Path, words: tupl
 
 def test_a_folder_that_is_not_there_is_an_output_error(capsys: Any, tmp_path: Path) -> None:
     render(capsys, "plane", "-o", tmp_path / "nowhere" / "x.png", *SMALL, code=3)
+
+
+def test_a_turntable_is_a_film_or_a_folder_and_its_first_frame_is_the_picture(capsys: Any, tmp_path: Path) -> None:
+    words = ("blob", "--brdf", "lambert:albedo=0.7", *SMALL, "--renderer", "cpu", "--samples", 1)
+    result = render(capsys, *words, "--turntable", 3, "--turns", "light", "-o", tmp_path / "turn")
+    assert (result["frames"], result["turns"]) == (3, "light")
+    render(capsys, *words, "-o", tmp_path / "one.png")
+    pictures = [read_image(tmp_path / "turn" / f"frame-{at:05}.png").pixels for at in range(3)]
+    assert np.array_equal(pictures[0], read_image(tmp_path / "one.png").pixels)
+    assert not np.array_equal(pictures[1], pictures[0])
+    render(capsys, *words, "--turntable", 3, "-o", tmp_path / "turn.webp", "--background", "transparent")
+    assert (tmp_path / "turn.webp").read_bytes()[8:12] == b"WEBP"
+    said = render(capsys, *words, "--turntable", 3, "-o", tmp_path / "a.mp4", "--background", "transparent", code=2)
+    assert "no transparency" in said
+    assert "outside 2" in render(capsys, *words, "--turntable", 1, "-o", tmp_path / "a.mp4", code=2)
+
+
+def test_the_background_is_the_environment_or_nothing(capsys: Any, tmp_path: Path) -> None:
+    words = ("sphere", "--env", "sky", *SMALL, "--renderer", "cpu", "--samples", 1, "--directions", 4)
+    for background in ("plain", "environment", "transparent"):
+        render(capsys, *words, "--background", background, "-o", tmp_path / f"{background}.exr")
+    plain, sky = exr(tmp_path / "plain.exr"), exr(tmp_path / "environment.exr")
+    assert (plain[0, 0] == 0.0).all()
+    assert (sky[0, 0] > 0.0).all()
+    assert np.allclose(plain[24, 32], sky[24, 32])
+    channels = OpenEXR.File(str(tmp_path / "transparent.exr")).channels()
+    opacity = channels["RGBA"].pixels[..., 3] if "RGBA" in channels else channels["A"].pixels
+    assert (float(opacity[0, 0]), float(opacity[24, 32])) == (0.0, 1.0)
+    said = render(capsys, "sphere", *SMALL, "--background", "environment", "-o", tmp_path / "a.png", code=2)
+    assert "--background environment needs --env" in said

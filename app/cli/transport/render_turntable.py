@@ -1,0 +1,234 @@
+"""`lightarc render --turntable N`: a film of a full turn of the model, of the light or of both, in N frames."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app.arguments.results import FILM, FRAMES, picture_by, software
+from app.cli.transport.render_output import ON_PROCESSOR, coded
+from engine.core.errors import MissingCapability, UsageError
+from engine.core.steps import Step, drain
+from engine.storage.outputs import Kind
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from engine.geometry.camera import Camera, Vector
+    from engine.light.environment import EnvironmentMap
+    from engine.render.display import Display
+    from engine.scene.scene import Scene
+    from engine.transport.method import Method
+    from engine.transport.relit import Light, Relit
+
+#: Most frames of a film: five minutes at 30 a second.
+MOST_FRAMES = 9000
+
+FASTEST = 120.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--turntable",
+        type=int,
+        metavar="N",
+        help="a film of one full turn in N frames: .mp4 (VP9), .webp (loops, may be transparent), or a folder of PNG",
+    )
+    parser.add_argument(
+        "--turns",
+        default="model",
+        choices=("model", "light", "both"),
+        help="turn the model before the light, the light around the model, or both together (model)",
+    )
+    parser.add_argument("--fps", type=float, default=30.0, metavar="F", help="frames in a second of the film (30)")
+
+
+def output_at(path: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
+    """A film or a folder of frames with --turntable, and else a picture."""
+    if getattr(options, "turntable", None) is None:
+        return [(path, picture_by("render", ".png", ".exr"))]
+    return [(path, FILM if Path(path).suffix else FRAMES)]
+
+
+def check(arguments: argparse.Namespace) -> None:
+    """UsageError where the options of a film cannot be."""
+    from engine.images.animation import kind_of
+
+    if arguments.turntable is None:
+        if arguments.turns != "model" or arguments.fps != 30.0:
+            raise UsageError("--turns and --fps need --turntable")
+        return
+    if not 2 <= arguments.turntable <= MOST_FRAMES:
+        raise UsageError(f"--turntable {arguments.turntable} is outside 2 … {MOST_FRAMES}")
+    if not 1.0 <= arguments.fps <= FASTEST:
+        raise UsageError(f"--fps {arguments.fps:g} is outside 1 … {FASTEST:g}")
+    if arguments.measure_error:
+        raise UsageError("--measure-error is of one picture, not of a --turntable")
+    if kind_of(arguments.output) == "mp4" and arguments.background == "transparent":
+        raise UsageError("an .mp4 has no transparency; choose .webp or a folder for --background transparent")
+
+
+def framed(positions: NDArray[Any], arguments: argparse.Namespace) -> Camera:
+    """The camera unless another is asked for: it sees all of the model, also when that turns."""
+    from engine.geometry.camera import frame
+    from engine.render.turntable import frame_all_round
+
+    is_turning = arguments.turntable and arguments.turns != "light"
+    return (frame_all_round if is_turning else frame)(positions, arguments.width / arguments.height)
+
+
+def with_background(picture: NDArray[np.float32], scene: Scene, behind: EnvironmentMap | None) -> NDArray[np.float32]:
+    """`picture` in front of the environment `behind` it, turned and as bright as the light of the scene is."""
+    from engine.render.background import in_front_of
+
+    if behind is None:
+        return picture
+    return in_front_of(picture, scene.camera, behind, scene.environment_rotation, scene.irradiance)
+
+
+def run(
+    scene: Scene,
+    arguments: argparse.Namespace,
+    display: Display,
+    show: Callable[[Step], None],
+    behind: EnvironmentMap | None,
+) -> dict[str, Any]:
+    """The film of a scene that is drawn by sums over lights, or by paths."""
+    from engine.render.turntable import frames
+
+    scenes = list(frames(scene, arguments.turntable, arguments.turns))
+    size, warnings = (arguments.width, arguments.height), list(scene.mesh.health.warnings)
+
+    def on_processor() -> Iterator[NDArray[np.float32]]:
+        from engine.render.direct import radiance
+        from engine.render.reference import reference
+
+        for each in scenes:
+            if arguments.mode == "reference":
+                options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
+                yield drain(reference(each, size, **options)).picture
+            else:
+                yield drain(radiance(each, size, samples=arguments.samples))
+
+    def on_device(context: Any) -> Iterator[NDArray[np.float32]]:
+        from engine.gl.draw import frames_off_screen
+
+        return frames_off_screen(context, scenes, size, arguments.samples)
+
+    def finished(pictures: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
+        return (with_background(picture, each, behind) for picture, each in zip(pictures, scenes, strict=True))
+
+    renderer = "cpu" if arguments.mode == "reference" else arguments.renderer
+    return _written(arguments, display, show, warnings, renderer, on_device, on_processor, finished)
+
+
+def run_baked(
+    file: Any,
+    method: Method,
+    light: Light,
+    asked: Any,
+    camera: Camera,
+    axis: Vector,
+    arguments: argparse.Namespace,
+    display: Display,
+    show: Callable[[Step], None],
+    behind: EnvironmentMap | None,
+) -> dict[str, Any]:
+    """The film of baked transport: relit for each frame where the light turns, and once where the camera alone does."""
+    from engine.render.background import in_front_of
+    from engine.render.turntable import about_y, camera_about
+
+    if light.near_lamps and arguments.turns != "both":
+        raise UsageError("A --near-lamp is fixed to the model: choose --turns both")
+    size, count = (arguments.width, arguments.height), arguments.turntable
+    turn = {"model": (-1.0, -1.0), "light": (0.0, 1.0), "both": (-1.0, 0.0)}[arguments.turns]
+    angles = [2.0 * math.pi * number / count for number in range(count)]
+    cameras = [camera_about(camera, turn[0] * angle, axis) for angle in angles]
+    lights = [
+        replace(
+            light,
+            rotation=light.rotation + turn[1] * angle,
+            lamps=tuple(replace(each, direction=about_y(each.direction, turn[1] * angle)) for each in light.lamps),
+        )
+        for angle in angles
+    ]
+
+    def relit() -> Iterator[tuple[Relit, Camera]]:
+        found: Any = None
+        for each, seen_from in zip(lights, cameras, strict=True):
+            if found is None or turn[1]:
+                found = drain(method.baking.illuminated(file, each, asked, arguments.brdf))
+            yield found.relit, seen_from
+
+    def on_processor() -> Iterator[NDArray[np.float32]]:
+        from engine.render.transported import picture_of
+
+        for each, seen_from in relit():
+            yield drain(picture_of(each, seen_from, size, arguments.samples)).picture
+
+    def on_device(context: Any) -> Iterator[NDArray[np.float32]]:
+        from engine.gl.draw import relit_frames_off_screen
+
+        return relit_frames_off_screen(context, relit(), size, arguments.samples)
+
+    def finished(pictures: Iterator[NDArray[np.float32]]) -> Iterator[NDArray[np.float32]]:
+        for picture, each, seen_from in zip(pictures, lights, cameras, strict=True):
+            yield picture if behind is None else in_front_of(picture, seen_from, behind, each.rotation, each.factor)
+
+    made = _written(arguments, display, show, [], arguments.renderer, on_device, on_processor, finished)
+    return {**made, "mode": method.name}
+
+
+Pictures = Callable[..., "Iterator[NDArray[np.float32]]"]
+
+
+def _written(
+    arguments: argparse.Namespace,
+    display: Display,
+    show: Callable[[Step], None],
+    warnings: list[str],
+    renderer: str,
+    on_device: Pictures,
+    on_processor: Pictures,
+    finished: Pictures,
+) -> dict[str, Any]:
+    """Draw all frames on a device, or on the processor, and write the film; its record."""
+    from engine.gl.context import create_context, renderer_name
+    from engine.images.animation import film
+
+    start, count, context = time.perf_counter(), arguments.turntable, None
+    if renderer != "cpu":
+        try:
+            context = create_context()
+        except MissingCapability as missing:
+            if renderer == "gl":
+                raise
+            warnings.append(str(missing))
+    try:
+        pictures = on_processor() if context is None else on_device(context)
+        device = ON_PROCESSOR if context is None else renderer_name(context)
+        size = (arguments.width, arguments.height)
+        with film(arguments.output, size, arguments.fps, software=software("render")) as keep:
+            for number, picture in enumerate(finished(pictures), 1):
+                keep(coded(picture, display, arguments.background))
+                show(Step(number / count, f"frame {number} of {count}"))
+    finally:
+        if context is not None:
+            context.release()
+    return {
+        "image": arguments.output,
+        "frames": count,
+        "turns": arguments.turns,
+        "frames_per_second": arguments.fps,
+        "width_px": arguments.width,
+        "height_px": arguments.height,
+        "gl_renderer": device,
+        "warnings": warnings,
+        "time_s": time.perf_counter() - start,
+    }

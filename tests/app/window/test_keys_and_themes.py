@@ -1,0 +1,93 @@
+"""Keys act on the workspace in front whatever has the focus, and a theme reaches every icon."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QIcon
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QLineEdit, QMenuBar
+
+from app.widgets import theme
+from app.window.main_window import MainWindow
+from app.window.top_bar import WORKSPACES
+
+
+@pytest.fixture
+def viewing(window: MainWindow, qtbot: Any) -> MainWindow:
+    window.activateWindow()
+    window.show_workspace("view")
+    qtbot.waitUntil(lambda: window.view.default_mesh is not None and window.isActiveWindow(), timeout=60_000)
+    return window
+
+
+def test_keys_act_on_the_workspace_in_front_unless_a_text_field_has_the_focus(viewing: MainWindow) -> None:
+    look = lambda: viewing.bench.document.project.look  # noqa: E731
+    viewing.view.tone_map.setFocus()
+    QTest.keyClick(viewing.view.tone_map, Qt.Key.Key_R)
+    assert look().mode == "reference"
+    QTest.keyClick(viewing.view.tone_map, Qt.Key.Key_D)
+    QTest.keyClick(viewing.view.tone_map, Qt.Key.Key_B)
+    assert (look().mode, look().against, look().comparing) == ("direct", "reference", "wipe")
+    QTest.keyClick(viewing.view.tone_map, Qt.Key.Key_Tab)
+    assert (look().mode, look().against) == ("reference", "direct")
+    field: Any = viewing.view.exposure.editors["exposure_ev"]
+    field.field.setFocus()
+    QTest.keyClick(field.field, Qt.Key.Key_D)
+    QTest.keyClick(field.field, Qt.Key.Key_Tab)
+    assert (look().mode, look().against) == ("reference", "direct")
+    viewing.bench.document.change("Alone", look=dataclasses.replace(look(), comparing=""))
+    viewing.view.tone_map.setFocus()
+    QTest.keyClick(viewing.view.tone_map, Qt.Key.Key_Tab)
+    assert look().mode == "reference", "Tab leads on where nothing is compared"
+    viewing.show_workspace("capture")
+    QTest.keyClick(viewing, Qt.Key.Key_D)
+    assert look().mode == "reference"
+
+
+@pytest.mark.parametrize("name", ["light", "dark"])
+def test_icons_of_all_buttons_can_be_told_from_what_is_behind_them(window: MainWindow, name: str) -> None:
+    window.set_theme("dark" if name == "light" else "light")
+    window.set_theme(name)
+    faint = []
+    for button in window.findChildren(QAbstractButton):
+        if button.icon().isNull() or isinstance(button.parent(), (QLineEdit, QMenuBar)):
+            continue  # none, or one of Qt's own
+        if button.property("role") == "swatch":
+            continue  # a colour of the person's
+        behind = theme.current().accent if button.property("role") == "primary" else theme.current().field
+        if contrast(ink(button.icon()), QColor(behind)) < 2.5:
+            faint.append((button.accessibleName() or button.text() or button.toolTip(), ink(button.icon()).name()))
+    assert faint == []
+    window.set_theme("dark")
+
+
+def ink(icon: QIcon) -> QColor:
+    """The colour of an icon where it is opaque."""
+    image = icon.pixmap(theme.LARGE).toImage()
+    points = ((x, y) for y in range(image.height()) for x in range(image.width()))
+    x, y = max(points, key=lambda at: image.pixelColor(*at).alpha())
+    return image.pixelColor(x, y)
+
+
+def contrast(one: QColor, other: QColor) -> float:
+    """The contrast of two colours as WCAG 2.1 defines it, 1 … 21."""
+    lighter, darker = sorted((luminance(one), luminance(other)), reverse=True)
+    return (lighter + 0.05) / (darker + 0.05)
+
+
+def luminance(colour: QColor) -> float:
+    def linear(value: float) -> float:
+        return value / 12.92 if value <= 0.03928 else float(((value + 0.055) / 1.055) ** 2.4)
+
+    return 0.2126 * linear(colour.redF()) + 0.7152 * linear(colour.greenF()) + 0.0722 * linear(colour.blueF())
+
+
+def test_the_window_fits_into_its_smallest_size(window: MainWindow) -> None:
+    for name in WORKSPACES:
+        window.show_workspace(name)
+        inside = window.tabs[name].minimumSizeHint()
+        assert (inside.width() <= 1024, inside.height() <= 700 - 72) == (True, True), (name, inside)
