@@ -98,7 +98,6 @@ SHORT_FILES = {
     "app/commands/opening.py": "models and lights by name or file, for the window and for bundles",
     "app/document/history.py": "arithmetic of what undo keeps, without Qt",
     "app/document/scene.py": "the scene of a project, which window and command line share",
-    "app/jobs/newest.py": "the job of which only the newest counts",
     "app/process/garbage.py": "one setting of Python",
     "app/process/last_words.py": "one way to end",
     "app/window/arriving.py": "one question",

@@ -289,6 +289,7 @@ class Inspector(Panel):
             self.form = ParamForm(brdf, {p.name: BRDF_LABELS.get(p.name, p.label) for p in parameters(brdf)})
             self.form.edited.connect(self.edited)
             self.forms.addWidget(self.form)
+            self.form.follow(self.remove)
         self.form.show_instance(brdf)
 
     def _show_measured(self, entry: Entry | None) -> None:

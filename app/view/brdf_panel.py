@@ -78,6 +78,7 @@ class BrdfPanel(Rows):
             self.form = ParamForm(brdf, {p.name: BRDF_LABELS.get(p.name, p.label) for p in parameters(brdf)})
             self.form.edited.connect(self._edited)
             self.forms.addWidget(self.form)
+            self.form.follow(self.choice)
         self.form.show_instance(brdf)
         self.form.setVisible(measured is None)
 

@@ -155,14 +155,16 @@ class ViewTab(QWidget):
 
     def _make_right(self) -> QWidget:
         panel = Panel()
+        self.bake_panels = {method: BakePanel(baking) for method, baking in self.bakings.items()}
         self.brdf_panel = BrdfPanel(self.bench)
         self.lookup = LookupPanel()
         self.compare = ComparePanel()
-        for rows in (self.brdf_panel, self.lookup, self.compare):
-            panel.add(rows)
-        self.bake_panels = {method: BakePanel(baking) for method, baking in self.bakings.items()}
         for bake_panel in self.bake_panels.values():
-            panel.column.insertWidget(0, bake_panel)
+            panel.column.addWidget(bake_panel)
+            bake_panel.hide()
+        panel.column.addWidget(self.brdf_panel)
+        for rows in (self.lookup, self.compare):
+            panel.add(rows)
         self.hint = text("", "secondary", wrap=True)
         panel.column.addSpacing(2 * STEP)
         panel.column.addWidget(self.hint)

@@ -45,6 +45,13 @@ class ParamForm(Rows):
             self.row(labels[parameter.name] if labels else parameter.label, editor, parameter.doc)
         self.show_instance(instance)
 
+    def follow(self, before: QWidget) -> None:
+        """Come after `before` in the order of the Tab key, as on screen, although it may be made later."""
+        for editor in self.editors.values():
+            for stop in editor.stops:
+                QWidget.setTabOrder(before, stop)
+                before = stop
+
     def show_instance(self, instance: Any) -> None:
         """Show the values of `instance` without emitting."""
         self.instance = instance
@@ -77,6 +84,7 @@ class NumberEditor(QWidget):
         layout.setSpacing(2 * STEP)
         layout.addWidget(self.slider, 1)
         layout.addWidget(self.field)
+        self.stops: tuple[QWidget, ...] = (self.slider, self.field)
         self.slider.valueChanged.connect(self._slid)
         self.slider.sliderReleased.connect(lambda: self.edited.emit(self.field.value, True))
         self.slider.reset.connect(lambda: self._set(self.field.default, True))
@@ -147,6 +155,7 @@ class ColourEditor(QWidget):
         layout.setSpacing(2 * STEP)
         layout.addWidget(self.swatch)
         layout.addWidget(self.strength, 1)
+        self.stops: tuple[QWidget, ...] = (self.swatch, *self.strength.stops)
         self.strength.edited.connect(self._scaled)
         self.swatch.clicked.connect(self._ask)
 

@@ -54,7 +54,7 @@ class FactorSettings:
         None,
         ("orthographic", "polar", "parabolic", "auto"),
         offered=(
-            (None, "As the directions ask"),
+            (None, "By directions"),
             ("orthographic", "Orthographic"),
             ("polar", "Polar"),
             ("parabolic", "Parabolic"),
