@@ -146,7 +146,6 @@ LONG_FILES = {
     "engine/capture/lights/sources.py": "the photographs of a capture, from files, folders and archives",
     "app/brdf/tab.py": "one workspace; its panels are files of their own",
     "app/capture/tab.py": "one workspace; its panels are files of their own",
-    "app/material/tab.py": "one workspace; its panels are files of their own",
     "app/view/tab.py": "one workspace; its panels are files of their own",
     "engine/light/gaussian_prefilter_kernel.py": "one kernel and its steps, compiled together",
     "engine/planning/costs/machine_profile.py": "one measurement for each rate of the cost model",

@@ -26,8 +26,9 @@ from app.document.document import Project
 from app.jobs.newest import Latest
 from app.viewport.gl_surface import why_no_gl
 from app.widgets import theme
+from app.widgets.empty_state import EmptyState
 from app.widgets.number_field import plain
-from app.widgets.panels import EmptyState, Segments, side_by_side, text, tool
+from app.widgets.panels import Segments, side_by_side, text, tool
 from app.widgets.param_form import NumberEditor
 from app.widgets.theme import PADDING, STEP, role
 from app.widgets.tiles import Tile, Tiles

@@ -16,8 +16,9 @@ from app.document.document import Project
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.view.tab import ViewTab
+from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import ImageView, Picture, rgb_image
-from app.widgets.panels import EmptyState, Panel, Rows, button, enable, side_by_side, text, with_empty_state
+from app.widgets.panels import Panel, Rows, button, enable, side_by_side, text
 from app.widgets.theme import ROW, STEP, role
 from engine.core.errors import OutputError
 from engine.core.figure_text import size_text

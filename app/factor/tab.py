@@ -24,8 +24,9 @@ from app.factor.runs import GONE, FactorRuns, Live, choices_of, name_of, source_
 from app.factor.settings import FactorSettingsPanel
 from app.jobs.newest import Latest
 from app.widgets.controls import ComboBox
+from app.widgets.empty_state import EmptyState
 from app.widgets.number_field import NumberField
-from app.widgets.panels import EmptyState, Segments, side_by_side
+from app.widgets.panels import Segments, side_by_side
 from app.widgets.theme import PADDING, STEP, role
 from app.widgets.tiles import Tile, Tiles
 from engine.factor.settings import FactorSettings

@@ -14,18 +14,10 @@ from app.document.document import Project
 from app.jobs.newest import Latest
 from app.material.texel_panel import TexelFigures, WorstTexels, worst
 from app.widgets.controls import ComboBox, Slider
+from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import ImageView, Picture, photograph, scalar_map
 from app.widgets.number_field import NumberField
-from app.widgets.panels import (
-    EmptyState,
-    Panel,
-    Segments,
-    button,
-    enable,
-    side_by_side,
-    text,
-    with_empty_state,
-)
+from app.widgets.panels import Panel, Segments, button, enable, side_by_side, text
 from app.widgets.plots import ColourBar, RadiancePlot, TexelPlot, colour_table
 from app.widgets.report import Report
 from app.widgets.theme import PADDING, STEP, role

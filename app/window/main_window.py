@@ -8,7 +8,7 @@ from typing import Any
 
 from PySide6.QtCore import QByteArray, QSize, Signal
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
-from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
 from app.brdf.tab import BrdfTab
 from app.capture.tab import CaptureTab
@@ -25,6 +25,7 @@ from app.view.error_line import ErrorLine
 from app.view.tab import ViewTab
 from app.widgets import theme
 from app.widgets.image_view import ImageView
+from app.widgets.panels import Pages
 from app.widgets.status_bar import StatusBar
 from app.window.banner import Banners
 from app.window.doings import Doings, show_reports
@@ -84,7 +85,7 @@ class MainWindow(QMainWindow):
         self.export = ExportTab(self.bench, self.view)
         tabs = (self.capture, self.material, self.brdf, self.factor, self.view, self.export)
         self.tabs: dict[str, QWidget] = dict(zip(WORKSPACES, tabs, strict=True))
-        self.stack = QStackedWidget()
+        self.stack = Pages()
         for tab in tabs:
             self.stack.addWidget(tab)
         self.view.pictures.measure(self.settings.now.measure_error)
