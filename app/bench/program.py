@@ -15,6 +15,7 @@ import numpy as np
 
 from engine.bench.measure import Measure, best_of
 from engine.core.errors import MissingCapability
+from engine.core.steps import Step, Steps, drain
 
 UI_BLOCK_LIMIT_S = 0.05
 PHOTOGRAPHS, HEIGHT, WIDTH = 10, 4000, 6000
@@ -116,16 +117,22 @@ def _run(*words: str) -> str:
 
 
 def photographs_of_24_megapixels(folder: Path) -> list[Path]:
-    """A surface with texture at all scales under rising light, a pixel or two apart."""
+    """Ten of `large_photographs`."""
+    return drain(large_photographs(folder, HEIGHT, WIDTH))
+
+
+def large_photographs(folder: Path, height: int, width: int) -> Steps[list[Path]]:
+    """A surface with texture at all scales under rising light, a pixel or two apart: ten 16-bit TIFFs in `folder`."""
     from engine.images.encode import write_tiff16
     from engine.storage.atomic import make_folder
 
     make_folder(folder)
     rng = np.random.default_rng(0)
-    fine = rng.random((HEIGHT // 8, WIDTH // 8), np.float32)
-    surface = np.kron(fine, np.ones((8, 8), np.float32))
+    fine = rng.random((-(-height // 8), -(-width // 8)), np.float32)
+    surface = np.kron(fine, np.ones((8, 8), np.float32))[:height, :width]
     paths = []
     for index in range(PHOTOGRAPHS):
+        yield Step(index / PHOTOGRAPHS, "making photographs")
         level = 60000 * (index + 1) / PHOTOGRAPHS
         shifted = np.roll(surface, (index % 3, index % 2), axis=(0, 1))
         codes = (level * (0.4 + 0.6 * shifted)).astype(np.uint16)

@@ -118,6 +118,7 @@ LARGE = (
     "window-soak",
     "cancel",
     "project",
+    "large-memory",
 )
 
 #: Name of a group of errors and the function that finds them in a working folder.
@@ -137,6 +138,7 @@ ACCURACIES = {
     "window-soak": "app.bench.soak:window_soak",
     "cancel": "app.bench.cancel:cancel",
     "project": "app.bench.project:project",
+    "large-memory": "app.bench.large_memory:large_memory",
 }
 
 #: Options of the command line that a group of errors takes.
@@ -145,6 +147,7 @@ OPTIONS = {
     "predictions": ("scenes", "seed", "data"),
     "window-soak": ("runs", "run_s", "seed", "log"),
     "cancel": ("runs", "seed"),
+    "large-memory": ("megapixels",),
     "factors": ("data", "samplings", "seed"),
 }
 
@@ -178,6 +181,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--samplings", type=int, metavar="N", help="random models at directions of instruments, for factors (4)"
+    )
+    parser.add_argument(
+        "--megapixels", type=float, nargs="+", metavar="M", help="sizes of photographs for large-memory (6 24 48)"
     )
     parser.add_argument(
         "--log",

@@ -5,18 +5,17 @@ material without this program; and a manifest with the provenance, the error fig
 member. The same material gives the same bytes: members carry no time of day. Reading trusts nothing: see
 `engine.storage.archive` for names and sizes, `engine.storage.records` for JSON; pixels are decoded in a child
 interpreter, after the manifest has said how many there must be.
-Cost: compressing the maps (about 25 MB/s) bounds saving, decompressing and hashing bound opening.
+Cost: compressing the maps (some 60 MB/s a core, a strip at a time) bounds saving, decompressing and hashing bound
+opening.
 """
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
-import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -42,11 +41,12 @@ from engine.bundle.maps import (
     read_shading_map,
     shading_map_record,
 )
+from engine.bundle.members import OpenMember, folder_members, zip_members
 from engine.core.errors import InputError, OutputError, UsageError
 from engine.core.steps import Step, Steps, part
+from engine.images.exr_strips import Planes, write_exr_strips
 from engine.scene.material import Material
-from engine.storage.archive import TOTAL_LIMIT_BYTES, Archive, open_archive
-from engine.storage.atomic import atomic_file, atomic_folder, make_folder, write_bytes
+from engine.storage.archive import BUNDLE_LIMIT_BYTES, Archive, open_archive
 from engine.storage.records import (
     TABLE,
     UNITS,
@@ -57,6 +57,7 @@ from engine.storage.records import (
     read_manifest,
     write_manifest,
 )
+from engine.storage.scratch import release
 
 SUFFIX = ".lightarc"
 MANIFEST = "manifest.json"
@@ -65,8 +66,8 @@ MEMBERS = MAPS | DIRECTIONAL | {MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
 
 _JSON_LIMIT_BYTES = 16 << 20
 _SMALL_LIMIT_BYTES = 256 << 20
+_AT_ONCE = 1 << 24
 _MAY_BE_NEGATIVE = ("the shading map", "the kept tiles")
-_PACKED_WELL = (".json", ".glsl", ".html")
 
 Value = TypeVar("Value")
 Maps = NDArray[np.float32]
@@ -115,17 +116,31 @@ def save_bundle(
         material = replace(material, measured=(yield from part(kept_table(material.measured), 0.0, 0.2)))
     contents = _contents(material, preview)
     members: dict[str, Member] = {}
-    with _sink(target, _size_estimate(material)) as put:
+    with _sink(target, _size_estimate(material)) as opened:
         for index, (name, produce) in enumerate(contents.items()):
-            done = 0.2 + 0.8 * index / (len(contents) + 1)
-            content = yield from _in_thread(produce, done, f"writing {name}")
-            members[name] = Member(sha256=hashlib.sha256(content).hexdigest(), size_bytes=len(content))
-            put(name, content)
+            start, stop = (0.2 + 0.8 * place / (len(contents) + 1) for place in (index, index + 1))
+            members[name] = yield from part(_written(name, produce, opened), start, stop)
         yield Step(0.99, f"writing {MANIFEST}")
-        put(MANIFEST, write_manifest(_manifest(material, provenance or {}, figures or {}, members)))
-        if sum(member.size_bytes for member in members.values()) > TOTAL_LIMIT_BYTES - _JSON_LIMIT_BYTES:
-            raise OutputError(target, "the material is larger than the 4 GiB of a bundle", "Reduce the resolution")
+        manifest = write_manifest(_manifest(material, provenance or {}, figures or {}, members))
+        with opened(MANIFEST, len(manifest)) as member:
+            member.write(manifest)
+        if sum(member.size_bytes for member in members.values()) > BUNDLE_LIMIT_BYTES - _JSON_LIMIT_BYTES:
+            problem = f"the material is larger than the {BUNDLE_LIMIT_BYTES >> 30} GiB of a bundle"
+            raise OutputError(target, problem, "Reduce the resolution")
     return target
+
+
+def _written(name: str, produce: Callable[[], bytes | Planes], opened: OpenMember) -> Steps[Member]:
+    """Write one member; maps are packed strip by strip."""
+    note = f"writing {name}"
+    content = yield from _in_thread(produce, 0.0, note)
+    if isinstance(content, bytes):
+        with opened(name, len(content)) as member:
+            member.write(content)
+        return member.fingerprint
+    with opened(name, content.size_bytes + (1 << 20)) as member:
+        member.late = yield from write_exr_strips(content, member.write, note)
+    return member.fingerprint
 
 
 def open_bundle(path: str | os.PathLike[str]) -> Material:
@@ -173,14 +188,14 @@ def check_replaceable(target: Path) -> None:
         return
     try:
         archive = open_archive(target, MEMBERS)
-        if archive.content is not None or archive.sizes:
+        if archive.is_zip or archive.sizes:
             read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), target)
     except InputError as error:
         problem = f"it exists and cannot be replaced, because {error.problem}"
         raise OutputError(target, problem, "Choose another name") from None
 
 
-def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[], bytes]]:
+def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[], bytes | Planes]]:
     """Producer of each member but the manifest, in the order of writing."""
     from engine.bundle.portable import brdf_json, shader, viewer
 
@@ -211,27 +226,10 @@ def _in_thread(produce: Callable[[], Value], done: float, note: str) -> Steps[Va
         pool.shutdown(wait=False)
 
 
-@contextmanager
-def _sink(target: Path, size_bytes: int) -> Iterator[Callable[[str, bytes], None]]:
-    """A function that takes (member name, content); the bundle appears at `target` when the block ends."""
-    if target.suffix.lower() == SUFFIX:
-        with atomic_file(target, size_bytes) as output, zipfile.ZipFile(output, "w") as packed:
-            yield lambda name, content: packed.writestr(_zip_entry(name), content)
-    else:
-        with atomic_folder(target, MANIFEST, size_bytes) as folder:
-            yield lambda name, content: _put_file(folder / name, content)
-
-
-def _zip_entry(name: str) -> zipfile.ZipInfo:
-    entry = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
-    entry.compress_type = zipfile.ZIP_DEFLATED if name.endswith(_PACKED_WELL) else zipfile.ZIP_STORED
-    entry.create_system, entry.external_attr = 3, 0o100644 << 16
-    return entry
-
-
-def _put_file(path: Path, content: bytes) -> None:
-    make_folder(path.parent)
-    write_bytes(path, content)
+def _sink(target: Path, size_bytes: int) -> AbstractContextManager[OpenMember]:
+    """What opens members one after the other; the bundle appears at `target` when the block ends."""
+    is_zip = target.suffix.lower() == SUFFIX
+    return zip_members(target, size_bytes) if is_zip else folder_members(target, MANIFEST, size_bytes)
 
 
 def _manifest(
@@ -285,7 +283,7 @@ def _fingerprint_problems(archive: Archive, manifest: Manifest) -> list[str]:
     problems = [f"{name} is not in the manifest." for name in sorted(archive.sizes) if name not in manifest.members]
     problems.remove(f"{MANIFEST} is not in the manifest.")
     for name in sorted(manifest.members):
-        limit_bytes = TOTAL_LIMIT_BYTES if name.endswith(".exr") else _SMALL_LIMIT_BYTES
+        limit_bytes = BUNDLE_LIMIT_BYTES if name.endswith(".exr") else _SMALL_LIMIT_BYTES
         try:
             check_fingerprint(archive, manifest, name, archive.read(name, limit_bytes))
         except InputError as error:
@@ -344,9 +342,19 @@ def _check_values(material: Material) -> None:
     if not maps and material.directional is None:
         raise UsageError("the material has neither a shading map nor a power law nor a directional map")
     for name, values in maps.items():
-        low, high = values.min(), values.max()
+        low, high = _extremes(values)
         if not (np.isfinite(low) and np.isfinite(high) and (low >= 0 or name in _MAY_BE_NEGATIVE)):
             raise UsageError(f"{name} has values that are negative or not finite")
+
+
+def _extremes(values: Maps) -> tuple[float, float]:
+    """Smallest and largest value, NaN where one is; parts of mapped maps are let go of one after the other."""
+    flat, lows, highs = values.reshape(-1), [], []
+    for start in range(0, flat.size, _AT_ONCE):
+        lows.append(flat[start : start + _AT_ONCE].min())
+        highs.append(flat[start : start + _AT_ONCE].max())
+        release(values)
+    return float(np.min(lows)), float(np.max(highs))
 
 
 def _size_estimate(material: Material) -> int:

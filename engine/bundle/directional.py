@@ -8,15 +8,15 @@ constant and planeNN.R … for each plane.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from engine.bundle.maps import check_fingerprint, exr_member, maps_member, pixels_member
+from engine.bundle.maps import Produce, check_fingerprint, maps_member, pixels_member
 from engine.core.errors import InputError
+from engine.images.exr_strips import Planes
 from engine.shading.directional.effective_light import TILTS, TURNS
 from engine.shading.directional.interpolation import Kernel
 from engine.shading.directional.planes import DirectionalMap
@@ -27,8 +27,8 @@ from engine.storage.records import DirectionalNumbers, DirectionalRecord, Manife
 MOST_PLANES = 64
 
 NUMBERS, WEIGHTS = "directional.json", "directional_weights.exr"
-PLANES = tuple(f"directional_plane{k:02d}.png" for k in range(MOST_PLANES))
-DIRECTIONAL = frozenset({NUMBERS, WEIGHTS, *PLANES})
+PLANE_FILES = tuple(f"directional_plane{k:02d}.png" for k in range(MOST_PLANES))
+DIRECTIONAL = frozenset({NUMBERS, WEIGHTS, *PLANE_FILES})
 
 #: Largest JSON of numbers, in bytes: 1,024 photographs and 64 planes take 5 MB.
 _LIMIT_BYTES = 16 << 20
@@ -39,17 +39,15 @@ _LAST_DIGITS = 1e-5
 _AGAIN = "Export the bundle again"
 
 
-def directional_members(directional: DirectionalMap) -> dict[str, Callable[[], bytes]]:
+def directional_members(directional: DirectionalMap) -> dict[str, Produce]:
     """Producer of each member, in the order of writing."""
     from engine.images.encode import encode_png
 
-    members: dict[str, Callable[[], bytes]] = {}
-    for name, plane in zip(PLANES, directional.planes, strict=False):
+    members: dict[str, Produce] = {}
+    for name, plane in zip(PLANE_FILES, directional.planes, strict=False):
         members[name] = lambda plane=plane: encode_png(plane, transfer="linear")  # type: ignore[misc]
     members[NUMBERS] = lambda: _json(directional)
-    members[WEIGHTS] = lambda: exr_member(
-        _weights(directional), {"unit": "codes of 8-bit sRGB for each code of a plane"}
-    )
+    members[WEIGHTS] = lambda: Planes(_weights(directional), {"unit": "codes of 8-bit sRGB for each code of a plane"})
     return members
 
 
@@ -78,7 +76,7 @@ def read_directional(archive: Archive, manifest: Manifest) -> DirectionalMap | N
     size = (record.height_px, record.width_px)
     planes = np.empty((record.planes, *size), np.uint8)
     for k in range(record.planes):
-        planes[k] = pixels_member(archive, manifest, PLANES[k], "decode_codes", 1, *size, bits=8, grey=True)
+        planes[k] = pixels_member(archive, manifest, PLANE_FILES[k], "decode_codes", 1, *size, bits=8, grey=True)
     found = DirectionalMap(
         planes=planes,
         low=np.array(numbers.low),

@@ -9,19 +9,21 @@ lie: slices that are 0 elsewhere, and their coverage A, so that
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.errors import InputError
+from engine.core.figure_text import size_text
+from engine.images.exr_strips import Planes
 from engine.scene.material import Material
 from engine.shading.kept_tiles import KeptTiles, cut_tiles
 from engine.shading.power_law import PowerLawMap, Storage
 from engine.shading.quantise import quantise_exponent, restored_exponent
 from engine.shading.shading_map import ShadingMap
-from engine.storage.archive import TOTAL_LIMIT_BYTES, Archive
+from engine.storage.archive import BUNDLE_LIMIT_BYTES, Archive
 from engine.storage.records import (
     UNITS,
     HealthRecord,
@@ -42,17 +44,21 @@ COVERAGE = "A"
 
 _AGAIN = "Export the bundle again"
 
+#: Maps up to this size are decoded without a look at the memory that is free.
+_READ_UNASKED_BYTES = 1 << 30
+
 Maps = NDArray[np.float32]
-Produce = Callable[[], bytes]
+Produce = Callable[[], bytes | Planes]
 
 
 def map_members(material: Material) -> dict[str, Produce]:
-    """Producer of each map of the material, in the order of writing."""
+    """Producer of each map of the material, in the order of writing; maps as EXR come as `Planes`, packed as they are
+    written."""
     members: dict[str, Produce] = {}
     shading_map, power_law = material.shading_map, material.power_law
     if shading_map is not None:
         attributes = {"unit": UNITS["radiance"], "r_max": repr(shading_map.r_max)}
-        members[SLICES] = lambda: exr_member(_slice_channels(shading_map), attributes)
+        members[SLICES] = lambda: Planes(_slice_channels(shading_map), attributes)
     if power_law is not None:
         members |= _power_law_members(power_law)
     return members
@@ -64,25 +70,16 @@ def _power_law_members(power_law: PowerLawMap) -> dict[str, Produce]:
     storage, kept = power_law.storage, power_law.kept
     radiance = {"unit": UNITS["radiance"], "r_max": repr(power_law.r_max)}
     members: dict[str, Produce] = {
-        SCALE: lambda: exr_member(rgb_channels(power_law.scale), radiance, half=storage.scale_bits == 16)
+        SCALE: lambda: Planes(rgb_channels(power_law.scale), radiance, storage.scale_bits == 16)
     }
     if storage.exponent_bits == 32:
-        members[EXPONENT] = lambda: exr_member(
-            rgb_channels(power_law.exponent), {"unit": "1, data without a colour space"}
-        )
+        members[EXPONENT] = lambda: Planes(rgb_channels(power_law.exponent), {"unit": "1, data without a colour space"})
     else:
         members[CODES] = lambda: encode_png(_codes(power_law.exponent, storage), transfer="linear")
-    members[ERROR] = lambda: exr_member({"Y": power_law.error_map}, {"unit": UNITS["radiance"]})
+    members[ERROR] = lambda: Planes({"Y": power_law.error_map}, {"unit": UNITS["radiance"]})
     if kept is not None:
-        members[KEPT] = lambda: exr_member(_kept_channels(kept, *power_law.error_map.shape), radiance)
+        members[KEPT] = lambda: Planes(_kept_channels(kept, *power_law.error_map.shape), radiance)
     return members
-
-
-def exr_member(channels: Mapping[str, NDArray[Any]], attributes: Mapping[str, str], half: bool = False) -> bytes:
-    """An OpenEXR file of `channels` with `attributes`."""
-    from engine.images.encode import encode_exr
-
-    return encode_exr(channels, half=half, attributes=attributes)
 
 
 def _codes(exponent: Maps, storage: Storage) -> NDArray[np.unsignedinteger]:
@@ -251,8 +248,7 @@ def pixels_member(
 ) -> NDArray[Any]:
     """The pixels of a member, after its size and fingerprint have been found right."""
     size_bytes = texel_bytes * height * width
-    if size_bytes > TOTAL_LIMIT_BYTES:
-        raise InputError(archive.path, f"{member} would have {size_bytes:,} bytes of pixels", "Use a smaller bundle")
+    _check_memory(archive, member, size_bytes)
     content = archive.read(member)
     check_fingerprint(archive, manifest, member, content)
     reply = decode_content(
@@ -267,6 +263,20 @@ def pixels_member(
     )
     pixels: NDArray[Any] = reply["maps"]
     return pixels
+
+
+def _check_memory(archive: Archive, member: str, size_bytes: int) -> None:
+    """Refuse pixels that are too many for any bundle, or many and more than the memory that is free would hold."""
+    if size_bytes > BUNDLE_LIMIT_BYTES:
+        raise InputError(archive.path, f"{member} would have {size_bytes:,} bytes of pixels", "Use a smaller bundle")
+    if size_bytes <= _READ_UNASKED_BYTES:
+        return
+    import psutil
+
+    free_bytes = psutil.virtual_memory().available
+    if size_bytes + archive.sizes.get(member, 0) > free_bytes:
+        needs = f"{member} needs {size_text(size_bytes)} of memory, and {size_text(free_bytes)} are free"
+        raise InputError(archive.path, needs, "Open it on a machine with more, or make the material smaller")
 
 
 def check_fingerprint(archive: Archive, manifest: Manifest, name: str, content: bytes) -> None:

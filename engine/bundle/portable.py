@@ -28,6 +28,7 @@ from engine.shading.directional.effective_light import effective_cosine
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap, Storage
 from engine.storage.records import TABLE
+from engine.storage.scratch import release
 from engine.storage.untrusted import decode_content
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources"
@@ -265,6 +266,7 @@ def _source(name: str) -> str:
 def _coded(values: NDArray[np.float32]) -> dict[str, Any]:
     """A map in 16 bits for the page: value = largest (256 high + low) / 65535."""
     small = _reduced(values)
+    release(values)
     largest = float(small.max())
     codes = np.rint(small / (largest or 1.0) * 65535.0).astype(np.uint16)
     return {"largest": largest, "size": [small.shape[1], small.shape[0]], **_two_bytes(codes)}

@@ -126,6 +126,8 @@ class _Output:
             self.radiance_crc32 = zlib.crc32(band.data, self.radiance_crc32)
             self.saturated_crc32 = zlib.crc32(mask.data, self.saturated_crc32)
             tally.add(band, mask, first)
+            release(radiance)
+            release(saturated)
         self.tallies.append(tally)
 
 
@@ -272,9 +274,12 @@ def _keep(plan: Plan, read: _Read, photograph: Photograph, place: Path, files: E
             scratch_array((*shape, 3), np.float32, place.parent),
             scratch_array(shape, np.bool_, place.parent),
         )
-    for scratch, pixels in zip(read.scratch, (photograph.radiance, photograph.saturated), strict=True):
-        scratch[index] = pixels
-        release(scratch)
+    rows = max(1, _BAND_PIXELS // read.shape[1])
+    for first in range(0, read.shape[0], rows):
+        band = np.s_[first : first + rows]
+        for scratch, pixels in zip(read.scratch, (photograph.radiance, photograph.saturated), strict=True):
+            scratch[index, band] = pixels[band]
+            release(scratch)
 
 
 def _aligned(plan: Plan, read: _Read) -> Steps[Alignment]:
@@ -290,8 +295,6 @@ def _write_aligned(plan: Plan, read: _Read, alignment: Alignment, place: Path, f
     read.output = _output(plan, alignment, read.shape, place, files)
     for radiance, saturated, matrix in zip(*read.scratch, alignment.matrix, strict=True):
         yield from read.output.add(radiance, saturated, matrix)
-        for scratch in read.scratch:
-            release(scratch)
 
 
 def _output(plan: Plan, alignment: Alignment, size: tuple[int, int], place: Path, files: ExitStack) -> _Output:

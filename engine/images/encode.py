@@ -78,14 +78,15 @@ def encode_exr(
         "chromaticities": CHROMATICITIES,
         **(attributes or {}),
     }
-    stored = {name: _as_half(channel) if half else np.float32(channel) for name, channel in channels.items()}
+    stored = {name: as_half(channel) if half else np.float32(channel) for name, channel in channels.items()}
     stream = io.BytesIO()
     with OpenEXR.File(header, {name: np.ascontiguousarray(channel) for name, channel in stored.items()}) as file:
         file.write(stream)
     return stream.getvalue()
 
 
-def _as_half(channel: NDArray[Any]) -> NDArray[np.float16]:
+def as_half(channel: NDArray[Any]) -> NDArray[np.float16]:
+    """`channel` as half floats, finite values beyond `HALF_MAX` as that."""
     inside = np.where(np.isfinite(channel), np.clip(channel, -HALF_MAX, HALF_MAX), channel)
     return inside.astype(np.float16)
 

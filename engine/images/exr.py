@@ -107,7 +107,7 @@ def _check_chunks(content: bytes, header: dict[str, Any], name: str) -> None:
     OpenEXR believes the header and leaves out, or fills with zeros, what does not agree with it. A chunk starts with
     its row, or with the column and row of its tile and its level (OpenEXR file layout, "Chunk layout").
     """
-    start = _end_of_header(content)
+    start = end_of_header(content)
     first = int.from_bytes(content[start : start + 8], "little")
     if not start < first <= len(content) - 20:
         raise InputError(name, "is an incomplete EXR image: its table of chunks is empty", AGAIN)
@@ -139,7 +139,7 @@ def _with_capitals(channels: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]
     return named
 
 
-def _end_of_header(content: bytes) -> int:
+def end_of_header(content: bytes) -> int:
     """Position after the header: attributes are name, type (each ended by 0), length and value; an empty name ends."""
     at = 8
     while content[at]:

@@ -20,6 +20,7 @@ from engine.core.figure_text import number
 from engine.core.health import Finding, Verdict
 from engine.core.steps import Step, Steps
 from engine.shading.shading_map import ShadingMap
+from engine.storage.scratch import release
 
 #: Photographs of which some are left out and the others still tell how the light changes them.
 FEWEST = 4
@@ -70,6 +71,7 @@ def fidelity(stack: ImageStack, used: NDArray[np.int64], shading_map: ShadingMap
         yield Step(place / len(used), "comparing with the photographs")
     wanted = _codes(radiance)
     slices = np.stack([shading_map.slices[:, row, columns] for row in rows], axis=1)
+    release(shading_map.slices)
     sampled = replace(shading_map, slices=slices, clipped=None)
     order = np.argsort(means, kind="stable")
     mean = wanted.mean(axis=0, dtype=np.float64)

@@ -21,7 +21,7 @@ from engine.core.steps import Step, Steps
 from engine.shading.kept_tiles import KeptTiles, grid_shape
 from engine.shading.lookup import Above, Numbers, neighbours, share_and_gain
 from engine.shading.shading_map import ShadingMap
-from engine.storage.scratch import release
+from engine.storage.scratch import release, scratch_array
 
 #: Choice of k_s.
 Scale = Literal["last-slice", "least-squares"]
@@ -90,6 +90,8 @@ class PowerLawMap:
             object.__setattr__(self, name, view)
         if not (self.scale.min() >= 0 and self.exponent.min() >= 0):
             raise ValueError("scale and exponent must not be negative or NaN")
+        for array in (self.scale, self.exponent):
+            release(array)
         if self.kept is not None and self.kept.place.shape != grid_shape(*shape[:2], self.kept.size):
             raise ValueError(f"a grid of {self.kept.place.shape} tiles does not belong to a map of {shape[:2]} texels")
 
@@ -164,19 +166,26 @@ def fit(
     tables = (exponent_grid(count), log_positions(count))
     left_out = _left_out(shading_map, excluded)
     flat = np.ascontiguousarray(shading_map.slices).reshape(count, height, 3 * width)
-    factor, exponent, squares = (np.empty((height, 3 * width), np.float32) for _ in range(3))
+    factor, exponent = (scratch_array((height, 3 * width), np.float32) for _ in range(2))
+    error_map, sums = np.empty((height, width), np.float32), np.empty((height, 3))
     outcomes = np.zeros((height, 4), np.int64)
     rows = max(1, TILE_TEXELS // width)
+    squares = np.empty((rows, 3 * width), np.float32)
     for start in range(0, height, rows):
-        tile = (start, min(start + rows, height), factor, exponent, squares, outcomes)
+        stop = min(start + rows, height)
+        tile = (start, stop, np.asarray(factor), np.asarray(exponent), squares, outcomes)
         fit_rows(flat, left_out, scale == "least-squares", *tables, *tile)
-        release(shading_map.slices)
-        yield Step(tile[1] / height, "fitting the power law")
-    factor, exponent, squares = (array.reshape(height, width, 3) for array in (factor, exponent, squares))
-    mean_squares = squares.mean(axis=(0, 1), dtype=np.float64) / count
-    error_map = np.sqrt(squares.mean(axis=2) / np.float32(count))
+        of_channels = squares[: stop - start].reshape(stop - start, width, 3)
+        error_map[start:stop] = np.sqrt(of_channels.mean(axis=2) / np.float32(count))
+        sums[start:stop] = of_channels.sum(axis=1, dtype=np.float64)
+        for array in (shading_map.slices, shading_map.clipped, factor, exponent):
+            if array is not None:
+                release(array)
+        yield Step(stop / height, "fitting the power law")
+    mean_squares = sums.sum(axis=0) / (height * width * count)
     rms = math.sqrt(mean_squares.mean())
     health = _health(outcomes.sum(axis=0), left_out)
+    factor, exponent = (array.reshape(height, width, 3) for array in (factor, exponent))
     return PowerLawMap(factor, exponent, shading_map.r_max, rms, np.sqrt(mean_squares), error_map, health)
 
 
@@ -184,7 +193,7 @@ def _left_out(shading_map: ShadingMap, excluded: NDArray[np.bool_] | None) -> ND
     """Samples that the fit leaves out, (S, H, W), or (S, 0, 0) for none; read-only like the slices."""
     marked = [array for array in (shading_map.clipped, excluded) if array is not None and array.any()]
     if marked:
-        left_out = np.ascontiguousarray(np.logical_or.reduce(marked)) if len(marked) > 1 else marked[0].view()
+        left_out = np.ascontiguousarray(np.logical_or.reduce(marked) if len(marked) > 1 else marked[0]).view()
     else:
         left_out = np.zeros((len(shading_map.slices), 0, 0), np.bool_)
     left_out.flags.writeable = False

@@ -344,7 +344,8 @@ def fit_rows(slices, excluded, least_squares, grid, log_x, start, stop, scale, e
     slices : (S, H, 3 W) float32. excluded : (S, H, W) bool, samples that do not count, or (S, 0, 0) for none.
     grid, log_x : `exponent_grid`, `log_positions`.
     scale, exponent : (H, 3 W) float32, written.
-    squares : (H, 3 W) float32, written: sum over all slices of (slice - k x^K)^2.
+    squares : (>= stop - start, 3 W) float32, written: of each row that is fitted, the sum over all slices of
+        (slice - k x^K)^2.
     outcomes : (H, 4) int64, zero at first, written: how often each outcome occurs in a row.
     """
     count, width = slices.shape[0] - 1, slices.shape[2]
@@ -365,4 +366,4 @@ def fit_rows(slices, excluded, least_squares, grid, log_x, start, stop, scale, e
                 outcomes[row, outcome] += 1
                 scale[row, left + lane] = k
                 exponent[row, left + lane] = at
-                squares[row, left + lane] = work[VALUE + lane]
+                squares[row - start, left + lane] = work[VALUE + lane]

@@ -167,6 +167,7 @@ def build(
     if not np.abs(means - target_radiance(r_max, slices)).max() <= MEAN_TOLERANCE * r_max:
         raise InputError(where, "its mean radiances do not belong to its pixels", "Import the photographs again")
     health = _health(stack, used, weights, clipped)
+    release(clipped)
     order = tuple(int(photograph) for photograph in used[np.argsort(used_means, kind="stable")])
     return ShadingMap(linear, r_max, means, health, clipped if clipped.any() else None, order)
 
@@ -195,15 +196,15 @@ def _linearise(
     used = np.flatnonzero(weights.any(axis=0))
     photographs, packed = _pack(weights[:, used])
     linear = scratch_array((len(weights), height, width, 3), np.float32, stack.folder)
-    clipped = np.zeros((len(weights), height, width), np.bool_)
+    clipped = scratch_array((len(weights), height, width), np.bool_, stack.folder)
     sums = np.empty((len(weights), height))
     rows = tile_rows or max(1, TILE_TEXELS // (width * max(len(weights), len(used))))
     for start in range(0, height, rows):
         stop = min(start + rows, height)
         radiance, saturated = (_part(array, used, start, stop) for array in (stack.radiance, stack.saturated))
-        slices = (np.asarray(linear), clipped, sums)
+        slices = (np.asarray(linear), np.asarray(clipped), sums)
         linearise_rows(radiance, saturated, photographs, packed, LUMINANCE, start, *slices)
-        for array in (stack.radiance, linear):
+        for array in (stack.radiance, linear, clipped):
             release(array)
         yield Step(stop / height, "linearising")
     return linear, clipped, sums.sum(axis=1) / (height * width)

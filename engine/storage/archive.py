@@ -4,12 +4,12 @@ Only the names that the caller knows are let in, which also shuts out absolute p
 spellings, nested archives and links. Counts and sizes are checked before anything is allocated, first in the zip's
 end record (so that a million members cost nothing), then member by member; while inflating no more is produced than
 was declared, and the checksum of the zip must agree.
-Limits: 10 000 members, 4 GiB in all, 100 times the packed size plus 10 MB. Memory: the packed file and one member.
+Limits: 10 000 members, 64 GiB in all, 100 times the packed size plus 10 MB. Memory: one member; the zip stays on the
+disk, where another program can change it between two reads, so what matters has a fingerprint of its own.
 """
 
 from __future__ import annotations
 
-import io
 import os
 import stat
 import struct
@@ -21,10 +21,11 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 
 from engine.core.errors import InputError
-from engine.storage.untrusted import read_bytes
+from engine.storage.untrusted import opened, read_bytes
 
 MEMBER_LIMIT = 10_000
 TOTAL_LIMIT_BYTES = 4 << 30
+BUNDLE_LIMIT_BYTES = 64 << 30
 RATIO_LIMIT = 100
 RATIO_FLOOR_BYTES = 10_000_000
 
@@ -33,6 +34,8 @@ IGNORED = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 
 _DIRECTORY_LIMIT_BYTES = 400 * MEMBER_LIMIT
 _END, _END_64, _LOCATOR_64 = b"PK\5\6", b"PK\6\6", b"PK\6\7"
+#: As much of the end of a zip without a comment as holds its end records.
+_END_BYTES = 22 + 76
 #: As much of the end of a zip as can hold its end record with a comment.
 TAIL_BYTES = 22 + 76 + 65535
 
@@ -46,26 +49,27 @@ DAMAGE = (
 
 @dataclass(frozen=True, eq=False)
 class Archive:
-    """Members of a folder or zip: `sizes` in bytes by member name, `content` of the zip or None for a folder."""
+    """Members of a folder or zip: `sizes` in bytes by member name, and whether it `is_zip`."""
 
     path: Path
     sizes: Mapping[str, int]
     size_bytes: int
-    content: bytes | None
+    is_zip: bool
 
-    def read(self, name: str, limit_bytes: int = TOTAL_LIMIT_BYTES) -> bytes:
+    def read(self, name: str, limit_bytes: int = BUNDLE_LIMIT_BYTES) -> bytes:
         """The content of the member `name`; InputError where it is missing, too large or damaged."""
         if name not in self.sizes:
             raise InputError(self.path, f"has no member {name}", _REMEDY)
         if self.sizes[name] > limit_bytes:
             raise InputError(self.path, f"{name} has {self.sizes[name]:,} bytes, more than {limit_bytes:,}", _REMEDY)
-        if self.content is None:
+        if not self.is_zip:
             return read_bytes(self.path / name, limit_bytes)
-        try:
-            with zipfile.ZipFile(io.BytesIO(self.content)) as archive, archive.open(mode="r", name=name) as member:
-                content = member.read(self.sizes[name] + 1)
-        except DAMAGE as error:
-            raise InputError(self.path, f"{name} is damaged ({one_line(error)})", _REMEDY) from None
+        with opened(self.path, BUNDLE_LIMIT_BYTES) as (file, _):
+            try:
+                with zipfile.ZipFile(file) as archive, archive.open(mode="r", name=name) as member:
+                    content = member.read(self.sizes[name] + 1)
+            except (*DAMAGE, KeyError) as error:
+                raise InputError(self.path, f"{name} is damaged ({one_line(error)})", _REMEDY) from None
         if len(content) != self.sizes[name]:
             raise InputError(self.path, f"{name} is damaged (its size is not the declared one)", _REMEDY)
         return content
@@ -92,7 +96,7 @@ def _open_folder(path: Path, known: Collection[str]) -> Archive:
                 raise InputError(path, f"{shown(member)} is not a regular file", _REMEDY)
             sizes[member] = status.st_size
     _check(path, sizes, known)
-    return Archive(path, MappingProxyType(sizes), sum(sizes.values()), None)
+    return Archive(path, MappingProxyType(sizes), sum(sizes.values()), is_zip=False)
 
 
 def _listing(folder: Path) -> list[tuple[str, os.stat_result]]:
@@ -112,13 +116,15 @@ def _listing(folder: Path) -> list[tuple[str, os.stat_result]]:
 
 
 def _open_zip(path: Path, known: Collection[str]) -> Archive:
-    content = read_bytes(path, TOTAL_LIMIT_BYTES)
-    check_end_record(path, content, content, len(content), "Give a .lightarc file or a bundle folder")
-    try:
-        with zipfile.ZipFile(io.BytesIO(content)) as archive:
-            entries = archive.infolist()
-    except DAMAGE as error:
-        raise InputError(path, f"is a damaged zip archive ({one_line(error)})", _REMEDY) from None
+    with opened(path, BUNDLE_LIMIT_BYTES) as (file, size_bytes):
+        head = file.read(4)
+        file.seek(max(0, size_bytes - _END_BYTES))
+        check_end_record(path, head, file.read(), size_bytes, "Give a .lightarc file or a bundle folder")
+        try:
+            with zipfile.ZipFile(file) as archive:
+                entries = archive.infolist()
+        except DAMAGE as error:
+            raise InputError(path, f"is a damaged zip archive ({one_line(error)})", _REMEDY) from None
     folders = {f"{PurePosixPath(name).parent}/" for name in known}
     sizes: dict[str, int] = {}
     for entry in entries:
@@ -129,9 +135,9 @@ def _open_zip(path: Path, known: Collection[str]) -> Archive:
         check_entry(path, entry, _REMEDY)
         sizes[entry.orig_filename] = entry.file_size
     _check(path, sizes, known)
-    if sum(sizes.values()) > RATIO_LIMIT * len(content) + RATIO_FLOOR_BYTES:
+    if sum(sizes.values()) > RATIO_LIMIT * size_bytes + RATIO_FLOOR_BYTES:
         raise InputError(path, f"would unpack to more than {RATIO_LIMIT} times its size", _REMEDY)
-    return Archive(path, MappingProxyType(sizes), len(content), content)
+    return Archive(path, MappingProxyType(sizes), size_bytes, is_zip=True)
 
 
 def check_end_record(path: Path, head: bytes, tail: bytes, size_bytes: int, remedy: str, comment: bool = False) -> None:
@@ -184,8 +190,8 @@ def _check(path: Path, sizes: Mapping[str, int], known: Collection[str]) -> None
     if unknown:
         more = f" and {len(unknown) - 1} more" if len(unknown) > 1 else ""
         raise InputError(path, f"holds what no bundle holds: {shown(unknown[0])}{more}", _REMEDY)
-    if sum(sizes.values()) > TOTAL_LIMIT_BYTES:
-        raise InputError(path, f"would unpack to more than {TOTAL_LIMIT_BYTES >> 30} GiB", _REMEDY)
+    if sum(sizes.values()) > BUNDLE_LIMIT_BYTES:
+        raise InputError(path, f"would unpack to more than {BUNDLE_LIMIT_BYTES >> 30} GiB", _REMEDY)
 
 
 def shown(name: str) -> str:

@@ -195,6 +195,11 @@ class _Output(io.RawIOBase):
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
         self._descriptor = perform("create", path, lambda: os.open(path, flags, 0o666))
 
+    @property
+    def name(self) -> str:
+        """The path under which it lies until it is complete."""
+        return os.fspath(self._path)
+
     def writable(self) -> bool:
         return True
 

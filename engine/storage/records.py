@@ -49,7 +49,7 @@ class Member(_Strict):
     """Fingerprint of a member."""
 
     sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-    size_bytes: Annotated[int, Field(ge=0, le=4 << 30)]
+    size_bytes: Annotated[int, Field(ge=0, le=64 << 30)]
 
 
 class Observation(_Strict):

@@ -3,9 +3,10 @@ picture.
 
 What had to be assumed (transfer function, levels, white balance, exposure) stands in the result.
 
-Photographs one after the other: while one is worked on the next is decoded, and two while one is waited for.
+Photographs one after the other: while one is worked on the next is decoded, and two while one is waited for. Those of
+more than `LARGE_PIXELS` are decoded alone, so that no more than one is in memory.
 
-Cost: as decoding on two cores; at most two photographs are in memory.
+Cost: as decoding on two cores; at most three photographs are in memory, one where they are large.
 """
 
 from __future__ import annotations
@@ -182,31 +183,40 @@ def decode_exposure(content: bytes, name: str) -> dict[str, Any]:
 PATIENCE_S = 0.05
 
 
+#: Of the first photograph, from which on the others are not decoded before they are asked for: one needs some 16 bytes
+#: for each pixel, and twice that while it is decoded.
+LARGE_PIXELS = 60_000_000
+
+
 class ReadAhead:
-    """Reads `paths` in order, with the options of `read_photograph`; to be closed, which stops the decoders."""
+    """Reads `paths` in order, with the options of `read_photograph`; to be closed, which stops the decoders.
+
+    The first is read alone, because nothing else tells how large they are.
+    """
 
     def __init__(self, paths: Sequence[Path], **options: Any) -> None:
         self._paths: Iterator[Path] = iter(paths)
         self._options = options
         self._readings: deque[Reading] = deque()
-        for _ in range(CHILDREN):
-            self._start_one()
+        self._at_once = 1
+        self._start(1)
 
-    def _start_one(self) -> None:
-        path = next(self._paths, None)
-        if path is not None:
+    def _start(self, count: int) -> None:
+        """Have `count` photographs decoded, if so many are left."""
+        while len(self._readings) < count and (path := next(self._paths, None)) is not None:
             self._readings.append(Reading(path, **self._options))
 
     def next_photograph(self, done: float, note: str) -> Steps[Photograph]:
         """The next photograph; while it is waited for there are steps that say `done` and `note`."""
-        if len(self._readings) < CHILDREN:
-            self._start_one()
+        self._start(self._at_once)
         reading = self._readings[0]
         yield Step(done, note)
         while not reading.wait(PATIENCE_S):
             yield Step(done, note)
         photograph = reading.photograph()
         self._readings.popleft()
+        self._at_once = CHILDREN if photograph.saturated.size <= LARGE_PIXELS else 1
+        self._start(self._at_once - 1)
         return photograph
 
     def close(self) -> None:

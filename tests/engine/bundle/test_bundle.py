@@ -413,11 +413,11 @@ def test_an_older_bundle_is_replaced(tmp_path: Path, name: str) -> None:
 
 
 def test_more_than_a_bundle_may_hold_is_refused_when_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("engine.bundle.bundle.TOTAL_LIMIT_BYTES", (16 << 20) + 1000)
+    monkeypatch.setattr("engine.bundle.bundle.BUNDLE_LIMIT_BYTES", (16 << 20) + 1000)
     with pytest.raises(OutputError, match="larger than"):
         save(tmp_path / "woven.lightarc", make_material())
     assert names(tmp_path) == []
-    assert archive.TOTAL_LIMIT_BYTES == 4 << 30
+    assert archive.BUNDLE_LIMIT_BYTES == 64 << 30
 
 
 @TARGETS

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from engine.bundle.bundle import open_bundle, save_bundle, verify_bundle
-from engine.bundle.directional import NUMBERS, PLANES, WEIGHTS
+from engine.bundle.directional import NUMBERS, PLANE_FILES, WEIGHTS
 from engine.core.errors import InputError
 from engine.core.steps import drain
 from engine.storage.archive import open_archive
@@ -90,7 +90,7 @@ def test_forged_numbers_are_refused(folder: Path, changes: dict[str, Any], words
 def test_a_plane_of_another_size_is_refused(folder: Path) -> None:
     from engine.images.encode import encode_png
 
-    forge(folder, PLANES[0], encode_png(np.zeros((7, 8), np.uint8)))
+    forge(folder, PLANE_FILES[0], encode_png(np.zeros((7, 8), np.uint8)))
     with pytest.raises(InputError, match="grey picture of 7 x 9"):
         open_bundle(folder)
 
@@ -106,9 +106,9 @@ def test_members_are_those_that_are_promised(folder: Path) -> None:
         open_archive(
             folder,
             frozenset(
-                {*PLANES, NUMBERS, WEIGHTS, "manifest.json", "brdf.json", "shader/lightarc.glsl", "viewer/index.html"}
+                {*PLANE_FILES, NUMBERS, WEIGHTS, "manifest.json", "brdf.json", "shader/lightarc.glsl", "viewer/index.html"}
             ),
         ).sizes
     )
     planes = len(dome_material().directional.planes)  # type: ignore[union-attr]
-    assert {NUMBERS, WEIGHTS, *PLANES[:planes], "viewer/index.html", "shader/lightarc.glsl"} < names
+    assert {NUMBERS, WEIGHTS, *PLANE_FILES[:planes], "viewer/index.html", "shader/lightarc.glsl"} < names

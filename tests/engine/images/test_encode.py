@@ -76,7 +76,7 @@ def test_CO9_parameter_maps_with_names_and_attributes(tmp_path: Path) -> None:
 
 def test_half_never_becomes_infinite_by_writing() -> None:
     image = np.array([[65504, 65519, 65520, 1e6], [-1e6, np.nan, np.inf, -np.inf]], np.float32)
-    stored = encode._as_half(image)
+    stored = encode.as_half(image)
     assert stored[0].tolist() == [65504] * 4
     assert stored[1, 0] == -65504
     assert np.isnan(stored[1, 1])

@@ -138,7 +138,8 @@ def test_fault_8_bomb_that_lies_about_its_size(tmp_path: Path) -> None:
     tracemalloc.stop()
 
 
-def test_fault_8_more_than_four_gigabytes(tmp_path: Path) -> None:
+def test_fault_8_more_than_a_bundle_may_hold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("engine.storage.archive.BUNDLE_LIMIT_BYTES", 4 << 30)
     content = bytearray(packed(("manifest.json", b"{}"), ("shader/lightarc.glsl", b"x")))
     at = -1
     for _ in range(2):

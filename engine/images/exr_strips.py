@@ -1,0 +1,126 @@
+"""OpenEXR files written strip by strip, for maps that are larger than memory.
+
+The bytes are those that OpenEXR itself writes for scan lines with ZIP compression (16 rows to a chunk): the header
+comes from it, and chunks are packed by the same library (libdeflate, level 4). Its Python binding takes whole
+pictures only. The sizes of chunks are known after they are packed, and the table of their places lies before them: it
+is written as zeros and handed back.
+OpenEXR file layout, "Chunk layout"; ImfZip.cpp (even bytes before odd ones, then differences).
+Cost: some 60 MB/s on each core, and the memory of as many strips as there are cores.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections import deque
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.steps import Step, Steps
+from engine.images.encode import as_half, encode_exr
+from engine.images.exr import end_of_header
+from engine.storage.scratch import release
+
+_CHUNK_ROWS = 16
+_LEVEL = 4
+_PATIENCE_S = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """A picture to be written: `channels` (H, W) by name, of which mapped ones are read a strip at a time.
+
+    `half` stores half floats in place of floats; `attributes` are text or numbers.
+    """
+
+    channels: Mapping[str, NDArray[Any]]
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+    half: bool = False
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width."""
+        height, width = next(iter(self.channels.values())).shape
+        return height, width
+
+    @property
+    def size_bytes(self) -> int:
+        """Bytes of all samples before they are packed."""
+        height, width = self.shape
+        return height * width * len(self.channels) * (2 if self.half else 4)
+
+
+class Late(NamedTuple):
+    """Bytes that are known only when all others have been written, and the place in the file where they belong."""
+
+    place: int
+    content: bytes
+
+
+def write_exr_strips(planes: Planes, write: Callable[[bytes], object], note: str) -> Steps[Late]:
+    """Hand the file of `planes` to `write`, in order and with zeros where the `Late` bytes go that are returned."""
+    height, width = planes.shape
+    header = _header(planes, height, width)
+    starts = range(0, height, _CHUNK_ROWS)
+    write(header + bytes(8 * len(starts)))
+    place = len(header) + 8 * len(starts)
+    places: list[int] = []
+    workers = os.cpu_count() or 1
+    pending: deque[Future[bytes]] = deque()
+    pool = ThreadPoolExecutor(workers)
+    try:
+        for first in (*starts, *[None] * workers):
+            if first is not None:
+                pending.append(pool.submit(_chunk, planes, first))
+                if len(pending) <= workers:
+                    continue
+            if not pending:
+                break
+            done = len(places) / len(starts)
+            while wait([pending[0]], timeout=_PATIENCE_S).not_done:
+                yield Step(done, note)
+            chunk = pending.popleft().result()
+            write(chunk)
+            places.append(place)
+            place += len(chunk)
+            for channel in planes.channels.values():
+                release(channel)
+        return Late(len(header), struct.pack(f"<{len(places)}Q", *places))
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _header(planes: Planes, height: int, width: int) -> bytes:
+    """OpenEXR's own, of a picture of one row, with the height that this one has."""
+    row = {name: np.zeros((1, width), np.float32) for name in planes.channels}
+    content = encode_exr(row, half=planes.half, attributes=planes.attributes)
+    header = bytearray(content[: end_of_header(content)])
+    for window in (b"dataWindow\0box2i\0", b"displayWindow\0box2i\0"):
+        struct.pack_into("<4i", header, header.index(window) + len(window) + 4, 0, 0, width - 1, height - 1)
+    return bytes(header)
+
+
+def _chunk(planes: Planes, first: int) -> bytes:
+    """Rows from `first` on, packed: first row, size, and pixels, plain where packing does not make them smaller."""
+    import imagecodecs
+
+    kind = np.dtype("<f2" if planes.half else "<f4")
+    height, width = planes.shape
+    rows = min(_CHUNK_ROWS, height - first)
+    samples = np.empty((rows, len(planes.channels), width), kind)
+    for place, name in enumerate(sorted(planes.channels)):
+        part = planes.channels[name][first : first + rows]
+        samples[:, place] = as_half(part) if planes.half else part
+    plain = samples.reshape(-1).view(np.uint8)
+    sorted_bytes = np.concatenate([plain[0::2], plain[1::2]])
+    differences = sorted_bytes.copy()
+    differences[1:] -= sorted_bytes[:-1]
+    differences[1:] += np.uint8(128)
+    packed = imagecodecs.deflate_encode(differences.tobytes(), level=_LEVEL)
+    body = bytes(packed) if len(packed) < plain.size else plain.tobytes()
+    return struct.pack("<2i", first, len(body)) + body
