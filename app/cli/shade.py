@@ -238,6 +238,10 @@ def report(result: dict[str, Any]) -> str:
     if result["kept_tile_fraction"] is not None:
         kept = f"{percent(result['kept_tile_fraction'], 3)} of the tiles keep their slices"
         lines.append(f"{kept}, no texel's error reaches {result['max_error_radiance']:.3g}")
+    if result["brdf_fit_rmse_rel"] is not None:
+        lines.append(
+            f"the model in place of the measured BRDF is {percent(result['brdf_fit_rmse_rel'], 3)} away from it"
+        )
     return "\n".join([*lines, *_errors(result)])
 
 

@@ -21,9 +21,10 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, model_name
 from engine.core.errors import InputError, UsageError
+from engine.core.figure_text import percent
 from engine.core.params import Parameter, parameters
 from engine.render.direct import planes_by_three
-from engine.scene.material import Material, auto_sigma
+from engine.scene.material import Material, auto_sigma, fitted_error
 from engine.shading.directional.effective_light import effective_cosine
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap, Storage
@@ -60,40 +61,64 @@ def brdf_json(material: Material) -> str:
         "sigma_is_automatic": material.sigma is None,
     }
     if material.measured is not None:
-        value["measured"] = {"file": TABLE, "name": material.measured.name, "kind": material.measured.kind}
+        value["measured"] = {
+            "file": TABLE,
+            "name": material.measured.name,
+            "kind": material.measured.kind,
+            "rmse_rel_of_model": fitted_error(material),
+        }
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def shader(material: Material) -> str:
-    """GLSL functions that evaluate `material`, with a usage comment; BRDF parameters are constants."""
+def shader(material: Material, loss: str = "") -> str:
+    """GLSL functions that evaluate `material`, with a usage comment; BRDF parameters are constants.
+
+    Its head states the error of a fitted BRDF, and what else is known of the `loss`.
+    """
+    template = "lightarc.glsl" if material.directional is None else "directional.glsl"
+    return shader_from(template, material, brdf_source(material), loss)
+
+
+def brdf_source(material: Material) -> str:
+    """GLSL of the BRDF that `material` names, its parameters as constants."""
     brdf = brdf_from_text(material.brdf)
-    directional = material.directional
 
     def constant(uniform: re.Match[str]) -> str:
         return f"const {uniform[1]} brdf_{uniform[2]} = {_glsl(getattr(brdf, uniform[2]))};"
 
-    words = {
-        "NAME": _comment(material.name),
-        "BRDF_TEXT": _comment(material.brdf),
-        "BRDF": _UNIFORM.sub(constant, _brdf_source(model_name(brdf))),
-    }
-    if directional is not None:
-        largest = effective_cosine(brdf).largest
-        return _filled(
-            (RESOURCES / "bundle" / "directional.glsl").read_text(encoding="utf-8"),
-            **words,
-            PLANES=str(len(directional.planes)),
-            GAIN=_glsl(1.0 if material.sigma is None else material.sigma * largest / directional.r_max),
-            LOWEST=_glsl(directional.lowest),
-            SEARCH=_source("effective_light.glsl"),
-        )
+    return _UNIFORM.sub(constant, _brdf_source(model_name(brdf)))
+
+
+def shader_from(template: str, material: Material, brdf: str, loss: str) -> str:
+    """The functions of a template of resources/bundle with the text of a BRDF in the same language."""
     return _filled(
-        (RESOURCES / "bundle" / "lightarc.glsl").read_text(encoding="utf-8"),
-        **words,
-        SIGMA=_glsl(resolved_sigma(material)),
-        R_MAX=_glsl(_r_max(material)),
-        EXPONENT_RANGE=_glsl(_exponent_range(material)),
+        (RESOURCES / "bundle" / template).read_text(encoding="utf-8"),
+        NAME=_comment(material.name),
+        LOSS=_comment(" ".join(filter(None, (fit_statement(material), loss))) or "The BRDF is not a fit.", 400),
+        BRDF_TEXT=_comment(material.brdf),
+        BRDF=brdf,
+        **(_look_up_words(material) if material.directional is None else _directional_words(material)),
     )
+
+
+def _look_up_words(material: Material) -> dict[str, str]:
+    return {
+        "SIGMA": _glsl(resolved_sigma(material)),
+        "R_MAX": _glsl(_r_max(material)),
+        "EXPONENT_RANGE": _glsl(_exponent_range(material)),
+    }
+
+
+def _directional_words(material: Material) -> dict[str, str]:
+    directional = material.directional
+    assert directional is not None
+    largest = effective_cosine(brdf_from_text(material.brdf)).largest
+    return {
+        "PLANES": str(len(directional.planes)),
+        "GAIN": _glsl(1.0 if material.sigma is None else material.sigma * largest / directional.r_max),
+        "LOWEST": _glsl(directional.lowest),
+        "SEARCH": _source("effective_light.glsl"),
+    }
 
 
 def viewer(material: Material) -> str:
@@ -116,6 +141,7 @@ def viewer(material: Material) -> str:
         "models": [_model(name, brdf) for name in MODELS],
         "sigma": material.sigma,
         "elevation_deg": _thinned(material.elevation_deg, 64),
+        "fit": fit_statement(material),
         **shown,
         "sources": {name: _source(f"{name}.glsl") for name in sources},
     }
@@ -299,9 +325,18 @@ def _glsl(value: Any) -> str:
     return digits if "." in digits or "e" in digits else f"{digits}.0"
 
 
-def _comment(text: str) -> str:
+def fit_statement(material: Material) -> str:
+    """A sentence that states the error of the model in place of a measured BRDF; empty where nothing was measured."""
+    error = fitted_error(material)
+    if error is None or material.measured is None:
+        return ""
+    measured = f"the measured BRDF {material.measured.name!r}"
+    return f"The BRDF is a fit of {measured}, with a relative RMSE of f cos(theta_i) of {percent(error, 3)}."
+
+
+def _comment(text: str, most: int = 100) -> str:
     """`text` as part of one comment line: printable ASCII without the backslash that would continue the line."""
-    return re.sub(r"[^ -\[\]-~]", "?", text)[:100]
+    return re.sub(r"[^ -\[\]-~]", "?", text)[:most]
 
 
 def _filled(template: str, **values: str) -> str:

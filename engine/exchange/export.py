@@ -18,7 +18,7 @@ import engine
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, part
-from engine.exchange import gltf, materialx, textures, usd
+from engine.exchange import brdf, gltf, materialx, shaders, textures, usd
 from engine.exchange.loss import Floats, Shown, loss, material_shown, photograph_error, references
 from engine.exchange.pbr_from_material import cavity, nearest_maps
 from engine.exchange.subject import Contents, Settings, Subject
@@ -59,6 +59,8 @@ TARGETS: tuple[Target, ...] = (
     Target("materialx", "MaterialX: OpenPBR and glTF PBR surfaces", in_8_bits, materialx.contents),
     Target("gltf", "glTF: a ball with the material, as .glb", in_8_bits, gltf.contents),
     Target("usd", "USD: a ball with UsdPreviewSurface, as .usdz", in_8_bits, usd.contents),
+    Target("shaders", "GLSL and HLSL that evaluate the material itself", shaders.shown, shaders.contents),
+    Target("brdf", "BRDF tables (CSV, ALTA, MERL, RGL) and the nearest model", brdf.shown, brdf.contents),
 )
 
 NAMES = tuple(target.name for target in TARGETS)

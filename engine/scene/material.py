@@ -82,7 +82,17 @@ def error_figures(material: Material) -> dict[str, Any]:
         "seam_error": seam_error,
         "tile_width_px": width,
         "tile_height_px": height,
+        "brdf_fit_rmse_rel": fitted_error(material),
     }
+
+
+def fitted_error(material: Material) -> float | None:
+    """Relative RMSE of f cos(theta_i) of the model that `brdf` names against the measured BRDF; None without one."""
+    if material.measured is None:
+        return None
+    from engine.brdf.fit import fit_data, fit_error  # slow to load, and few materials are measured
+
+    return fit_error(brdf_from_text(material.brdf), fit_data(material.measured)).rmse_rel
 
 
 def auto_sigma(brdf: Brdf, elevation: ArrayLike, r_max: float) -> float:

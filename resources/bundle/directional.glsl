@@ -1,4 +1,5 @@
 // @NAME@: a material exported by Lightarc. GLSL 3.30 and later, GLSL ES 3.00 and later; needs no other file.
+// @LOSS@
 //
 // A directional map: a texel under light from any azimuth is a weighted sum of @PLANES@ planes, in codes of sRGB. It is
 // looked up by the light of equal azimuth that gives, seen from above as in the photographs, the same

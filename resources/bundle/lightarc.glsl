@@ -1,4 +1,5 @@
 // @NAME@: a material exported by Lightarc. GLSL 3.30 and later, GLSL ES 3.00 and later; needs no other file.
+// @LOSS@
 //
 // Shading maps after Kautz, Sattler, Sarlette, Klein and Seidel 2004: the radiance of a texel depends on
 //     r = sigma * luminance(f(wi, wo)) * cos(theta_i),

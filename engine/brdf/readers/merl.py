@@ -10,6 +10,7 @@ within one unit in the last place of float64 (the scales have no exact inverse),
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -85,10 +86,23 @@ def write_merl(path: str | os.PathLike[str], brdf: Brdf) -> HalfDifferenceTable:
     table = brdf if isinstance(brdf, HalfDifferenceTable) and brdf.missing.shape == SHAPE else table_from(brdf, SHAPE)
     planes = _planes(table)
     with atomic_file(path, SIZE_BYTES) as output:
-        output.write(_HEADER)
-        for plane in planes:
-            output.write(plane.astype("<f8", copy=False).tobytes())
+        for content in _contents(planes):
+            output.write(content)
     return replace(table, planes=planes)
+
+
+def encode_merl(table: HalfDifferenceTable) -> bytes:
+    """The content of the file that `write_merl` writes of a table of MERL's shape; ValueError for any other."""
+    if table.missing.shape != SHAPE:
+        raise ValueError(f"a table of {table.missing.shape} is not MERL's {SHAPE}")
+    return b"".join(_contents(_planes(table)))
+
+
+def _contents(planes: NDArray[np.float64]) -> Iterator[bytes]:
+    """The header, and one plane after the other."""
+    yield _HEADER
+    for plane in planes:
+        yield plane.astype("<f8", copy=False).tobytes()
 
 
 def _planes(table: HalfDifferenceTable) -> NDArray[np.float64]:

@@ -205,7 +205,12 @@ def read_rgl(path: str | os.PathLike[str]) -> RglBrdf:
     Raises InputError for a file that is not a tensor_file, or holds something else (polarised measurements too), lacks
     a field, or has fields that contradict each other.
     """
-    fields = _Fields(path, read_tensor_file(path, LIMIT_BYTES))
+    return rgl_of(read_tensor_file(path, LIMIT_BYTES), path)
+
+
+def rgl_of(arrays: Mapping[str, NDArray[Any]], path: str | os.PathLike[str]) -> RglBrdf:
+    """The measurement in the arrays of a tensor_file; `path` is what errors name."""
+    fields = _Fields(path, arrays)
     phi_i, theta_i = fields.axis("phi_i", 2.0 * np.pi), fields.axis("theta_i", 0.5 * np.pi)
     if _reduction(phi_i) not in (1, 2, 4):
         degrees = np.degrees(phi_i[-1] - phi_i[0])

@@ -31,7 +31,8 @@ KEYS = [
     "in_sample_rmse_srgb8", "mean_picture_rmse_srgb8", "bytes_per_texel", "verdict", "candidates", "exponent_bits",
     "quantisation_bound_radiance", "quantisation_error_radiance", "max_error_radiance", "kept_tile_fraction",
     "seam_error", "tile_width_px",
-    "tile_height_px", "warnings", "worst_texels",
+    "tile_height_px",
+    "brdf_fit_rmse_rel", "warnings", "worst_texels",
 ]  # fmt: skip
 
 
