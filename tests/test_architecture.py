@@ -39,7 +39,8 @@ WORKING = "the working folder of one run, removed at its end"
 
 #: Writes that do not go through `engine.storage.atomic`, and the reason for each.
 EXCEPTIONS = {
-    "engine/bundle/bundle.py zipfile.ZipFile": STREAM,
+    "engine/bundle/members.py zipfile.ZipFile": STREAM,
+    "engine/bundle/members.py packed.open": STREAM,
     "engine/images/encode.py tifffile.imwrite": STREAM,
     "engine/storage/decoder_child.py os.open": NULL,
     "app/__main__.py os.open": NULL,

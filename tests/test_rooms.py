@@ -100,7 +100,6 @@ SHORT_FILES = {
     "app/document/scene.py": "the scene of a project, which window and command line share",
     "app/process/garbage.py": "one setting of Python",
     "app/process/last_words.py": "one way to end",
-    "app/window/arriving.py": "one question",
     "app/window/naming.py": "one proposal",
     "engine/bench/brdf.py": "one measurement",
     "engine/bench/measure.py": "what every measurement returns",

@@ -66,7 +66,7 @@ class CapturePanel(Panel):
         self.angles.setText(ANGLES.get(source, "–"))
         self.angle_words.setVisible(source == "assumed")
         self.angle_words.setText(
-            "No angles were found, so even steps are assumed. Double-click an angle to correct it."
+            "No angles were found, so even steps are assumed. Double-click an angle to correct it: elevation / azimuth."
         )
         self.report.show_health(stack.health if stack is not None else None)
 

@@ -39,6 +39,7 @@ from app.widgets.number_field import number_from_text, plain
 from app.widgets.panels import button, text
 from app.widgets.status_bar import VERDICTS
 from app.widgets.theme import PADDING, STEP, role
+from engine.capture.stack import ImageStack
 from engine.core.errors import UsageError
 from engine.core.health import Health, Verdict
 
@@ -55,6 +56,7 @@ class Row:
 
     name: str
     elevation_deg: float
+    azimuth_deg: float | None = None
     verdict: Verdict = Verdict.GOOD
     finding: str = ""
     excluded: bool = False
@@ -71,19 +73,22 @@ def rows_of(project: Project) -> list[Row]:
     stack = project.stack
     health = stack.health if stack is not None else Health()
     return [
-        Row(name, angle, *_worst(health, name), excluded=name in project.excluded, done=stack is not None)
-        for name, angle in _photographs(project)
+        Row(name, elevation, azimuth, *_worst(health, name), excluded=name in project.excluded, done=stack is not None)
+        for name, elevation, azimuth in _photographs(project)
     ]
 
 
-def _photographs(project: Project) -> list[tuple[str, float]]:
-    """Names and elevations in degrees."""
-    if project.stack is not None:
-        return list(zip(project.stack.sources, map(float, project.stack.elevation_deg), strict=True))
-    if project.sources is None:
+def _photographs(project: Project) -> list[tuple[str, float, float | None]]:
+    """Names, elevations and azimuths in degrees; None where the azimuth is not known."""
+    lit = project.stack or project.sources
+    if lit is None:
         return []
-    angles = map(math.degrees, project.sources.elevation)
-    return list(zip(map(file_name, project.sources.photographs), angles, strict=True))
+    names = lit.sources if isinstance(lit, ImageStack) else [file_name(path) for path in lit.photographs]
+    elevations = [round(math.degrees(angle), 9) for angle in lit.elevation]
+    if lit.azimuth is None:
+        return [(name, elevation, None) for name, elevation in zip(names, elevations, strict=True)]
+    azimuths = [round(math.degrees(angle) % 360.0, 9) for angle in lit.azimuth]
+    return list(zip(names, elevations, azimuths, strict=True))
 
 
 def _worst(health: Health, name: str) -> tuple[Verdict, str]:
@@ -95,7 +100,7 @@ def _worst(health: Health, name: str) -> tuple[Verdict, str]:
 class PhotographModel(QAbstractListModel):
     """Rows and their thumbnails by name."""
 
-    angle_edited = Signal(int, float)
+    angle_edited = Signal(int, float, object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -129,10 +134,11 @@ class PhotographModel(QAbstractListModel):
         if role == Qt.ItemDataRole.DisplayRole:
             return row.name
         if role == Qt.ItemDataRole.EditRole:
-            return plain(row.elevation_deg)
+            return " / ".join(plain(angle) for angle in (row.elevation_deg, row.azimuth_deg) if angle is not None)
         if role == Qt.ItemDataRole.ToolTipRole:
             state = "Excluded from the material. " if row.excluded else ""
-            return f"{row.name}\n{state}{row.finding}".strip()
+            editable = "\nDouble-click to enter elevation / azimuth in degrees (0 = right, 90 = up)"
+            return f"{row.name}\n{state}{row.finding}".strip() + (editable if self.angles_editable else "")
         if role == Qt.ItemDataRole.AccessibleTextRole:
             return f"{row.name}, {row.elevation_deg:g} degrees, {row.verdict.name.lower()}"
         return None
@@ -142,14 +148,18 @@ class PhotographModel(QAbstractListModel):
         return super().flags(index) | editable
 
     def setData(self, index: Index, value: object, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        parts = str(value).split("/")
         try:
-            angle = number_from_text(str(value), "°")
+            elevation, *others = (number_from_text(each, "°") for each in parts)
         except UsageError:
             return False
-        if role != Qt.ItemDataRole.EditRole or not 0.0 <= angle <= 90.0:
+        azimuth = others[0] if others else None
+        is_possible = 0.0 <= elevation <= 90.0 and len(others) < 2 and (azimuth is None or abs(azimuth) <= 360.0)
+        if role != Qt.ItemDataRole.EditRole or not is_possible:
             return False
-        if angle != self.rows[index.row()].elevation_deg:
-            self.angle_edited.emit(index.row(), angle)
+        row = self.rows[index.row()]
+        if elevation != row.elevation_deg or azimuth not in (None, row.azimuth_deg):
+            self.angle_edited.emit(index.row(), elevation, azimuth)
         return True
 
 
@@ -267,7 +277,8 @@ class _Delegate(QStyledItemDelegate):
         bottom = QRect(left, rect.top() + 26, width + 20, 18)
         painter.setFont(theme.font())
         painter.setPen(QColor(colours.disabled if row.excluded else colours.text))
-        painter.drawText(top, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, f"{row.elevation_deg:.1f}°")
+        angles = " / ".join(f"{angle:.1f}°" for angle in (row.elevation_deg, row.azimuth_deg) if angle is not None)
+        painter.drawText(top, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, angles)
         painter.setFont(theme.font(12))
         painter.setPen(QColor(colours.disabled if row.excluded else colours.secondary))
         name = painter.fontMetrics().elidedText(row.name, Qt.TextElideMode.ElideMiddle, bottom.width())
@@ -284,9 +295,9 @@ class _Delegate(QStyledItemDelegate):
 
     def createEditor(self, parent: QWidget, _option: QStyleOptionViewItem, _index: Index) -> QWidget:
         editor = QLineEdit(parent)
-        editor.setAccessibleName("Elevation of the light in degrees")
+        editor.setAccessibleName("Elevation / azimuth of the light in degrees")
         return editor
 
     def updateEditorGeometry(self, editor: QWidget, option: QStyleOptionViewItem, _index: Index) -> None:
         rect: QRect = option.rect
-        editor.setGeometry(rect.left() + PADDING + THUMBNAIL.width() + 4, rect.top() + 2, 84, 24)
+        editor.setGeometry(rect.left() + PADDING + THUMBNAIL.width() + 4, rect.top() + 2, 112, 24)

@@ -414,10 +414,10 @@ class CaptureTab(QWidget):
         self._look_before()
         self.image.draw_patch(True)
 
-    def _angle_edited(self, place: int, angle_deg: float) -> None:
+    def _angle_edited(self, place: int, elevation_deg: float, azimuth_deg: float | None) -> None:
         sources = self.bench.document.project.sources
         if sources is not None:
-            changed = with_angle(sources, place, angle_deg)
+            changed = with_angle(sources, place, elevation_deg, azimuth_deg)
             self.bench.import_photographs(changed, name=self.bench.document.project.name)
 
     def _import_again(self) -> None:

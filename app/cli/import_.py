@@ -107,6 +107,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LIST",
         help="keep these photographs alone: numbers from 1 in the order of the file names, or file names: 1,4-9",
     )
+    parser.add_argument(
+        "--trust-angles",
+        action="store_true",
+        help="take angles from bare numbers in file names, or even steps, also where the photographs do not grow "
+        "brighter with them",
+    )
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="refuse a capture of which a photograph cannot be read, in place of leaving that one out",
+    )
     parser.epilog = f"{parser.epilog}\n\n{JSON_HELP}"
 
 
@@ -150,6 +161,8 @@ def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scrat
         flat="none" if arguments.no_flat else arguments.flat or "auto",
         lamp_distance=arguments.lamp_distance,
         lights=_selection(arguments),
+        trust_angles=arguments.trust_angles,
+        strict=arguments.strict,
     )
     stack = drain(import_stack(sources, settings, arguments.output), memory)
     return {

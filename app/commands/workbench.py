@@ -78,6 +78,7 @@ class Workbench(QObject):
         self.document = Document(self)
         self.jobs = Jobs(self)
         self.importing: Job | None = None
+        self._last_import: tuple[Sources, ImportChoices, str] | None = None
         self.building: Job | None = None
         self.loading: Job | None = None
 
@@ -181,7 +182,14 @@ class Workbench(QObject):
         name = name or sources.name or "Untitled"
         parts = {"sources": sources, "import_choices": choices}
         job.succeeded.connect(lambda stack: self._imported(stack, name, choices, parts))
-        self.importing = job
+        self.importing, self._last_import = job, (sources, choices, name)
+
+    def import_all_the_same(self, consent: str) -> None:
+        """Import again what was imported last, with the `consent` of a person to what was doubtful."""
+        if self._last_import is not None:
+            sources, choices, name = self._last_import
+            agreed: dict[str, Any] = {consent: True}
+            self.import_photographs(sources, dataclasses.replace(choices, **agreed), name)
 
     def _free(self, name: str) -> Path:
         """A path for something new, which nothing in the folder of the project has either."""

@@ -65,6 +65,8 @@ class ImportChoices:
     control_points : by file name, x and y in the reference and in the photograph (pixel centres at integers).
     patch : (left, top, width, height) in pixels of a grey patch, which then decides the white balance.
     framing : the part of the photographs that becomes the picture, and its size; None for all.
+    trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
+    leave_out : leave photographs out that cannot be read, where enough remain.
     """
 
     motion: str = "auto"
@@ -80,6 +82,8 @@ class ImportChoices:
     control_points: Mapping[str, tuple[Pair, ...]] = field(default_factory=dict)
     patch: tuple[int, int, int, int] | None = None
     framing: Framing | None = None
+    trust_angles: bool = False
+    leave_out: bool = False
 
     @property
     def for_another_capture(self) -> ImportChoices:

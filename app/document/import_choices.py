@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.document.document import Document, ImportChoices, Pair, Project
+from engine.capture.lights.azimuth_spread import about_azimuth
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.sources import Sources, printable
 
@@ -39,6 +40,8 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
         framing=choices.framing,
         reference=choices.reference,
         control_points=choices.control_points,
+        trust_angles=choices.trust_angles,
+        strict=not choices.leave_out,
     )
 
 
@@ -57,20 +60,30 @@ def transfer_of(sources: Sources, choices: ImportChoices) -> Any:
     return choices.transfer if choices.transfer != "auto" else sources.transfer or "auto"
 
 
-def with_angle(sources: Sources, place: int, angle_deg: float) -> Sources:
-    """`sources` with another elevation of photograph number `place`, in the order that follows."""
-    elevation = sources.elevation.copy()
+def with_angle(sources: Sources, place: int, angle_deg: float, azimuth_deg: float | None = None) -> Sources:
+    """`sources` with another elevation and azimuth of photograph number `place`, in the order that follows.
+
+    None keeps the azimuth. Where none is known, the first one is that of all photographs, which then lie on one arc.
+    """
+    elevation, azimuth = sources.elevation.copy(), sources.azimuth
     elevation[place] = math.radians(angle_deg)
+    if azimuth_deg is not None:
+        azimuth = np.full(elevation.shape, math.radians(azimuth_deg)) if azimuth is None else azimuth.copy()
+        azimuth[place] = math.radians(azimuth_deg)
     order = np.argsort(elevation, kind="stable")
+    azimuth = None if azimuth is None else azimuth[order]
+    outdated = about_azimuth(sources.azimuth)
+    findings = [finding for finding in sources.findings if finding not in outdated]
     return dataclasses.replace(
         sources,
         photographs=tuple(sources.photographs[index] for index in order),
         elevation=elevation[order],
-        azimuth=None if sources.azimuth is None else sources.azimuth[order],
+        azimuth=azimuth,
         exposure_s=tuple(sources.exposure_s[index] for index in order),
         exposures=tuple(sources.exposures[index] for index in order),
         highlights_px=tuple(sources.highlights_px[index] for index in order) if sources.highlights_px else (),
         angle_source="user",
+        findings=(*findings, *about_azimuth(azimuth)),
     )
 
 

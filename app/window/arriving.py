@@ -1,4 +1,4 @@
-"""Photographs that come into a window with a capture: a person says whether they join it, replace it, or neither."""
+"""Questions about photographs that come into the window: a person says where they belong, and settles doubts."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from app.commands.workbench import Workbench
+from engine.capture.doubts import Doubtful
 
 #: Buttons in their order, and what each does.
 CHOICES = {
@@ -43,6 +44,37 @@ def ask_for_photographs(
         if words == "New project":
             box.setDefaultButton(made)
     box.addButton(QMessageBox.StandardButton.Cancel).setIcon(QIcon())  # the style's own is of another style
+    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    box.open()
+    return box
+
+
+#: By the consent that is asked for: the button that gives it, and what else a person can do.
+CONSENTS = {
+    "trust_angles": (
+        "Use these angles",
+        "Double-click the angles in the list to enter the real ones, measure them on a mirror sphere, or put an .lp "
+        "file or capture.toml beside the photographs. If the angles in the list are right, they can be used.",
+    ),
+    "leave_out": ("Leave it out", "Enough photographs remain without it. Or bring a whole copy of it."),
+}
+
+
+def ask_for_consent(window: QWidget, bench: Workbench, doubt: Doubtful) -> QMessageBox:
+    """Say what is doubtful about photographs, and import them all the same where a person says so."""
+    words, otherwise = CONSENTS[doubt.consent]
+    box = QMessageBox(window)
+    box.setIcon(QMessageBox.Icon.Question)
+    box.setWindowTitle("Lightarc")
+    box.setTextFormat(Qt.TextFormat.PlainText)
+    place = Path(doubt.path).name
+    box.setText(f"{place}: {doubt.problem}.")
+    box.setInformativeText(otherwise)
+    agreed = box.addButton(words, QMessageBox.ButtonRole.ActionRole)
+    agreed.clicked.connect(lambda: bench.import_all_the_same(doubt.consent))
+    cancel = box.addButton(QMessageBox.StandardButton.Cancel)
+    cancel.setIcon(QIcon())  # the style's own is of another style
+    box.setDefaultButton(cancel)
     box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
     box.open()
     return box

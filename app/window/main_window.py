@@ -27,6 +27,7 @@ from app.widgets import theme
 from app.widgets.image_view import ImageView
 from app.widgets.panels import Pages
 from app.widgets.status_bar import StatusBar
+from app.window.arriving import ask_for_consent
 from app.window.banner import Banners
 from app.window.doings import Doings, show_reports
 from app.window.failures import Failures
@@ -39,6 +40,7 @@ from app.window.projects import Projects, show_history
 from app.window.recent import Picturing
 from app.window.top_bar import WORKSPACES, TopBar
 from app.window.whereabouts import Whereabouts
+from engine.capture.doubts import Doubtful
 from engine.core.errors import FileError
 
 FIRST, SMALLEST = QSize(1280, 800), QSize(1024, 700)
@@ -264,6 +266,9 @@ class MainWindow(QMainWindow):
         self.banners.say("read-only", words if projects.is_read_only else "", ("Save as…", self.files.save_as))
 
     def _job_failed(self, job: Job, error: BaseException) -> None:
+        if isinstance(error, Doubtful):
+            ask_for_consent(self, self.bench, error)
+            return
         self.failures.report(f"{job.title} did not work", error)
 
     def _tint(self) -> None:

@@ -22,7 +22,7 @@ from engine.capture.lights.selection import Selection, selected
 from engine.capture.lights.sources import Pairs, Sources, printable
 from engine.capture.lights.sphere_lights import measured_lights
 from engine.capture.photograph.calibration import Calibration, read_calibration
-from engine.capture.photograph.decode import WhiteBalance, read_photograph
+from engine.capture.photograph.decode import Unreadable, WhiteBalance, read_photograph
 from engine.capture.photograph.exposures import Noted, Scale, exposure_scale, noted_exposure
 from engine.capture.photograph.grey_patch import GreyPatch, balance_of
 from engine.capture.registration.framing import Corners, Framing
@@ -53,6 +53,8 @@ class ImportSettings:
     dark, flat : calibration frames: 'auto' for those found among the sources, 'none', or a file.
     lamp_distance : of a near lamp in widths of the picture, infinite for a distant one; None for what the sources say.
     lights : the lights that are kept, None for all.
+    trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
+    strict : refuse photographs that cannot be read, also where enough remain without them.
     """
 
     motion: str = "auto"
@@ -66,6 +68,8 @@ class ImportSettings:
     flat: Path | Literal["auto", "none"] = "auto"
     lamp_distance: float | None = None
     lights: Selection | None = None
+    trust_angles: bool = False
+    strict: bool = False
 
     def __post_init__(self) -> None:
         if self.motion not in ("auto", "none", *MOTIONS):
@@ -202,7 +206,10 @@ def _noted(sources: Sources) -> Steps[dict[Path, Noted]]:
     noted = {}
     for index, path in enumerate(paths):
         yield Step(index / len(paths), "Reading exposures")
-        noted[path] = noted_exposure(path)
+        try:
+            noted[path] = noted_exposure(path)
+        except InputError as error:
+            raise Unreadable(error.path, error.problem, error.remedy) from None
     return noted
 
 

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 import engine
 from engine.capture.assumptions import compare_azimuths
+from engine.capture.doubts import checked_angles, without_unreadable
 from engine.capture.import_plan import ImportSettings, Plan, planned
 from engine.capture.import_record import (
     about_lights,
@@ -37,7 +38,7 @@ from engine.capture.import_record import (
 )
 from engine.capture.lights.sources import Sources, printable
 from engine.capture.output_region import View, view_of
-from engine.capture.photograph.decode import Photograph, ReadAhead
+from engine.capture.photograph.decode import Photograph, ReadAhead, Unreadable
 from engine.capture.photograph.exposures import Exposure
 from engine.capture.photograph.radiometry import ExposureMerge
 from engine.capture.registration.align import align
@@ -134,22 +135,37 @@ class _Output:
 def import_stack(sources: Sources, settings: ImportSettings, folder: str | os.PathLike[str]) -> Steps[ImageStack]:
     """Import `sources` into the stack folder `folder`, which is complete or absent, and open it.
 
-    Steps carry a `ThumbnailReady` when the photographs of a light have been read. Raises InputError for photographs
-    that cannot be read or do not fit together, OutputError where the folder cannot be written.
+    Steps carry a `ThumbnailReady` when the photographs of a light have been read. A photograph that cannot be read is
+    left out, and the import begins anew without it, where the settings allow that and enough remain.
+    Raises InputError for photographs that cannot be read or do not fit together, Doubtful where a person may say that
+    they are to be used all the same, OutputError where the folder cannot be written.
     """
+    count = len(sources.photographs)
     with atomic_folder(folder, RECORD) as place:
-        plan = yield from part(planned(sources, settings), 0.0, 0.1)
-        with ExitStack() as files:
-            last = 1.0 if plan.still else 0.55
-            read = yield from part(_read_all(plan, place, files), 0.1, last)
-            alignment = _unmoved(len(plan.names))
-            if not plan.still:
-                alignment = yield from part(_aligned(plan, read), last, 0.75)
-                yield from part(_write_aligned(plan, read, alignment, place, files), 0.75, 1.0)
-        assert read.output is not None
-        record = _record(plan, read, alignment, read.output)
+        record: StackRecord | None = None
+        while record is None:
+            try:
+                record = yield from _imported(sources, settings, place)
+            except Unreadable as error:
+                sources = without_unreadable(sources, error, count, settings.strict)
         write_bytes(place / RECORD, record.model_dump_json(indent=1).encode())
     return open_stack(folder, verify=False)
+
+
+def _imported(sources: Sources, settings: ImportSettings, place: Path) -> Steps[StackRecord]:
+    """Write the pixels of `sources` into the folder `place`."""
+    plan = yield from part(planned(sources, settings), 0.0, 0.1)
+    with ExitStack() as files:
+        last = 1.0 if plan.still else 0.55
+        read = yield from part(_read_all(plan, place, files), 0.1, last)
+        about_angles = checked_angles(plan.sources, read.thumbnails, settings.trust_angles)
+        alignment = _unmoved(len(plan.names))
+        if not plan.still:
+            alignment = yield from part(_aligned(plan, read), last, 0.75)
+            yield from part(_write_aligned(plan, read, alignment, place, files), 0.75, 1.0)
+    assert read.output is not None
+    plan = replace(plan, sources=replace(plan.sources, findings=(*plan.sources.findings, *about_angles)))
+    return _record(plan, read, alignment, read.output)
 
 
 def _record(plan: Plan, read: _Read, alignment: Alignment, output: _Output) -> StackRecord:

@@ -88,13 +88,25 @@ def selected(sources: Sources, selection: Selection) -> Sources:
     return _only(sources, kept, words)
 
 
+def without(sources: Sources, places: NDArray[np.intp]) -> Sources:
+    """`sources` without the lights at `places`."""
+    return _reduced(sources, np.delete(np.arange(len(sources.photographs)), places))
+
+
 def _only(sources: Sources, kept: NDArray[np.intp], words: str) -> Sources:
-    """`sources` reduced to the lights `kept`, in rising order."""
+    """`sources` reduced to the lights `kept`, in rising order, and what to say about it."""
+    text = f"{words}, {len(kept)} of {len(sources.photographs)} lights are used: {_elevations(sources, kept)}"
+    reduced = _reduced(sources, kept)
+    about = about_azimuth(reduced.azimuth)
+    others = [finding for finding in reduced.findings if finding not in about]
+    return dataclasses.replace(reduced, findings=(*others, Finding(Verdict.NOTE, text), *about))
+
+
+def _reduced(sources: Sources, kept: NDArray[np.intp]) -> Sources:
     azimuth = None if sources.azimuth is None else sources.azimuth[kept]
     photographs = tuple(sources.photographs[index] for index in kept)
     outdated = about_azimuth(sources.azimuth)
     findings = [finding for finding in sources.findings if finding not in outdated]
-    text = f"{words}, {len(kept)} of {len(sources.photographs)} lights are used: {_elevations(sources, kept)}"
     return dataclasses.replace(
         sources,
         photographs=photographs,
@@ -103,8 +115,9 @@ def _only(sources: Sources, kept: NDArray[np.intp], words: str) -> Sources:
         exposure_s=tuple(sources.exposure_s[index] for index in kept),
         exposures=tuple(sources.exposures[index] for index in kept),
         highlights_px=tuple(sources.highlights_px[index] for index in kept) if sources.highlights_px else (),
+        reference=sources.reference if sources.reference in photographs else None,
         control_points={path: pairs for path, pairs in sources.control_points.items() if path in photographs},
-        findings=(*findings, Finding(Verdict.NOTE, text), *about_azimuth(azimuth)),
+        findings=(*findings, *about_azimuth(azimuth)),
     )
 
 

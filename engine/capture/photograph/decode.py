@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.photograph.kinds import RAW_SUFFIXES
+from engine.core.errors import InputError
 from engine.core.steps import Step, Steps
 from engine.images import decode as images
 from engine.images import exr, hdr, tiff
@@ -34,6 +35,10 @@ from engine.storage.untrusted import CHILDREN, Decoding
 WhiteBalance = Literal["camera", "none"] | Sequence[float]
 
 _EXR_AND_HDR = (exr.SIGNATURE, *hdr.SIGNATURES)
+
+
+class Unreadable(InputError):
+    """A photograph that cannot be decoded whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +82,7 @@ def read_photograph(
     transfer: images.TransferChoice = "auto",
     half_size: bool = False,
 ) -> Photograph:
-    """Decode one photograph; InputError for what cannot be decoded whole.
+    """Decode one photograph; Unreadable for what cannot be decoded whole.
 
     Parameters
     ----------
@@ -117,7 +122,10 @@ class Reading:
 
     def photograph(self) -> Photograph:
         """The photograph, waited for."""
-        reply = self._decoding.result()
+        try:
+            reply = self._decoding.result()
+        except InputError as error:
+            raise Unreadable(error.path, error.problem, error.remedy) from None
         for name, value in reply.items():
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False

@@ -53,20 +53,21 @@ def test_json_has_the_promised_keys_and_photographs_in_the_order_of_elevation(
 
 
 def test_table_for_people(lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path) -> None:
-    done = lightarc("import", photographs, "-o", tmp_path / "s", "--crop", "0,20,100,60")
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--crop", "0,20,100,60", "--trust-angles")
     assert done.code == 0
     assert "4 photographs" in done.out
     assert "are assumed" in done.out
+    assert "because a person said so" in done.out
     assert " px" in done.out
 
 
 def test_a_near_lamp_on_an_unknown_side_is_warned_of(
     lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path
 ) -> None:
-    done = lightarc("import", photographs, "-o", tmp_path / "s", "--no-align", "--lamp-distance", "2")
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--no-align", "--lamp-distance", "2", "--trust-angles")
     assert done.code == 0
     assert "- The lamp is near, but nothing says on which side it stood" in done.out
-    assert "which side" not in lightarc("import", photographs, "-o", tmp_path / "t", "--no-align").out
+    assert "which side" not in lightarc("import", photographs, "-o", tmp_path / "t", "--no-align", "--trust-angles").out
 
 
 @pytest.mark.parametrize(
@@ -80,7 +81,7 @@ def test_a_near_lamp_on_an_unknown_side_is_warned_of(
 def test_pictures_are_framed(
     lightarc: Callable[..., SimpleNamespace], photographs: Path, tmp_path: Path, words: Any, size: Any
 ) -> None:
-    done = lightarc("import", photographs, "-o", tmp_path / "s", "--no-align", "--json", *words)
+    done = lightarc("import", photographs, "-o", tmp_path / "s", "--no-align", "--trust-angles", "--json", *words)
     assert done.code == 0
     result = json.loads(done.out)
     assert (result["height_px"], result["width_px"]) == size
@@ -138,7 +139,7 @@ def test_interrupted_import_leaves_nothing(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(import_stack, "_record", interrupted)
-    assert lightarc("import", photographs, "-o", tmp_path / "s").code == 4
+    assert lightarc("import", photographs, "-o", tmp_path / "s", "--trust-angles").code == 4
     assert left(tmp_path) == []
 
 
@@ -225,6 +226,6 @@ def test_lights_of_a_dome_are_chosen(
         flat, up, height = (f(np.radians(a)) for f, a in ((np.cos, elevation), (np.sin, azimuth), (np.sin, elevation)))
         lines.append(f"IMG_{number:04}.png {flat * np.cos(np.radians(azimuth))} {flat * up} {height}")
     (tmp_path / "dome" / "dome.lp").write_text("\n".join(lines))
-    done = lightarc("import", tmp_path / "dome", "-o", tmp_path / "s", "--no-align", "--json", *words)
+    done = lightarc("import", tmp_path / "dome", "-o", tmp_path / "s", "--no-align", "--trust-angles", "--json", *words)
     assert done.code == 0, done.err
     assert json.loads(done.out)["elevations_deg"] == pytest.approx(elevations)

@@ -107,3 +107,47 @@ def test_a_project_and_files_are_opened_together(
     window.open([tmp_path / "Felt.lap", mesh])
     qtbot.waitUntil(lambda: window.bench.document.project.mesh is not None, timeout=60_000)
     assert window.projects.path == tmp_path / "Felt.lap"
+
+
+def test_angles_that_the_light_contradicts_wait_for_a_person(
+    window: MainWindow, qtbot: Any, drop: Any, photographs: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "Frames"
+    folder.mkdir()
+    for name, path in zip("cadbe", sorted(photographs.iterdir()), strict=True):
+        (folder / f"{name}.png").write_bytes(path.read_bytes())
+    drop(window, [folder])
+    asked = question(window, qtbot)
+    assert "nothing says where the lamp stood" in asked.text()
+    answer(asked, qtbot, "Cancel")
+    document, rows = window.bench.document, window.capture.list.photographs
+    assert document.project.stack is None
+    assert rows.angles_editable
+    assert rows.setData(rows.index(0), "35 / 90")
+    qtbot.waitUntil(lambda: at_rest(window), timeout=60_000)
+    stack = document.project.stack
+    assert stack is not None
+    assert stack.azimuth is not None
+    assert stack.azimuth.tolist() == pytest.approx([1.5707963] * 5)
+    assert [row.azimuth_deg for row in rows.rows] == [90.0] * 5
+    assert "35 / 90" in [rows.data(rows.index(place), Qt.ItemDataRole.EditRole) for place in range(5)]
+    for wrong in ("91", "30 / 400", "1 / 2 / 3", "30 /", "x"):
+        assert not rows.setData(rows.index(0), wrong)
+
+
+def test_a_photograph_that_cannot_be_read_is_left_out_where_a_person_says_so(
+    window: MainWindow, qtbot: Any, drop: Any, photographs: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "One broken"
+    folder.mkdir()
+    for path in photographs.iterdir():
+        content = path.read_bytes()
+        (folder / path.name).write_bytes(content[: len(content) // 2] if "50" in path.name else content)
+    drop(window, [folder])
+    asked = question(window, qtbot)
+    assert asked.text().startswith("felt_50deg.png: ")
+    answer(asked, qtbot, "Leave it out")
+    qtbot.waitUntil(lambda: at_rest(window), timeout=60_000)
+    stack = window.bench.document.project.stack
+    assert stack is not None
+    assert [round(float(each)) for each in stack.elevation_deg] == [10, 30, 70, 90]

@@ -15,6 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from engine.capture import import_stack as module
+from engine.capture.doubts import Doubtful
 from engine.capture.import_stack import ImportSettings, ThumbnailReady, import_stack
 from engine.capture.lights.sources import find
 from engine.capture.photograph.decode import ReadAhead
@@ -382,11 +383,20 @@ def test_rti_photographs_stay_where_they_are(shared_data: Callable[[str], Path],
     assert any("of azimuth" in warning for warning in stack.health.warnings)
 
 
-def test_plain_paper_without_angles_warns(shared_data: Callable[[str], Path], tmp_path: Path) -> None:
-    stack = run(shared_data("stacks/pinkney_flat3"), tmp_path / "stack")
+def test_plain_paper_without_angles_is_refused_until_a_person_says_so(
+    shared_data: Callable[[str], Path], tmp_path: Path
+) -> None:
+    """Three photographs whose names count, in no order of brightness."""
+    folder = shared_data("stacks/pinkney_flat3")
+    with pytest.raises(Doubtful, match="nothing says where the lamp stood") as refused:
+        run(folder, tmp_path / "stack")
+    assert refused.value.consent == "trust_angles"
+    assert not (tmp_path / "stack").exists()
+    stack = run(folder, tmp_path / "stack", trust_angles=True)
     assert stack.angle_source == "assumed"
     assert any("are assumed" in warning for warning in stack.health.warnings)
     assert any("does not grow" in warning for warning in stack.health.warnings)
+    assert any("a person said so" in warning for warning in stack.health.warnings)
 
 
 @pytest.mark.parametrize("photographs", [5, pytest.param(20, marks=pytest.mark.long)])
