@@ -66,7 +66,7 @@ def _measured(what: str, folder: Path) -> dict[str, float]:
 def _large(folder: Path) -> Steps[Path]:
     """A project of ten photographs of 24 megapixels, with stack and material."""
     from app.bench.program import photographs_of_24_megapixels
-    from app.commands.workbench import material_of, stack_of
+    from app.commands.making import material_of, stack_of
     from app.document.document import ImportChoices, Project
     from app.project.project_file import History, Writer, data_folder
     from engine.capture.lights.sources import find

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import engine
+from app.commands.making import material_of, stack_of
 from app.commands.replay_made import NOTHING, bakes_again, factors_again
-from app.commands.workbench import material_of, stack_of
 from app.document.document import Project
 from app.project.made import noted
 from app.project.photographs import photographs

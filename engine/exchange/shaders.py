@@ -17,6 +17,7 @@ from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
 from engine.exchange.loss import Shown, material_shown
 from engine.exchange.subject import Contents, Settings, Subject
+from engine.images.exr_strips import encoded
 
 #: Words of GLSL and what HLSL calls them; `end` and the like are words of neither.
 _WORDS = {
@@ -52,7 +53,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     members = map_members(material)
     for number, (name, produce) in enumerate(members.items()):
         yield Step(number / len(members), f"writing {name}")
-        files[name] = produce()
+        files[name] = encoded(produce())
     power_law = material.power_law
     texels = subject.maps.roughness.size
     read = power_law.size_bytes / texels if power_law is not None else 24.0

@@ -55,6 +55,13 @@ class Planes:
         return height * width * len(self.channels) * (2 if self.half else 4)
 
 
+def encoded(content: bytes | Planes) -> bytes:
+    """The whole file of planes; what is a file already stays."""
+    if isinstance(content, bytes):
+        return content
+    return encode_exr(content.channels, half=content.half, attributes=content.attributes)
+
+
 class Late(NamedTuple):
     """Bytes that are known only when all others have been written, and the place in the file where they belong."""
 

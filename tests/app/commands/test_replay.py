@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from app.commands.making import material_of, stack_of
 from app.commands.replay import replayed
-from app.commands.workbench import material_of, stack_of
 from app.document.document import ImportChoices, Project
 from app.project.project_file import History, Writer
 from engine.capture.lights.sources import find

@@ -1,0 +1,63 @@
+"""What a project is made into: its photographs into a stack, and the stack into a material, by its settings."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from app.document.document import ImportChoices, Project
+from app.document.import_choices import lit_by, settings_of
+from app.project.made import note
+from engine.capture.lights.sources import Sources
+from engine.capture.stack import ImageStack
+from engine.core.steps import Step, Steps, part
+from engine.scene.material import Material
+from engine.shading.power_law import PowerLawMap
+from engine.shading.shading_map import ShadingMap
+
+
+def stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
+    """Import the photographs into the folder `target`."""
+    yield Step(0.0, "preparing the import")
+    from engine.capture.import_stack import import_stack
+
+    began = time.perf_counter()
+    stack = yield from import_stack(lit_by(sources, choices), settings_of(choices), target)
+    note(target, "stack", time.perf_counter() - began)
+    return stack
+
+
+def material_of(project: Project) -> Steps[Material]:
+    """The stack of `project` as slices and their compression, by its settings."""
+    yield Step(0.0, "preparing kernels")
+    from engine.shading.shading_map import build, included
+    from engine.shading.tile import make_tile
+
+    assert project.stack is not None
+    stack, excluded = project.stack, project.excluded
+    shading_map = yield from part(build(stack, project.slices, excluded=excluded), 0.0, 0.3)
+    if project.tileable:
+        shading_map = (yield from part(make_tile(stack, shading_map, excluded=excluded), 0.3, 0.6)).shading_map
+    power_law = yield from part(_compressed(project, shading_map), 0.6, 1.0)
+    return Material(
+        shading_map=shading_map,
+        power_law=power_law,
+        elevation_deg=tuple(float(angle) for angle in stack.elevation_deg[included(stack, excluded)]),
+        name=project.name,
+        health=stack.health.merged(shading_map.health).merged(power_law.health),
+    )
+
+
+def _compressed(project: Project, shading_map: ShadingMap) -> Steps[PowerLawMap]:
+    """The power law of `shading_map`, rounded and with kept slices as the project says."""
+    from engine.shading.mixed import keep_tiles
+    from engine.shading.power_law import fit
+    from engine.shading.quantise import quantise
+
+    power_law = yield from part(fit(shading_map, project.scale), 0.0, 0.6)
+    if project.exponent_bits != 32:
+        power_law = yield from part(quantise(power_law, shading_map, project.exponent_bits), 0.6, 0.8)
+    if project.mixed:
+        bound = project.error_bound_percent / 100.0 * shading_map.r_max
+        power_law = yield from part(keep_tiles(power_law, shading_map, bound), 0.8, 1.0)
+    return power_law
