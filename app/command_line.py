@@ -35,6 +35,7 @@ VERBS = (
     ("simulate", "app.cli.simulate"),
     ("import", "app.cli.import_"),
     ("shade", "app.cli.shade"),
+    ("normals", "app.cli.normals"),
     ("render", "app.cli.transport.render"),
     ("compare", "app.cli.compare"),
     ("brdf", "app.cli.brdf"),

@@ -150,6 +150,7 @@ LONG_FILES = {
     "engine/planning/costs/machine_profile.py": "one measurement for each rate of the cost model",
     "engine/storage/atomic.py": "every way of writing a file, where one place is the point",
     "engine/storage/untrusted.py": "the protocol with the decoder child, from both ends",
+    "engine/surface/texel_kernel.py": "one kernel and its steps, compiled together",
     "engine/tradeoff/sweep.py": "one sweep over all methods",
     "engine/transport/gaussian/bake.py": "one bake, step after step",
     "engine/transport/gaussian/fitting/view_kernel.py": "one kernel and its steps, compiled together",

@@ -238,6 +238,16 @@ DEMO = _folder(
 )
 COMPARISON = _folder("a comparison", "comparison.json", "comparison.png", "comparison.svg")
 EXPORT = _folder("an export", "export.json", "*/*")
+MAPS = _folder(
+    "a folder of maps",
+    "surface.json",
+    *(
+        f"{name}{sigma}.{ending}"
+        for name in ("base_colour", "normal", "roughness", "metallic", "specular", "height", "occlusion")
+        for sigma in ("", "_sigma")
+        for ending in ("exr", "png")
+    ),
+)
 FACTORS = _folder("a folder of factors", "factors.json", "term-*.exr", "terms-*.exr")
 FIGURE = _folder("a figure", "figure.json", "*.png", "*.svg", "pictures.csv", "curves.csv", "radiance/*.exr")
 FILM = Kind("a film", (".mp4", ".webp"))

@@ -25,9 +25,10 @@ from numpy.typing import NDArray
 
 from engine.capture.lights.mirror_sphere import Circle
 from engine.core.steps import Step, Steps, part
-from engine.simulate import height_fields, horizon, shading
+from engine.simulate import height_fields, shading
 from engine.simulate.arc import LightArc, Shot, sphere
 from engine.simulate.camera import blurred, rotated
+from engine.surface import horizon
 
 #: Deviation of the normals under which the lamp is seen, radians.
 GLOW = math.radians(2.0)

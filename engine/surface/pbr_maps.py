@@ -1,7 +1,8 @@
 """Maps of physically based rendering: normals, height, base colour, roughness and reflectance, with their uncertainty.
 
-The terms are those of metallic-roughness: the diffuse colour is base_colour (1 − metallic), the reflectance at normal
-incidence f0 (1 − metallic) + base_colour metallic, and the highlight GGX of alpha = roughness². Normals point out of
+The terms are those of metallic-roughness in glTF 2.0: the reflectance at normal incidence is F = f0 (1 − metallic) +
+base_colour metallic, the diffuse part (1 − F) (1 − metallic) base_colour / π, and the highlight GGX of alpha =
+roughness² with height-correlated shadowing. Normals point out of
 the picture in its own frame, x to the right, y up and z towards the camera, which is that of OpenGL normal maps.
 """
 
@@ -60,6 +61,8 @@ class MapErrors:
 class Uncertainty:
     """One standard deviation of each map, in the unit of the map, of normals in radians; inf where nothing is known.
 
+    That of normals is the root mean square angle by which they err; where slopes are observed along an arc, that of the
+    slope along it alone.
     `base_colour` is (H, W, 3), all else (H, W); `height` and `occlusion` are None where their map is.
     """
 

@@ -9,9 +9,9 @@ import numba
 import numpy as np
 import pytest
 
-from engine.simulate import horizon as shadows
 from engine.simulate import shading
 from engine.simulate.height_fields import Sample, sample
+from engine.surface import horizon as shadows
 
 
 def surface(height: Any, albedo: float = 0.5, specular: float = 0.0, roughness: float = 1.0) -> Sample:

@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import quad
 
 from engine.core.steps import drain
-from engine.simulate import horizon as shadows
 from engine.simulate.shading import light_direction
+from engine.surface import horizon as shadows
 
 
 def wall(size: int = 200, height: float = 10.0, column: int = 100) -> Any:

@@ -1,0 +1,79 @@
+"""`lightarc normals`: normals, height and PBR maps from photographs of lamps on several sides."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from app.arguments.results import MAPS, Input, Output, software
+from engine.core.errors import UsageError
+from engine.core.figure_text import number
+from engine.core.steps import Step, drain, part
+
+HELP = "Find normals, height, base colour, roughness and specular maps of a stack, with their uncertainty."
+EXAMPLE = "lightarc normals dome.stack -o dome.maps"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "stack", type=Input(), metavar="STACK", help="folder that 'lightarc import' made, of lamps on several sides"
+    )
+    parser.add_argument(
+        "-o", "--output", required=True, type=Output(MAPS, Path), metavar="FOLDER", help="folder of the maps"
+    )
+    parser.add_argument(
+        "--exclude", action="append", default=[], type=str, metavar="FILE", help="leave a photograph out (repeatable)"
+    )
+    parser.add_argument(
+        "--white",
+        type=float,
+        metavar="R",
+        help="radiance of a white card that faces a lamp, 1 = white level of the photographs (1, or more where the "
+        "material is brighter); base colour and specular are relative to it",
+    )
+    parser.add_argument(
+        "--no-errors", action="store_true", help="do not compare with the photographs, which takes a fit for each"
+    )
+
+
+def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from engine.capture.stack import open_stack
+    from engine.shading.shading_map import included
+    from engine.surface.recover import recover
+    from engine.surface.write import record, write_surface
+
+    if arguments.white is not None and not 1e-6 <= arguments.white <= 1e6:
+        raise UsageError(f"--white {arguments.white} is not a positive radiance")
+    stack = open_stack(arguments.stack)
+    used = included(stack, arguments.exclude)
+    finding = recover(stack, used, white=arguments.white, left_out=not arguments.no_errors)
+    surface = drain(part(finding, 0.0, 0.95), show)
+    provenance = {**stack.provenance, "stack": str(arguments.stack), "excluded_photographs": arguments.exclude}
+    writing = write_surface(arguments.output, surface, provenance, software("normals"))
+    files = drain(part(writing, 0.95, 1.0), show)
+    return {"folder": str(arguments.output), "files": files, **record(surface, provenance)}
+
+
+def report(result: dict[str, Any]) -> str:
+    size = f"{result['width_px']} × {result['height_px']} texels"
+    lines = [f"maps of {size} in {result['folder']}, from {result['photographs']} photographs"]
+    if result["observed_slopes"] == "both":
+        lines.append(f"normals to {number(result['normal_sigma_deg'])}° (median), and the height")
+    else:
+        azimuth = number(result["arc_azimuth_deg"])
+        lines.append(f"the slope along {azimuth}° to {number(result['normal_sigma_deg'])}° (median); no height")
+    for name, found in result["maps"].items():
+        sigma = found["median_sigma"]
+        if sigma is not None and name != "normal":
+            lines.append(f"{name.replace('_', ' '):12} median error {number(sigma)}")
+    if result["in_sample_rmse_srgb8"] is not None:
+        own, mean = number(result["in_sample_rmse_srgb8"]), number(result["mean_picture_rmse_srgb8"])
+        lines.append(f"photographs are shown to {own} codes of 255, by their mean to {mean}")
+    if result["leave_one_out_rmse_srgb8"] is not None:
+        lines.append(f"photographs that are left out to {number(result['leave_one_out_rmse_srgb8'])}")
+    if not math.isclose(result["white_radiance"], 1.0):
+        lines.append(f"a white card is taken to be at {number(result['white_radiance'])} times the white level")
+    return "\n".join(lines)

@@ -1,0 +1,202 @@
+"""From the photographs of a stack to the maps of its surface.
+
+The steps: the lamps and what they tell (`lamps`), kinds of texels and their priors, slopes and reflectance of each
+texel (`reflectance`, `texel_kernel`), height (`height`), occlusion by relief (`horizon`), and the error against the
+photographs (`relight`).
+Memory: the maps with their uncertainties, 100 bytes a texel, and twice as much while the height is solved for; 24
+megapixels need some 5 GiB.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.stack import ImageStack
+from engine.core.figure_text import number
+from engine.core.health import Finding, Health, Verdict
+from engine.core.steps import Step, Steps, part
+from engine.surface.height import disagreement, height_deviation, height_from_slopes
+from engine.surface.lamps import Lamps, lamps
+from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty
+from engine.surface.reflectance import FEWEST_FOR_GLOSS, Array, fitted_rows, kinds, metallic_roughness
+
+#: Texels beyond the border that are mirrored for the shadows of relief, and the lowest light that counts there.
+BORDER, LOWEST = 64, math.radians(5.0)
+
+#: Share of texels whose colour may exceed one before it is worth a word.
+WORTH_A_WORD = 0.001
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """The maps, the lamps, the radiance of a white card that faces a lamp, and the seconds of the parts."""
+
+    maps: PbrMaps
+    lamps: Lamps
+    white: float
+    health: Health
+    seconds: dict[str, float]
+
+
+def recover(
+    stack: ImageStack, used: NDArray[np.int64], *, white: float | None = None, left_out: bool = True
+) -> Steps[Surface]:
+    """The surface behind the photographs `used`.
+
+    `white` is the radiance of a white card that faces a lamp, in units of the photographs' white level; None for 1, or
+    more where texels are brighter. `left_out` asks for the error of photographs that are left out.
+    Raises InputError where the lamps do not tell any slope.
+    """
+    from engine.surface.relight import relit_errors  # compiled code: loaded when first needed
+    from engine.surface.texel_kernel import SPECULAR
+
+    start = time.perf_counter()
+    seen = lamps(stack, used)
+    alike = yield from part(kinds(stack, used, seen, white), 0.0, 0.05)
+    planes = _Planes(stack.radiance.shape[1], stack.radiance.shape[2], seen)
+    diffuse_only = len(used) < FEWEST_FOR_GLOSS
+    for step in fitted_rows(stack, used, seen, alike, diffuse_only):
+        first, last, found = step.partial
+        if diffuse_only:
+            found[:, SPECULAR : SPECULAR + 3] = DIELECTRIC_F0
+        planes.put(first, last, found)
+        yield Step(0.05 + 0.55 * step.done, step.note)
+    fitted = time.perf_counter()
+    height = height_sigma = occlusion = occlusion_sigma = None
+    if seen.observed.kind == "both":
+        right, up = -planes.slope[..., 0].astype(np.float64), -planes.slope[..., 1].astype(np.float64)
+        variance = planes.variance.astype(np.float64)
+        solved = yield from part(height_from_slopes(right, up, variance), 0.6, 0.75)
+        excess = disagreement(solved, right, up, variance)
+        planes.sigma["normal"] = np.minimum(planes.sigma["normal"] * np.sqrt(excess), 0.5 * np.pi).astype(np.float32)
+        height = solved.astype(np.float32)
+        deviation = yield from part(height_deviation(excess * variance), 0.75, 0.8)
+        height_sigma = deviation.astype(np.float32)
+        occlusion = yield from part(_open_part(height), 0.8, 0.85)
+        # the open part is the mean of cos² of horizons, which err as the normals do
+        hidden = np.sqrt(occlusion * (1.0 - occlusion))
+        occlusion_sigma = np.minimum(2.0 * hidden * planes.sigma["normal"], 1.0).astype(np.float32)
+    solved_at = time.perf_counter()
+    figures = MapErrors(normal_sigma=float(np.median(planes.sigma["normal"])))
+    if left_out:
+        apart = yield from part(relit_errors(stack, used, seen, alike, lambertian=diffuse_only), 0.85, 1.0)
+        figures = MapErrors(apart.in_sample, apart.left_out, apart.mean_picture, figures.normal_sigma)
+    maps = PbrMaps(
+        planes.base_colour,
+        planes.normal,
+        planes.roughness,
+        planes.metallic,
+        planes.f0,
+        height,
+        occlusion,
+        Uncertainty(**planes.sigma, height=height_sigma, occlusion=occlusion_sigma),
+        seen.observed,
+        figures,
+    )
+    seconds = {"fit": fitted - start, "height": solved_at - fitted, "errors": time.perf_counter() - solved_at}
+    return Surface(maps, seen, alike.white, _health(maps, alike.white, len(used)), seconds)
+
+
+class _Planes:
+    """The maps of a stack as they are filled block by block of rows."""
+
+    def __init__(self, height: int, width: int, seen: Lamps) -> None:
+        self.seen = seen
+        plane, colour = (height, width), (height, width, 3)
+        self.slope = np.zeros((height, width, 2), np.float32)
+        self.variance = np.zeros(plane, np.float32)
+        self.base_colour, self.normal = np.zeros(colour, np.float32), np.zeros(colour, np.float32)
+        self.roughness, self.metallic, self.f0 = (np.zeros(plane, np.float32) for _ in range(3))
+        self.sigma: dict[str, Map] = {
+            name: np.zeros(colour if name == "base_colour" else plane, np.float32)
+            for name in ("base_colour", "normal", "roughness", "metallic", "f0")
+        }
+
+    def put(self, first: int, last: int, found: Array) -> None:
+        """Rows from `first` to before `last` as the kernel found them."""
+        from engine.surface.texel_kernel import (
+            COV_AB,
+            COV_REFLECTANCE,
+            DIFFUSE,
+            ROUGHNESS,
+            SPECULAR,
+            VAR_A,
+            VAR_B,
+            VAR_DIFFUSE,
+            VAR_ROUGHNESS,
+            VAR_SPECULAR,
+        )
+
+        rows, width = slice(first, last), self.slope.shape[1]
+
+        def shaped(values: Array) -> Map:
+            return np.asarray(values, np.float32).reshape(last - first, width, *values.shape[1:])
+
+        along, across = found[:, 0], found[:, 1]
+        cosine, sine = np.cos(self.seen.turn), np.sin(self.seen.turn)
+        slope = np.stack([cosine * along - sine * across, sine * along + cosine * across], axis=-1)
+        normal = np.column_stack([slope, np.ones(len(slope))])
+        self.normal[rows] = shaped(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+        self.slope[rows] = shaped(slope)
+        a, b, c = found[:, VAR_A], found[:, VAR_B], found[:, COV_AB]
+        if self.seen.observed.kind != "both":
+            b, c = np.zeros_like(b), np.zeros_like(c)
+        self.variance[rows] = shaped(0.5 * (a + b))
+        self.sigma["normal"][rows] = shaped(_angle(along, across, a, b, c))
+        made = metallic_roughness(
+            found[:, DIFFUSE : DIFFUSE + 3],
+            found[:, SPECULAR : SPECULAR + 3],
+            found[:, (VAR_DIFFUSE, VAR_SPECULAR, COV_REFLECTANCE)],
+        )
+        self.base_colour[rows], self.metallic[rows] = shaped(made.base_colour), shaped(made.metallic)
+        self.f0[rows], self.roughness[rows] = shaped(made.f0), shaped(found[:, ROUGHNESS])
+        self.sigma["base_colour"][rows] = shaped(made.base_colour_sigma)
+        self.sigma["metallic"][rows], self.sigma["f0"][rows] = shaped(made.metallic_sigma), shaped(made.f0_sigma)
+        self.sigma["roughness"][rows] = shaped(np.minimum(np.sqrt(found[:, VAR_ROUGHNESS]), 0.5))
+
+
+def _angle(along: Array, across: Array, a: Array, b: Array, c: Array) -> Array:
+    """Root mean square angle (radians) by which normals err, for slopes with variances a and b and covariance c.
+
+    For the slopes s of a normal the angle of a change d is |d|² / (1 + s²) − (s·d)² / (1 + s²)², squared.
+    """
+    length = 1.0 + along**2 + across**2
+    with np.errstate(invalid="ignore"):
+        inside = along**2 * a + across**2 * b + 2.0 * along * across * c
+        squared = (a + b) / length - inside / length**2
+    return np.asarray(np.sqrt(np.clip(np.nan_to_num(squared, nan=np.inf), 0.0, (0.5 * np.pi) ** 2)))
+
+
+def _open_part(height: Map) -> Steps[Map]:
+    """(H, W) cosine-weighted part of the hemisphere that relief leaves open; beyond the border it is mirrored."""
+    from engine.surface.horizon import openness
+
+    border = [min(BORDER, size) for size in height.shape]
+    padded = np.pad(height, [(each, each) for each in border], "symmetric")
+    found = yield from openness(padded, lowest=LOWEST)
+    inner = found[border[0] : border[0] + height.shape[0], border[1] : border[1] + height.shape[1]]
+    return np.ascontiguousarray(np.clip(inner, 0.0, 1.0))
+
+
+def _health(maps: PbrMaps, white: float, photographs: int) -> Health:
+    findings = []
+    if maps.observed.azimuth is not None:
+        azimuth = number(math.degrees(maps.observed.azimuth))
+        text = f"the lamps stand on one arc: only the slope along {azimuth}° is observed, across it the surface is "
+        findings.append(Finding(Verdict.WARNING, text + "shown as flat, and there is no height"))
+    if photographs < FEWEST_FOR_GLOSS:
+        text = f"{photographs} photographs do not tell highlights: roughness and reflectance are those of plastic"
+        findings.append(Finding(Verdict.WARNING, text))
+    if white > 1.0:
+        text = f"a white card that faces a lamp is taken to be {number(white)} times as bright as the white level"
+        findings.append(Finding(Verdict.NOTE, f"{text}, because texels are brighter than a card at that level"))
+    if maps.errors.left_out > maps.errors.mean_picture:
+        ours, mean = number(maps.errors.left_out), number(maps.errors.mean_picture)
+        text = f"photographs that are left out are shown to {ours} codes of 255, by their mean to {mean}"
+        findings.append(Finding(Verdict.WARNING, f"{text}: shadows or a lamp that is placed wrongly"))
+    return Health(findings=tuple(findings))

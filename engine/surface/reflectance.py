@@ -1,0 +1,227 @@
+"""Slopes and reflectance of all texels of a stack, and their conversion to metallic-roughness.
+
+Where the photographs of one texel do not tell its roughness and reflectance, texels that look alike do: k-means of the
+root of their mean colour makes a few kinds, a sample of texels is fitted with a prior that hardly speaks, and each
+kind's mean and spread are the prior of all its texels (empirical Bayes).
+
+Radiance has the unit of a white card that faces a lamp. `white` says how bright it is in the photographs: the white
+level, unless texels are brighter, whose reflectance would then exceed one.
+Memory: the block of rows that is being fitted, and the maps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.stack import ImageStack
+from engine.core.steps import Step, Steps
+from engine.surface.lamps import Lamps
+from engine.surface.pbr_maps import DIELECTRIC_F0
+
+Array = NDArray[np.float64]
+
+#: Texels of the sample that tells the kinds, and the number of kinds.
+SAMPLE, KINDS = 4096, 6
+
+#: Values of all photographs in a block of rows, about 100 MB in single precision.
+BLOCK_VALUES = 1 << 24
+
+#: Mean and deviation of roughness, and of the reflectance F: where photographs are enough to tell them, and where not.
+WIDE, NARROW = (0.5, 0.25, 0.05, 0.3), (0.5, 0.25, DIELECTRIC_F0, 0.02)
+
+#: Photographs that are enough for the one, and for either; from fewer, surfaces are taken to be diffuse.
+ENOUGH, FEWEST_FOR_GLOSS = 8, 6
+
+#: Least deviations of a kind in roughness and F, and texels in which a kind is known.
+LEAST_SPREAD, LEAST_KNOWN = (0.02, 0.01), 16
+
+#: Share of texels that may be brighter than white.
+ABOVE_WHITE = 1e-3
+
+#: Deviation of a dielectric's f0 from that of index 1.5; squared deviations by which a metal must explain more.
+F0_SPREAD, METAL_EVIDENCE = 0.05, 9.0
+
+#: Values of metallic that are tried.
+METALLIC = np.linspace(0.0, 1.0, 21)
+
+
+@dataclass(frozen=True, eq=False)
+class Kinds:
+    """Texels that look alike: `colour` (K, 3) roots of mean colours, `priors` (K, 4) as `WIDE`; and `white`."""
+
+    colour: Array
+    priors: Array
+    white: float
+
+    def of(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
+        """(T,) the kind of texels of radiance (N, T, 3)."""
+        colour = _colour(values)
+        return np.asarray(((colour[:, None] - self.colour[None]) ** 2).sum(axis=-1).argmin(axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Reflectance:
+    """Metallic-roughness of texels and one standard deviation of each, (T, …) as in `PbrMaps`."""
+
+    base_colour: Array
+    metallic: Array
+    f0: Array
+    base_colour_sigma: Array
+    metallic_sigma: Array
+    f0_sigma: Array
+
+
+def texels(
+    stack: ImageStack, used: NDArray[np.int64], first: int, last: int, step: int = 1
+) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.int64], NDArray[np.int64]]:
+    """Radiance (N, T, 3), where it is usable (N, T), and rows and columns of every `step`-th texel of rows."""
+    width = stack.radiance.shape[2]
+    lines, columns = range(first, last, step), np.arange(step // 2, width, step)
+    shape = (len(used), len(lines), len(columns))
+    radiance, clipped = np.empty((*shape, 3), np.float32), np.empty(shape, np.bool_)
+    if step == 1:
+        radiance, clipped = np.asarray(stack.radiance[used, first:last]), np.asarray(stack.saturated[used, first:last])
+    else:
+        for place, photograph in enumerate(used):
+            for line, row in enumerate(lines):
+                radiance[place, line] = stack.radiance[int(photograph), row : row + 1][0, columns]
+                clipped[place, line] = stack.saturated[int(photograph), row : row + 1][0, columns]
+    rows, across = np.meshgrid(np.array(lines), columns, indexing="ij")
+    count = len(used)
+    return radiance.reshape(count, -1, 3), ~clipped.reshape(count, -1), rows.ravel(), across.ravel()
+
+
+def fit(
+    values: NDArray[np.float32],
+    usable: NDArray[np.bool_],
+    towards: Array,
+    lamps: Lamps,
+    kinds: Kinds,
+    lambertian: bool = False,
+) -> Array:
+    """(T, COLUMNS) of `texel_kernel` for radiance (N, T, 3) under the light (N, T or 1, 3)."""
+    from engine.surface.texel_kernel import COLUMNS, fit_texels  # compiled code: loaded when first needed
+
+    found = np.zeros((values.shape[1], COLUMNS))
+    scaled = np.ascontiguousarray(values / np.float32(kinds.white))
+    both = lamps.observed.kind == "both"
+    fit_texels(scaled, np.ascontiguousarray(usable), towards, both, kinds.priors, kinds.of(values), lambertian, found)
+    return found
+
+
+def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float | None = None) -> Steps[Kinds]:
+    """The kinds of a stack's texels, from a sample; `white` where it is known."""
+    from scipy.cluster.vq import kmeans2
+
+    from engine.surface.texel_kernel import DIFFUSE
+
+    height, width = stack.radiance.shape[1:3]
+    step = max(1, int(np.ceil(np.sqrt(height * width / SAMPLE))))
+    yield Step(0.0, "looking for texels that are alike")
+    values, usable, rows, columns = texels(stack, used, step // 2, height, step)
+    towards = lamps.seen_from(rows, columns, height, width)
+    colour = _colour(values)
+    count = min(KINDS, len(np.unique(colour, axis=0)))
+    centres, label = kmeans2(colour, count, minit="++", seed=1)
+    start = np.array([WIDE if len(used) >= ENOUGH else NARROW])
+    one = Kinds(np.zeros((1, 3)), start, white or 1.0)
+    yield Step(0.2, "fitting a sample of texels")
+    found = fit(values, usable, towards, lamps, one, len(used) < FEWEST_FOR_GLOSS)
+    if white is None:
+        brightest = float(np.quantile(found[:, DIFFUSE : DIFFUSE + 3].max(axis=1), 1.0 - ABOVE_WHITE))
+        one = Kinds(one.colour, start, max(1.0, brightest))
+        found[:, DIFFUSE : DIFFUSE + 6] /= one.white
+    if len(used) < ENOUGH:
+        return Kinds(centres, np.repeat(start, count, axis=0), one.white)
+    priors = np.array([_prior(found[label == kind], start[0], one.white) for kind in range(count)])
+    return Kinds(centres, priors, one.white)
+
+
+def metallic_roughness(diffuse: Array, specular: Array, variance: Array) -> Reflectance:
+    """The metallic-roughness nearest to the coefficients ρ and F (T, 3), in the metric of their errors.
+
+    `variance` (T, 3) are the variances of ρ and F and their covariance. A texel is a dielectric unless a metal explains
+    it better by `METAL_EVIDENCE`. ρ = base (1 − metallic) (1 − F) and F = f0 (1 − metallic) + base metallic.
+    """
+    a, b, c = variance[:, 0], variance[:, 1], variance[:, 2]
+    a, b = np.clip(np.nan_to_num(a, posinf=1.0), 1e-10, 1.0), np.clip(np.nan_to_num(b, posinf=1.0), 1e-10, 1.0)
+    limit = 0.999 * np.sqrt(a * b)
+    c = np.clip(np.nan_to_num(c, posinf=0.0), -limit, limit)
+    determinant = a * b - c * c
+    precision = (b / determinant, -c / determinant, a / determinant)
+    tried = [_of_metallic(np.full(len(a), m), diffuse, specular, precision) for m in METALLIC]
+    cost = np.stack([each[2] for each in tried])
+    best = np.where(cost.min(axis=0) + METAL_EVIDENCE < cost[0], cost.argmin(axis=0), 0)
+    inside = np.clip(best, 1, len(METALLIC) - 2)
+    index, step = np.arange(len(a)), METALLIC[1]
+    low, middle, high = cost[inside - 1, index], cost[inside, index], cost[inside + 1, index]
+    bend = np.maximum(low - 2.0 * middle + high, 1e-12)
+    shift = np.where(best == inside, np.clip(0.5 * (low - high) / bend, -0.5, 0.5), 0.0)
+    metallic = np.clip(METALLIC[best] + step * shift, 0.0, 1.0)
+    base, f0, _, base_variance = _of_metallic(metallic, diffuse, specular, precision)
+    f0_variance = 1.0 / (1.0 / F0_SPREAD**2 + 3.0 * (1.0 - metallic) ** 2 * precision[2])
+    sigma = np.clip(step * np.sqrt(2.0 / bend), 0.0, 0.5)
+    return Reflectance(base, metallic, f0, np.minimum(np.sqrt(base_variance), 1.0), sigma, np.sqrt(f0_variance))
+
+
+def _of_metallic(
+    metallic: Array, diffuse: Array, specular: Array, precision: tuple[Array, Array, Array]
+) -> tuple[Array, Array, Array, Array]:
+    """Base colour, f0, squared deviations and variance of the base colour, where metallic (T,) is given."""
+    p, q, r = (each[:, None] for each in precision)
+    m = metallic[:, None]
+    d = (1.0 - m) * (1.0 - np.clip(specular, 0.0, 0.95))
+    f0 = np.full_like(metallic, DIELECTRIC_F0)
+    within = p * d * d + 2.0 * q * d * m + r * m * m
+    base = np.zeros_like(diffuse)
+    for _ in range(3):
+        rest = specular - (1.0 - m) * f0[:, None]
+        base = np.clip(((p * d + q * m) * diffuse + (q * d + r * m) * rest) / within, 0.0, 1.0)
+        off_d, off_s = diffuse - d * base, specular - m * base
+        pull = ((1.0 - m) * (q * off_d + r * off_s)).sum(axis=1) + DIELECTRIC_F0 / F0_SPREAD**2
+        f0 = np.clip(pull / (3.0 * (1.0 - metallic) ** 2 * precision[2] + 1.0 / F0_SPREAD**2), 0.0, 0.2)
+    off_d, off_s = diffuse - d * base, specular - m * base - (1.0 - m) * f0[:, None]
+    cost = (p * off_d**2 + 2.0 * q * off_d * off_s + r * off_s**2).sum(axis=1)
+    return base, f0, cost + ((f0 - DIELECTRIC_F0) / F0_SPREAD) ** 2, 1.0 / within
+
+
+def fitted_rows(
+    stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, kinds: Kinds, lambertian: bool = False
+) -> Steps[None]:
+    """Fit block after block of rows; each step's `partial` is (first, last, found)."""
+    count, height, width = len(used), stack.radiance.shape[1], stack.radiance.shape[2]
+    block = max(1, BLOCK_VALUES // (3 * count * width))
+    for first in range(0, height, block):
+        last = min(first + block, height)
+        values, usable, rows, columns = texels(stack, used, first, last)
+        found = fit(values, usable, lamps.seen_from(rows, columns, height, width), lamps, kinds, lambertian)
+        yield Step(last / height, "finding slopes and reflectance", (first, last, found))
+
+
+def _prior(found: Array, start: Array, white: float) -> Array:
+    """Means and deviations of roughness and F in the texels of one kind."""
+    from engine.surface.texel_kernel import ROUGHNESS, SPECULAR, VAR_ROUGHNESS, VAR_SPECULAR
+
+    specular = found[:, SPECULAR : SPECULAR + 3].mean(axis=1)
+    pairs = (
+        (found[:, ROUGHNESS], found[:, VAR_ROUGHNESS], start[:2], LEAST_SPREAD[0]),
+        (specular, found[:, VAR_SPECULAR] / (3.0 * white * white), start[2:], LEAST_SPREAD[1]),
+    )
+    made: list[float] = []
+    for value, variance, (mean, spread), least in pairs:
+        known = np.isfinite(variance) & (variance < 0.25 * spread**2)
+        if known.sum() < LEAST_KNOWN:
+            made += [mean, spread]
+            continue
+        middle = float(np.median(value[known]))
+        apart = (1.4826 * float(np.median(np.abs(value[known] - middle)))) ** 2 - float(np.median(variance[known]))
+        made += [middle, float(np.sqrt(max(apart, least**2)))]
+    return np.array(made)
+
+
+def _colour(values: NDArray[np.float32]) -> Array:
+    """(T, 3) roots of the mean colour of texels of radiance (N, T, 3)."""
+    return np.sqrt(np.maximum(values.mean(axis=0, dtype=np.float64), 0.0))

@@ -1,0 +1,141 @@
+"""Photographs that the maps predict, and their error against those that were taken.
+
+Maps are relit as engines do it: GGX over a diffuse part, without shadows of the relief on itself. Errors are root mean
+squares over texels, channels and photographs in codes of 8-bit sRGB, as in `engine.shading.fidelity`.
+Bound by arithmetic, one GGX for each texel and lamp.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.capture.stack import ImageStack
+from engine.core.colour import srgb_encode
+from engine.core.kernels import parallel, prange
+from engine.core.steps import Step, Steps
+from engine.surface.lamps import Lamps, lamps
+from engine.surface.pbr_maps import PbrMaps
+from engine.surface.reflectance import Array, Kinds, fit, kinds, metallic_roughness, texels
+from engine.surface.texel_kernel import (
+    COV_REFLECTANCE,
+    DIFFUSE,
+    ROUGHNESS,
+    SPECULAR,
+    VAR_DIFFUSE,
+    VAR_SPECULAR,
+    lobes,
+)
+
+Values = NDArray[np.floating]
+
+#: Texels in which errors are found, and those in which photographs are left out, which takes a fit for each.
+GRID, LEFT_OUT_GRID = 1 << 16, 2048
+
+#: Photographs that are left out in turn, at most.
+FOLDS = 64
+
+
+@dataclass(frozen=True)
+class RelitErrors:
+    """Root mean squares in codes of 8-bit sRGB: of all photographs, of those left out in turn, and of their mean."""
+
+    in_sample: float
+    left_out: float
+    mean_picture: float
+
+
+def relit(maps: PbrMaps, light: tuple[float, float, float]) -> NDArray[np.float32]:
+    """(H, W, 3) radiance under a distant lamp in the direction `light`, over that of a white card that faces it."""
+    towards = np.array([[light]], np.float64) / np.linalg.norm(light)
+    slopes = maps.normal[..., :2].reshape(-1, 2) / np.maximum(maps.normal[..., 2:].reshape(-1, 1), 1e-3)
+    picture = np.empty((1, len(slopes), 3), np.float32)
+    f0, metallic = maps.f0.reshape(-1, 1), maps.metallic.reshape(-1, 1)
+    diffuse, specular = _coefficients(maps.base_colour.reshape(-1, 3), metallic, f0)
+    _relight(slopes.astype(np.float64), maps.roughness.ravel(), diffuse, specular, towards, picture)
+    return picture[0].reshape(*maps.size, 3)
+
+
+def errors(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool = False) -> Steps[RelitErrors]:
+    """The errors of maps that are made of the photographs `used`, as a row beside other representations.
+
+    Kinds of texels and the brightness of white are those of all photographs, also where one is left out.
+    """
+    seen = lamps(stack, used)
+    alike = yield from kinds(stack, used, seen)
+    return (yield from relit_errors(stack, used, seen, alike, lambertian=lambertian))
+
+
+def relit_errors(
+    stack: ImageStack, used: NDArray[np.int64], seen: Lamps, alike: Kinds, *, lambertian: bool = False
+) -> Steps[RelitErrors]:
+    """The same where lamps and kinds are known."""
+    inside, mean, count = 0.0, 0.0, len(used)
+    for values, usable, towards in _grid(stack, used, seen, GRID):
+        yield Step(0.1, "comparing with the photographs")
+        found = fit(values, usable, towards, seen, alike, lambertian)
+        wanted = _codes(values)
+        inside += float(((_codes(_predicted(found, towards, alike, lambertian)) - wanted) ** 2).mean(dtype=np.float64))
+        average = wanted.mean(axis=0)
+        mean += float(((wanted - average) ** 2).mean(dtype=np.float64)) * (count / max(count - 1, 1)) ** 2
+    out = np.nan
+    if count > 4:
+        out = 0.0
+        folds = np.unique(np.linspace(0, count - 1, min(count, FOLDS)).round().astype(np.int64))
+        for values, usable, towards in _grid(stack, used, seen, LEFT_OUT_GRID):
+            for at, fold in enumerate(folds):
+                yield Step(0.3 + 0.7 * at / len(folds), "leaving photographs out")
+                others = np.flatnonzero(np.arange(count) != fold)
+                found = fit(values[others], usable[others], towards[others], seen, alike, lambertian)
+                shown = _codes(_predicted(found, towards[fold : fold + 1], alike, lambertian))
+                out += float(((shown - _codes(values[fold : fold + 1])) ** 2).mean(dtype=np.float64)) / len(folds)
+    return RelitErrors(float(np.sqrt(inside)), float(np.sqrt(out)), float(np.sqrt(mean)))
+
+
+def _grid(
+    stack: ImageStack, used: NDArray[np.int64], seen: Lamps, most: int
+) -> list[tuple[NDArray[np.float32], NDArray[np.bool_], Array]]:
+    """Radiance, usable and lamps of the texels of a regular grid of at most `most`, as one block."""
+    height, width = stack.radiance.shape[1:3]
+    step = max(1, int(np.ceil(np.sqrt(height * width / most))))
+    values, usable, rows, columns = texels(stack, used, step // 2, height, step)
+    return [(values, usable, seen.seen_from(rows, columns, height, width))]
+
+
+def _predicted(found: Array, towards: Array, alike: Kinds, lambertian: bool) -> NDArray[np.float32]:
+    """(N, T, 3) radiance of texels `found` by the kernel, through the maps that are made of them."""
+    diffuse, specular = found[:, DIFFUSE : DIFFUSE + 3], found[:, SPECULAR : SPECULAR + 3]
+    if not lambertian:
+        variance = found[:, (VAR_DIFFUSE, VAR_SPECULAR, COV_REFLECTANCE)]
+        made = metallic_roughness(diffuse, specular, variance)
+        diffuse, specular = _coefficients(made.base_colour, made.metallic[:, None], made.f0[:, None])
+    picture = np.empty((len(towards), len(found), 3), np.float32)
+    _relight(np.ascontiguousarray(found[:, :2]), found[:, ROUGHNESS], diffuse, specular, towards, picture)
+    return picture * np.float32(alike.white)
+
+
+def _coefficients(base: Values, metallic: Values, f0: Values) -> tuple[Array, Array]:
+    """ρ and F (T, 3) of metallic-roughness."""
+    specular = f0 * (1.0 - metallic) + base * metallic
+    return np.asarray(base * (1.0 - metallic) * (1.0 - specular), np.float64), np.asarray(specular, np.float64)
+
+
+def _codes(radiance: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.asarray(255.0 * srgb_encode(np.clip(radiance, 0.0, 1.0)), np.float32)
+
+
+@parallel
+def _relight(slopes, roughness, diffuse, specular, towards, picture):  # type: ignore[no-untyped-def]
+    """Fill `picture` (N, T, 3) from texels (T, …) under the light (N, T or 1, 3)."""
+    for texel in prange(len(slopes)):
+        place = np.int64(texel) if towards.shape[1] > 1 else np.int64(0)
+        for lamp in range(len(towards)):
+            x, y, z = towards[lamp, place]
+            alpha = max(roughness[texel], 0.03) ** 2
+            received, highlight = lobes(slopes[texel, 0], slopes[texel, 1], alpha, x, y, z)
+            for channel in range(3):
+                picture[lamp, texel, channel] = (
+                    diffuse[texel, channel] * received + specular[texel, channel] * highlight
+                )

@@ -1,0 +1,124 @@
+"""The folder of maps: an EXR for each map and each standard deviation, PNG previews, and `surface.json`.
+
+EXR maps are linear: colours are linear sRGB, normals components in [−1, 1] (x right, y up, z out of the picture),
+heights widths of a texel. Previews are for looking: normals as (n + 1) / 2, and height from its lowest to its highest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.colour import srgb_encode
+from engine.core.steps import Step, Steps
+from engine.images.encode import encode_png, rgb_channels, write_exr
+from engine.storage.atomic import atomic_folder, write_bytes, write_json
+from engine.surface.pbr_maps import PbrMaps
+from engine.surface.recover import Surface
+
+#: By this file a folder of maps is known.
+RECORD = "surface.json"
+
+#: Names of the files by the fields of `PbrMaps`.
+FILES = {
+    "base_colour": "base_colour",
+    "normal": "normal",
+    "roughness": "roughness",
+    "metallic": "metallic",
+    "f0": "specular",
+    "height": "height",
+    "occlusion": "occlusion",
+}
+
+#: Standard deviations at which previews of uncertainty are white.
+WHITE_SIGMA = {"normal": math.radians(10.0), "height": 1.0}
+
+
+def known_maps(maps: PbrMaps) -> dict[str, NDArray[np.float32]]:
+    """The maps that are known by the names of their files, and their deviations as `NAME_sigma`."""
+    found = {}
+    for field, name in FILES.items():
+        values = getattr(maps, field)
+        if values is None:
+            continue
+        found[name] = values
+        if maps.uncertainty is not None:
+            found[f"{name}_sigma"] = getattr(maps.uncertainty, field)
+    return found
+
+
+def preview(name: str, values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """(H, W) or (H, W, 3) codes of a map by the name of its file."""
+    if name == "base_colour":
+        shown = srgb_encode(values)
+    elif name == "normal":
+        shown = 0.5 + 0.5 * values
+    elif name == "height":
+        low, high = np.quantile(values, (0.001, 0.999))
+        shown = (values - low) / max(float(high - low), 1e-9)
+    elif name.endswith("_sigma"):
+        shown = values / WHITE_SIGMA.get(name.removesuffix("_sigma"), 0.25)
+    else:
+        shown = values
+    return np.asarray(np.rint(255.0 * np.clip(np.nan_to_num(shown, posinf=1.0), 0.0, 1.0)), np.uint8)
+
+
+def record(surface: Surface, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """The figures of a surface, as `surface.json` and `--json` state them."""
+    maps, known = surface.maps, known_maps(surface.maps)
+    errors, azimuth = maps.errors, maps.observed.azimuth
+    return {
+        "lightarc_surface": 1,
+        "height_px": maps.size[0],
+        "width_px": maps.size[1],
+        "photographs": len(surface.lamps.direction),
+        "observed_slopes": maps.observed.kind,
+        "arc_azimuth_deg": None if azimuth is None else math.degrees(azimuth),
+        "lamp_distance_widths": 1.0 / surface.lamps.nearness if surface.lamps.nearness else None,
+        "white_radiance": surface.white,
+        "in_sample_rmse_srgb8": _finite(errors.in_sample),
+        "leave_one_out_rmse_srgb8": _finite(errors.left_out),
+        "mean_picture_rmse_srgb8": _finite(errors.mean_picture),
+        "normal_sigma_deg": _finite(math.degrees(errors.normal_sigma)),
+        "maps": {
+            name: {
+                "file": f"{name}.exr",
+                "mean": _finite(float(values.mean(dtype=np.float64))),
+                "median_sigma": _finite(float(np.median(known[f"{name}_sigma"]))) if f"{name}_sigma" in known else None,
+            }
+            for name, values in known.items()
+            if not name.endswith("_sigma")
+        },
+        "seconds": surface.seconds,
+        "warnings": surface.health.warnings,
+        "notes": [finding.text for finding in surface.health.findings],
+        "provenance": dict(provenance),
+    }
+
+
+def write_surface(folder: Path, surface: Surface, provenance: Mapping[str, Any], software: str) -> Steps[list[str]]:
+    """Write maps, previews and record into `folder`, complete or not at all; returns the names of the files.
+
+    Raises OutputError where the folder cannot be written, or exists and is none of maps.
+    """
+    known = known_maps(surface.maps)
+    files = []
+    with atomic_folder(folder, RECORD) as partial:
+        for index, (name, values) in enumerate(known.items()):
+            yield Step(index / len(known), f"writing {name}")
+            channels = rgb_channels(values) if values.ndim == 3 else {"Y": values}
+            half = name in ("base_colour", "roughness", "metallic", "specular", "occlusion")
+            write_exr(partial / f"{name}.exr", channels, half=half)
+            write_bytes(partial / f"{name}.png", encode_png(preview(name, values), software=software))
+            files += [f"{name}.exr", f"{name}.png"]
+        write_json(partial / RECORD, record(surface, provenance))
+    return [RECORD, *files]
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

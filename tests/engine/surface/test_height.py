@@ -1,0 +1,70 @@
+"""Heights from slopes against surfaces that are known, and laws of the weights."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.sparse.linalg import lsqr
+
+from engine.core.steps import drain
+from engine.surface.height import disagreement, height_deviation, height_from_slopes
+
+
+def slopes(height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Central differences, x to the right and y up."""
+    return np.gradient(height, axis=1), -np.gradient(height, axis=0)
+
+
+def test_weighted_slopes_give_the_least_squares_height() -> None:
+    """The same sum of squares minimised by a general solver."""
+    rng = np.random.default_rng(3)
+    rows, columns = 9, 12
+    right, up = rng.standard_normal((2, rows, columns))
+    variance = rng.uniform(0.5, 2.0, (rows, columns))
+    ours = drain(height_from_slopes(right, up, variance))
+    place = np.arange(rows * columns).reshape(rows, columns)
+    pairs = [(place[r, c], place[r, c + 1], (r, c), (r, c + 1)) for r in range(rows) for c in range(columns - 1)]
+    pairs += [(place[r, c], place[r + 1, c], (r, c), (r + 1, c)) for r in range(rows - 1) for c in range(columns)]
+    matrix, wanted = sparse.lil_matrix((len(pairs), rows * columns)), np.empty(len(pairs))
+    for line, (one, other, first, second) in enumerate(pairs):
+        weight = np.sqrt(4.0 / (variance[first] + variance[second]))
+        slope = 0.5 * (right[first] + right[second]) if first[0] == second[0] else -0.5 * (up[first] + up[second])
+        matrix[line, one], matrix[line, other], wanted[line] = -weight, weight, weight * slope
+    theirs = lsqr(matrix.tocsr(), wanted, atol=1e-12, btol=1e-12)[0].reshape(rows, columns)
+    np.testing.assert_allclose(ours, theirs - theirs.mean(), atol=1e-3)
+
+
+def test_slopes_that_are_not_known_do_not_count() -> None:
+    row, column = np.mgrid[:64, :64]
+    height = 3.0 * np.sin(row / 9.0) * np.cos(column / 7.0)
+    right, up = slopes(height)
+    variance = np.full(height.shape, 1e-4)
+    right[20:24, 30:40], variance[20:24, 30:40] = 5.0, np.inf
+    found = drain(height_from_slopes(right, up, variance))
+    assert np.abs(found - (height - height.mean()))[40:].max() < 0.2
+    even = drain(height_from_slopes(right, up, np.full(height.shape, 1e-4)))
+    assert np.abs(even - (height - height.mean()))[40:].max() > 0.4
+
+
+def test_a_flat_surface_is_flat() -> None:
+    flat = np.zeros((5, 7))
+    assert not drain(height_from_slopes(flat, flat, np.ones((5, 7)))).any()
+
+
+def test_the_deviation_is_that_of_drawn_errors() -> None:
+    rng = np.random.default_rng(5)
+    variance = np.full((40, 40), 0.04)
+    errors = 0.2 * rng.standard_normal((24, 2, 40, 40))
+    drawn = [drain(height_from_slopes(right, up, variance)) for right, up in errors]
+    stated = drain(height_deviation(variance))
+    assert np.sqrt(np.mean(stated**2)) == pytest.approx(np.std(drawn), rel=0.35)
+
+
+def test_slopes_of_no_height_disagree_and_noise_as_stated_does_not() -> None:
+    rng = np.random.default_rng(6)
+    right, up = 0.1 * rng.standard_normal((2, 96, 96))
+    variance = np.full((96, 96), 0.01)
+    height = drain(height_from_slopes(right, up, variance))
+    assert np.median(disagreement(height, right, up, variance)) < 1.25
+    assert np.median(disagreement(height, right, up, variance / 16.0)) > 4.0
