@@ -110,9 +110,7 @@ def ball(height: int, width: int, diameter: int = DIAMETER) -> View:
 
 def material_shown(material: Material, source: Source = "slices") -> Shown:
     """The material as its slices or its power law show it."""
-    mesh = shape("plane")
-    camera = frame(mesh.positions, 1.0)
-    scene = Scene(mesh, camera, material.reflectance, material, source=source)
+    scene = scene_of(material, source)
     levels = mip_levels(scene.shading)[:1]
     height, width = levels[0].shape[1:3]
 
@@ -125,6 +123,12 @@ def material_shown(material: Material, source: Source = "slices") -> Shown:
         return looked_up(scene, levels, uv, [np.zeros_like(uv)] * 2, terms())
 
     return shown
+
+
+def scene_of(material: Material, source: Source = "slices") -> Scene:
+    """A scene with the material, which says its sigma and its look-up; its model and camera are any."""
+    mesh = shape("plane")
+    return Scene(mesh, frame(mesh.positions, 1.0), material.reflectance, material, source=source)
 
 
 def maps_shown(maps: PbrMaps) -> Shown:

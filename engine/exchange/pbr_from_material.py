@@ -29,8 +29,9 @@ from engine.core.colour import luminance
 from engine.core.directions import normalize
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
+from engine.exchange.loss import scene_of
 from engine.exchange.metallic_roughness import lobe_and_grazing
-from engine.scene.material import Material, auto_sigma
+from engine.scene.material import Material
 from engine.shading.lookup import layer_at, share_and_gain
 from engine.surface.pbr_maps import DIELECTRIC_F0, ObservedSlopes, PbrMaps
 
@@ -42,8 +43,11 @@ ROUGHNESSES = tuple(float(value) for value in np.linspace(0.08, 1.0, 24).round(3
 #: Pairs of directions.
 PAIRS = 1 << 13
 
-#: Slices that stand for a power law, texels that metallic is chosen by, and texels of one step.
-LAYERS, CHOSEN_BY, TILE = 17, 1 << 13, 1 << 16
+#: Slices that stand for a power law, texels that metallic is chosen by, and texels times slices of one step.
+LAYERS, CHOSEN_BY, TILE = 17, 1 << 13, 1 << 20
+
+#: Directions of light, in angles from the normal and about it, that stand for a directional map.
+TILTS, TURNS = 6, 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,16 +69,16 @@ def nearest_maps(material: Material) -> Steps[PbrMaps]:
     `errors` are unknown: `engine.exchange.loss` measures them.
     """
     yield Step(0.0, "comparing directions")
-    layers = _Layers(material)
+    layers = _Layers(material) if material.directional is None else _DirectionalLayers(material)
     wi, wo, weight = _directions(material)
-    hats = _hats(material, wi, wo, layers.count)
+    hats = layers.hats(wi, wo)
     gram = (hats * weight) @ hats.T
     kinds = _kinds(wi, wo, weight, hats)
     yield Step(0.1, "choosing metallic")
-    chosen = _best_of_material(kinds, gram, layers.sample(CHOSEN_BY))
+    chosen = _best_of_material(kinds, gram, _sample(layers, CHOSEN_BY))
     base = np.empty((*layers.size, 3), np.float32)
     roughness = np.empty(layers.size, np.float32)
-    rows = max(1, TILE // layers.size[1])
+    rows = max(1, TILE // (layers.size[1] * layers.count))
     for top in range(0, layers.size[0], rows):
         part = slice(top, min(top + rows, layers.size[0]))
         base[part], roughness[part] = _fitted(chosen, gram, layers.rows(part))
@@ -110,6 +114,7 @@ class _Layers:
     def __init__(self, material: Material) -> None:
         if material.shading_map is None and material.power_law is None:
             raise UsageError("the material has neither a shading map nor a power law")
+        self._material = material
         self._map, self._law = material.shading_map, material.power_law
         if self._map is not None:
             self.count, height, width = self._map.slices.shape[:3]
@@ -129,11 +134,60 @@ class _Layers:
         few = replace(law, **{name: getattr(law, name)[part] for name in ("scale", "exponent", "error_map")})
         return np.stack([few.slice_image(few.r_max * share) for share in shares]).astype(np.float64)
 
-    def sample(self, count: int) -> Floats:
-        """(L, rows, W, 3) of evenly spaced rows with about `count` texels."""
-        height, width = self.size
-        wanted = np.unique(np.linspace(0, height - 1, min(height, max(1, count // width))).astype(int))
-        return np.concatenate([self.rows(slice(row, row + 1)) for row in wanted], axis=1)
+    def hats(self, wi: Floats, wo: Floats) -> Floats:
+        """(L, M) the share of each slice in S at each pair."""
+        shading = self._map or self._law
+        assert shading is not None
+        r = scene_of(self._material).sigma * luminance(self._material.reflectance.f(wi, wo)) * wi[:, 2]
+        lower, beyond = layer_at(share_and_gain(r, shading.r_max, "clamp")[0], self.count)
+        hats, pairs = np.zeros((self.count, len(wi))), np.arange(len(wi))
+        hats[lower, pairs] = 1.0 - beyond
+        hats[lower + 1, pairs] += beyond
+        return hats
+
+
+class _DirectionalLayers:
+    """The same of a directional map: its pictures under `TILTS` x `TURNS` lights, bilinear between these.
+
+    A pair of directions counts as the light that shows as much to a viewer straight above (`Scene.effective_cosine`).
+    """
+
+    def __init__(self, material: Material) -> None:
+        assert material.directional is not None
+        self._material, self._map = material, material.directional
+        self.count = TILTS * TURNS
+        self.size = (material.directional.planes.shape[1], material.directional.planes.shape[2])
+
+    def rows(self, part: slice) -> Floats:
+        """(L, rows, W, 3)."""
+        tilt = np.repeat(np.linspace(0.0, 0.5 * np.pi, TILTS), TURNS)
+        azimuth = np.tile(np.arange(TURNS) * (2.0 * np.pi / TURNS), TILTS)
+        planes = self._map.planes[:, part]
+        texels = np.moveaxis(planes.reshape(len(planes), -1), 0, 1)
+        found = self._map.looked_up(texels, np.maximum(np.cos(tilt), 0.0), azimuth)
+        return np.moveaxis(found, 1, 0).reshape(self.count, planes.shape[1], planes.shape[2], 3)
+
+    def hats(self, wi: Floats, wo: Floats) -> Floats:
+        """(L, M) the share of each picture in S at each pair."""
+        scene = scene_of(self._material)
+        r = scene.sigma * luminance(self._material.reflectance.f(wi, wo)) * wi[:, 2]
+        azimuth = np.arctan2(wi[:, 1], wi[:, 0])
+        cosine = scene.effective_cosine(share_and_gain(r, self._map.r_max, "clamp")[0], azimuth)
+        down, tilt_share = layer_at(np.arccos(np.clip(cosine, 0.0, 1.0)) / (0.5 * np.pi), TILTS)
+        turn = np.mod(azimuth / (2.0 * np.pi), 1.0) * TURNS
+        around = np.minimum(turn.astype(np.int64), TURNS - 1)
+        hats, pairs = np.zeros((TILTS, TURNS, len(wi))), np.arange(len(wi))
+        for row, of_row in ((down, 1.0 - tilt_share), (down + 1, tilt_share)):
+            for column, of_column in ((around, 1.0 - (turn - around)), ((around + 1) % TURNS, turn - around)):
+                hats[row, column, pairs] += of_row * of_column
+        return hats.reshape(self.count, len(wi))
+
+
+def _sample(layers: _Layers | _DirectionalLayers, count: int) -> Floats:
+    """(L, rows, W, 3) of evenly spaced rows with about `count` texels."""
+    height, width = layers.size
+    wanted = np.unique(np.linspace(0, height - 1, min(height, max(1, count // width))).astype(int))
+    return np.concatenate([layers.rows(slice(row, row + 1)) for row in wanted], axis=1)
 
 
 def _directions(material: Material) -> tuple[Floats, Floats, Floats]:
@@ -155,22 +209,6 @@ def _directions(material: Material) -> tuple[Floats, Floats, Floats]:
     uniform = 0.5 / np.pi
     weight = uniform / (0.5 * uniform + 0.5 * sampler.pdf(wi, wo))
     return wi, wo, weight / weight.sum()
-
-
-def _hats(material: Material, wi: Floats, wo: Floats, count: int) -> Floats:
-    """(L, M) the share of each slice in S at each pair."""
-    shading = material.shading_map or material.power_law
-    assert shading is not None
-    brdf = material.reflectance
-    sigma = material.sigma
-    if sigma is None:
-        sigma = auto_sigma(brdf, np.radians(material.elevation_deg), shading.r_max)
-    r = sigma * luminance(brdf.f(wi, wo)) * wi[:, 2]
-    lower, beyond = layer_at(share_and_gain(r, shading.r_max, "clamp")[0], count)
-    hats, pairs = np.zeros((count, len(wi))), np.arange(len(wi))
-    hats[lower, pairs] = 1.0 - beyond
-    hats[lower + 1, pairs] += beyond
-    return hats
 
 
 def _kinds(wi: Floats, wo: Floats, weight: Floats, hats: Floats) -> dict[float, list[Kind]]:

@@ -36,28 +36,37 @@ _VECTOR = re.compile(r"\bvec([234])\(")
 
 
 def shown(subject: Subject, _settings: Settings) -> Shown:
-    """The power law where there is one, which is what the head of the shader offers first; else the slices."""
+    """The planes, or the power law, which is what the head of the shader offers first; else the slices."""
     return material_shown(subject.material, "power-law")
 
 
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
     """`NAME.glsl`, `NAME.hlsl` and the maps as in a bundle."""
     material = subject.material
-    if material.shading_map is None and material.power_law is None:
-        raise UsageError("shaders look up a shading map or a power law, and this material has neither")
+    if not material.has_map:
+        raise UsageError("shaders look up a map, and this material has none")
     yield Step(0.0, "writing shaders")
-    files = {
-        f"{subject.name}.glsl": shader(material, loss).encode(),
-        f"{subject.name}.hlsl": shader_from("lightarc.hlsl", material, hlsl_of(brdf_source(material)), loss).encode(),
-    }
+    files, warnings = {f"{subject.name}.glsl": shader(material, loss).encode()}, []
+    if material.directional is None:
+        source = hlsl_of(brdf_source(material))
+        files[f"{subject.name}.hlsl"] = shader_from("lightarc.hlsl", material, source, loss).encode()
+    else:
+        warnings.append("a directional map has a shader in GLSL alone")
     members = map_members(material)
     for number, (name, produce) in enumerate(members.items()):
         yield Step(number / len(members), f"writing {name}")
         files[name] = encoded(produce())
-    power_law = material.power_law
-    texels = subject.maps.roughness.size
-    read = power_law.size_bytes / texels if power_law is not None else 24.0
-    return Contents(files, read)
+    return Contents(files, _bytes_per_texel(subject), tuple(warnings))
+
+
+def _bytes_per_texel(subject: Subject) -> float:
+    """Bytes of a look-up: the planes, the pair, or two slices."""
+    material = subject.material
+    if material.directional is not None:
+        return float(material.directional.bytes_per_texel)
+    if material.power_law is not None:
+        return material.power_law.size_bytes / subject.maps.roughness.size
+    return 24.0
 
 
 def hlsl_of(glsl: str) -> str:

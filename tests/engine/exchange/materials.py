@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from engine.capture.stack import ImageStack
 from engine.core.steps import drain
 from engine.exchange.pbr_from_material import cavity, nearest_maps
 from engine.exchange.subject import Subject
 from engine.scene.material import Material
+from engine.shading.directional.planes import fit
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
 from engine.surface.pbr_maps import ObservedSlopes, PbrMaps
@@ -41,6 +43,29 @@ def woven_law(height: int = 24, width: int = 20) -> PowerLawMap:
 def woven_material(height: int = 24, width: int = 20) -> Material:
     law = woven_law(height, width)
     return Material(None, law, brdf="phong:exponent=20", elevation_deg=(10.0, 45.0, 80.0), name="A cloth, woven")
+
+
+def dome_stack(height: int = 8, width: int = 6) -> ImageStack:
+    """A flat diffuse surface of two halves, 0.24 and 0.12 times the cosine, under 24 lamps all around."""
+    elevation = np.radians(np.repeat((25.0, 50.0, 80.0), 8))
+    azimuth = np.tile(np.arange(8) * (0.25 * np.pi), 3)
+    level = np.full((height, width, 3), (0.24, 0.18, 0.12), np.float32)
+    level[:, width // 2 :] *= 0.5
+    radiance = (np.sin(elevation)[:, None, None, None] * level).astype(np.float32)
+    return ImageStack(
+        radiance=radiance,
+        saturated=np.zeros(radiance.shape[:3], np.bool_),
+        elevation=elevation,
+        azimuth=azimuth,
+        mean_radiance=radiance.mean(axis=(1, 2)) @ np.array((0.2126390, 0.7151687, 0.0721923)),
+        sources=tuple(f"{place:02d}" for place in range(24)),
+        angle_source="lp",
+    )
+
+
+def dome_material() -> Material:
+    found = drain(fit(dome_stack(), np.arange(24)))
+    return Material(None, None, brdf="lambert", name="dome", directional=found)
 
 
 def woven_subject() -> Subject:

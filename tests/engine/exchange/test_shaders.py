@@ -16,7 +16,7 @@ from engine.core.steps import drain
 from engine.exchange.shaders import contents, hlsl_of
 from engine.exchange.subject import Settings, Subject
 
-from .materials import woven_subject
+from .materials import dome_material, woven_subject
 
 
 def with_brdf(brdf: str) -> Subject:
@@ -93,7 +93,17 @@ def test_hlsl_has_the_constants_of_the_material(woven: Subject) -> None:
     assert "vec3" not in source
 
 
+def test_a_directional_map_leaves_in_glsl() -> None:
+    material = dome_material()
+    subject = Subject(material, woven_subject().maps)
+    made = drain(contents(subject, Settings(), "An error of 3 %."))
+    assert "dome.glsl" in made.files
+    assert "dome.hlsl" not in made.files
+    assert made.warnings == ("a directional map has a shader in GLSL alone",)
+    assert made.files["dome.glsl"].decode().splitlines()[1] == "// An error of 3 %."
+
+
 def test_a_material_without_a_map_of_its_own_is_refused(woven: Subject) -> None:
     bare = dataclasses.replace(woven.material, power_law=None)
-    with pytest.raises(UsageError, match="neither"):
+    with pytest.raises(UsageError, match="has none"):
         drain(contents(dataclasses.replace(woven, material=bare), Settings(), ""))
