@@ -72,6 +72,7 @@ class Library(QWidget):
         self.search.setToolTip("Part of a name or of a model (Ctrl+F)")
         self.search.setClearButtonEnabled(True)
         self.search.textChanged.connect(self._filter)
+        self.search.returnPressed.connect(self.add_current)
         self.list = QListWidget()
         self.list.setAccessibleName("Library of BRDFs")
         self.list.setIconSize(QSize(THUMBNAIL, THUMBNAIL))

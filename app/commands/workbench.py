@@ -162,11 +162,13 @@ class Workbench(QObject):
         """
         before = self.document.project.sources
         choices = choices or self.document.project.import_choices
+        name = name or sources.name or "Untitled"
         target = self._free("stack")
         are_others = before is None or before.photographs != sources.photographs
         if sources is not before and not (are_others and self._has_work):
             words = f"Open {len(sources.photographs)} photographs"
-            self.document.change(words, sources=sources, import_choices=choices)
+            named = {"name": name} if before is None else {}
+            self.document.change(words, sources=sources, import_choices=choices, **named)
         if self.importing is not None:
             self.jobs.cancel(self.importing)
         files = photographs(dataclasses.replace(self.document.project, sources=sources, import_choices=choices))
@@ -175,7 +177,6 @@ class Workbench(QObject):
             "Importing photographs", lambda: _marked_stack(sources, choices, target, files), again=again
         )
         job.progressed.connect(self._show_partial)
-        name = name or sources.name or "Untitled"
         parts = {"sources": sources, "import_choices": choices}
         job.succeeded.connect(lambda stack: self._imported(stack, name, choices, parts))
         self.importing, self._last_import = job, (sources, choices, name)

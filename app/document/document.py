@@ -149,7 +149,7 @@ class Project:
 
     `bakes` are the settings of bakes in the View workspace by method, those that are not its defaults, by name.
     `accuracy` is what was measured of settings there. `came_from` are files of models and environments by their names.
-    `camera` is where the model is seen from; None where it is framed.
+    `camera` is where the model is seen from; None where it is framed. `notes` are a person's own words.
     """
 
     sources: Sources | None = None
@@ -176,6 +176,7 @@ class Project:
     accuracy: Accuracy | None = None
     came_from: Mapping[str, Path] = field(default_factory=dict)
     name: str = "Untitled"
+    notes: str = ""
 
     @property
     def recipe(self) -> tuple[Any, ...]:
@@ -185,7 +186,7 @@ class Project:
 
     @property
     def has_map(self) -> bool:
-        return self.material.shading_map is not None or self.material.power_law is not None
+        return self.material.has_map
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,6 +25,9 @@ SCHEMA = 2
 #: 'LARC', as SQLite's application id: `file` and other programs know the kind of the file by it.
 APPLICATION = 0x4C415243
 
+#: Seconds that a project waits for another process to end its writing.
+LOCK_S = 5.0
+
 _PHOTOGRAPHS = """
 CREATE TABLE IF NOT EXISTS photograph(
     place TEXT PRIMARY KEY, size INTEGER, modified INTEGER, hash TEXT, now TEXT);
@@ -54,7 +57,7 @@ def connected(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connectio
     mode = "rwc" if create else "rw" if os.access(path, os.W_OK) else "ro"
     try:
         connection = sqlite3.connect(
-            f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=5.0, isolation_level=None
+            f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=LOCK_S, isolation_level=None
         )
     except sqlite3.Error as error:
         raise OutputError(

@@ -50,7 +50,7 @@ def claim(path: Path) -> bool:
     make_folder(folder)
     if path.is_file():
         settle(path)
-    with connected(path, create=True) as connection, connection:
+    with connected(path, create=True) as connection, explained(path), connection:
         connection.execute("BEGIN IMMEDIATE")
         if is_open_elsewhere(path):
             return False

@@ -143,7 +143,7 @@ class Recording(QObject):
 
 
 def is_worth_keeping(project: Project) -> bool:
-    """True if a person has brought or made something: photographs, a material, a model, a light, BRDFs or factors."""
+    """True if a person has brought or made something: photographs, a material, a model, a light, BRDFs, notes."""
     brought = (project.sources, project.stack, project.mesh, project.environment, project.material.measured)
-    worked = project.has_map or bool(project.comparison.entries) or bool(project.factoring.runs)
+    worked = project.has_map or bool(project.comparison.entries or project.factoring.runs or project.notes)
     return worked or any(each is not None for each in brought)

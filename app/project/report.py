@@ -34,8 +34,8 @@ def described(path: Path) -> dict[str, Any]:
     """For `lightarc project info --json`.
 
     `schema`, `name`, `photographs` (paths), `history_steps`, `position`, `missing` (photographs that are not there),
-    `derived` (kind, bytes and presence of what can be made again, and the seconds that it took or None) and
-    `last_change` (ISO 8601, UTC).
+    `derived` (kind, bytes and presence of what can be made again, and the seconds that it took or None), `notes` (the
+    person's words) and `last_change` (ISO 8601, UTC).
     Raises InputError where this is no project.
     """
     opened = read(path)
@@ -51,6 +51,7 @@ def described(path: Path) -> dict[str, Any]:
         "position": opened.position,
         "missing": [str(file) for file in files if not file.is_file()],
         "derived": list(_derived(path)),
+        "notes": opened.current.notes,
         "last_change": changed.isoformat(timespec="seconds"),
     }
 
@@ -69,8 +70,9 @@ def identity(path: Path) -> dict[str, Any]:
 def chain_of(path: Path, project: Project, steps: Sequence[HistoryStep]) -> dict[str, Any]:
     """The chain from photographs to a material, as JSON for the bundle of `project`, kept at `path`, made by `steps`.
 
-    `photographs` (file, and where the project has marked it, bytes and hash), `material` (settings), `brdf`, and
-    `steps` (their words). Empty where the material was not made from photographs here: it brings its own chain.
+    `photographs` (file, and where the project has marked it, bytes and hash), `material` (settings), `brdf`, `steps`
+    (their words), and `notes` (the person's, where there are any). Empty where the material was not made from
+    photographs here: it brings its own chain.
     """
     if project.stack is None:
         return {}
@@ -90,6 +92,7 @@ def chain_of(path: Path, project: Project, steps: Sequence[HistoryStep]) -> dict
             "material": {name: getattr(project, name) for name in SETTINGS},
             "brdf": str(project.material.brdf),
             "steps": [step.text for step in steps],
+            **({"notes": project.notes} if project.notes else {}),
         }
     }
 

@@ -24,6 +24,7 @@ PARTS = {
     "material": "material",
     "shading_map": "shading map",
     "power_law": "power law",
+    "directional": "directional map",
     "measured": "measured BRDF",
 }
 

@@ -69,6 +69,8 @@ CLASSES = {
     "engine.light.lamps": ("Lamp", "LampSettings"),
     "engine.planning.costs.setting": ("Setting",),
     "engine.scene.material": ("Material",),
+    "engine.shading.directional.interpolation": ("Kernel",),
+    "engine.shading.directional.planes": ("DirectionalMap",),
     "engine.shading.kept_tiles": ("KeptTiles",),
     "engine.shading.power_law": ("PowerLawMap", "Storage"),
     "engine.shading.shading_map": ("ShadingMap",),
@@ -76,7 +78,7 @@ CLASSES = {
 }
 
 #: Their arrays take long or can be made again from what the document names, and lie beside the file.
-DERIVED = ("EnvironmentMap", "ImageStack", "KeptTiles", "Mesh", "PowerLawMap", "ShadingMap")
+DERIVED = ("DirectionalMap", "EnvironmentMap", "ImageStack", "KeptTiles", "Mesh", "PowerLawMap", "ShadingMap")
 
 #: Deepest nesting and longest text of one value that is read.
 MOST_DEPTH, MOST_TEXT = 60, 64 * 2**20

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject
@@ -12,8 +13,15 @@ from app.commands.workbench import Workbench
 from app.project.project_file import ENDING
 from app.session.settings import Remembered
 from app.window.arriving import ask_for_photographs
+from app.window.dialogs import (
+    ask_for_place,
+    ask_to_open,
+    ask_what_to_collect,
+    proposed_name,
+    show_notes,
+)
 from app.window.failures import Failures
-from app.window.projects import Projects, ask_for_place, ask_to_open, proposed_name
+from app.window.projects import Projects
 from engine.core.errors import FileError
 
 
@@ -85,8 +93,16 @@ class Files(QObject):
         self._written_to("Save as", self.projects.copy_to)
 
     def collect(self) -> None:
-        """Ask for a place, and write a copy there that holds its photographs."""
-        self._written_to("Collect", self.projects.collect_to)
+        """Ask for a place, and write a copy there with its photographs and, where wanted, what was made of them."""
+
+        def to_place(with_derived: bool) -> None:
+            self._written_to("Collect", partial(self.projects.collect_to, with_derived=with_derived))
+
+        ask_what_to_collect(self.window, self.projects.path, to_place)
+
+    def notes(self) -> None:
+        """Show the person's own words about the project."""
+        show_notes(self.window, self.bench)
 
     def _written_to(self, title: str, write: Callable[[Path], None]) -> None:
         folder = Path(self.settings.now.last_folder or Path.home())

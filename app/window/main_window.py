@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QByteArray, QSize, Signal
+from PySide6.QtCore import QByteArray, QSize, Qt, Signal
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
@@ -29,6 +29,7 @@ from app.widgets.panels import Pages
 from app.widgets.status_bar import StatusBar
 from app.window.arriving import ask_for_consent
 from app.window.banner import Banners
+from app.window.dialogs import show_history
 from app.window.doings import Doings, show_reports
 from app.window.failures import Failures
 from app.window.files import Files
@@ -36,7 +37,7 @@ from app.window.help import show_about, show_help
 from app.window.interrupted import Interrupted
 from app.window.menus import Menus
 from app.window.naming import Naming
-from app.window.projects import Projects, show_history
+from app.window.projects import Projects
 from app.window.recent import Picturing
 from app.window.top_bar import WORKSPACES, TopBar
 from app.window.whereabouts import Whereabouts
@@ -151,7 +152,10 @@ class MainWindow(QMainWindow):
 
     def show_workspace(self, name: str) -> None:
         """Bring the workspace `name` to the front."""
-        self.stack.setCurrentWidget(self.tabs[name])
+        tab, focus = self.tabs[name], QApplication.focusWidget()
+        self.stack.setCurrentWidget(tab)
+        if focus is None or not tab.isAncestorOf(focus):  # the keys of a workspace hold where the focus is in it
+            (tab.focusWidget() or tab).setFocus(Qt.FocusReason.OtherFocusReason)
         self.docks.show_of_view(self._is_lighting())
         self.bar.show_workspace(name)
         self.status.show_frame_time(None)

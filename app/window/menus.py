@@ -50,6 +50,7 @@ class Menus(QMenuBar):
         add(menu, "Open project…", "", files.choose_project)
         add(menu, "Save as…", "Ctrl+Shift+S", files.save_as)
         add(menu, "Collect…", "", files.collect)
+        add(menu, "Notes…", "", files.notes)
         add(menu, "Close project", "Ctrl+W", files.new)
         menu.addSeparator()
         add(menu, "Open files…", "Ctrl+O", files.choose_files)

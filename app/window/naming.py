@@ -10,7 +10,8 @@ from PySide6.QtCore import QObject
 from app.project.places import is_untitled
 from app.project.recording import is_worth_keeping
 from app.window.banner import Banners
-from app.window.projects import Projects, proposed_name
+from app.window.dialogs import proposed_name
+from app.window.projects import Projects
 
 CAUSE = "name"
 

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import logging
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, Signal
-from PySide6.QtGui import QIcon
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QFileDialog, QUndoView, QVBoxLayout, QWidget
 
 from app.commands.workbench import Workbench
 from app.document.document import Project
@@ -17,14 +14,12 @@ from app.project import places
 from app.project.copying import collect, copy, in_memory
 from app.project.interrupted import running
 from app.project.made import cost_text, noted
-from app.project.project_file import ENDING, History, Opened, Writer, data_folder, read
+from app.project.project_file import History, Opened, Writer, data_folder, read
 from app.project.recording import CLOSING_S, Recording, is_worth_keeping
 from app.session.settings import close_session, open_session
 from engine.core.errors import FileError, InputError
 
 log = logging.getLogger(__name__)
-
-FILTER = f"Lightarc projects (*{ENDING})"
 
 
 class Projects(QObject):
@@ -241,40 +236,3 @@ def _why_not_claimed(path: Path) -> str:
         return "" if places.claim(path) else "is open in another window"
     except FileError:
         return "cannot be written"
-
-
-def ask_to_open(window: QWidget, open_path: Callable[[Path], None], folder: str) -> None:
-    """Ask for a project file."""
-    chosen, _ = QFileDialog.getOpenFileName(window, "Open project", folder, FILTER)
-    if chosen:
-        open_path(Path(chosen))
-
-
-def ask_for_place(window: QWidget, title: str, proposed: Path) -> Path | None:
-    """Ask for the path of a project to write; the ending is added where it is missing."""
-    chosen, _ = QFileDialog.getSaveFileName(window, title, str(proposed), FILTER)
-    return Path(chosen if chosen.endswith(ENDING) else chosen + ENDING) if chosen else None
-
-
-def show_history(window: QWidget, bench: Workbench) -> QDialog:
-    """The steps of the history, to go back or forth to any of them."""
-    dialog = QDialog(window)
-    dialog.setWindowTitle("History")
-    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    dialog.resize(360, 480)
-    view = QUndoView(bench.document.undo_stack)
-    view.setEmptyLabel("The beginning")
-    buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-    buttons.button(QDialogButtonBox.StandardButton.Close).setIcon(QIcon())  # the style's own is black, also on dark
-    buttons.rejected.connect(dialog.close)
-    column = QVBoxLayout(dialog)
-    column.addWidget(view)
-    column.addWidget(buttons)
-    dialog.open()
-    return dialog
-
-
-def proposed_name(project: Project) -> str:
-    """A name for a project file, after what it holds."""
-    kept = "".join(letter if letter.isalnum() or letter in " -_." else " " for letter in project.name)
-    return " ".join(kept.split()).strip(".") or places.UNTITLED

@@ -17,6 +17,9 @@ from pathlib import Path
 #: Age at which what another machine left counts as abandoned; its processes cannot be asked.
 ABANDONED_S = 7 * 24 * 3600.0
 
+#: Flag of Linux of a process that is being ended (include/linux/sched.h).
+_PF_EXITING = 0x4
+
 #: A writer within a name.
 WRITER = r"(?P<host>[A-Za-z0-9_]{1,60})-(?P<process>[0-9]{1,10})-(?P<start>[0-9]{1,20})"
 _WRITER = re.compile(rf"(?<![A-Za-z0-9_]){WRITER}(?![0-9])")
@@ -55,22 +58,38 @@ def _host() -> str:
 
 
 def _runs(process: int, start: int) -> bool:
-    """True unless `process` is gone or known to have started at another time."""
+    """True unless `process` is gone, is ending, or is known to have started at another time."""
     import psutil
 
-    return psutil.pid_exists(process) and start_of(process) in (start, None)
+    return psutil.pid_exists(process) and not _is_ending(process) and start_of(process) in (start, None)
+
+
+def _is_ending(process: int) -> bool:
+    """True for a process that runs no line of its program any more: it gives back its memory, or nobody asked yet how
+    it ended, which a parent may never do."""
+    said = _said_of(process) if sys.platform == "linux" else []
+    return bool(said) and (said[0] in b"ZX" or bool(int(said[6]) & _PF_EXITING))
 
 
 def start_of(process: int) -> int | None:
     """The start of a process of this machine, in the unit of the system; None where that cannot be known."""
     import psutil
 
+    if sys.platform == "linux":  # in ticks since the boot: what psutil says moves with the clock
+        said = _said_of(process)
+        return int(said[19]) if said else None
     try:
-        if sys.platform == "linux":  # in ticks since the boot: what psutil says moves with the clock
-            return int(Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()[19])
         return int(1000 * psutil.Process(process).create_time())
     except (OSError, psutil.Error):
         return None
+
+
+def _said_of(process: int) -> list[bytes]:
+    """The fields of Linux's /proc/PROCESS/stat from the third on, its state; empty where they cannot be read."""
+    try:
+        return Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()
+    except OSError:
+        return []
 
 
 def _rested_s(path: Path) -> float:

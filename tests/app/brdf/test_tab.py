@@ -100,7 +100,7 @@ def test_the_search_leaves_what_has_all_its_words(tab: BrdfTab) -> None:
     shown = [item.text() for item in tab.library.items() if not item.isHidden() and not item.data(KEY)]
     assert shown == ["Published"]
     tab.library.search.setText("oren")
-    tab.library.add_current()
+    QTest.keyClick(tab.library.search, Qt.Key.Key_Return)
     assert names(tab) == ["Oren–Nayar"]
 
 

@@ -435,6 +435,17 @@ def test_recent_files_and_theme_are_remembered(
     theme.apply(qapp, "dark")
 
 
+def test_a_project_has_the_name_of_its_capture_before_that_is_read(
+    window: MainWindow, qtbot: Any, photographs: Path
+) -> None:
+    """So that a crash in the middle of the import leaves one that a person knows again."""
+    names = []
+    window.bench.document.changed.connect(lambda _old, new: names.append((new.name, new.stack is None)))
+    window.open([photographs])
+    wait(qtbot, lambda: bool(names))
+    assert names[0] == ("Felt sample", True)
+
+
 def test_closing_while_a_job_runs_removes_the_working_folder(window: MainWindow, qtbot: Any, photographs: Path) -> None:
     window.open([photographs])
     wait(qtbot, lambda: window.bench.importing is not None)
@@ -442,6 +453,18 @@ def test_closing_while_a_job_runs_removes_the_working_folder(window: MainWindow,
     assert folder.is_dir()
     window.close()
     assert not folder.exists()
+
+
+def test_keys_reach_the_workspace_that_comes_to_the_front(window: MainWindow) -> None:
+    """Shortcuts of a workspace hold where the focus is in it; the one that had it before gets it back."""
+    for name in [*WORKSPACES, "capture"]:
+        window.show_workspace(name)
+        tab, focus = window.tabs[name], window.focusWidget()
+        assert focus is tab or tab.isAncestorOf(focus), name
+    window.capture.list.setFocus()
+    window.show_workspace("view")
+    window.show_workspace("capture")
+    assert window.focusWidget() is window.capture.list
 
 
 def test_a_mesh_is_recognised_and_shown(window: MainWindow, qtbot: Any, drop: Drop, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import sqlite3
 import subprocess
 import sys
 import threading
@@ -15,7 +16,7 @@ import pytest
 from PySide6.QtCore import Qt
 
 from app.document.document import Project
-from app.project import recording
+from app.project import database, recording
 from app.project.places import claim, interrupted, projects_folder, release
 from app.project.project_file import History, Writer, data_folder, read
 from app.window.main_window import MainWindow
@@ -114,9 +115,29 @@ def test_a_second_window_is_read_only_says_so_and_saves_its_changes_elsewhere(
     assert not list(data_folder(elsewhere).glob("stack-*"))
 
 
-def test_a_newer_project_is_refused_with_its_version(window: MainWindow, qtbot: Any, tmp_path: Path) -> None:
-    import sqlite3
+def test_a_project_that_cannot_be_written_opens_read_only_and_its_changes_are_saved_elsewhere(
+    window: MainWindow, qtbot: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A disk that is read-only, or a file that another program holds: SQLite says no to the first who would write."""
+    path = saved(tmp_path / "medium" / "Felt.lap", "Felt", mesh=shape("sphere"))
+    monkeypatch.setattr(database, "LOCK_S", 0.05)
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        window.open_project(path)
+        assert window.projects.path == path
+        assert window.banners.words["read-only"].startswith("Felt.lap cannot be written.")
+        assert window.banners.of["read-only"].buttons[0].text() == "Save as…"
+        assert window.bench.document.project.mesh is not None
+        gain(window, 5.0)
+        window.projects.copy_to(tmp_path / "Mine.lap")
+        qtbot.waitUntil(lambda: window.projects.path == tmp_path / "Mine.lap", timeout=60_000)
+    assert "read-only" not in window.banners.words
+    wait_saved(window, qtbot)
+    assert read(tmp_path / "Mine.lap").current.look.gain == 5.0
+    assert read(path).current.look.gain == 1.0
 
+
+def test_a_newer_project_is_refused_with_its_version(window: MainWindow, qtbot: Any, tmp_path: Path) -> None:
     path, here = saved(tmp_path / "c" / "Felt.lap", "Felt"), window.projects.path
     with sqlite3.connect(path) as connection:
         connection.execute("UPDATE meta SET value = '77' WHERE name = 'schema'")
@@ -216,8 +237,6 @@ def test_a_drive_that_goes_is_not_made_anew_and_is_written_when_it_is_back(
 def test_a_locked_file_keeps_closing_waiting_once_and_loses_nothing(
     window: MainWindow, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    import sqlite3
-
     path = saved(tmp_path / "locked" / "Felt.lap", "Felt")
     window.open_project(path)
     monkeypatch.undo()

@@ -15,8 +15,14 @@ import pytest
 import app.session.machine_profile
 from app.cli.transport.plan import report
 from app.command_line import main
+from app.document.document import Look, Project
+from app.project.project_file import History, Writer
+from engine.geometry.camera import Camera
+from engine.geometry.shapes import shape
+from engine.light.sky import built_in
 from engine.planning.costs.cost_model import load_model, machine_name, save
 from engine.planning.effects.estimates import EFFECTS
+from engine.scene.material import Material
 from tests.engine.planning.conftest import every_rate
 
 pytestmark = pytest.mark.usefixtures("coarse")
@@ -45,6 +51,20 @@ def record(words: list[str], capsys: pytest.CaptureFixture[str], code: int = 0) 
     assert main([*words, "--json"]) == code
     found: dict[str, Any] = json.loads(capsys.readouterr().out)
     return found
+
+
+def test_the_plan_of_a_project_is_that_of_its_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, material = tmp_path / "a.lap", Material(None, None, brdf="lambert:albedo=0.5")
+    writer = Writer(path)
+    camera = Camera((0.0, 0.5, 4.0), (0.0, 0.0, 0.0), fov_deg=30.0)
+    parts: dict[str, Any] = {"mesh": shape("plane"), "environment": built_in("sky"), "material": material}
+    writer.write(History(Project(**parts, camera=camera, look=Look(mode="direct"))))
+    writer.close()
+    of_project = record(["plan", str(path), "--error", "0.2"], capsys)
+    words = ["plan", "plane", *LOOK, "--camera", "eye=0,0.5,4 target=0,0,0 fov_deg=30", "--error", "0.2"]
+    of_scene = record(words, capsys)
+    for name in ("effects", "mode", "predicted_error_rel", "satisfied"):
+        assert of_project[name] == of_scene[name], name
 
 
 def test_a_plan_is_a_record_of_all_effects(mesh: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,10 +13,15 @@ from pathlib import Path
 import pytest
 
 from app.cli.transport import tradeoff
+from app.document.document import Project
+from app.project.project_file import History, Writer
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
+from engine.geometry.shapes import shape
+from engine.light.sky import built_in
 from engine.planning.costs.cost_model import NAMES, CostModel
 from engine.planning.costs.setting import modes
+from engine.scene.material import Material
 from engine.tradeoff.point import COSTS
 from tests.app.command import Command
 
@@ -76,6 +81,19 @@ def test_points_are_measured_and_one_is_chosen(lightarc: Command, mesh: Path, tm
     }
 
 
+def test_the_scene_of_a_project_is_measured(lightarc: Command, tmp_path: Path) -> None:
+    path, material = tmp_path / "a.lap", Material(None, None, brdf="phong:exponent=5")
+    writer = Writer(path)
+    writer.write(History(Project(mesh=shape("plane"), environment=built_in("sky"), material=material)))
+    writer.close()
+    before = path.read_bytes()
+    done = lightarc("tradeoff", path, "-o", tmp_path / "out", *QUICK, "--json")
+    assert done.code == 0, done.err
+    points = json.loads(done.out)["points"]
+    assert {point["mode"] for point in points} == {"direct"}
+    assert path.read_bytes() == before
+
+
 @pytest.mark.parametrize(
     ("words", "problem"),
     [
@@ -129,6 +147,8 @@ import sys
 from pathlib import Path
 import app.session.machine_profile, engine.tradeoff.sweep as sweeping
 from app.command_line import main
+from engine.geometry.shapes import shape
+from engine.light.sky import built_in
 from engine.planning.costs.cost_model import NAMES, CostModel
 from engine.core.steps import Step
 
