@@ -14,7 +14,7 @@ from __future__ import annotations
 import contextlib
 import json
 import sqlite3
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast
@@ -167,13 +167,12 @@ class Writer:
             return known[1]
         keeper = _keeper(connection, data_folder(self.path), *self._seen)
         parts = {}
-        for part in fields(state):
-            value = getattr(state, part.name)
+        for part, value in _said_parts(state):
             kept = self._known.get(id(value))
             if kept is None:
                 kept = (value, _keep_value(value, keeper))
                 self._known[id(value)] = kept
-            parts[part.name] = kept[1]
+            parts[part] = kept[1]
         text = _text_of(parts)
         name = name_of(text.encode())
         connection.execute("INSERT OR IGNORE INTO state VALUES (?, ?)", (name, text))
@@ -202,8 +201,16 @@ def state_name(state: Project, folder: Path) -> str:
     Arrays are hashed, which takes a second a gigabyte or so.
     """
     keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: array_name(array), folder)
-    parts = {part.name: _keep_value(getattr(state, part.name), keeper) for part in fields(state)}
+    parts = {name: _keep_value(value, keeper) for name, value in _said_parts(state)}
     return name_of(_text_of(parts).encode())
+
+
+def _said_parts(state: Project) -> Iterator[tuple[str, Any]]:
+    """The parts of a state that its text names: without those that are nothing, as they are in a new document."""
+    for part in fields(state):
+        value = getattr(state, part.name)
+        if not (part.default in (None, "") and value in (None, "")):
+            yield part.name, value
 
 
 def _text_of(parts: Mapping[str, str]) -> str:
