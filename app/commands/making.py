@@ -1,4 +1,4 @@
-"""What a project is made into: its photographs into a stack, and the stack into a material, by its settings."""
+"""Stack and material of a project, made of its photographs by its settings."""
 
 from __future__ import annotations
 

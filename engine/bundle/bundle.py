@@ -227,7 +227,7 @@ def _in_thread(produce: Callable[[], Value], done: float, note: str) -> Steps[Va
 
 
 def _sink(target: Path, size_bytes: int) -> AbstractContextManager[OpenMember]:
-    """What opens members one after the other; the bundle appears at `target` when the block ends."""
+    """A function that opens members one after the other; the bundle appears at `target` when the block ends."""
     is_zip = target.suffix.lower() == SUFFIX
     return zip_members(target, size_bytes) if is_zip else folder_members(target, MANIFEST, size_bytes)
 
