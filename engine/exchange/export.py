@@ -14,16 +14,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 import engine
+from engine.core.directions import surface_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, part
 from engine.exchange import brdf, gltf, materialx, shaders, textures, usd
-from engine.exchange.loss import Floats, Shown, loss, material_shown, photograph_error, references
+from engine.exchange.loss import Floats, Shown, loss, material_shown, photograph_error, references, size_of
 from engine.exchange.pbr_from_material import cavity, nearest_maps
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.scene.material import Material
 from engine.storage.atomic import atomic_folder, make_folder, write_bytes
+from engine.surface.lamps import observed_slopes
+from engine.surface.recover import recover
 
 if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
@@ -67,9 +72,23 @@ NAMES = tuple(target.name for target in TARGETS)
 
 
 def subject_of(material: Material, stack: ImageStack | None = None) -> Steps[Subject]:
-    """The material with the PBR maps nearest to it, and its photographs where they are at hand."""
-    maps = yield from nearest_maps(material)
-    return Subject(material, maps, cavity(material), stack)
+    """The material with PBR maps, and its photographs where they are at hand.
+
+    The maps are measured where the photographs show the slopes of the surface, and else those nearest to the material.
+    """
+    if stack is not None and shows_slopes(stack) and stack.radiance.shape[1:3] == size_of(material):
+        surface = yield from recover(stack, np.arange(len(stack.sources)), left_out=False)
+        return Subject(material, surface.maps, surface.white, cavity(material), stack)
+    maps, white = yield from nearest_maps(material)
+    return Subject(material, maps, white, cavity(material), stack)
+
+
+def shows_slopes(stack: ImageStack) -> bool:
+    """True where the lamps of a stack stood on sides that tell slopes in both directions."""
+    if stack.azimuth is None:
+        return False
+    lamps = surface_direction(0.5 * np.pi - stack.elevation, stack.azimuth)
+    return observed_slopes(lamps).kind == "both"
 
 
 def export(
@@ -119,6 +138,7 @@ def export(
                     "target": target.name,
                     "files": [f"{target.name}/{name}" for name in made.files],
                     "bytes": sum(map(len, made.files.values())),
+                    "white_radiance": subject.white,
                     "bytes_per_texel": made.bytes_per_texel,
                     **measured[shown],
                     "warnings": [*made.warnings, *remark],

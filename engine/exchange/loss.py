@@ -131,8 +131,8 @@ def scene_of(material: Material, source: Source = "slices") -> Scene:
     return Scene(mesh, frame(mesh.positions, 1.0), material.reflectance, material, source=source)
 
 
-def maps_shown(maps: PbrMaps) -> Shown:
-    """PBR maps: f cos summed over lights, in the frame that the map of normals bends."""
+def maps_shown(maps: PbrMaps, gain: float = 1.0) -> Shown:
+    """PBR maps: f cos summed over lights, in the frame that the map of normals bends, times `gain`."""
 
     def shown(view: View, lights: DistantLights) -> Floats:
         at = (view.row, view.column)
@@ -151,14 +151,14 @@ def maps_shown(maps: PbrMaps) -> Shown:
                 maps.f0[there],
             )
             value[lit] += f * wi[:, 2:] * irradiance
-        return value
+        return gain * value
 
     return shown
 
 
 def references(material: Material) -> Steps[dict[str, Floats]]:
     """Radiance (N, 3) of the ball of the material under each environment."""
-    shown, view = material_shown(material), ball(*_size(material))
+    shown, view = material_shown(material), ball(*size_of(material))
     pictures = {}
     for number, name in enumerate(ENVIRONMENTS):
         yield Step(number / len(ENVIRONMENTS), f"Reference, {name}")
@@ -211,7 +211,8 @@ def environment_lights(name: str) -> DistantLights:
     return chosen_lights(built_in(name), LIGHTS)
 
 
-def _size(material: Material) -> tuple[int, int]:
+def size_of(material: Material) -> tuple[int, int]:
+    """(H, W) in texels."""
     if material.directional is not None:
         height, width = material.directional.planes.shape[1:]
     elif material.shading_map is not None:

@@ -10,11 +10,12 @@ For a given roughness, metallic and f0, f cos θi is linear in the base colour b
     dielectric   A = (1 − F) cos θi / π,           B = F L cos θi         with F = f0 + (1 − f0) g,
     metal        A = (1 − g) L cos θi,             B = g L cos θi         with L = D G / (4 n·l n·v), g = (1 − h·wi)⁵,
 
-and S is linear in the slices s, S = Σ h_l(r) s_l. So b = (⟨A, S⟩ − ⟨A, B⟩) / ⟨A, A⟩, and its error, are sums over
-slices with weights that all texels share; the directions are gone before the first texel is looked at. The roughness
-of each texel is the best of `ROUGHNESSES`, metallic the best for the whole material, and f0 what every importer takes
-for granted. Normals are flat, because a shading map does not hold the side that light came from; shades of relief are
-in the base colour, darker than the surface is. About 20 ns a texel, slice and roughness.
+and S is linear in the slices s, S = Σ h_l(r) s_l. Maps are relative to a white card that faces a lamp and shows the
+radiance W there, as those of `engine.surface` are: what is fitted is S / (π W). So b = (⟨A, S⟩ − ⟨A, B⟩) / ⟨A, A⟩, and
+its error, are sums over slices with weights that all texels share; the directions are gone before the first texel is
+looked at. The roughness of each texel is the best of `ROUGHNESSES`, metallic the best for the whole material, and f0
+what every importer takes for granted. Normals are flat, because a shading map does not hold the side that light came
+from; shades of relief are in the base colour, darker than the surface is. About 20 ns a texel, slice and roughness.
 """
 
 from __future__ import annotations
@@ -46,6 +47,9 @@ PAIRS = 1 << 13
 #: Slices that stand for a power law, texels that metallic is chosen by, and texels times slices of one step.
 LAYERS, CHOSEN_BY, TILE = 17, 1 << 13, 1 << 20
 
+#: Share of texels and channels that a white card is at least as bright as.
+BRIGHT = 0.999
+
 #: Directions of light, in angles from the normal and about it, that stand for a directional map.
 TILTS, TURNS = 6, 8
 
@@ -63,10 +67,11 @@ class Kind:
     bb: float
 
 
-def nearest_maps(material: Material) -> Steps[PbrMaps]:
-    """The maps nearest to `material`, with flat normals, no height and no occlusion; UsageError without a map.
+def nearest_maps(material: Material, white: float | None = None) -> Steps[tuple[PbrMaps, float]]:
+    """The maps nearest to `material`, with flat normals, no height and no occlusion, and W; UsageError without a map.
 
-    `errors` are unknown: `engine.exchange.loss` measures them.
+    `white` is W, None for 1 or more where texels are brighter. `errors` of the maps are unknown:
+    `engine.exchange.loss` measures them.
     """
     yield Step(0.0, "comparing directions")
     layers = _Layers(material) if material.directional is None else _DirectionalLayers(material)
@@ -75,17 +80,19 @@ def nearest_maps(material: Material) -> Steps[PbrMaps]:
     gram = (hats * weight) @ hats.T
     kinds = _kinds(wi, wo, weight, hats)
     yield Step(0.1, "choosing metallic")
-    chosen = _best_of_material(kinds, gram, _sample(layers, CHOSEN_BY))
+    few = _sample(layers, CHOSEN_BY)
+    white = white or max(1.0, float(np.quantile(few.max(axis=0), BRIGHT)))
+    chosen = _best_of_material(kinds, gram, few / (np.pi * white))
     base = np.empty((*layers.size, 3), np.float32)
     roughness = np.empty(layers.size, np.float32)
     rows = max(1, TILE // (layers.size[1] * layers.count))
     for top in range(0, layers.size[0], rows):
         part = slice(top, min(top + rows, layers.size[0]))
-        base[part], roughness[part] = _fitted(chosen, gram, layers.rows(part))
+        base[part], roughness[part] = _fitted(chosen, gram, layers.rows(part) / (np.pi * white))
         yield Step(0.2 + 0.8 * part.stop / layers.size[0], "finding the nearest maps")
     flat = np.zeros((*layers.size, 3), np.float32)
     flat[..., 2] = 1.0
-    return PbrMaps(
+    maps = PbrMaps(
         base_colour=base,
         normal=flat,
         roughness=roughness,
@@ -93,6 +100,7 @@ def nearest_maps(material: Material) -> Steps[PbrMaps]:
         f0=np.full(layers.size, DIELECTRIC_F0, np.float32),
         observed=ObservedSlopes("none"),
     )
+    return maps, white
 
 
 def cavity(material: Material) -> NDArray[np.float32] | None:

@@ -31,13 +31,15 @@ class Subject:
 
     Attributes
     ----------
-    maps : PBR maps nearest to it, or measured ones.
+    maps : PBR maps nearest to it, or measured ones, relative to a white card.
+    white : radiance of that card where it faces a lamp, 1 = white level of the photographs.
     cavity : (H, W) of `engine.exchange.pbr_from_material`, None without a power law.
     stack : its photographs, where they are at hand.
     """
 
     material: Material
     maps: PbrMaps
+    white: float = 1.0
     cavity: NDArray[np.float32] | None = None
     stack: ImageStack | None = None
     _shown: dict[Any, Shown] = field(default_factory=dict, repr=False)
@@ -49,7 +51,7 @@ class Subject:
         key = (coding, keeps_f0)
         if key not in self._shown:
             back = rounded(maps, coding)
-            self._shown[key] = maps_shown(back if keeps_f0 else replace(back, f0=plain))
+            self._shown[key] = maps_shown(back if keeps_f0 else replace(back, f0=plain), np.pi * self.white)
         return self._shown[key]
 
     @property

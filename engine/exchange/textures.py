@@ -1,8 +1,9 @@
 """PBR maps as pictures: one folder of textures, named and packed as an importer expects them.
 
 A texture of which nothing is known (no height without slopes, no occlusion without relief) is left out and named; in a
-packed texture unknown occlusion is 1. The record states the range of heights in widths of a texel. No preset has a
-place for f0: importers take 0.04, and the error is measured so. See `engine.exchange.coding` for the codes.
+packed texture unknown occlusion is 1. The record states the range of heights in widths of a texel. An f0 other than
+0.04, which importers take, is a specular level where the program has one; else the error is measured with 0.04. See
+`engine.exchange.coding` for the codes.
 """
 
 from __future__ import annotations
@@ -38,6 +39,9 @@ class Preset:
     prefix: str = ""
 
 
+#: Reflectance of a dielectric that the specular level 1 stands for, in Blender, Unreal and Substance.
+FULL_SPECULAR = 0.08
+
 _ORM = ("occlusion", "roughness", "metallic")
 
 PRESETS: dict[str, Preset] = {
@@ -48,6 +52,7 @@ PRESETS: dict[str, Preset] = {
             Texture("_normal", ("normal",)),
             Texture("_roughness", ("roughness",)),
             Texture("_metallic", ("metallic",)),
+            Texture("_specular", ("specular",)),
             Texture("_height", ("height",)),
             Texture("_ao", ("occlusion",)),
             Texture("_cavity", ("cavity",)),
@@ -59,6 +64,7 @@ PRESETS: dict[str, Preset] = {
             Texture("_BC", ("base_colour",)),
             Texture("_N", ("normal",)),
             Texture("_ORM", _ORM),
+            Texture("_S", ("specular",)),
             Texture("_H", ("height",)),
             Texture("_Cavity", ("cavity",)),
         ),
@@ -90,6 +96,7 @@ PRESETS: dict[str, Preset] = {
             Texture("_Normal", ("normal",)),
             Texture("_Roughness", ("roughness",)),
             Texture("_Metallic", ("metallic",)),
+            Texture("_SpecularLevel", ("specular",)),
             Texture("_Height", ("height",)),
             Texture("_AmbientOcclusion", ("occlusion",)),
             Texture("_Cavity", ("cavity",)),
@@ -114,8 +121,8 @@ _WORDS = {
 
 
 def shown(subject: Subject, settings: Settings) -> Shown:
-    """The maps as they come back, with the f0 of importers."""
-    return subject.shown_as(settings.coding, keeps_f0=False)
+    """The maps as they come back, with the f0 of importers where the preset has no place for another."""
+    return subject.shown_as(settings.coding, keeps_f0=_has_specular(_preset(settings)))
 
 
 def contents(subject: Subject, settings: Settings, _loss: str) -> Steps[Contents]:
@@ -123,20 +130,20 @@ def contents(subject: Subject, settings: Settings, _loss: str) -> Steps[Contents
     preset = _preset(settings)
     handedness = settings.normal or preset.normal
     files: dict[str, bytes] = {}
-    left_out = []
+    left_out: list[str] = []
     read = 0.0
     for number, texture in enumerate(preset.textures):
         yield Step(number / len(preset.textures), f"writing {texture.suffix.strip('_')}")
         if len(texture.sources) == 1 and source(subject, texture.sources[0]) is None:
-            left_out.append(_WORDS[texture.sources[0]])
+            left_out += filter(None, [_WORDS.get(texture.sources[0])])
             continue
         name = f"{preset.prefix}{subject.name}{texture.suffix}.{'exr' if settings.coding == 'exr' else 'png'}"
         picture = packed(subject, texture.sources, settings.coding, handedness)
         files[name] = encoded(picture)
         read += picture.itemsize * (picture.shape[2] if picture.ndim == 3 else 1)
     warnings = (*common_warnings(subject.maps), *left_out)
-    if not np.allclose(subject.maps.f0, DIELECTRIC_F0, atol=1e-3):
-        warnings = (*warnings, "textures hold no f0; importers take 0.04")
+    if source(subject, "specular") is not None and not _has_specular(preset):
+        warnings = (*warnings, "these textures hold no f0, and importers take 0.04")
     height = subject.maps.height
     record: dict[str, Any] = {"preset": settings.preset, "coding": settings.coding, "normal": handedness}
     if height is not None:
@@ -148,6 +155,10 @@ def _preset(settings: Settings) -> Preset:
     if settings.preset not in PRESETS:
         raise UsageError(f"unknown preset {settings.preset!r}; known are {', '.join(PRESETS)}")
     return PRESETS[settings.preset]
+
+
+def _has_specular(preset: Preset) -> bool:
+    return any("specular" in texture.sources for texture in preset.textures)
 
 
 def ior_of(f0: float) -> float:
@@ -171,6 +182,9 @@ def source(subject: Subject, name: str) -> Map | None:
         return subject.cavity
     if name == "one":
         return np.ones(subject.maps.size, np.float32)
+    if name == "specular":
+        is_usual = np.allclose(subject.maps.f0, DIELECTRIC_F0, atol=1e-3)
+        return None if is_usual else np.minimum(subject.maps.f0 / np.float32(FULL_SPECULAR), 1.0)
     if name == "smoothness":
         return 1.0 - subject.maps.roughness
     found: Map | None = getattr(subject.maps, name)

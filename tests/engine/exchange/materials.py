@@ -63,14 +63,15 @@ def dome_stack(height: int = 8, width: int = 6) -> ImageStack:
     )
 
 
-def dome_material() -> Material:
-    found = drain(fit(dome_stack(), np.arange(24)))
+def dome_material(height: int = 8, width: int = 6) -> Material:
+    found = drain(fit(dome_stack(height, width), np.arange(24)))
     return Material(None, None, brdf="lambert", name="dome", directional=found)
 
 
 def woven_subject() -> Subject:
     material = woven_material()
-    return Subject(material, drain(nearest_maps(material)), cavity(material))
+    maps, white = drain(nearest_maps(material))
+    return Subject(material, maps, white, cavity(material))
 
 
 def measured_maps(height: int = 12, width: int = 10) -> PbrMaps:
@@ -91,4 +92,4 @@ def measured_maps(height: int = 12, width: int = 10) -> PbrMaps:
 
 
 def measured_subject() -> Subject:
-    return Subject(woven_material(12, 10), measured_maps(), cavity(woven_material(12, 10)))
+    return Subject(woven_material(12, 10), measured_maps(), cavity=cavity(woven_material(12, 10)))

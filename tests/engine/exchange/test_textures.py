@@ -44,12 +44,13 @@ def test_values_come_back_from_png(coding: Coding, half_code: float) -> None:
     assert maps.occlusion is not None
     assert maps.height is not None
     files = {re.sub(r"A_cloth_woven_|\.png", "", name): decoded(content) for name, content in made.files.items()}
-    assert set(files) == {"base_color", "normal", "roughness", "metallic", "height", "ao", "cavity"}
+    assert set(files) == {"base_color", "normal", "roughness", "metallic", "specular", "height", "ao", "cavity"}
     one = half_code * 1.001 + 1e-7
     np.testing.assert_allclose(linear(files["base_color"]), maps.base_colour, atol=2.3 * one)
     np.testing.assert_allclose(2.0 * files["normal"] - 1.0, maps.normal, atol=2.0 * one)
     for name, values in (("roughness", maps.roughness), ("metallic", maps.metallic), ("ao", maps.occlusion)):
         np.testing.assert_allclose(files[name][..., 0], values, atol=one)
+    np.testing.assert_allclose(0.08 * files["specular"][..., 0], maps.f0, atol=0.08 * one)
     low, high = made.record["height_range_texels"]
     np.testing.assert_allclose(low + (high - low) * files["height"][..., 0], maps.height, atol=(high - low) * one)
 
@@ -101,6 +102,7 @@ NODE_WRANGLER = {
     "normal": "normal nor nrm nrml norm",
     "roughness": "roughness rough rgh",
     "metallic": "metallic metalness metal mtl",
+    "specular": "specularity specular spec spc",
     "height": "displacement displace disp dsp height heightmap",
     "ao": "ao ambient occlusion",
 }

@@ -1,0 +1,54 @@
+"""The export as a whole: what is measured, and against what."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from engine.core.errors import UsageError
+from engine.core.steps import drain
+from engine.exchange.export import NAMES, RECORD, export, statement
+
+from .materials import dome_material, dome_stack, woven_material
+
+
+def test_photographs_from_all_sides_give_normals_and_height(tmp_path: Path) -> None:
+    """The surface is measured where the stack is at hand, and the record has the error against the photographs."""
+    material, stack = dome_material(), dome_stack(48, 40)
+    record = drain(export(tmp_path / "out", dome_material(48, 40), ["textures", "shaders"], stack=stack))
+    textures, shaders = record["targets"]
+    assert any(name.endswith("_height.png") for name in textures["files"])
+    assert not any("flat" in warning for warning in textures["warnings"])
+    assert textures["rmse_rel"] < 0.15
+    assert shaders["rmse_rel"] == pytest.approx(record["material"]["rmse_rel"])
+    assert shaders["rmse_rel"] < 0.05
+    assert material.directional is not None
+
+
+def test_a_stack_of_another_size_is_not_compared(tmp_path: Path) -> None:
+    record = drain(export(tmp_path / "out", woven_material(), ["shaders"], stack=dome_stack()))
+    (shaders,) = record["targets"]
+    assert shaders["rmse_rel"] is None
+    assert any("not compared with the photographs" in warning for warning in shaders["warnings"])
+    assert shaders["rmse_rel_reference"] == 0.0
+    assert json.loads((tmp_path / "out" / RECORD).read_text())["targets"] == record["targets"]
+
+
+def test_the_statement_has_the_figures() -> None:
+    errors = {
+        "rmse_rel": 0.5,
+        "rmse_rel_reference": 0.213,
+        "flip": 0.38,
+        "by_environment": {"studio": {}, "noon": {}},
+    }
+    words = statement(errors)
+    assert "under studio, noon: relative RMSE 21.3 %, FLIP 0.38; against the photographs: relative RMSE 50 %." in words
+    assert words.isascii()
+
+
+def test_unknown_targets_are_refused_before_anything_is_written(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=", ".join(NAMES)):
+        drain(export(tmp_path / "out", woven_material(), ["fbx"]))
+    assert not (tmp_path / "out").exists()
