@@ -126,6 +126,16 @@ class Reference:
         bands = np.sqrt(sums / np.maximum(counts, 1))
         return float(np.sqrt(square.mean())), tuple(map(float, bands))
 
+    def missed(self, rms_by_band: tuple[float, ...]) -> float:
+        """Errors in bands relative to the BRDF itself: their median.
+
+        Over all pairs together the last degrees before the horizon, where some measurements grow without bound, would
+        drown the rest.
+        """
+        _, sizes = self.rms(_Black())
+        shares = [error / size for error, size in zip(rms_by_band, sizes, strict=True) if size > 0.0]
+        return median(shares) if shares else 0.0
+
 
 def reference(brdf: Brdf, pairs: int = PAIRS, seed: int = 1) -> Reference:
     """`brdf` at random pairs of directions; the same pairs for the same seed."""
@@ -243,7 +253,7 @@ def uses(factorisation: Factorisation, brdf: Brdf | None = None) -> tuple[str, .
     factors: Any = factorisation.factors
     sentences = list(_of_kind(factors))
     if brdf is not None and factorisation.ladder:
-        share = _missed(factorisation.ladder[-1], brdf)
+        share = reference(brdf).missed(factorisation.ladder[-1].rms_by_elevation_band)
         if share > TOO_SPECULAR:
             sentences.append(
                 "The highlight is too narrow for these factors, which are off by "
@@ -272,18 +282,6 @@ def _of_kind(factors: Any) -> tuple[str, ...]:
         f"Direct light in the viewport can use {these}: {looks} for each light.",
         "Precomputed transport in wavelets cannot: it needs a sum of products, and this is one product.",
     )
-
-
-def _missed(rung: TermError, brdf: Brdf) -> float:
-    """Error relative to the BRDF itself: the median over bands of the viewer's elevation.
-
-    Over all pairs together the last degrees before the horizon, where some measurements grow without bound, would
-    drown the rest.
-    """
-    pairs = reference(brdf)
-    _, bands = pairs.rms(_Black())
-    shares = [error / size for error, size in zip(rung.rms_by_elevation_band, bands, strict=True) if size > 0.0]
-    return median(shares) if shares else 0.0
 
 
 class _Black:

@@ -1,10 +1,11 @@
 """Predicted error of each setting, from a sample of a scene, before anything is baked.
 
 Spherical harmonics of an order are the truncated sums of `engine.planning.effects.radiance`; directional lights are
-summed as they are drawn; wavelets run through nearly the factors of a bake, and through its transform and quantisation,
-at some of the points, and Gaussians through its fit (`engine.planning.effects.lobe_error`). The error of the reference
-is its noise, which falls with the root of the samples. Between the settings that are tried an error is a power law of
-the knob, and along a ladder it never rises. By a camera, errors are what the sample says; from all around they are
+summed as they are drawn; wavelets run through the factors of a bake, and through its transform and quantisation, at
+some of the points, and Gaussians through its fit (`engine.planning.effects.lobe_error`). The error of the reference is
+its noise, which falls with the root of the samples. Between the settings that are tried an error is a power law of the
+knob, and along a ladder it never rises, but for terms: those of an isotropic BRDF come in pairs, the sine and cosine of
+a turn, and half a pair may be worse than none. By a camera, errors are what the sample says; from all around they are
 raised by what so few views leave unknown. What a method cannot show (shadows of directional lights, light between
 parts of the model in wavelets) is not in these figures: the plan adds the estimate of that effect.
 """
@@ -19,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.directions import world_from_tangent
 from engine.core.errors import UsageError
 from engine.core.one_thread import one_thread
 from engine.core.steps import drain
@@ -32,7 +34,7 @@ from engine.planning.effects.radiance import LIGHTS, ORDERS
 from engine.planning.effects.relative_error import relative_error
 from engine.planning.effects.sample import FINE, Sample
 from engine.transport import method as transport
-from engine.transport.wavelet.bake import factors_for
+from engine.transport.wavelet.bake import factors_of_each
 from engine.transport.wavelet.quantise import encode_light
 from engine.transport.wavelet.transfer import (
     WaveletTransport,
@@ -146,63 +148,68 @@ def can_be_factored(brdf: Any) -> bool:
 
 @lru_cache(maxsize=16)
 def _factors(brdf: Any) -> dict[int, SeparableFactors]:
-    """Factors by terms, the first of those with the most terms.
-
-    A bake chooses the norm anew for each number, and for a single term between two kinds, which here are as good: the
-    RMS of either over pairs of directions differs by 0.3 % for Phong, GGX and Ashikhmin and Shirley's model.
-    """
-    most = drain(factors_for(brdf, max(TERMS)))
-    return {terms: most.truncated(min(terms, most.terms)) for terms in TERMS}
+    """The factors of bakes by their number of terms."""
+    return drain(factors_of_each(brdf, TERMS))
 
 
 def _wavelets(scene: Scenery) -> dict[tuple[int, int], float]:
     sample = scene.fine
     rows = np.arange(0, len(sample.vertices), FEWER)
+    frames = baked_frames(scene, rows)
     light = encode_light(sample.light.cube.radiance)
     visible = np.ascontiguousarray(sample.visible[rows], np.uint8)
     wanted, found = scene.methods.full[rows], {}
     vertices = np.repeat(np.arange(len(rows)), sample.views.shape[1])
+    views = np.einsum("nji,njk,nvk->nvi", frames, sample.frames[rows], sample.views[rows]).reshape(-1, 3)
     for terms, factors in _factors(scene.brdf).items():
         for kept in KEPT:
             with one_thread():
-                transport = _transport(scene, rows, visible, factors, kept)
-                tuples = relit(transport, light) + _of_lamps(scene, rows, factors)
-                signed = signed_radiance(transport, tuples, sample.views[rows].reshape(-1, 3), vertices)
+                transport = _transport(scene, rows, frames, visible, factors, kept)
+                tuples = relit(transport, light) + _of_lamps(scene, rows, frames, factors)
+                signed = signed_radiance(transport, tuples, views, vertices)
             value = np.maximum(signed, 0.0).reshape(wanted.shape)
             shares = [each[rows] for each in _shares(sample)]
             found[terms, kept] = relative_error(value, wanted, shares, margin=not sample.by_camera)
     for terms in TERMS:
         for kept, error in _falling({kept: found[terms, kept] for kept in KEPT}).items():
             found[terms, kept] = error
-    for kept in KEPT:
-        for terms, error in _falling({terms: found[terms, kept] for terms in TERMS}).items():
-            found[terms, kept] = error
     return found
 
 
+def baked_frames(scene: Scenery, rows: NDArray[np.int64]) -> Array:
+    """(R, 3, 3) frames in which wavelets are baked: terms cut off mid-pair turn with them, though no BRDF does."""
+    along = scene.fine.frames[rows]
+    return world_from_tangent(along[:, :, 2]) if scene.brdf.isotropic else along
+
+
 def _transport(
-    scene: Scenery, rows: NDArray[np.int64], visible: NDArray[np.uint8], factors: SeparableFactors, kept: int
+    scene: Scenery,
+    rows: NDArray[np.int64],
+    frames: Array,
+    visible: NDArray[np.uint8],
+    factors: SeparableFactors,
+    kept: int,
 ) -> WaveletTransport:
     """The wavelets of the chosen points alone, as if they were the mesh."""
     sample = scene.fine
     arrays = transport_vectors(
-        sample.frames[rows], visible, 1, cube_texels(sample.edge), factors.hemisphere_map, light_maps(factors), kept
+        frames, visible, 1, cube_texels(sample.edge), factors.hemisphere_map, light_maps(factors), kept
     )
     surface, chosen = sample.surface, sample.vertices[rows]
     some = Mesh(
         surface.positions[chosen], surface.normals[chosen], surface.uv[chosen], np.zeros((1, 3), np.int32), "sample"
     )
     transport = WaveletTransport(some, len(rows), factors, 0.0, sample.edge, vectors_of(arrays))
-    object.__setattr__(transport, "frames", sample.frames[rows])  # cached: those of the whole mesh, with its tangents
+    object.__setattr__(transport, "frames", frames)  # cached: those of the whole mesh, with its tangents
     return transport
 
 
-def _of_lamps(scene: Scenery, rows: NDArray[np.int64], factors: SeparableFactors) -> Array:
+def _of_lamps(scene: Scenery, rows: NDArray[np.int64], frames: Array, factors: SeparableFactors) -> Array:
     """(R, 3) what lamps add to the tuples."""
     sample = scene.fine
     total = np.zeros((len(rows), factors.terms, 3))
     for number, direction in enumerate(sample.lamp_direction):
-        local = np.einsum("nij,i->nj", sample.frames[rows], direction)
+        local = np.einsum("nij,i->nj", frames, direction)
         lit = np.flatnonzero((local[:, 2] > 0.0) & sample.lamp_lit[rows, number])
         incident = local[lit, 2:] * sample.lamp_irradiance[number]
         for k in range(factors.terms):

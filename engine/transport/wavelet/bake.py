@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -59,6 +59,9 @@ KIND = "wavelet"
 
 #: Texels a side of the maps of factors that are made for a bake.
 MAP_SIZE = 48
+
+#: Terms that are made at least, of which a bake takes the first.
+NESTED = 8
 
 #: Visibility counts of a chunk of the file, roughly.
 CHUNK_TEXELS = 1 << 21
@@ -131,22 +134,34 @@ def factors_for(
 ) -> Steps[SeparableFactors]:
     """The factors of `brdf` that a bake takes: its own where it is one, otherwise up to `terms` new ones.
 
-    A single term is the better of the leading one and Kautz and McCool's normalised term. ValueError where the factors
-    are over half and difference vectors.
+    ValueError where the factors are over half and difference vectors.
+    """
+    return (yield from factors_of_each(brdf, (terms,), kind=kind, weighting=weighting))[terms]
+
+
+def factors_of_each(
+    brdf: Brdf, counts: Sequence[int], *, kind: MapKind = "orthographic", weighting: Weighting = "auto"
+) -> Steps[dict[int, SeparableFactors]]:
+    """The same for several numbers of terms, in one decomposition.
+
+    They are the first terms of the same ones, at least `NESTED` of which choose the norm: a norm for each number may
+    let more terms be worse. A single term is the better of the first and Kautz and McCool's normalised term, by their
+    errors in most bands of the viewer's elevation.
     """
     if isinstance(brdf, SeparableFactors):
         check_factors(brdf)
-        return brdf.truncated(min(terms, brdf.terms))
-    hemisphere_map, pairs = HemisphereMap(kind, MAP_SIZE), reference(brdf)
-    share = 0.5 if terms == 1 else 1.0
-    found = yield from part(separate(brdf, hemisphere_map, terms, weighting=weighting, reference=pairs), 0.0, share)
-    factors = found.factors
-    if terms == 1:
-        positive = yield from part(normalised(brdf, hemisphere_map, "in-out", pairs), share, 1.0)
-        factors = min(factors, positive, key=lambda each: pairs.rms(each)[0])
+        return {terms: brdf.truncated(min(terms, brdf.terms)) for terms in counts}
+    hemisphere_map, pairs, most = HemisphereMap(kind, MAP_SIZE), reference(brdf), max(NESTED, *counts)
+    share = 0.5 if 1 in counts else 1.0
+    found = yield from part(separate(brdf, hemisphere_map, most, weighting=weighting, reference=pairs), 0.0, share)
     name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
-    words = (factors.isotropic, factors.reciprocal, name)
-    return SeparableFactors(hemisphere_map, "in-out", factors.first, factors.second, *words)
+    every = replace(found.factors, name=name)
+    first = {terms: every.truncated(min(terms, every.terms)) for terms in counts}
+    if 1 in counts:
+        positive = yield from part(normalised(brdf, hemisphere_map, "in-out", pairs), share, 1.0)
+        other = replace(positive, name=name)
+        first[1] = min(first[1], other, key=lambda each: pairs.missed(pairs.rms(each)[1]))
+    return first
 
 
 def prepare(

@@ -21,7 +21,7 @@ from engine.planning.costs.setting import Setting
 from engine.planning.effects.estimates import Scenery, scenery
 from engine.planning.effects.fine_light import EDGES, fine_light
 from engine.planning.effects.lobe_error import lobe_error
-from engine.planning.effects.mode_error import mode_errors
+from engine.planning.effects.mode_error import baked_frames, mode_errors
 from engine.planning.effects.sample import light_of
 from engine.transport.gaussian.diffuse import DiffuseTransfer
 from engine.transport.gaussian.error import Known, gaussian_error
@@ -32,6 +32,7 @@ from engine.transport.sh.error import sh_error
 from engine.transport.sh.lighting import project
 from engine.transport.wavelet import bake as wavelet_bake
 from engine.transport.wavelet.error import wavelet_error
+from engine.transport.wavelet.transfer import vertex_frames
 from tests.engine.planning.brute_force import dented, even_ball, gradient_sky, lamp_sky, spots
 
 #: Bounds of a prediction over the measured error.
@@ -119,6 +120,15 @@ def test_larger_knobs_are_never_said_to_be_worse() -> None:
     for mode, knob, values in (("sh", "order", (3, 5, 8, 15)), ("gaussian", "lobes", (1, 2, 3))):
         errors = [found.of(Setting(mode, {knob: value})) for value in values]
         assert errors == sorted(errors, reverse=True)
+
+
+@pytest.mark.parametrize("text", ["oren-nayar:sigma_deg=40", "ward:alpha_x=0.2,alpha_y=0.6"])
+def test_wavelets_are_predicted_in_the_frames_that_they_are_baked_in(text: str) -> None:
+    """Of a pair of terms that a turn of the frame mixes, one may be cut off: then its error turns with the frame."""
+    found = scenery(even_ball(200), brdf_from_text(text), lamp_sky())
+    rows = np.arange(0, len(found.fine.vertices), 2)
+    baked = vertex_frames(found.sample.surface, found.brdf.isotropic)[found.fine.vertices[rows]]
+    assert baked_frames(found, rows) == pytest.approx(baked, abs=1e-12)
 
 
 @cache

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import brdf_from_text
+from engine.core.directions import normalize
 from engine.core.errors import InputError
 from engine.core.steps import drain
+from engine.factor.factor_file import open_reflectance
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.separable_factors import SeparableFactors
 from engine.geometry.ground import Ground
@@ -186,3 +188,19 @@ def test_files_of_other_kinds_meshes_and_lies_are_refused(small: Work, tmp_path:
             transport_of(open_transport(written("wavelet", {**settings, name: lie}, indices)))
     with pytest.raises(InputError, match="cannot be"):
         transport_of(open_transport(written("wavelet", {}, indices)))
+
+
+def test_fewer_terms_are_the_first_of_more() -> None:
+    """A norm for each number of terms would let four be worse than two."""
+    paint = brdf_from_text("ggx:kd=0.3,alpha=0.3,f0=0.04")
+    few, many = (drain(factors_for(paint, terms)) for terms in (4, 8))
+    assert np.array_equal(few.second, many.second[:4])
+
+
+def test_a_peak_at_the_horizon_does_not_choose_a_term_for_all_views(shared_data: Callable[[str], Path]) -> None:
+    paper = open_reflectance(str(shared_data("brdf/rgl/paper_white_rgb.bsdf")))
+    one = drain(factors_for(paper, 1))
+    rng = np.random.default_rng(3)
+    wi, wo = (normalize(rng.normal(size=(500, 3)) * 0.4 + np.array([0.0, 0.0, 1.0])) for _ in range(2))
+    value = paper.f(wi, wo)
+    assert np.linalg.norm(one.f(wi, wo) - value) < 0.1 * np.linalg.norm(value)
