@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -349,7 +350,7 @@ def report(result: dict[str, Any]) -> str:
         return _report_ranking(result)
     if "fitted" in result:
         bands = result["residual_by_angle"]["theta_h"]
-        lines = [f"{result['fitted']}"]
+        lines = [_short(result["fitted"])]
         lines += [f"error {percent(result['rmse_rel_before'], 3)} before, {percent(result['rmse_rel_after'], 3)} after"]
         lines += [
             f"  theta_h {band['from_deg']:2.0f} to {band['to_deg']:2.0f} deg: {percent(band['rmse_rel'], 3):>9}"
@@ -368,7 +369,12 @@ def _report_ranking(result: dict[str, Any]) -> str:
 
 
 def _line(offer: dict[str, Any]) -> str:
-    return f"{percent(offer['rmse_rel'], 3):>9}{number(offer['rmse_log'], 3):>10}  {offer['fitted']}"
+    return f"{percent(offer['rmse_rel'], 3):>9}{number(offer['rmse_log'], 3):>10}  {_short(offer['fitted'])}"
+
+
+def _short(brdf: str) -> str:
+    """A BRDF with five digits of each parameter; JSON has all of them."""
+    return re.sub(r"\d+\.\d+(?:e[-+]\d+)?", lambda found: f"{float(found[0]):.5g}", brdf)
 
 
 def _best(result: dict[str, Any]) -> list[str]:
@@ -384,7 +390,7 @@ def _words(value: Any) -> str:
         return ", ".join(_words(item) for item in value) or "none"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+    return number(value, 4) if isinstance(value, float) else str(value)
 
 
 def _catalogue(result: dict[str, Any]) -> str:

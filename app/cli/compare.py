@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, picture_by, software
-from engine.core.figure_text import percent
+from engine.core.figure_text import number, percent
 from engine.core.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -71,8 +71,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def report(result: dict[str, Any]) -> str:
     relative = "–" if result["rmse_rel"] is None else percent(result["rmse_rel"], 3)
-    figures = f"relative RMSE {relative}, FLIP {result['flip']:.4f}, largest difference {result['max_abs']:.4g}"
-    return f"{figures}, {result['pixels']} pixels"
+    flip, largest = number(result["flip"], 3), number(result["max_abs"], 4)
+    return f"relative RMSE {relative}, FLIP {flip}, largest difference {largest}, {result['pixels']} pixels"
 
 
 def _is_radiance(image: Image) -> bool:

@@ -14,7 +14,7 @@ from app.arguments.results import FACTORS, Input, Output
 from app.cli.brdf import BRDF_HELP
 from app.process import ending
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent
+from engine.core.figure_text import number, percent, size_text, time_text
 from engine.core.params import Parameter, parameters
 from engine.core.steps import Step, drain
 from engine.factor.settings import HOMOMORPHIC_KNOBS, SEPARABLE_KNOBS, FactorSettings
@@ -220,13 +220,13 @@ def report(result: dict[str, Any]) -> str:
     )
     lines += _on_held_out(result)
     if result["terms"]:
-        bands = "  ".join(f"{rms:.3g}" for rms in result["terms"][-1]["rms_by_elevation_band"])
+        bands = "  ".join(number(rms, 3) for rms in result["terms"][-1]["rms_by_elevation_band"])
         lines.append(f"RMS of all terms by the viewer's elevation, from 0° upwards in bands of 10°: {bands}")
     if result["terms_share_time"] and len(result["terms"]) > 1:
         lines.append("All terms come from one decomposition and have its time.")
     if result["optimum_ratio"]:
         lines.append(
-            f"asymmetry of the matrix {result['asymmetry']:.2g}; truncation error over the optimum "
+            f"asymmetry of the matrix {number(result['asymmetry'])}; truncation error over the optimum "
             f"{result['optimum_ratio']:.9f} in the {result['weighting']} norm"
         )
     if not result["converged"]:
@@ -245,10 +245,11 @@ def report(result: dict[str, Any]) -> str:
 
 def _line(rung: dict[str, Any]) -> str:
     held = [rung[name] for name in ("held_out_rms_cosine_weighted", "held_out_sq_log")]
-    columns = "".join(f"{value:14.4g}" if value is not None else f"{'–':>14}" for value in held)
+    columns = "".join(f"{number(value, 4):>14}" if value is not None else f"{'–':>14}" for value in held)
+    rms, log = number(rung["rms_cosine_weighted"], 4), number(rung["sq_log"], 4)
     return (
-        f"{rung['terms']:6d}{rung['textures']:10d}{rung['rms_cosine_weighted']:14.5g}{rung['sq_log']:10.4g}{columns}"
-        f"{rung['size_bytes'] / 1024:8.1f} KiB{rung['time_s']:8.2f} s"
+        f"{rung['terms']:6d}{rung['textures']:10d}{rms:>14}{log:>10}{columns}"
+        f"{size_text(rung['size_bytes']):>12}{time_text(rung['time_s'], 3):>10}"
     )
 
 
@@ -283,7 +284,8 @@ def _report_table(rows: list[dict[str, Any]]) -> str:
         reciprocal = "reciprocal" if row["reciprocal"] else ""
         lines.append(
             f"{row['method']:>10}{row['parametrisation']:>11}{reciprocal:>12}{row['textures']:10d}"
-            f"{row['size_bytes'] / 1024:8.1f} KiB{row['sq_log']:10.4g}{row['abs_log']:10.4g}"
-            f"{row['rms_cosine_weighted']:14.5g}{row['time_s']:8.2f} s  {', '.join(row['projections'])}"
+            f"{size_text(row['size_bytes']):>12}{number(row['sq_log'], 4):>10}{number(row['abs_log'], 4):>10}"
+            f"{number(row['rms_cosine_weighted'], 4):>14}{time_text(row['time_s'], 3):>10}"
+            f"  {', '.join(row['projections'])}"
         )
     return "\n".join(lines)

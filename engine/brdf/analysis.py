@@ -125,8 +125,14 @@ def conserves_energy(brdf: Brdf, largest: MaximumAlbedo) -> bool:
 
 
 def doubts(brdf: Any, exchanged: ReciprocityError, largest: MaximumAlbedo) -> list[str]:
-    """Sentences on a measurement that is not reciprocal, that reflects more than it receives, or that is too sparse."""
+    """Sentences on a measurement that is not reciprocal, reflects more or less than is possible, or is too sparse."""
     found = []
+    if min(largest.albedo) < 0.0:
+        colour = ("red", "green", "blue")[int(np.argmin(largest.albedo))]
+        found.append(
+            f"{percent(min(largest.albedo))} of {colour} light is reflected: the colour lies outside sRGB, and "
+            "displays show none"
+        )
     if exchanged.rms > DOUBTFUL_EXCHANGE:
         found.append(
             f"exchanging light and viewer changes the values by {percent(exchanged.rms)} (RMS): the measurement is not "

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import Brdf
 from engine.core.errors import UsageError
+from engine.core.figure_text import number
 from engine.core.one_thread import one_thread
 from engine.core.steps import Step, Steps, part
 from engine.factor.brdf_matrix import BrdfMatrix, Sector, brdf_matrix
@@ -139,7 +140,7 @@ def _tried(
         raise UsageError("over half and difference vectors no matrix is symmetric; take the method svd or power")
     if method == "symmetric" and not alpha <= ASYMMETRY:
         raise UsageError(
-            f"the matrix of this BRDF is not symmetric (asymmetry {alpha:.2g}); take the method svd or power"
+            f"the matrix of this BRDF is not symmetric (asymmetry {number(alpha)}); take the method svd or power"
         )
     chosen = ("symmetric" if square and alpha <= ASYMMETRY else "svd") if method == "auto" else method
     tried: list[Separated] = []
@@ -268,8 +269,8 @@ def _cut(sectors: list[Sector], found: list[tuple[Decomposition, Floats | None]]
         left.append(sector.left(decomposition.left[:, column]))
         right.append(sector.right(decomposition.right[:, column]))
     error = 0.0
-    for number, (sector, (decomposition, _)) in enumerate(zip(sectors, found, strict=True)):
-        mine = place[order[owner[order] == number]]
+    for index, (sector, (decomposition, _)) in enumerate(zip(sectors, found, strict=True)):
+        mine = place[order[owner[order] == index]]
         product = (decomposition.left[:, mine] * decomposition.value[mine]) @ decomposition.right[:, mine].T
         error += float(((sector.matrix - product) ** 2).sum())
     if all(values is not None for _, values in found):

@@ -27,7 +27,7 @@ import psutil
 from numpy.typing import NDArray
 
 from engine.core.errors import UsageError
-from engine.core.figure_text import size_text
+from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, Steps, part
 from engine.planning.costs.setting import Setting
 from engine.scene.scene import Scene
@@ -214,8 +214,7 @@ def _dropped(members: list[_Member], rays: _Rays, done: float, deadline: float) 
 
 def too_long(seconds: float, what: str = "its bake") -> str:
     """Why a setting is left out of which something takes so many seconds."""
-    predicted = f"{seconds:.0f}" if seconds >= 10.0 else f"{seconds:.2g}"
-    return f"{what} takes about {predicted} s, for which there was no time"
+    return f"{what} takes about {time_text(seconds)}, for which there was no time"
 
 
 def _prepared(scene: Scene, group: Sequence[Setting], known: Factors) -> Steps[tuple[list[_Member], list[LeftOut]]]:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent_within
+from engine.core.figure_text import percent_within, size_text, time_text
 from engine.tradeoff.point import Point
 from engine.transport import method as transport
 
@@ -147,8 +147,8 @@ def _why_none(points: Sequence[Point], budget: Budget, axis: str) -> str:
     exact = min(points, key=lambda point: point.error_rmse_rel + point.error_uncertainty)
     limits = (
         (Budget(error=budget.error), f"the least error is {_error(exact)}"),
-        (Budget(time_s=budget.time_s), f"the quickest takes {_amount(min(p.cost(timed) for p in points), _SECONDS)}"),
-        (Budget(bytes=budget.bytes), f"the smallest takes {_amount(min(p.memory_bytes for p in points), _BYTES)}"),
+        (Budget(time_s=budget.time_s), f"the quickest takes {time_text(min(p.cost(timed) for p in points), 3)}"),
+        (Budget(bytes=budget.bytes), f"the smallest takes {size_text(min(p.memory_bytes for p in points))}"),
     )
     unmet = [words for limit, words in limits if not any(limit.allows(point, axis) for point in points)]
     why = ", ".join(unmet) if unmet else "each limit can be kept alone, but not all of them together"
@@ -157,16 +157,6 @@ def _why_none(points: Sequence[Point], budget: Budget, axis: str) -> str:
 
 def _error(point: Point) -> str:
     return percent_within(point.error_rmse_rel, point.error_uncertainty)
-
-
-_SECONDS = (("µs", 1e-6), ("ms", 1e-3), ("s", 1.0))
-_BYTES = (("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9))
-
-
-def _amount(value: float, units: Sequence[tuple[str, float]]) -> str:
-    """'192 B', '3.1 MB', '12 ms': in the largest unit of which there is at least one."""
-    name, unit = next((each for each in reversed(units) if value >= each[1]), units[0])
-    return f"{value / unit:.3g} {name}"
 
 
 def effort(points: Sequence[Point]) -> float | None:

@@ -235,7 +235,7 @@ def report(result: dict[str, Any]) -> str:
 
     lines = [f"{'effect':24} {'decision':10} {'without it':>10} {'saves':>10} {'':>10}"]
     for effect in result["effects"]:
-        saves = f"{effect['saves_s']:.1f} s" if effect["saves_s"] >= 0.05 else "–"
+        saves = time_text(effect["saves_s"]) if effect["saves_s"] >= 0.05 else "–"
         size = size_text(effect["saves_bytes"]) if effect["saves_bytes"] >= 50_000 else "–"
         error = percent(effect["estimated_error_rel"])
         lines.append(f"{effect['effect']:24} {effect['decision']:10} {error:>10} {saves:>10} {size:>10}")
@@ -265,8 +265,8 @@ def _ceilings(result: dict[str, Any]) -> list[str]:
     """The ceilings that the choice keeps below, or is beyond because everything is."""
     limits = result["ceilings"]
     words = (
-        f"{size_text(limits['memory_bytes'])} of memory, {limits['bake_s']:.4g} s of bake and "
-        f"{1e3 * limits['frame_s']:.4g} ms a frame"
+        f"{size_text(limits['memory_bytes'])} of memory, {number(limits['bake_s'], 4)} s of bake and "
+        f"{number(1e3 * limits['frame_s'], 4)} ms a frame"
     )
     if result["exceeded"]:
         what = " and ".join(CEILINGS[name][0] for name in result["exceeded"])
@@ -279,7 +279,7 @@ def _shortfall(result: dict[str, Any]) -> list[str]:
     if result["satisfied"]:
         return []
     if result.get("time_ms") is not None:
-        return [f"No mode draws a frame in {result['time_ms']:.3g} ms; this is the quickest."]
+        return [f"No mode draws a frame in {number(result['time_ms'], 3)} ms; this is the quickest."]
     nearest = "No mode meets the budget below the ceilings; this one has the least error for what it costs."
     return [nearest, *_beyond(result["beyond"])]
 
@@ -293,9 +293,8 @@ def _beyond(beyond: dict[str, Any] | None) -> list[str]:
     error = percent(beyond["error_rel"])
     if beyond["mode"] == "reference":
         seconds, samples = beyond["frame_s"], beyond["knobs"]["samples"]
-        takes = f"{seconds:.0f} s" if seconds < 120.0 else f"{seconds / 60.0:,.0f} min"
         return [
-            f"The reference meets it with {samples:,} paths for each pixel, in about {takes} a picture: "
+            f"The reference meets it with {samples:,} paths for each pixel, in about {time_text(seconds)} a picture: "
             f"lightarc render --mode reference --samples {samples} --max-depth {beyond['max_depth']}."
         ]
     flags = (_raised(beyond, name) for name in beyond["exceeded"])

@@ -14,7 +14,7 @@ from app.cli.brdf import BRDF_HELP
 from app.cli.transport import project_input
 from app.process import ending
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent, percent_range, percent_within, size_text, time_text
+from engine.core.figure_text import number, percent, percent_range, percent_within, size_text, time_text
 from engine.core.steps import Step, drain, part
 from engine.transport import method as transport
 
@@ -294,7 +294,7 @@ def _predictions(found: dict[str, Any]) -> list[str]:
         what = FIGURE_WORDS[miss["figure"]]
         lines.append(
             f"Wrong: {what} of {setting_of(miss)}: predicted {predicted}, measured {measured}, "
-            f"{miss['factor']:.1f} times {more}"
+            f"{number(miss['factor'])} times {more}"
         )
     rest = len(found["misses"]) - MISSES
     return [*lines, f"Wrong: {rest} more, see tradeoff.json"] if rest > 0 else lines

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.directions import Vectors
+from engine.core.figure_text import percent
 
 Floats = NDArray[np.float64]
 Parts = NDArray[np.intp]
@@ -90,7 +91,7 @@ class Gaps:
             return ""
         where = f", most of those with light or viewer beyond {self.beyond_deg:.0f}°" if self.beyond_deg < 90.0 else ""
         return (
-            f"Nothing was measured within {self.distance_deg:.0f}° of {100.0 * self.share:.0f} % of all pairs of "
+            f"Nothing was measured within {self.distance_deg:.0f}° of {percent(self.share)} of all pairs of "
             f"directions{where}: there the factors are a guess, and no error is known."
         )
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.colour import luminance
-from engine.core.figure_text import percent
+from engine.core.figure_text import number, percent
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
@@ -195,7 +195,7 @@ def interreflection(scene: Scenery) -> Estimate:
     )
     albedo, closed = float(albedos(scene.brdf).mean.mean()), 1.0 - scene.sample.open_share
     text = (
-        f"An albedo of {albedo:.2g} and {percent(closed)} of the view closed by other parts: "
+        f"An albedo of {number(albedo)} and {percent(closed)} of the view closed by other parts: "
         f"their light is {percent(error)} of the picture."
     )
     return Estimate(name, error, text)
@@ -256,13 +256,13 @@ def mesostructure(scene: Scenery) -> Estimate:
     lights = chosen_lights(scene.sample.light.whole, LIGHTS)
     apart, whole = np.zeros(scene.sample.seen.shape), np.zeros(scene.sample.seen.shape)
     looked_up = _directional if material.directional is not None else _of_brightness
-    for number, (frame, views) in enumerate(zip(scene.sample.frames, scene.sample.views, strict=True)):
+    for point, (frame, views) in enumerate(zip(scene.sample.frames, scene.sample.views, strict=True)):
         wi = lights.direction @ frame
         product = luminance(scene.brdf.f(wi[None], views[:, None])) * np.maximum(wi[:, 2], 0.0)
         looked = looked_up(scene, material, row, column, wi, product)
         value = np.einsum("tkjc,jc->tkc", looked.astype(np.float64), lights.irradiance)
-        apart[number] = ((value - value.mean(axis=0)) ** 2).sum(axis=-1).mean(axis=0)
-        whole[number] = (value**2).sum(axis=-1).mean(axis=0)
+        apart[point] = ((value - value.mean(axis=0)) ** 2).sum(axis=-1).mean(axis=0)
+        whole[point] = (value**2).sum(axis=-1).mean(axis=0)
     cosine = scene.sample.shares[0]
     error = with_margin((apart * cosine).sum(axis=1), (whole * cosine).sum(axis=1), True)
     return Estimate("mesostructure", error, f"The texels of the material differ from their mean by {percent(error)}.")
@@ -310,7 +310,7 @@ def spatially_varying_gloss(scene: Scenery) -> Estimate:
     if found is None or scene.varied is None:
         return Estimate("spatially-varying-gloss", 0.0, "The surface has one BRDF.")
     error = relative_error(found, scene.radiances.full, scene.sample.shares)
-    means = " and ".join(f"{name} at its mean, {value:.3g}," for name, value in scene.mean.items())
+    means = " and ".join(f"{name} at its mean, {number(value, 3)}," for name, value in scene.mean.items())
     text = f"The BRDF varies over the surface; with {means} everywhere the error is {percent(error)}."
     return Estimate("spatially-varying-gloss", error, text)
 

@@ -127,6 +127,9 @@ def test_what_makes_a_measurement_doubtful_is_said_and_nothing_else() -> None:
     measured.leave_one_out = 0.99
     (words,) = doubts(measured, good, dim)
     assert "99 %" in words
+    measured.leave_one_out = 0.0
+    (words,) = doubts(measured, good, MaximumAlbedo((-0.035, 0.05, 0.08), 0.1, 0.0))
+    assert words.startswith("-3.5 % of red light is reflected")
 
 
 class _Half:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import itertools
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -88,3 +90,20 @@ def test_sizes(size_bytes: float, text: str) -> None:
 )
 def test_times(seconds: float, text: str) -> None:
     assert time_text(seconds) == text
+
+
+#: The formatter itself, and progress and the zoom of a picture, which are counted in whole per cents.
+COUNTED = {"engine/core/figure_text.py", "app/command_line.py", "app/factor/inspector.py", "app/capture/tab.py"}
+
+
+def test_no_message_rounds_a_share_by_itself() -> None:
+    """'{100 * share:.0f} %' reads as none or all of what is a little more or less."""
+    root = Path(__file__).parents[3]
+    for path in (*(root / "engine").rglob("*.py"), *(root / "app").rglob("*.py")):
+        if str(path.relative_to(root)) in COUNTED:
+            continue
+        for text in (each for each in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(each, ast.JoinedStr)):
+            for figure, behind in itertools.pairwise(text.values):
+                own = isinstance(figure, ast.FormattedValue) and figure.format_spec is not None
+                share = isinstance(behind, ast.Constant) and str(behind.value).startswith((" %", "%"))
+                assert not (own and share), f"{path}:{text.lineno}"
