@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import FIT, TABLE, Input, Output
 from engine.core.errors import UsageError
-from engine.core.figure_text import number, percent
+from engine.core.figure_text import number, percent, shortened
 from engine.core.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -350,7 +349,7 @@ def report(result: dict[str, Any]) -> str:
         return _report_ranking(result)
     if "fitted" in result:
         bands = result["residual_by_angle"]["theta_h"]
-        lines = [_short(result["fitted"])]
+        lines = [shortened(result["fitted"])]
         lines += [f"error {percent(result['rmse_rel_before'], 3)} before, {percent(result['rmse_rel_after'], 3)} after"]
         lines += [
             f"  theta_h {band['from_deg']:2.0f} to {band['to_deg']:2.0f} deg: {percent(band['rmse_rel'], 3):>9}"
@@ -369,12 +368,7 @@ def _report_ranking(result: dict[str, Any]) -> str:
 
 
 def _line(offer: dict[str, Any]) -> str:
-    return f"{percent(offer['rmse_rel'], 3):>9}{number(offer['rmse_log'], 3):>10}  {_short(offer['fitted'])}"
-
-
-def _short(brdf: str) -> str:
-    """A BRDF with five digits of each parameter; JSON has all of them."""
-    return re.sub(r"\d+\.\d+(?:e[-+]\d+)?", lambda found: f"{float(found[0]):.5g}", brdf)
+    return f"{percent(offer['rmse_rel'], 3):>9}{number(offer['rmse_log'], 3):>10}  {shortened(offer['fitted'])}"
 
 
 def _best(result: dict[str, Any]) -> list[str]:

@@ -9,6 +9,7 @@ The window writes figures as its person's language does (`write_with`); the comm
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 
 _SIZES = (("B", 1.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("TB", 1e12))
@@ -79,6 +80,11 @@ def percent_within(share: float, uncertainty: float) -> str:
 def percent_range(low: float, high: float) -> str:
     """'0.62 to 1.9 %', and 'up to 1.9 %' from 0."""
     return f"{percent(low).removesuffix(' %')} to {percent(high)}" if low > 0.0 else f"up to {percent(high)}"
+
+
+def shortened(text: str, digits: int = 5) -> str:
+    """`text` with so many digits of each number that has a point: 'alpha=0.0772745622714911' as 'alpha=0.077275'."""
+    return re.sub(r"\d+\.\d+(?:e[-+]\d+)?", lambda found: f"{float(found[0]):.{digits}g}", text)
 
 
 def size_text(size_bytes: float) -> str:
