@@ -47,7 +47,7 @@ FILE_LIMIT_BYTES = 4 * GIBIBYTE
 DECODER_MEMORY_BYTES = 6 * GIBIBYTE
 
 #: Seconds that a decoder which has started gets for the smallest files and at most; in between by size.
-SMALLEST_LIMIT_S, LARGEST_LIMIT_S = 30.0, 60.0
+SMALLEST_LIMIT_S, LARGEST_LIMIT_S = 30.0, 300.0
 _BYTES_PER_S = 1_000_000
 
 #: Seconds in which a decoder process has to start, which on a fresh machine includes compiling its kernels.

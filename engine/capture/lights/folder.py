@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import filecmp
 import re
-from collections.abc import Collection, Sequence
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from engine.capture.lights.file_names import comparable, listed
@@ -121,15 +122,16 @@ def _of_one_kind(paths: Sequence[Path], named: Collection[str]) -> tuple[list[Pa
     shots: dict[tuple[str, Path], dict[int, list[Path]]] = {}
     for path in paths:
         shots.setdefault((_shot(path), path.parent), {}).setdefault(kind_of(path), []).append(path)
-    if all(len(kinds) == 1 for kinds in shots.values()):
+    if len(shots) == len(paths):
         return list(paths), []
     counts = {kind: sum(kind in kinds for kinds in shots.values()) for kind in KINDS}
     usual = max(counts, key=lambda kind: (counts[kind], -kind))
+    suffixes = Counter(path.suffix.lower() for path in paths)
     kept: set[Path] = set()
     for kinds in shots.values():
         every = [path for some in kinds.values() for path in some]
         wanted = [path for path in every if comparable(path.name) in named]
-        kept.update(wanted or kinds.get(usual) or kinds[min(kinds)])
+        kept.update(wanted or [_one_suffix(kinds.get(usual) or kinds[min(kinds)], suffixes)])
     chosen = [path for path in paths if path in kept]
     used = sorted({kind_of(path) for path in chosen})
     words = " and ".join(kind_name(kind) for kind in used)
@@ -138,6 +140,16 @@ def _of_one_kind(paths: Sequence[Path], named: Collection[str]) -> tuple[list[Pa
     if len(used) > 1:
         findings.append(Finding(Verdict.WARNING, f"Not all photographs are of one kind: {words} are mixed"))
     return chosen, findings
+
+
+def _one_suffix(paths: Sequence[Path], counts: Mapping[str, int]) -> Path:
+    """Of files of one shot and kind, as CR2 and the DNG made of it, the one with the usual suffix; DNG comes last."""
+
+    def key(path: Path) -> tuple[int, bool, str, str]:
+        suffix = path.suffix.lower()
+        return -counts[suffix], suffix == ".dng", suffix, path.name
+
+    return min(paths, key=key)
 
 
 def _shot(path: Path) -> str:

@@ -207,6 +207,9 @@ def _looked_into(place: Path, expanded: list[Path]) -> tuple[list[Path], list[Fi
     name, lights = inside(counts)
     if name is None:
         filled = sorted(folder for folder, count in counts if count)
+        deeper = [folder for folder in folders if not filled and any(entry.is_dir() for entry in _entries(folder))]
+        if len(deeper) == 1:  # as DCIM/100CANON
+            return _looked_into(deeper[0], [*expanded, *_expanded(deeper)])
         if filled:
             problem = f"holds no photographs itself, but its folders {listed(filled)} do"
             raise InputError(place, problem, "Give the folder of one capture")

@@ -30,9 +30,12 @@ from engine.images import exr, hdr, tiff
 from engine.images.exif import read_exif
 from engine.images.raster import Transfer
 from engine.images.tiff_directories import check_directories
-from engine.storage.untrusted import CHILDREN, Decoding
+from engine.storage.untrusted import CHILDREN, GIBIBYTE, Decoding
 
 WhiteBalance = Literal["camera", "none"] | Sequence[float]
+
+#: Address space of a decoder of photographs: enough for the 200 megapixels that are read at most, in 16 bits.
+_MEMORY_BYTES = 10 * GIBIBYTE
 
 _EXR_AND_HDR = (exr.SIGNATURE, *hdr.SIGNATURES)
 
@@ -114,6 +117,7 @@ class Reading:
             white_balance=white_balance if isinstance(white_balance, str) else [float(v) for v in white_balance],
             transfer=transfer,
             half_size=half_size,
+            memory_bytes=_MEMORY_BYTES,
         )
 
     def wait(self, timeout_s: float) -> bool:
