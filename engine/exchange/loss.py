@@ -116,7 +116,7 @@ def material_shown(material: Material, source: Source = "slices") -> Shown:
 
     def shown(view: View, lights: DistantLights) -> Floats:
         def terms() -> Terms:
-            for lit, wi, irradiance in _lit(view, lights):
+            for lit, wi, irradiance in lit_points(view, lights):
                 yield lit, scene.brdf.f(wi, view.wo[lit]), wi[:, 2], irradiance, wi[:, :2]
 
         uv = np.column_stack([(view.column + 0.5) / width, (view.row + 0.5) / height])
@@ -140,7 +140,7 @@ def maps_shown(maps: PbrMaps, gain: float = 1.0) -> Shown:
         value = np.zeros((len(view.row), 3))
         bent = replace(view, frame=_bent(view.frame, normal))
         wo = np.einsum("nij,ni->nj", bent.frame, np.einsum("nij,nj->ni", view.frame, view.wo))
-        for lit, wi, irradiance in _lit(bent, lights):
+        for lit, wi, irradiance in lit_points(bent, lights):
             there = (at[0][lit], at[1][lit])
             f = reflectance(
                 wi,
@@ -223,7 +223,7 @@ def size_of(material: Material) -> tuple[int, int]:
     return height, width
 
 
-def _lit(view: View, lights: DistantLights) -> Iterator[tuple[NDArray[np.int64], Floats, Floats]]:
+def lit_points(view: View, lights: DistantLights) -> Iterator[tuple[NDArray[np.int64], Floats, Floats]]:
     """For each light the points that it reaches, its direction (M, 3) in their frames, and its irradiance (3,)."""
     for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
         wi = np.einsum("nij,i->nj", view.frame, direction)

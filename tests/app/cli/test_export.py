@@ -36,9 +36,10 @@ def test_the_options_are_those_of_the_engine() -> None:
 
 
 def test_each_target_states_files_and_errors(bundle: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, result = run(capsys, "export", bundle, "--to", *NAMES, "-o", tmp_path / "out")
+    names = [name for name in NAMES if name != "rti"]
+    code, result = run(capsys, "export", bundle, "--to", *names, "-o", tmp_path / "out")
     assert code == 0
-    assert [made["target"] for made in result["targets"]] == list(NAMES)
+    assert [made["target"] for made in result["targets"]] == names
     for made in result["targets"]:
         sizes = [(tmp_path / "out" / name).stat().st_size for name in made["files"]]
         assert made["bytes"] == sum(sizes)
@@ -70,4 +71,9 @@ def test_an_export_replaces_an_export_and_nothing_else(
 def test_a_file_that_is_no_bundle_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "x.lightarc").write_bytes(b"no")
     assert run(capsys, "export", tmp_path / "x.lightarc", "--to", "textures", "-o", tmp_path / "out")[0] == 3
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_arc_of_lamps_makes_no_rti(bundle: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(capsys, "export", bundle, "--to", "rti", "-o", tmp_path / "out")[0] == 2
     assert not (tmp_path / "out").exists()

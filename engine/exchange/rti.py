@@ -1,0 +1,221 @@
+"""Reflectance transformation images: polynomial texture maps, hemispherical harmonics, and a tree for web viewers.
+
+| file | form | terms |
+|---|---|---|
+| `NAME_lrgb.ptm` | PTM 1.2, PTM_FORMAT_LRGB | 6 of the luminance, and one colour (Malzbender2001) |
+| `NAME.ptm` | PTM 1.2, PTM_FORMAT_RGB | 6 of each channel |
+| `NAME.rti` | HSH 1.2 | 9 of each channel (Gautron2004) |
+| `relight/info.json`, `plane_N.png` | the JSON form of relight and OpenLIME, type ptm | 6 of each channel |
+
+All hold codes of 8-bit sRGB, which viewers show as they are, as linear functions of the direction of light l: of the
+photographs where a stack is at hand, and else of pictures that the directional map gives for as many directions. Terms
+are fitted to them by least squares and rounded to 8 bits between their extremes: value = scale (code − bias) in PTM,
+code scale / 255 + bias in HSH. PTM rows run from the bottom up, all others from the top down; x of l is to the right
+and y up. Time goes to the products of the pictures with the pseudo-inverse, some 60 MB of photographs a second.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.colour import srgb_decode, srgb_encode
+from engine.core.directions import Vectors, surface_direction
+from engine.core.errors import UsageError
+from engine.core.steps import Step, Steps, drain
+from engine.exchange.loss import Shown, View, lit_points
+from engine.exchange.subject import Contents, Settings, Subject
+from engine.images.encode import encode_png
+from engine.light.environment import DistantLights
+from engine.shading.directional.interpolation import polynomial
+
+Floats = NDArray[np.float64]
+
+#: Directions of the pictures of a directional map: angles from the normal in degrees, and turns of each.
+TILTS_DEG, TURNS = (5.0, 20.0, 35.0, 50.0, 65.0, 78.0), 12
+
+#: The largest code.
+TOP = 255.0
+
+#: Terms of `polynomial`, xx, yy, xy, x, y, 1, in the order of relight.
+_RELIGHT_ORDER = [5, 3, 4, 0, 2, 1]
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """Codes of 8-bit sRGB as Σ c_k b_k(l): coefficients (H, W, C, K) float32 of K functions of light."""
+
+    coefficients: NDArray[np.float32]
+    basis: Callable[[Vectors], Floats]
+
+    def rounded(self) -> tuple[NDArray[np.uint8], Floats, Floats]:
+        """Codes (H, W, C, K), and (K,) the lowest value and the range of each term over all texels and channels."""
+        low = self.coefficients.min(axis=(0, 1, 2)).astype(np.float64)
+        span = np.maximum(self.coefficients.max(axis=(0, 1, 2)) - low, 1e-6)
+        return np.rint((self.coefficients - low) / span * TOP).astype(np.uint8), low, span
+
+
+def shown(subject: Subject, _settings: Settings) -> Shown | None:
+    """The harmonics, the most exact of the forms, as a viewer shows them; the viewer's direction does not count."""
+    if not _has_sides(subject):
+        return None
+    terms = drain(fitted(subject, harmonics))
+    codes, low, span = terms.rounded()
+
+    def radiance(view: View, lights: DistantLights) -> Floats:
+        at = codes[view.row, view.column] / TOP * span + low
+        value = np.zeros((len(view.row), 3))
+        for lit, wi, irradiance in lit_points(view, lights):
+            code = np.einsum("nck,nk->nc", at[lit], harmonics(wi))
+            value[lit] += srgb_decode(np.clip(code, 0.0, TOP) / TOP) * irradiance
+        return value
+
+    return radiance
+
+
+def contents(subject: Subject, _settings: Settings, _loss: str) -> Steps[Contents]:
+    """The four forms; UsageError for a material whose lamps stood on one arc."""
+    if not _has_sides(subject):
+        raise UsageError("an RTI file needs light from several sides: give the stack of a dome")
+    name = subject.name
+    yield Step(0.0, "fitting polynomials")
+    quadratic = yield from fitted(subject, polynomial)
+    files = {f"{name}.ptm": ptm_rgb(quadratic), f"{name}_lrgb.ptm": ptm_lrgb(quadratic)}
+    files |= relight(quadratic)
+    yield Step(0.6, "fitting harmonics")
+    spherical = yield from fitted(subject, harmonics)
+    files[f"{name}.rti"] = hsh(spherical)
+    warnings = ("RTI files show one viewer, straight above",)
+    return Contents(files, 27.0, warnings)
+
+
+def harmonics(light: Vectors) -> Floats:
+    """(N, 9) hemispherical harmonics of orders 0 to 2 with the factors that viewers take (Gautron2004)."""
+    cosine = np.clip(light[:, 2], 0.0, 1.0)
+    phi = np.arctan2(light[:, 1], light[:, 0])
+    root = np.sqrt(np.maximum(cosine - cosine**2, 0.0))
+    shifted = 2.0 * cosine - 1.0
+    return np.stack(
+        [
+            np.full_like(cosine, 1.0 / np.sqrt(2.0 * np.pi)),
+            np.sqrt(6.0 / np.pi) * np.cos(phi) * root,
+            np.sqrt(3.0 / (2.0 * np.pi)) * shifted,
+            np.sqrt(6.0 / np.pi) * root * np.sin(phi),
+            np.sqrt(30.0 / np.pi) * np.cos(2.0 * phi) * (cosine**2 - cosine),
+            np.sqrt(30.0 / np.pi) * np.cos(phi) * shifted * root,
+            np.sqrt(5.0 / (2.0 * np.pi)) * (1.0 - 6.0 * cosine + 6.0 * cosine**2),
+            np.sqrt(30.0 / np.pi) * shifted * root * np.sin(phi),
+            np.sqrt(30.0 / np.pi) * (cosine**2 - cosine) * np.sin(2.0 * phi),
+        ],
+        axis=1,
+    )
+
+
+def fitted(subject: Subject, basis: Callable[[Vectors], Floats]) -> Steps[Terms]:
+    """The terms of `basis` nearest to all pictures, by least squares."""
+    lights, picture = _pictures(subject)
+    inverse = np.linalg.pinv(basis(lights))
+    total: NDArray[np.float32] | None = None
+    for number in range(len(lights)):
+        codes = TOP * srgb_encode(np.clip(picture(number), 0.0, 1.0))
+        part = codes[..., None] * inverse[:, number].astype(np.float32)
+        total = part.astype(np.float32) if total is None else total + part.astype(np.float32)
+        yield Step(number / len(lights), "fitting terms")
+    assert total is not None
+    return Terms(total, basis)
+
+
+def ptm_rgb(terms: Terms) -> bytes:
+    """PTM 1.2 with the terms of each channel, one channel after the other."""
+    codes, head = _ptm_codes(terms.coefficients, "PTM_FORMAT_RGB")
+    return head + b"".join(np.ascontiguousarray(codes[::-1, :, channel]).tobytes() for channel in range(3))
+
+
+def ptm_lrgb(terms: Terms) -> bytes:
+    """PTM 1.2 with the terms of the luminance, and the colour whose product with luminance / 255 is nearest to light.
+
+    The colour is that under light from straight above, brightened so that its luminance there is 255.
+    """
+    above = np.clip(terms.coefficients @ terms.basis(np.array([[0.0, 0.0, 1.0]]))[0], 0.0, None)
+    bright = np.maximum(above.max(axis=2, keepdims=True), 1.0)
+    colour = np.rint(above / bright * TOP)
+    weight = np.maximum(np.sum(colour**2, axis=2), 1.0)
+    along = np.einsum("hwc,hwck->hwk", colour, terms.coefficients) * (TOP / weight[..., None])
+    codes, head = _ptm_codes(along[:, :, None, :].astype(np.float32), "PTM_FORMAT_LRGB")
+    return head + codes[::-1, :, 0].tobytes() + colour[::-1].astype(np.uint8).tobytes()
+
+
+def _ptm_codes(coefficients: NDArray[np.float32], form: str) -> tuple[NDArray[np.uint8], bytes]:
+    """Codes (H, W, C, 6) with value = scale (code − bias), bias a whole number in 0 … 255, and the header."""
+    low = np.minimum(coefficients.min(axis=(0, 1, 2)), 0.0).astype(np.float64)
+    high = np.maximum(coefficients.max(axis=(0, 1, 2)), 0.0).astype(np.float64)
+    scale = np.maximum((high - low) / (TOP - 1.0), 1e-6)
+    scale = np.array([float(f"{value:.6g}") for value in scale * (1.0 + 1e-5)])
+    bias = np.ceil(-low / scale)
+    codes = np.clip(np.rint(coefficients / scale + bias), 0.0, TOP).astype(np.uint8)
+    height, width = coefficients.shape[:2]
+    scales, biases = " ".join(f"{value:.6g}" for value in scale), " ".join(str(int(value)) for value in bias)
+    return codes, f"PTM_1.2\n{form}\n{width}\n{height}\n{scales}\n{biases}\n".encode()
+
+
+def hsh(terms: Terms) -> bytes:
+    """HSH 1.2: a header of text, scale and bias of each term as float32, then the terms of R, G, B of each texel.
+
+    Its values go to 1, not to 255.
+    """
+    codes, low, span = terms.rounded()
+    height, width, _, count = codes.shape
+    head = f"#HSH1.2\r\n3\r\n{width} {height} 3\r\n{count} 2 1\r\n".encode()
+    numbers = (span / TOP).astype("<f4").tobytes() + (low / TOP).astype("<f4").tobytes()
+    return head + numbers + codes.tobytes()
+
+
+def relight(terms: Terms) -> dict[str, bytes]:
+    """The JSON form: a plane of R, G, B for each term in the order of its viewers, 1, x, y, xx, xy, yy.
+
+    value = scale (code / 255 − bias), which goes to 1.
+    """
+    ordered = np.ascontiguousarray(terms.coefficients[..., _RELIGHT_ORDER])
+    codes, low, span = Terms(ordered, terms.basis).rounded()
+    height, width, _, count = codes.shape
+    info = {
+        "width": width,
+        "height": height,
+        "format": "png",
+        "type": "ptm",
+        "colorspace": "rgb",
+        "nplanes": 3 * count,
+        "quality": 100,
+        "materials": [
+            {
+                "scale": np.repeat(span / TOP, 3).tolist(),
+                "bias": np.repeat(-low / span, 3).tolist(),
+            }
+        ],
+    }
+    files = {"relight/info.json": (json.dumps(info, indent=2) + "\n").encode()}
+    for number in range(count):
+        files[f"relight/plane_{number}.png"] = encode_png(np.ascontiguousarray(codes[..., number]), transfer="linear")
+    return files
+
+
+def _has_sides(subject: Subject) -> bool:
+    stack = subject.stack
+    return subject.material.directional is not None or (stack is not None and stack.azimuth is not None)
+
+
+def _pictures(subject: Subject) -> tuple[Vectors, Callable[[int], NDArray[np.float32]]]:
+    """Directions of light (N, 3), and a function that gives the picture (H, W, 3) under each."""
+    stack, directional = subject.stack, subject.material.directional
+    if stack is not None and stack.azimuth is not None:
+        photographs = stack.radiance
+        lights = surface_direction(0.5 * np.pi - stack.elevation, stack.azimuth)
+        return lights, lambda number: np.asarray(photographs[number], np.float32)
+    assert directional is not None
+    tilt = np.radians(np.repeat(TILTS_DEG, TURNS))
+    lights = surface_direction(tilt, np.tile(np.arange(TURNS) * (2.0 * np.pi / TURNS), len(TILTS_DEG)))
+    return lights, lambda number: directional.picture(lights[number])
