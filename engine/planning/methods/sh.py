@@ -14,7 +14,7 @@ from engine.planning.costs.cost_model import Cost, CostModel, Load, basis_values
 from engine.planning.costs.planned import PlannedBake, Spread
 from engine.planning.costs.setting import Setting
 from engine.planning.costs.sizes import channels, spherical_harmonics
-from engine.planning.effects.mode_error import FLOOR, ModeErrors, between
+from engine.planning.effects.mode_error import FLOOR, ModeErrors, between, together
 from engine.transport.baking.settings import BOUNCES, ShSettings
 from engine.transport.baking.visibility import every_ray
 from engine.transport.method import Subject
@@ -68,7 +68,7 @@ def _tables_s(model: CostModel, order: int, diffuse: bool) -> float:
 
 def error(errors: ModeErrors, setting: Setting) -> float:
     """That of the truncated sums, and of radiance between the vertices."""
-    return max(FLOOR, math.hypot(between(errors.spherical_harmonics, setting["order"]), errors.interpolated))
+    return max(FLOOR, together(between(errors.spherical_harmonics, setting["order"]), errors.interpolated))
 
 
 def can_draw(_scene: Any) -> bool:
