@@ -90,6 +90,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="COLUMN,ROW,RADIUS|auto",
         help="measure the lights on the mirror sphere with this outline in the picture",
     )
+    parser.add_argument(
+        "--second-sphere",
+        type=_sphere,
+        metavar="COLUMN,ROW,RADIUS|auto",
+        help="a second mirror sphere on the sample, which with the first tells where near lamps stand",
+    )
+    parser.add_argument(
+        "--equalise",
+        type=_equalise,
+        metavar="object|LEFT,TOP,WIDTH,HEIGHT",
+        help="divide out that lamps differ in intensity, by a white patch of the picture, or by the object itself, "
+        "of which differences that change smoothly from lamp to lamp stay",
+    )
     lights = parser.add_mutually_exclusive_group()
     lights.add_argument(
         "--azimuth",
@@ -161,6 +174,8 @@ def _imported(arguments: argparse.Namespace, show: Callable[[Step], None], scrat
         flat="none" if arguments.no_flat else arguments.flat or "auto",
         lamp_distance=arguments.lamp_distance,
         lights=_selection(arguments),
+        second_sphere=_outline(arguments.second_sphere),
+        equalise=_balance(arguments.equalise),
         trust_angles=arguments.trust_angles,
         strict=arguments.strict,
     )
@@ -299,6 +314,10 @@ def _balance(choice: Any) -> Any:
     from engine.capture.photograph.grey_patch import GreyPatch
 
     return GreyPatch(*choice) if isinstance(choice, tuple) and len(choice) == 4 else choice
+
+
+def _equalise(text: str) -> str | tuple[int, ...]:
+    return text if text == "object" else _crop(text)
 
 
 def _sphere(text: str) -> str | tuple[float, ...]:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.lights.azimuth_spread import usual_motion
+from engine.capture.lights.lamp_gains import lamp_gains
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.selection import Selection, selected
 from engine.capture.lights.sources import Pairs, Sources, printable
@@ -53,6 +54,8 @@ class ImportSettings:
     dark, flat : calibration frames: 'auto' for those found among the sources, 'none', or a file.
     lamp_distance : of a near lamp in widths of the picture, infinite for a distant one; None for what the sources say.
     lights : the lights that are kept, None for all.
+    second_sphere : outline of a second mirror sphere, or 'auto'; with it the lamps are near, and their positions known.
+    equalise : divide out that lamps differ in intensity, by a white patch or by the 'object' itself; None for not.
     trust_angles : take angles that nobody stated also where the photographs do not grow brighter with them.
     strict : refuse photographs that cannot be read, also where enough remain without them.
     """
@@ -68,6 +71,8 @@ class ImportSettings:
     flat: Path | Literal["auto", "none"] = "auto"
     lamp_distance: float | None = None
     lights: Selection | None = None
+    second_sphere: Circle | Literal["auto"] | None = None
+    equalise: GreyPatch | Literal["object"] | None = None
     trust_angles: bool = False
     strict: bool = False
 
@@ -82,6 +87,8 @@ class ImportSettings:
             raise UsageError("a crop and a framing cannot both be followed")
         if self.framing is not None and not isinstance(self.framing, Framing):
             Framing(self.framing, 1, 1)
+        if self.equalise is not None and self.equalise != "object" and not isinstance(self.equalise, GreyPatch):
+            raise UsageError(f"lamps are equalised by a white patch or by the object, not by {self.equalise!r}")
         if self.lamp_distance is not None and not self.lamp_distance > 0.5:
             raise UsageError(f"lamp_distance {self.lamp_distance:g} is not above half a width of the picture")
 
@@ -97,6 +104,7 @@ class Plan:
     calibration: Calibration
     scale: Scale
     options: Mapping[str, Any]
+    gains: NDArray[np.float64]
 
     @property
     def names(self) -> list[str]:
@@ -121,6 +129,7 @@ class Plan:
             else None,
             "picture_balance": list(self.calibration.balance),
             "motion": self.settings.motion,
+            "lamp_gains": [float(gain) for gain in self.gains] if self.settings.equalise is not None else None,
             "control_points_px": {name: [list(map(float, one)) for one in pairs] for name, pairs in marked.items()},
         }
 
@@ -143,7 +152,10 @@ def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     """Measure the lights, the exposures and the white balance, and read the calibration frames."""
     transfer: Any = settings.transfer if settings.transfer != "auto" else sources.transfer or "auto"
     if sources.sphere is not None:
-        sources = yield from part(measured_lights(sources, transfer), 0.0, 0.5)
+        sources = yield from part(measured_lights(sources, transfer, settings.second_sphere), 0.0, 0.5)
+    elif settings.second_sphere is not None:
+        place, remedy = sources.photographs[0].parent, "Give --sphere COLUMN,ROW,RADIUS or auto as well"
+        raise InputError(place, "has no first mirror sphere that a second could add to", remedy)
     if settings.lights is not None:
         sources = selected(sources, settings.lights)
     settings = _decided(settings, sources)
@@ -151,6 +163,10 @@ def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     scale = exposure_scale(sources.exposures, noted)
     _refuse_unknown_exposures(sources, scale)
     _refuse_unknown_names(settings, sources)
+    gains = np.ones(len(sources.photographs))
+    if settings.equalise is not None:
+        gains = yield from part(lamp_gains(sources, settings.equalise, scale, transfer), 0.6, 0.7)
+        sources = replace(sources, findings=(*sources.findings, _about_gains(settings, gains)))
     dark, flat = (
         _frame(choice, found) for choice, found in ((settings.dark, sources.dark), (settings.flat, sources.flat))
     )
@@ -158,7 +174,7 @@ def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     for_pictures = (1.0, 1.0, 1.0)
     if isinstance(settings.white_balance, GreyPatch):
         paths = list(sources.photographs)
-        for_pictures = yield from part(balance_of(paths, settings.white_balance, transfer), 0.6, 0.9)
+        for_pictures = yield from part(balance_of(paths, settings.white_balance, transfer), 0.7, 0.9)
         balance = for_pictures
     elif settings.white_balance == "camera" and (dark or flat):
         yield Step(0.6, "Reading the white balance")
@@ -169,7 +185,20 @@ def planned(sources: Sources, settings: ImportSettings) -> Steps[Plan]:
     sources = replace(sources, findings=(*sources.findings, *_about_near_lamp(distance, sources.azimuth)))
     options = {"white_balance": balance, "transfer": transfer}
     calibration = yield from part(read_calibration(dark, flat, distance, for_pictures, options), 0.9, 1.0)
-    return Plan(sources, settings, dark, flat, calibration, scale, options)
+    return Plan(sources, settings, dark, flat, calibration, scale, options, gains)
+
+
+def _about_gains(settings: ImportSettings, gains: NDArray[np.float64]) -> Finding:
+    of_object = (
+        ""
+        if isinstance(settings.equalise, GreyPatch)
+        else ("; differences that change smoothly over the lamps cannot be told from the reflectance and stay")
+    )
+    source = "the object" if of_object else "the white patch"
+    text = (
+        f"Lamps were equalised by {source}: their intensities were {gains.min():.2f} to {gains.max():.2f} of the median"
+    )
+    return Finding(Verdict.NOTE, text + of_object)
 
 
 def _frame(choice: Path | str, found: Path | None) -> Path | None:

@@ -248,7 +248,7 @@ def _light(
         originals.append(_without_pixels(photograph, one.exposure_s))
         if read.sizes[-1] != read.sizes[0]:
             return None
-        factor = plan.scale.factor.get(one.path, 1.0) if len(light) == 1 else 1.0
+        factor = plan.scale.factor.get(one.path, 1.0) / float(plan.gains[index]) if len(light) == 1 else 1.0
         photograph = plan.calibration.applied(photograph, *angles, factor)
         if len(light) > 1:
             merge.add(photograph.radiance, photograph.saturated, plan.scale.relative[one.path])
@@ -257,7 +257,7 @@ def _light(
         return photograph
     assert plan.scale.reference is not None
     merged = merge.merged()
-    merged.radiance[...] *= np.float32(plan.scale.reference)
+    merged.radiance[...] *= np.float32(plan.scale.reference / plan.gains[index])
     return replace(photograph, radiance=merged.radiance, saturated=merged.saturated)
 
 

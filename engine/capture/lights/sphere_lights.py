@@ -1,7 +1,8 @@
 """The lights of a capture from the mirror sphere in its photographs: sources whose directions are measured.
 
 Each light is measured on the shortest of its exposures, where its reflection is smallest. The direction is that seen
-from the sphere; for a near lamp it differs from that seen from the sample by where the sphere lies.
+from the sphere; for a near lamp it differs from that seen from the sample by where the sphere lies, unless a second
+sphere shows the lamp's position (`engine.capture.lights.two_spheres`).
 Cost: each photograph is decoded once more.
 """
 
@@ -20,6 +21,7 @@ from engine.capture.lights.azimuth_spread import about_azimuth
 from engine.capture.lights.light_angles import ASSUMED, FROM_NAMES, SPHERE
 from engine.capture.lights.mirror_sphere import Circle, find_highlight, find_sphere, light_direction
 from engine.capture.lights.sources import Sources, printable
+from engine.capture.lights.two_spheres import lamp_positions, second_sphere
 from engine.capture.photograph.decode import ReadAhead
 from engine.core.colour import luminance
 from engine.core.errors import InputError, UsageError
@@ -54,10 +56,12 @@ def with_sphere(
     )
 
 
-def measured_lights(sources: Sources, transfer: Any) -> Steps[Sources]:
+def measured_lights(sources: Sources, transfer: Any, second: Circle | Literal["auto"] | None = None) -> Steps[Sources]:
     """`sources` with the directions that their mirror sphere shows, by rising elevation, and its outline.
 
-    Raises InputError that names the photograph in which no highlight is found, or where there is no sphere.
+    With a `second` sphere the directions are those from the middle of the picture, and the distance of near lamps is
+    that of their median. Raises InputError that names the photograph in which no highlight is found, or where there is
+    no sphere.
     """
     pictures = yield from luminances(sources, transfer)
     outline = sources.sphere
@@ -65,9 +69,14 @@ def measured_lights(sources: Sources, transfer: Any) -> Steps[Sources]:
         outline = found_outline(sources, pictures)
     _check_inside(sources, outline, pictures[0])
     directions = np.array([_direction(sources, index, picture, outline) for index, picture in enumerate(pictures)])
+    findings, distance = list[Finding](), sources.lamp_distance
+    if second is not None:
+        positions = _positions(sources, pictures, outline, second)
+        directions, distance, found = _seen_from_the_middle(directions, positions, pictures.shape[2])
+        findings.append(found)
     elevation = np.arcsin(np.clip(directions[:, 2], -1, 1))
     azimuth = np.arctan2(directions[:, 1], directions[:, 0])
-    findings = [finding for finding in sources.findings if finding not in about_azimuth(sources.azimuth)]
+    findings += [finding for finding in sources.findings if finding not in about_azimuth(sources.azimuth)]
     findings += _disagreements(sources, elevation)
     order = np.argsort(elevation, kind="stable")
     return replace(
@@ -79,8 +88,47 @@ def measured_lights(sources: Sources, transfer: Any) -> Steps[Sources]:
         elevation=elevation[order],
         azimuth=azimuth[order],
         sphere=outline,
+        lamp_distance=distance,
         findings=(*findings, *about_azimuth(azimuth)),
     )
+
+
+def _positions(
+    sources: Sources, pictures: NDArray[np.float32], first: Circle, second: Circle | Literal["auto"]
+) -> NDArray[np.float64]:
+    """(N, 3) lamps in pixels from the middle of the picture, infinite where they are far."""
+    try:
+        other = second if isinstance(second, Circle) else second_sphere(mean_of(pictures), first)
+    except UsageError as error:
+        remedy = "Give its outline: --second-sphere COLUMN,ROW,RADIUS"
+        raise InputError(sources.photographs[0].parent, f"shows no second sphere: {error}", remedy) from None
+    _check_inside(sources, other, pictures[0])
+    spots = np.empty((len(pictures), 2, 2))
+    for index, picture in enumerate(pictures):
+        try:
+            spots[index] = sources.highlights_px[index] or highlight_in(picture, first), highlight_in(picture, other)
+        except UsageError as error:
+            raise InputError(sources.photographs[index], str(error), _REMEDY) from None
+    return lamp_positions((first, other), spots, *pictures.shape[1:])
+
+
+def _seen_from_the_middle(
+    directions: NDArray[np.float64], positions: NDArray[np.float64], width: int
+) -> tuple[NDArray[np.float64], float | None, Finding]:
+    """Directions from the middle of the picture, the median distance in widths of the picture, and what to say."""
+    near = np.isfinite(positions).all(axis=1) & (positions[:, 2] > 0)
+    if near.sum() * 2 < len(near):
+        text = "The rays of two mirror spheres are parallel: the lamps are taken as distant"
+        return directions, None, Finding(Verdict.NOTE, text)
+    distances = np.linalg.norm(positions, axis=1)
+    directions = directions.copy()
+    directions[near] = positions[near] / distances[near, None]
+    widths = distances[near] / width
+    text = (
+        f"Two mirror spheres show the lamps {np.median(widths):.2f} picture widths away ({widths.min():.2f} to "
+        f"{widths.max():.2f}); {near.sum()} of {len(near)} lights were placed so"
+    )
+    return directions, max(0.51, float(np.median(widths))), Finding(Verdict.NOTE, text)
 
 
 def luminances(sources: Sources, transfer: Any) -> Steps[NDArray[np.float32]]:
@@ -102,13 +150,18 @@ def luminances(sources: Sources, transfer: Any) -> Steps[NDArray[np.float32]]:
     return pictures
 
 
-def found_outline(sources: Sources, pictures: NDArray[np.float32]) -> Circle:
-    """The outline of the sphere in the mean of `pictures`; InputError where none is found."""
+def mean_of(pictures: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The mean of pictures (N, H, W)."""
     mean = np.zeros(pictures.shape[1:], np.float32)
     for picture in pictures:
         mean += picture / np.float32(len(pictures))
+    return mean
+
+
+def found_outline(sources: Sources, pictures: NDArray[np.float32]) -> Circle:
+    """The outline of the sphere in the mean of `pictures`; InputError where none is found."""
     try:
-        return find_sphere(mean)
+        return find_sphere(mean_of(pictures))
     except UsageError as error:
         remedy = (
             "Mark it by hand in the Capture workspace, or give --sphere COLUMN,ROW,RADIUS or [sphere] in capture.toml"
