@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 HELP = "Write a material in forms that other programs open, with what each of them loses."
 EXAMPLE = "lightarc export woven.lightarc --to textures --preset unreal -o woven-unreal"
 
-#: The names of `engine.exchange.export.TARGETS`, and of presets and codings: options are there without the engine.
-TARGETS = ("textures", "materialx", "gltf", "usd", "shaders", "rti", "brdf")
+#: Names of `engine.exchange.export`, of presets and of codings: options are there without the engine.
+TARGETS = ("textures", "materialx", "gltf", "usd", "shaders", "rti", "brdf", "auto")
 PRESETS = ("blender", "unreal", "unity", "godot", "substance", "gltf")
 CODINGS = ("png8", "png16", "exr")
 
@@ -37,6 +37,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Input(),
         metavar="STACK",
         help="the stack that the bundle was made of, to state errors against the photographs (a project knows its own)",
+    )
+    parser.add_argument(
+        "--error",
+        type=float,
+        default=0.05,
+        metavar="E",
+        help="for --to auto, which writes the smallest representation whose relative RMSE under the environments is at "
+        "most E (0.05)",
     )
     textures = parser.add_argument_group("textures")
     textures.add_argument(
@@ -60,9 +68,11 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     material, stack = _opened(arguments)
     settings = Settings(arguments.preset, arguments.coding, arguments.normal)
     names = list(dict.fromkeys(arguments.to))
-    record = drain(export(arguments.output, material, names, settings=settings, stack=stack), show)
+    record = drain(
+        export(arguments.output, material, names, settings=settings, stack=stack, error=arguments.error), show
+    )
     return {
-        **{name: record[name] for name in ("folder", "material", "targets")},
+        **{name: record[name] for name in ("folder", "material", "targets", "auto") if name in record},
         "warnings": [f"{made['target']}: {each}" for made in record["targets"] for each in made["warnings"]],
     }
 
@@ -89,6 +99,11 @@ def report(result: dict[str, Any]) -> str:
         errors = [_percent(made[name]) for name in ("rmse_rel", "rmse_rel_reference")]
         flip = "–" if made["flip"] is None else f"{made['flip']:.3f}"
         lines.append(f"{made['target']:<11}{size_text(made['bytes']):>10}{errors[0]:>13}{errors[1]:>11}{flip:>8}")
+    if "auto" in result:
+        for other in result["auto"]["candidates"]:
+            if other["target"] != result["auto"]["chosen"]:
+                error = percent(other["rmse_rel_reference"], 3)
+                lines.append(f"not chosen: {other['target']}, {size_text(other['bytes'])}, {error}")
     lines.append("Errors are relative: against the photographs, and against the material under three environments.")
     own = result["material"]
     if own["rmse_rel"] is not None:

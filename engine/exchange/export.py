@@ -59,17 +59,25 @@ def in_8_bits(subject: Subject, _settings: Settings) -> Shown:
     return subject.shown_as("png8")
 
 
+def with_one_f0(subject: Subject, _settings: Settings) -> Shown:
+    """The same with the mean f0, of formats that hold no map of it."""
+    return subject.shown_as("png8", subject.mean_f0)
+
+
 TARGETS: tuple[Target, ...] = (
     Target("textures", "PBR textures, named and packed for a program", textures.shown, textures.contents),
-    Target("materialx", "MaterialX: OpenPBR and glTF PBR surfaces", in_8_bits, materialx.contents),
+    Target("materialx", "MaterialX: OpenPBR and glTF PBR surfaces", with_one_f0, materialx.contents),
     Target("gltf", "glTF: a ball with the material, as .glb", in_8_bits, gltf.contents),
-    Target("usd", "USD: a ball with UsdPreviewSurface, as .usdz", in_8_bits, usd.contents),
+    Target("usd", "USD: a ball with UsdPreviewSurface, as .usdz", with_one_f0, usd.contents),
     Target("shaders", "GLSL and HLSL that evaluate the material itself", shaders.shown, shaders.contents),
     Target("rti", "RTI: .ptm, .rti and a tree for web viewers", rti.shown, rti.contents),
     Target("brdf", "BRDF tables (CSV, ALTA, MERL, RGL) and the nearest model", brdf.shown, brdf.contents),
 )
 
 NAMES = tuple(target.name for target in TARGETS)
+
+#: The name that stands for a choice, and the targets among which it chooses: one for each representation.
+AUTO, CANDIDATES = "auto", ("textures", "shaders", "rti")
 
 
 def subject_of(material: Material, stack: ImageStack | None = None) -> Steps[Subject]:
@@ -99,18 +107,23 @@ def export(
     *,
     settings: Settings | None = None,
     stack: ImageStack | None = None,
+    error: float = 0.05,
 ) -> Steps[dict[str, Any]]:
     """Write `material` to the targets `names` in `folder`, and return the record, the content of `RECORD`.
+
+    `AUTO` alone writes the smallest of `CANDIDATES` whose `rmse_rel_reference` is at most `error`; `auto` of the
+    record then holds all of them.
 
     `targets` of the record lists for each target its `files`, `bytes`, errors and warnings: `rmse_rel` against the
     photographs (None without a stack of the same size), `rmse_rel_reference` and `flip` over three environments, and
     the same by environment. An earlier export is replaced. UsageError for unknown targets, OutputError for the folder.
     """
-    chosen = [target for target in TARGETS if target.name in names]
-    unknown = [name for name in names if name not in NAMES]
-    if unknown or not chosen:
-        raise UsageError(f"unknown target {' '.join(unknown)!r}; known are {', '.join(NAMES)}")
+    unknown = [name for name in names if name not in (*NAMES, AUTO)]
+    if unknown or not names or (AUTO in names and len(names) > 1):
+        raise UsageError(f"unknown target {' '.join(unknown)!r}; known are {', '.join(NAMES)}, or {AUTO} alone")
     settings = settings or Settings()
+    if not (error >= 0.0 and np.isfinite(error)):
+        raise UsageError(f"an error of {error} is not a number from 0 upwards")
     subject = yield from part(subject_of(material, stack), 0.0, 0.2)
     wanted = yield from part(references(material), 0.2, 0.3)
     usable, remark = _usable_stack(subject)
@@ -120,34 +133,75 @@ def export(
         "material": (yield from _own_errors(subject, wanted, usable)),
         "targets": [],
     }
-    measured: dict[Shown | None, dict[str, Any]] = {}
+    written = _Written(subject, settings, wanted, usable, remark, {})
+    if AUTO in names:
+        choosing = part(written.smallest(error), 0.4, 1.0)
+        record["auto"], made = yield from choosing
+    else:
+        made = yield from part(written.all(names), 0.4, 1.0)
     with atomic_folder(folder, RECORD) as place:
-        for index, target in enumerate(chosen):
-            start, stop = (0.4 + 0.6 * place_in / len(chosen) for place_in in (index, index + 1))
-            middle = 0.5 * (start + stop)
-            shown = target.shown(subject, settings)
-            if shown not in measured:
-                measured[shown] = yield from part(_errors(shown, wanted, subject, usable), start, middle)
-            making = target.contents(subject, settings, statement(measured[shown]))
-            made = yield from part(making, middle, stop)
-            for name, content in made.files.items():
-                path = place / target.name / name
+        for target, contents, entry in made:
+            for name, content in contents.files.items():
+                path = place / target / name
                 make_folder(path.parent)
                 write_bytes(path, content)
-            record["targets"].append(
-                {
-                    "target": target.name,
-                    "files": [f"{target.name}/{name}" for name in made.files],
-                    "bytes": sum(map(len, made.files.values())),
-                    "white_radiance": subject.white,
-                    "bytes_per_texel": made.bytes_per_texel,
-                    **measured[shown],
-                    "warnings": [*made.warnings, *remark],
-                    **made.record,
-                }
-            )
+            record["targets"].append(entry)
         write_bytes(place / RECORD, (json.dumps(record, indent=2, allow_nan=False) + "\n").encode())
     return {**record, "folder": str(Path(folder))}
+
+
+#: A target, its files, and its entry in the record.
+Made = tuple[str, Contents, dict[str, Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Written:
+    """The targets of one subject, each with its errors; those of equal representations are measured once."""
+
+    subject: Subject
+    settings: Settings
+    wanted: dict[str, Floats]
+    stack: ImageStack | None
+    remark: tuple[str, ...]
+    measured: dict[Shown | None, dict[str, Any]]
+
+    def all(self, names: Sequence[str]) -> Steps[list[Made]]:
+        """The targets `names`, in the order of `TARGETS`."""
+        chosen = [target for target in TARGETS if target.name in names]
+        made = []
+        for index, target in enumerate(chosen):
+            made.append((yield from part(self.one(target), index / len(chosen), (index + 1) / len(chosen))))
+        return made
+
+    def one(self, target: Target) -> Steps[Made]:
+        subject, settings = self.subject, self.settings
+        shown = target.shown(subject, settings)
+        if shown not in self.measured:
+            self.measured[shown] = yield from part(_errors(shown, self.wanted, subject, self.stack), 0.0, 0.5)
+        errors = self.measured[shown]
+        contents = yield from part(target.contents(subject, settings, statement(errors)), 0.5, 1.0)
+        entry = {
+            "target": target.name,
+            "files": [f"{target.name}/{name}" for name in contents.files],
+            "bytes": sum(map(len, contents.files.values())),
+            "white_radiance": subject.white,
+            "bytes_per_texel": contents.bytes_per_texel,
+            **errors,
+            "warnings": [*contents.warnings, *self.remark],
+            **contents.record,
+        }
+        return target.name, contents, entry
+
+    def smallest(self, error: float) -> Steps[tuple[dict[str, Any], list[Made]]]:
+        """The candidate of fewest bytes whose error is within the budget; where none is, that of least error, said."""
+        made = yield from self.all([name for name in CANDIDATES if name != "rti" or rti.has_sides(self.subject)])
+        within = [each for each in made if each[2]["rmse_rel_reference"] <= error]
+        candidates = within or [min(made, key=lambda each: float(each[2]["rmse_rel_reference"]))]
+        best = min(candidates, key=lambda each: int(each[2]["bytes"]))
+        rows = [{key: each[2][key] for key in ("target", "bytes", "rmse_rel_reference", "flip")} for each in made]
+        if not within:
+            best[2]["warnings"].append(f"no representation keeps an error of {percent(error)}; this one has the least")
+        return {"error": error, "chosen": best[0], "candidates": rows}, [best]
 
 
 def statement(errors: dict[str, Any]) -> str:

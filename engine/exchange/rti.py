@@ -61,7 +61,7 @@ class Terms:
 
 def shown(subject: Subject, _settings: Settings) -> Shown | None:
     """The harmonics, the most exact of the forms, as a viewer shows them; the viewer's direction does not count."""
-    if not _has_sides(subject):
+    if not has_sides(subject):
         return None
     terms = drain(fitted(subject, harmonics))
     codes, low, span = terms.rounded()
@@ -79,7 +79,7 @@ def shown(subject: Subject, _settings: Settings) -> Shown | None:
 
 def contents(subject: Subject, _settings: Settings, _loss: str) -> Steps[Contents]:
     """The four forms; UsageError for a material whose lamps stood on one arc."""
-    if not _has_sides(subject):
+    if not has_sides(subject):
         raise UsageError("an RTI file needs light from several sides: give the stack of a dome")
     name = subject.name
     yield Step(0.0, "fitting polynomials")
@@ -203,7 +203,8 @@ def relight(terms: Terms) -> dict[str, bytes]:
     return files
 
 
-def _has_sides(subject: Subject) -> bool:
+def has_sides(subject: Subject) -> bool:
+    """True where pictures under light from several azimuths are at hand."""
     stack = subject.stack
     return subject.material.directional is not None or (stack is not None and stack.azimuth is not None)
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
+from engine.bundle.directional import directional_members
 from engine.bundle.maps import map_members
 from engine.bundle.portable import brdf_source, shader, shader_from
 from engine.core.errors import UsageError
@@ -53,6 +54,8 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     else:
         warnings.append("a directional map has a shader in GLSL alone")
     members = map_members(material)
+    if material.directional is not None:
+        members |= directional_members(material.directional)
     for number, (name, produce) in enumerate(members.items()):
         yield Step(number / len(members), f"writing {name}")
         files[name] = encoded(produce())

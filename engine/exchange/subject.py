@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from engine.exchange.coding import Coding, Handedness, rounded
 from engine.exchange.loss import Shown, maps_shown
 from engine.scene.material import Material
-from engine.surface.pbr_maps import DIELECTRIC_F0, PbrMaps
+from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
@@ -44,15 +44,23 @@ class Subject:
     stack: ImageStack | None = None
     _shown: dict[Any, Shown] = field(default_factory=dict, repr=False)
 
-    def shown_as(self, coding: Coding, *, keeps_f0: bool = True) -> Shown:
-        """The PBR maps as readers of textures get them back; one object for equal codings, which is measured once."""
-        maps, plain = self.maps, np.full(self.maps.size, DIELECTRIC_F0, np.float32)
-        keeps_f0 = keeps_f0 and not np.allclose(maps.f0, plain, atol=1e-3)
-        key = (coding, keeps_f0)
-        if key not in self._shown:
-            back = rounded(maps, coding)
-            self._shown[key] = maps_shown(back if keeps_f0 else replace(back, f0=plain), np.pi * self.white)
-        return self._shown[key]
+    def shown_as(self, coding: Coding, f0: float | None = None) -> Shown:
+        """The PBR maps as readers of textures get them back; one object for equal codings, which is measured once.
+
+        `f0` is the one that readers take in place of the map where they take one.
+        """
+        if f0 is not None and np.allclose(self.maps.f0, f0, atol=1e-3):
+            f0 = None
+        if (coding, f0) not in self._shown:
+            back = rounded(self.maps, coding)
+            read = back if f0 is None else replace(back, f0=np.full(back.size, f0, np.float32))
+            self._shown[coding, f0] = maps_shown(read, np.pi * self.white)
+        return self._shown[coding, f0]
+
+    @property
+    def mean_f0(self) -> float:
+        """The one that stands for all in formats that hold no map of it."""
+        return float(self.maps.f0.mean(dtype=np.float64))
 
     @property
     def name(self) -> str:

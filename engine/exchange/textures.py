@@ -122,7 +122,7 @@ _WORDS = {
 
 def shown(subject: Subject, settings: Settings) -> Shown:
     """The maps as they come back, with the f0 of importers where the preset has no place for another."""
-    return subject.shown_as(settings.coding, keeps_f0=_has_specular(_preset(settings)))
+    return subject.shown_as(settings.coding, None if _has_specular(_preset(settings)) else DIELECTRIC_F0)
 
 
 def contents(subject: Subject, settings: Settings, _loss: str) -> Steps[Contents]:

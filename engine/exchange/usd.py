@@ -55,7 +55,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
         yield Step(number / len(known), f"writing {file}")
         pictures[f"textures/{file}.png"] = encoded(packed(subject, (source,), "png8"))
     f0 = subject.maps.f0
-    mean = float(f0.mean(dtype=np.float64))
+    mean = subject.mean_f0
     warnings = common_warnings(subject.maps)
     if not np.allclose(f0, mean, atol=1e-3):
         warnings = (*warnings, f"f0 varies, and the layer states its mean, {mean:.3f}")

@@ -13,7 +13,7 @@ from app.command_line import main
 from engine.bundle.bundle import save_bundle
 from engine.core.steps import drain
 from engine.exchange.coding import CODINGS
-from engine.exchange.export import NAMES, RECORD
+from engine.exchange.export import AUTO, NAMES, RECORD
 from engine.exchange.textures import PRESETS
 from tests.engine.exchange.materials import woven_material
 
@@ -30,7 +30,7 @@ def run(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, Any]:
 
 
 def test_the_options_are_those_of_the_engine() -> None:
-    assert verb.TARGETS == NAMES
+    assert (*NAMES, AUTO) == verb.TARGETS
     assert tuple(PRESETS) == verb.PRESETS
     assert verb.CODINGS == CODINGS
 

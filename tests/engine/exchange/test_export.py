@@ -52,3 +52,25 @@ def test_unknown_targets_are_refused_before_anything_is_written(tmp_path: Path) 
     with pytest.raises(UsageError, match=", ".join(NAMES)):
         drain(export(tmp_path / "out", woven_material(), ["fbx"]))
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("error", "chosen"), [(0.02, "shaders"), (0.9, None)])
+def test_auto_takes_the_smallest_within_the_budget(tmp_path: Path, error: float, chosen: str | None) -> None:
+    """The power law is exact here; the budget of 90 % is kept by all, and the fewest bytes count."""
+    record = drain(export(tmp_path / "out", woven_material(), ["auto"], error=error))
+    (made,) = record["targets"]
+    rows = {row["target"]: row for row in record["auto"]["candidates"]}
+    assert set(rows) == {"textures", "shaders"}
+    chosen = chosen or min(rows, key=lambda name: int(rows[name]["bytes"]))
+    assert made["target"] == record["auto"]["chosen"] == chosen
+    assert made["rmse_rel_reference"] <= error
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted([RECORD, chosen])
+
+
+def test_auto_says_where_nothing_keeps_the_budget(tmp_path: Path) -> None:
+    record = drain(export(tmp_path / "out", dome_material(), ["auto"], error=0.0))
+    assert record["auto"]["chosen"] == "shaders"
+    with pytest.raises(UsageError, match="auto alone"):
+        drain(export(tmp_path / "other", dome_material(), ["auto", "gltf"]))
+    with pytest.raises(UsageError, match="not a number"):
+        drain(export(tmp_path / "other", dome_material(), ["auto"], error=float("nan")))

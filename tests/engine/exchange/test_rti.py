@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import struct
 from collections.abc import Callable
@@ -31,8 +32,6 @@ def srgb(linear: Numbers) -> Numbers:
 
 def relief_stack() -> ImageStack:
     """Codes that are exactly quadratic in the direction of light, and a texel at the top right that is known by red."""
-    import dataclasses
-
     stack = dome_stack(9, 7)
     assert stack.azimuth is not None
     x, y = np.cos(stack.elevation) * np.cos(stack.azimuth), np.cos(stack.elevation) * np.sin(stack.azimuth)
@@ -184,14 +183,13 @@ def test_a_directional_map_leaves_without_its_photographs() -> None:
     np.testing.assert_allclose(found[2, 1], wanted, atol=6.0)
 
 
-def test_the_error_is_that_of_the_files(stack: ImageStack) -> None:
+def test_the_error_is_that_of_the_files() -> None:
     """Against the photographs; the planes of the directional map beside it are nearer or as near."""
     subject = Subject(dome_material(9, 7), woven_subject().maps, stack=dome_stack(9, 7))
     shown = rti.shown(subject, Settings())
     assert shown is not None
     assert drain(photograph_error(shown, dome_stack(9, 7))) < 0.06
     assert drain(photograph_error(material_shown(subject.material), dome_stack(9, 7))) < 0.06
-    del stack
 
 
 def test_an_arc_is_refused() -> None:

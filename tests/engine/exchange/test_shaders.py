@@ -98,6 +98,7 @@ def test_a_directional_map_leaves_in_glsl() -> None:
     subject = Subject(material, woven_subject().maps)
     made = drain(contents(subject, Settings(), "An error of 3 %."))
     assert "dome.glsl" in made.files
+    assert {name.rpartition(".")[2] for name in made.files} == {"glsl", "png", "json", "exr"}
     assert "dome.hlsl" not in made.files
     assert made.warnings == ("a directional map has a shader in GLSL alone",)
     assert made.files["dome.glsl"].decode().splitlines()[1] == "// An error of 3 %."
