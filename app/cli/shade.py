@@ -13,7 +13,6 @@ from app.arguments.results import Input, Output, material_at, picture_by, softwa
 from app.cli import shade_comparison
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text
-from engine.core.health import Health
 from engine.core.steps import Step, Steps, drain, part
 
 if TYPE_CHECKING:
@@ -153,7 +152,7 @@ def _with_shading_map(
         shading_map = drain(part(making, 0.45, 0.5), show).shading_map
     power_law, fit_s = _compressed(arguments, shading_map, show)
     material = dataclasses.replace(_material(arguments, stack, shading_map, power_law), **brdf)
-    material = dataclasses.replace(material, health=material.health.merged(Health(findings=(chosen.finding,))))
+    material = dataclasses.replace(material, health=material.health.merged(chosen.health))
     figures = error_figures(material)
     provenance = {
         **stack.provenance,
@@ -198,7 +197,7 @@ def _with_planes(
         None,
         elevation_deg=_elevation_deg(arguments, stack),
         name=stack.folder.name if stack.folder else "material",
-        health=Health(findings=(chosen.finding,)),
+        health=chosen.health,
         directional=directional,
         **{"brdf": "lambert", **brdf},
     )

@@ -229,6 +229,7 @@ def load_bundle(path: Path) -> Steps[OpenedBundle]:
 def settings_of_bundle(material: Material, provenance: dict[str, Any]) -> dict[str, Any]:
     """The parts of a project that say how `material` was made, as far as it shows."""
     settings: dict[str, Any] = {"mixed": False, "tileable": False, "exponent_bits": 32}
+    settings["representation"] = "auto" if material.directional is None else "directional"
     shading_map, power_law = material.shading_map, material.power_law
     if shading_map is not None:
         settings["slices"] = len(shading_map.slices)

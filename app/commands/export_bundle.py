@@ -20,8 +20,8 @@ from engine.scene.material import error_figures
 if TYPE_CHECKING:
     from engine.scene.scene import Scene
 
-#: Parts of a material that a bundle may leave out, one of them at most.
-PARTS = ("slices", "power-law")
+#: Forms of a material of which a bundle may leave some out, but not all.
+PARTS = ("slices", "power-law", "planes")
 
 SIZE = (640, 480)
 
@@ -70,6 +70,7 @@ def exported(
         whole,
         shading_map=whole.shading_map if "slices" in include else None,
         power_law=whole.power_law if "power-law" in include else None,
+        directional=whole.directional if "planes" in include else None,
         name=path.name.removesuffix(".lightarc"),
     )
     check_replaceable(path)

@@ -28,23 +28,31 @@ def stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[Im
 
 
 def material_of(project: Project) -> Steps[Material]:
-    """The stack of `project` as slices and their compression, by its settings."""
+    """The stack of `project` as slices and their compression, or as planes, by its settings."""
     yield Step(0.0, "preparing kernels")
-    from engine.shading.shading_map import build, included
+    from engine.shading.representation import choose
+    from engine.shading.shading_map import included
     from engine.shading.tile import make_tile
 
     assert project.stack is not None
     stack, excluded = project.stack, project.excluded
-    shading_map = yield from part(build(stack, project.slices, excluded=excluded), 0.0, 0.3)
+    wanted = "shading-map" if project.tileable and project.representation == "auto" else project.representation
+    chosen = yield from part(choose(stack, project.slices, excluded=excluded, wanted=wanted), 0.0, 0.3)
+    elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[included(stack, excluded)])
+    health = stack.health.merged(chosen.health)
+    if not isinstance(chosen.map, ShadingMap):
+        planes = chosen.map
+        return Material(None, None, elevation_deg=elevation_deg, name=project.name, health=health, directional=planes)
+    shading_map = chosen.map
     if project.tileable:
         shading_map = (yield from part(make_tile(stack, shading_map, excluded=excluded), 0.3, 0.6)).shading_map
     power_law = yield from part(_compressed(project, shading_map), 0.6, 1.0)
     return Material(
         shading_map=shading_map,
         power_law=power_law,
-        elevation_deg=tuple(float(angle) for angle in stack.elevation_deg[included(stack, excluded)]),
+        elevation_deg=elevation_deg,
         name=project.name,
-        health=stack.health.merged(shading_map.health).merged(power_law.health),
+        health=health.merged(shading_map.health).merged(power_law.health),
     )
 
 

@@ -63,10 +63,16 @@ def _from_photographs(project: Project, folder: Path) -> Steps[list[dict[str, An
     material = yield from part(material_of(dataclasses.replace(project, stack=stack)), 0.6, 0.9)
     material = dataclasses.replace(material, brdf=project.material.brdf, measured=project.material.measured)
     yield from part(save_bundle(folder / "material.lightarc", material), 0.9, 1.0)
+    before, now = project.material, material
+    forms: list[tuple[str, Any, Any]] = [
+        ("shading map", before.shading_map, now.shading_map),
+        ("power law", before.power_law, now.power_law),
+    ]
+    if before.directional is not None or now.directional is not None:
+        forms.append(("directional map", before.directional, now.directional))
     return [
         _compared("stack", _arrays(project.stack), _arrays(stack), _why(project, of_material=False)),
-        _compared("shading map", _arrays(project.material.shading_map), _arrays(material.shading_map), _why(project)),
-        _compared("power law", _arrays(project.material.power_law), _arrays(material.power_law), _why(project)),
+        *(_compared(name, _arrays(one), _arrays(other), _why(project)) for name, one, other in forms),
     ]
 
 

@@ -78,6 +78,7 @@ def parts_of(project: Project, brdf: Any, bakings: Iterable[tuple[str, Any]]) ->
         ("Shading map", material.shading_map),
         ("Power law", material.power_law),
         ("Material", None if project.stack is not None else material if project.has_map else None),
+        ("Directional map", material if material.directional is not None else None),
         ("Model", project.mesh),
         ("Light", project.environment),
         ("Measured BRDF", material.measured),

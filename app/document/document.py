@@ -35,6 +35,7 @@ from engine.scene.material import Material
 from engine.scene.scene import Lookup, Source
 from engine.shading.lookup import Above
 from engine.shading.power_law import Scale
+from engine.shading.representation import Representation
 
 if TYPE_CHECKING:
     from app.document.measured import Accuracy
@@ -157,6 +158,7 @@ class Project:
     imported_with: ImportChoices | None = None
     stack: ImageStack | None = None
     excluded: frozenset[str] = field(default_factory=frozenset)
+    representation: Representation = "auto"
     slices: int = 8
     tileable: bool = False
     scale: Scale = "last-slice"
@@ -182,7 +184,8 @@ class Project:
     def recipe(self) -> tuple[Any, ...]:
         """The inputs that the material depends on; it is out of date where they differ from `built_from`."""
         bound = self.error_bound_percent if self.mixed else None
-        return (self.stack, self.excluded, self.slices, self.tileable, self.scale, self.exponent_bits, bound)
+        made = (self.stack, self.excluded, self.slices, self.tileable, self.scale, self.exponent_bits, bound)
+        return made if self.representation == "auto" else (*made, self.representation)
 
     @property
     def has_map(self) -> bool:

@@ -30,6 +30,7 @@ WIDTH = 372
 PARTS = (
     ("slices", "Shading map, all slices", "shading_map.exr"),
     ("power-law", "Power law", "Scale, exponent, map of errors, and the slices of kept tiles"),
+    ("planes", "Directional map, all planes", "directional_plane00.png and so on, their numbers and weights"),
 )
 ALWAYS = (
     ("BRDF", "brdf.json"),
@@ -215,7 +216,7 @@ class ExportTab(QWidget):
         if not self.place.text() or before is not after:
             self._show_sizes(new)
             self._show_folder()
-        if (before.shading_map, before.power_law) != (after.shading_map, after.power_law):
+        if before.maps != after.maps:
             self._say("Nothing written yet.", "secondary")
         if old is not new:
             self._draw_preview()
@@ -227,7 +228,7 @@ class ExportTab(QWidget):
         for value, words, hint in PARTS:
             box, figure = self.parts[value]
             enable(box, "" if sizes[value] else "This material has none", hint)
-            box.setText(words if value == "slices" else _described(project.material.power_law))
+            box.setText(_described(project.material.power_law) if value == "power-law" else words)
             figure.setText(size_text(sizes[value]) if sizes[value] else "–")
 
     def _chosen(self) -> list[str]:
@@ -246,7 +247,7 @@ class ExportTab(QWidget):
         if self.exporting is not None and not self.exporting.over:
             return "The bundle is being written"
         if not self._chosen():
-            return "Choose the slices, the power law, or both"
+            return "Choose at least one form of the material"
         if not name or name in (".", "..") or Path(name).name != name:
             return "Give the bundle a name without slashes"
         if not os.access(self.folder, os.W_OK | os.X_OK):
@@ -262,9 +263,11 @@ class ExportTab(QWidget):
 def part_sizes(project: Project) -> dict[str, int]:
     """Bytes of each part before compression, 0 where the material lacks it."""
     shading_map, power_law = project.material.shading_map, project.material.power_law
+    directional = project.material.directional
     return {
         "slices": shading_map.slices.nbytes if shading_map is not None else 0,
         "power-law": power_law.size_bytes if power_law is not None else 0,
+        "planes": directional.planes.nbytes if directional is not None else 0,
     }
 
 

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.jobs.newest import Latest
+from app.material.directional_page import DirectionalPage, representation_box
 from app.material.texel_panel import TexelFigures, WorstTexels, worst
 from app.widgets.controls import ComboBox, Slider
 from app.widgets.empty_state import EmptyState, with_empty_state
@@ -65,6 +66,10 @@ class MaterialTab(QWidget):
         self.report = Report()
         self.empty = self._make_empty()
         self.pages = with_empty_state(self, self.empty, self._make_work())
+        self.directional = DirectionalPage(bench.jobs)
+        self.directional.chosen.connect(self._represent)
+        self.directional.build.clicked.connect(bench.build_material)
+        self.pages.addWidget(self.directional)
         bench.document.changed.connect(self._changed)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
         self._changed(Project(), bench.document.project)
@@ -131,6 +136,9 @@ class MaterialTab(QWidget):
     def _make_right(self) -> QWidget:
         panel = Panel()
         settings = panel.section("Shading map")
+        self.representation = representation_box()
+        self.representation.activated.connect(lambda _index: self._represent(self.representation.currentData()))
+        settings.row("Kind", self.representation, "Automatic: the one that shows photographs better that are left out")
         self.slices = ComboBox()
         for count in SLICE_CHOICES:
             self.slices.addItem(str(count), count)
@@ -196,10 +204,12 @@ class MaterialTab(QWidget):
 
     def fit(self) -> None:
         """Show the whole picture."""
-        self.image.fit()
+        (self.directional.image if self.pages.currentIndex() == 2 else self.image).fit()
 
     def _changed(self, old: Project, new: Project) -> None:
-        self.pages.setCurrentIndex(1 if new.has_map else 0)
+        is_directional = new.material.directional is not None
+        self.pages.setCurrentIndex(2 if is_directional else 1 if new.has_map else 0)
+        self.representation.setCurrentIndex(max(0, self.representation.findData(new.representation)))
         if self.slices.findData(new.slices) < 0:
             self.slices.addItem(str(new.slices), new.slices)
         self.slices.setCurrentIndex(self.slices.findData(new.slices))
@@ -208,8 +218,9 @@ class MaterialTab(QWidget):
         self.edges.choose("tileable" if new.tileable else "plain")
         self.mode.choose("mixed" if new.mixed else "power-law")
         self.bound.show_value(new.error_bound_percent)
-        same = (old.material.shading_map, old.material.power_law) == (new.material.shading_map, new.material.power_law)
-        if not same:
+        if is_directional:
+            self.directional.show_project(new)
+        elif old.material.maps != new.material.maps:
             self._show_figures(new)
             self._show_plots(new)
             self._load_picture()
@@ -309,7 +320,7 @@ class MaterialTab(QWidget):
         self.bar.setVisible(what == "error")
         for widget in (self.slider, self.r_label, self.r_figure):
             widget.setEnabled(what != "error")
-        if not project.has_map:
+        if project.material.shading_map is None and project.material.power_law is None:
             self.latest.drop()
             self.image.show_picture(None)
             return
@@ -333,6 +344,10 @@ class MaterialTab(QWidget):
         if scale != self.bench.document.project.scale:
             self.bench.document.change(f"Scale from {self.scale.currentText().lower()}", scale=scale)
 
+    def _represent(self, value: str) -> None:
+        words = {"auto": "Representation by itself", "shading-map": "Shading map", "directional": "Directional map"}
+        self._set(words[value], representation=value)
+
     def _bound_edited(self, percent: float, final: bool) -> None:
         document = self.bench.document
         if percent != document.project.error_bound_percent:
@@ -354,9 +369,11 @@ class MaterialTab(QWidget):
             why_not = "The material is being built"
         elif project.built_from == project.recipe:
             why_not = "The material is up to date"
-        enable(self.build, why_not, "Linearise and compress with these settings")
+        for each in (self.build, self.directional.build):
+            enable(each, why_not, "Make the material again with these settings")
         no_stack = "Needs the photographs of the capture" if project.stack is None else ""
-        for box in (self.slices, self.scale, self.bits, self.edges, self.mode):
+        boxes = (self.representation, self.directional.representation)
+        for box in (*boxes, self.slices, self.scale, self.bits, self.edges, self.mode):
             enable(box, no_stack)
         enable(
             self.bound,
@@ -367,6 +384,7 @@ class MaterialTab(QWidget):
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
         self.empty.apply_theme()
+        self.directional.apply_theme()
         self.report.show_health(self.report.health)
         for plot in (self.radiance, self.texel):
             plot.apply_theme()

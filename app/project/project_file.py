@@ -50,6 +50,9 @@ WAITING = "data folder"
 #: Steps of the undo history that a file keeps.
 KEPT_STEPS = 200
 
+#: Values that say nothing where they are also the default.
+NOTHING = (None, "", "auto")
+
 #: Bytes of an array that are written at once.
 PIECE_BYTES = 1 << 20
 
@@ -206,10 +209,10 @@ def state_name(state: Project, folder: Path) -> str:
 
 
 def _said_parts(state: Project) -> Iterator[tuple[str, Any]]:
-    """The parts of a state that its text names: without those that are nothing, as they are in a new document."""
+    """The parts of a state that its text names: without those that say nothing, as they are in a new document."""
     for part in fields(state):
         value = getattr(state, part.name)
-        if not (part.default in (None, "") and value in (None, "")):
+        if not (part.default in NOTHING and value in NOTHING):
             yield part.name, value
 
 

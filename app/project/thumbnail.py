@@ -23,6 +23,9 @@ SIZE = (96, 72)
 #: The share of texels that are darker than white.
 WHITE = 0.98
 
+#: Direction of the light of a directional map: from the upper left, at 45°.
+UPPER_LEFT = np.array([-0.5, 0.5, np.sqrt(0.5)])
+
 
 def thumbnail_of(path: Path) -> Path:
     """The file of the picture of the project at `path`; it may not exist."""
@@ -31,19 +34,24 @@ def thumbnail_of(path: Path) -> Path:
 
 def pictured(project: Project) -> tuple[object, ...]:
     """Parts of a document that its picture is made of."""
-    return (project.material.shading_map, project.material.power_law, project.stack)
+    material = project.material
+    return (material.shading_map, material.power_law, material.directional, project.stack)
 
 
 def picture_of(project: Project) -> NDArray[np.uint8] | None:
-    """(72, 96, 3) uint8, sRGB-coded: the middle of the brightest slice, or else of the brightest photograph.
+    """(72, 96, 3) uint8, sRGB-coded: the middle of the brightest slice, of planes lit from the upper left, or of the
+    brightest photograph.
 
     None where the project has neither.
     """
     shading_map, power_law, stack = project.material.shading_map, project.material.power_law, project.stack
+    directional = project.material.directional
     if shading_map is not None:
         radiance = shading_map.slices[-1]
     elif power_law is not None:
         radiance = power_law.scale
+    elif directional is not None:
+        radiance = directional.picture(UPPER_LEFT)
     elif stack is not None:
         radiance = stack.radiance[int(np.argmax(stack.mean_radiance))]
     else:

@@ -148,7 +148,8 @@ class LookupPanel(Rows):
         self.method.setCurrentIndex(max(0, self.method.findData(look.lookup)))
         self.above.choose(look.above)
         self.source.choose(look.source)
-        nothing = "Build or open a material first"
+        planes = material.directional is not None
+        nothing = "A directional map is shown by its planes" if planes else "Build or open a material first"
         self.source.disable("slices", "" if material.shading_map is not None else nothing)
         self.source.disable("power-law", "" if material.power_law is not None else nothing)
 

@@ -52,7 +52,12 @@ class Material:
     @property
     def has_map(self) -> bool:
         """True if the material comes from photographs."""
-        return not (self.shading_map is None and self.power_law is None and self.directional is None)
+        return self.maps != (None, None, None)
+
+    @property
+    def maps(self) -> tuple[ShadingMap | None, PowerLawMap | None, DirectionalMap | None]:
+        """Slices, power law and planes."""
+        return self.shading_map, self.power_law, self.directional
 
     @property
     def reflectance(self) -> Brdf:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Collection
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -18,7 +19,7 @@ from engine.capture.lights.azimuth_spread import ONE_ARC, azimuth_spread
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
 from engine.core.figure_text import number
-from engine.core.health import Finding
+from engine.core.health import Health
 from engine.core.steps import Steps, part
 from engine.shading.directional.planes import DirectionalMap, fit
 from engine.shading.fidelity import FEWEST, Fidelity, fidelity
@@ -50,9 +51,13 @@ class Chosen:
         return "directional" if isinstance(self.map, DirectionalMap) else "shading-map"
 
     @property
-    def finding(self) -> Finding:
-        """The verdict in words."""
-        return self.shown.finding("the direction of the light") if self.name == "directional" else self.shown.finding()
+    def health(self) -> Health:
+        """The verdict in words, and the errors of what was chosen and of what was not."""
+        knows = "the direction of the light" if self.name == "directional" else "brightness alone"
+        figures: dict[str, float] = {}
+        for name, shown in {self.name: self.shown, **self.others}.items():
+            figures[f"{name.replace('-', '_')}_leave_one_out_rmse_srgb8"] = shown.leave_one_out
+        return Health(MappingProxyType(figures), (self.shown.finding(knows),))
 
 
 def choose(

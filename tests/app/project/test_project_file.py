@@ -35,6 +35,7 @@ from engine.geometry.shapes import shape
 from engine.light.lamps import LampSettings
 from engine.scene.material import Material
 from engine.shading.shading_map import ShadingMap
+from tests.engine.domes import dome_material
 
 
 def written(path: Path, project: Project, steps: tuple[Step, ...] = ()) -> Path:
@@ -83,6 +84,19 @@ def test_a_project_is_read_as_it_was_written(tmp_path: Path, photographs: Path) 
     assert not opened.missing
     for part in dataclasses.fields(Project):
         assert same(getattr(opened.current, part.name), getattr(project, part.name)), part.name
+
+
+def test_a_directional_material_is_read_as_it_was_written(tmp_path: Path) -> None:
+    project = Project(material=dome_material(), representation="directional", name="Dome")
+    opened = read(written(tmp_path / "Dome.lap", project))
+    assert not opened.missing
+    assert opened.current.representation == "directional"
+    before, found = project.material.directional, opened.current.material.directional
+    assert before is not None
+    assert found is not None
+    for part in dataclasses.fields(before):
+        assert same(getattr(found, part.name), getattr(before, part.name)), part.name
+    assert np.array_equal(found.table, before.table)
 
 
 def test_what_was_measured_under_lamps_on_a_ground_is_kept(tmp_path: Path) -> None:

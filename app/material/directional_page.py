@@ -1,0 +1,114 @@
+"""The Material workspace of a directional map: the picture under a light that is dragged, and what was chosen why."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QWidget
+
+from app.document.document import Project
+from app.jobs.jobs import Jobs
+from app.jobs.newest import Latest
+from app.material.light_pad import LightPad
+from app.widgets.controls import ComboBox
+from app.widgets.image_view import ImageView, Picture, photograph
+from app.widgets.panels import Panel, button, side_by_side, text
+from app.widgets.report import Report
+from engine.core.figure_text import number, size_text
+from engine.core.steps import Step, Steps
+from engine.shading.directional.planes import DirectionalMap
+
+#: Representations that a person may choose, with their words.
+REPRESENTATIONS = (("auto", "Automatic"), ("shading-map", "Shading map"), ("directional", "Directional map"))
+
+
+def representation_box() -> ComboBox:
+    """A list of representations."""
+    box = ComboBox()
+    for value, words in REPRESENTATIONS:
+        box.addItem(words, value)
+    box.setAccessibleName("Representation")
+    return box
+
+
+class DirectionalPage(QWidget):
+    """Shows a directional material. `chosen(representation)` asks for another, `build` is its button."""
+
+    chosen = Signal(str)
+
+    def __init__(self, jobs: Jobs) -> None:
+        super().__init__()
+        self.latest = Latest(jobs, "Relighting the material")
+        self.directional: DirectionalMap | None = None
+        self.image = ImageView()
+        self.pad = LightPad()
+        self.pad.moved.connect(lambda _x, _y: self._relight())
+        outer = QHBoxLayout(self)
+        outer.setContentsMargins(0, 0, 0, 0)
+        outer.addWidget(side_by_side(self.image, self._make_right(), stretch=0))
+
+    def _make_right(self) -> QWidget:
+        panel = Panel()
+        light = panel.section("Light")
+        light.wide(self.pad)
+        self.angles = light.figure("Direction", "Elevation and azimuth of the light; dots are the lamps of the capture")
+        settings = panel.section("Directional map")
+        self.representation = representation_box()
+        self.representation.activated.connect(lambda _index: self.chosen.emit(self.representation.currentData()))
+        settings.row("Kind", self.representation, "Automatic: the one that shows photographs better that are left out")
+        self.resolution = settings.figure("Size")
+        self.planes = settings.figure("Planes", "Pictures in 8 bits, whose weighted sum is the picture under a light")
+        self.lamps = settings.figure("Photographs")
+        self.byte_count = settings.figure("Bytes")
+        errors = panel.section("Errors in codes of 255")
+        errors.wide(text("Of photographs that are left out in turn", "secondary", wrap=True))
+        self.left_out = errors.figure("This map")
+        self.other = errors.figure("Not chosen", "The other representation, under the same test")
+        self.mean = errors.figure("Mean picture", "The mean of the other photographs in place of each")
+        self.in_sample = errors.figure("In sample", "This map against the photographs that it was made of")
+        report = panel.section("Report")
+        self.report = Report()
+        report.wide(self.report)
+        self.build = button("Rebuild material", "primary")
+        panel.finish(self.build)
+        return panel
+
+    def show_project(self, project: Project) -> None:
+        """Show the material of `project`, which has a directional map."""
+        material, found = project.material, project.material.directional
+        assert found is not None
+        self.representation.setCurrentIndex(max(0, self.representation.findData(project.representation)))
+        self.report.show_health(material.health)
+        if found is self.directional:
+            return
+        self.directional = found
+        count, height, width = found.planes.shape
+        self.resolution.setText(f"{width} × {height} px")
+        self.planes.setText(str(count))
+        self.lamps.setText(str(len(found.lights)))
+        self.byte_count.setText(f"{size_text(found.planes.nbytes)}, {count} a texel")
+        self.left_out.setText(number(found.leave_one_out))
+        self.in_sample.setText(number(found.in_sample))
+        self.mean.setText(number(found.mean_picture))
+        other = material.health.figures.get("shading_map_leave_one_out_rmse_srgb8")
+        self.other.setText("–" if other is None else f"{number(other)}, shading map")
+        self.pad.show_lamps(found.lights)
+        self._relight()
+
+    def _relight(self) -> None:
+        found, light = self.directional, self.pad.direction
+        elevation, azimuth = np.degrees([np.arcsin(light[2]), np.arctan2(light[1], light[0])])
+        self.angles.setText(f"{elevation:.0f}° up, {azimuth % 360.0:.0f}° round")
+        if found is not None:
+            self.latest.ask(lambda: _relit(found, light), self.image.show_picture)
+
+    def apply_theme(self) -> None:
+        """Redraw what does not follow the palette by itself."""
+        self.report.show_health(self.report.health)
+        self.pad.update()
+
+
+def _relit(directional: DirectionalMap, light: NDArray[np.float64]) -> Steps[Picture]:
+    yield Step(0.0, "relighting the material")
+    return (yield from photograph(directional.picture(light)))

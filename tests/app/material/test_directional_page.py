@@ -1,0 +1,99 @@
+"""The Material workspace of lamps on several sides: choice and errors, the dragged light, and the project's file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+
+from app.window.main_window import MainWindow
+from engine.core.figure_text import number
+from engine.shading.directional.planes import DirectionalMap
+from tests.engine.domes import dome
+
+
+@pytest.fixture
+def filled(window: MainWindow, qtbot: Any) -> MainWindow:
+    """A dome in the document, and the material that the window makes of it by itself."""
+    window.bench.document.change("Import dome", stack=dome())
+    window.show_workspace("material")
+    window.bench.build_material()
+    qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=240_000)
+    qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
+    return window
+
+
+def planes_of(window: MainWindow) -> DirectionalMap:
+    found = window.bench.document.project.material.directional
+    assert found is not None
+    return found
+
+
+def test_a_dome_becomes_a_directional_material_with_its_errors(filled: MainWindow) -> None:
+    page, found = filled.material.directional, planes_of(filled)
+    assert filled.material.pages.currentWidget() is page
+    assert page.left_out.text() == number(found.leave_one_out)
+    assert page.mean.text() == number(found.mean_picture)
+    assert page.other.text().endswith("shading map")
+    assert page.planes.text() == str(len(found.planes))
+    assert len(page.pad.lamps) == 12
+    assert page.image.picture is not None
+    assert not page.build.isEnabled()
+    assert "up to date" in page.build.toolTip()
+
+
+def test_dragging_the_light_relights_the_picture(filled: MainWindow, qtbot: Any) -> None:
+    page = filled.material.directional
+    before = page.image.picture
+    middle = QPoint(page.pad.width() // 2, page.pad.height() // 2)
+    qtbot.mousePress(page.pad, Qt.MouseButton.LeftButton, pos=middle + QPoint(40, 0))
+    assert page.pad.direction[0] > 0.3
+    assert page.angles.text().endswith("0° round")
+    qtbot.waitUntil(lambda: page.image.picture is not before, timeout=60_000)
+    qtbot.keyClick(page.pad, Qt.Key.Key_Up)
+    assert page.pad.direction[1] == pytest.approx(0.05)
+    page.pad.move_to(3.0, 0.0)
+    assert page.pad.direction == pytest.approx([1.0, 0.0, 0.0])
+
+
+def test_a_shading_map_can_be_wished_for_and_the_wish_undone(filled: MainWindow, qtbot: Any) -> None:
+    page, before = filled.material.directional, planes_of(filled)
+    page.representation.setCurrentIndex(page.representation.findData("shading-map"))
+    page.representation.activated.emit(page.representation.currentIndex())
+    assert filled.bench.document.project.representation == "shading-map"
+    qtbot.mouseClick(page.build, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: filled.bench.document.project.material.shading_map is not None, timeout=240_000)
+    assert filled.material.pages.currentIndex() == 1
+    warnings = filled.bench.document.project.material.health.warnings
+    assert any("brightness alone does not tell" in each for each in warnings)
+    filled.undo.trigger()
+    filled.undo.trigger()
+    assert planes_of(filled) is before
+    assert filled.bench.document.project.representation == "auto"
+    assert filled.material.pages.currentWidget() is page
+
+
+def test_the_view_shows_planes_and_offers_no_slices(filled: MainWindow, qtbot: Any) -> None:
+    filled.show_workspace("view")
+    panel = filled.view.lookup
+    assert not panel.source.buttons["slices"].isEnabled()
+    assert "planes" in panel.source.buttons["slices"].toolTip()
+    qtbot.waitUntil(lambda: filled.view.scene(filled.bench.document.project) is not None, timeout=60_000)
+    scene = filled.view.scene(filled.bench.document.project)
+    assert scene is not None
+    assert scene.shading is planes_of(filled)
+
+
+def test_planes_are_exported_and_opened_again(filled: MainWindow, qtbot: Any, tmp_path: Any) -> None:
+    before = planes_of(filled)
+    job = filled.bench.export(tmp_path / "dome.lightarc", frozenset({"planes"}), None)
+    with qtbot.waitSignal(job.succeeded, timeout=120_000) as done:
+        pass
+    assert done.args[0].problems == ()
+    from engine.bundle.bundle import open_bundle
+
+    found = open_bundle(tmp_path / "dome.lightarc").directional
+    assert found is not None
+    assert np.array_equal(found.planes, before.planes)
