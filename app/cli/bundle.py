@@ -1,4 +1,4 @@
-"""`lightarc bundle`: check a bundle, show what is in it, or make one of a project."""
+"""`lightarc bundle`: check a bundle, show what is in it, take it apart, look at it, or make one of a project."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from engine.core.errors import UsageError
 from engine.core.steps import Step, drain
 
 NAME = "bundle"
-HELP = "Check a bundle (hashes, schema, bounds, pixels), show its manifest, or make one of a project."
+HELP = "Check a bundle (hashes, schema, bounds, pixels), show, extract or view it, or make one of a project."
 EXAMPLE = "lightarc bundle verify woven.lightarc --json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "action",
-        choices=("verify", "show", "make"),
-        help="verify: check everything; show: print the manifest; make: write the material of a project",
+        choices=("verify", "show", "extract", "view", "make"),
+        help="verify: check everything; show: print the manifest; extract: write the members into a folder; view: open "
+        "the material in a browser; make: write the material of a project",
     )
     parser.add_argument(
         "path", type=Input(), metavar="BUNDLE", help="a .lightarc file or a bundle folder; for make a project (.lap)"
@@ -31,19 +32,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         type=Output(material_at),
         metavar="FILE",
-        help="make: the .lightarc file or folder to write",
+        help="make: the .lightarc file or folder to write; extract: the folder",
     )
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """`ok`, `members`, `problems`, `size_bytes`, `schema_version` of a bundle; exit code 3 where it is not sound.
 
-    One that is made of a project is checked in the same way.
+    One that is made of a project is checked in the same way. Of extract and view, `folder` with `files`, and `page`.
     """
     from engine.bundle.bundle import describe_bundle, verify_bundle
 
-    if (arguments.action == "make") != (arguments.output is not None):
-        raise UsageError("make, and make alone, needs -o, the bundle to write")
+    if (arguments.action in ("make", "extract")) != (arguments.output is not None):
+        raise UsageError("make and extract, and these alone, need -o, the bundle or the folder to write")
+    if arguments.action == "extract":
+        return _extract(Path(arguments.path), Path(arguments.output), show)
+    if arguments.action == "view":
+        return _view(Path(arguments.path), show)
     if arguments.action == "make":
         _make(Path(arguments.path), Path(arguments.output), show)
         arguments.path = arguments.output
@@ -59,6 +64,32 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "schema_version": verification.schema_version,
         "exit_code": DONE if verification.ok else BAD_FILE,
     }
+
+
+def _extract(bundle: Path, folder: Path, show: Callable[[Step], None]) -> dict[str, Any]:
+    """Write the members of a bundle, each as its manifest says, into a folder, which is a bundle again."""
+    from engine.bundle.bundle import extract_bundle
+
+    if folder.suffix.lower() == ".lightarc":
+        raise UsageError(f"extract writes a folder, and {folder.name} names a bundle file")
+    show(Step(0.0, "reading the bundle"))
+    return {"folder": str(folder), "files": extract_bundle(bundle, folder)}
+
+
+def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
+    """Open a page of the material in the browser of this machine; it is made anew, whoever made the bundle."""
+    import tempfile
+    import webbrowser
+
+    from engine.bundle.bundle import open_bundle
+    from engine.bundle.portable import viewer
+    from engine.storage.atomic import write_bytes
+
+    show(Step(0.0, "reading the bundle"))
+    text = viewer(open_bundle(bundle))
+    page = Path(tempfile.mkdtemp(prefix="lightarc-view-")) / "index.html"
+    write_bytes(page, text.encode())
+    return {"page": str(page), "opened": webbrowser.open(page.as_uri())}
 
 
 def _make(project: Path, output: Path, show: Callable[[Step], None]) -> None:
@@ -79,6 +110,10 @@ def _make(project: Path, output: Path, show: Callable[[Step], None]) -> None:
 
 
 def report(result: dict[str, Any]) -> str:
+    if "files" in result:
+        return "\n".join([f"Written to {result['folder']}:", *(f"  {name}" for name in result["files"])])
+    if "page" in result:
+        return f"{'Opened' if result['opened'] else 'No browser opens'} {result['page']}"
     if "ok" not in result:
         return "\n".join(f"{name}: {value}" for name, value in result.items())
     if result["ok"]:

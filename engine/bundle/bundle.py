@@ -182,6 +182,26 @@ def describe_bundle(path: str | os.PathLike[str]) -> dict[str, Any]:
     return {**manifest.model_dump(), "warnings": manifest.health.restored().warnings}
 
 
+def extract_bundle(path: str | os.PathLike[str], folder: str | os.PathLike[str]) -> list[str]:
+    """Write the members of a bundle into `folder`, which is then a bundle itself, and return their names.
+
+    InputError where a member is not as it was written, OutputError for a folder that holds something else.
+    """
+    archive = open_archive(path, MEMBERS)
+    manifest = read_manifest(archive.read(MANIFEST, _JSON_LIMIT_BYTES), path)
+    target = Path(folder)
+    check_replaceable(target)
+    names = sorted(manifest.members)
+    with folder_members(target, MANIFEST, sum(archive.sizes.values())) as opened:
+        for name in (*names, MANIFEST):
+            content = archive.read(name)
+            if name != MANIFEST:
+                check_fingerprint(archive, manifest, name, content)
+            with opened(name, len(content)) as member:
+                member.write(content)
+    return [*names, MANIFEST]
+
+
 def check_replaceable(target: Path) -> None:
     """Raise OutputError where `target` exists and is not a bundle that this version wrote or could have written."""
     if not os.path.exists(target):  # noqa: PTH110 - Path.exists raises for names that are too long

@@ -17,6 +17,7 @@ from engine.bundle.bundle import save_bundle
 from engine.core.steps import drain
 from engine.scene.material import Material
 from engine.shading.shading_map import ShadingMap
+from tests.engine.exchange.materials import woven_material
 
 
 @pytest.fixture
@@ -85,3 +86,29 @@ def test_the_example_of_the_help_parses() -> None:
     bundle.add_arguments(parser)
     words = bundle.EXAMPLE.removeprefix("lightarc bundle ").replace(" --json", "").split()
     assert parser.parse_args(words).action == "verify"
+
+
+def test_a_bundle_is_extracted_and_viewed(
+    saved: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[str] = []
+
+    def browse(url: str) -> bool:
+        opened.append(url)
+        return True
+
+    monkeypatch.setattr("webbrowser.open", browse)
+    assert run("extract", str(saved), "-o", str(tmp_path / "folder"), "--json") == 0
+    assert json.loads(capsys.readouterr().out)["files"][-1] == "manifest.json"
+    assert run("verify", str(tmp_path / "folder"), "--json") == 0
+    assert run("extract", str(saved), "-o", str(tmp_path / "x.lightarc")) == 2
+    assert run("extract", str(saved)) == 2
+    assert run("view", str(saved)) == 2
+    law = drain(save_bundle(tmp_path / "law.lightarc", woven_material()))
+    capsys.readouterr()
+    assert run("view", str(law), "--json") == 0
+    page = Path(json.loads(capsys.readouterr().out)["page"])
+    assert opened == [page.as_uri()]
+    assert "<html" in page.read_text(encoding="utf-8")
+    page.unlink()
+    page.parent.rmdir()
