@@ -108,6 +108,7 @@ MEASURES = {
 LARGE = (
     *(name for name in MEASURES if name.endswith(("-large", "-24mp")) or name.startswith("transport-paid-off")),
     "hostile-text",
+    "surface",
     "alignment-arc",
     "transport-errors",
     "gaussian-fit-quality",
@@ -127,6 +128,7 @@ ACCURACIES = {
     "alignment-accuracy": "engine.bench.capture:alignment",
     "alignment-arc": "engine.bench.alignment:measures",
     "directions": "engine.bench.directions:directions",
+    "surface": "engine.bench.surface:surface",
     "ray-misses": "engine.bench.transport.rays:ray_misses",
     "transport-errors": "engine.bench.transport.wavelet:transport_errors",
     "cost-model": "engine.bench.transport.plan:cost_model",
