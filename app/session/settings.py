@@ -37,6 +37,7 @@ class Settings:
     """Remembered choices; `geometry` and `layout` are Qt's own description in hexadecimal.
 
     `closed_docks` are those of a workspace that the person has closed: Qt's description has them as they were last.
+    `workspace` is the one that was in front, for the start after a crash.
     `measure_error` says whether the picture in the View workspace is compared with a reference in the background.
     """
 
@@ -47,6 +48,7 @@ class Settings:
     recent: tuple[str, ...] = ()
     closed_docks: tuple[str, ...] = ()
     measure_error: bool = True
+    workspace: str = ""
 
 
 def config_folder() -> Path | None:
@@ -101,6 +103,12 @@ class Remembered:
         """Take other values, by their names in `Settings`; they are on disk when the window closes."""
         self.now = replace(self.now, **values)
 
+    def in_front(self, workspace: str) -> None:
+        """Remember the workspace in front, on disk at once: a crash asks for it."""
+        if workspace != self.now.workspace:
+            self.change(workspace=workspace, recent=self._recent())
+            save(self.now, self.folder)
+
     def opened(self, path: Path, folder: Path) -> None:
         """Remember `path` as what was opened last, from `folder`: on disk at once, with what other windows opened."""
         self.change(recent=with_recent(self._recent(), str(path)), last_folder=str(folder))
@@ -119,7 +127,7 @@ def _from_json(values: Any) -> Settings:
     """Known keys of the right type; ValueError for anything that is not an object."""
     if not isinstance(values, dict):
         raise ValueError("not an object")
-    texts = {key: values[key] for key in ("theme", "geometry", "layout", "last_folder") if key in values}
+    texts = {key: values[key] for key in ("theme", "geometry", "layout", "last_folder", "workspace") if key in values}
     for key, value in texts.items():
         if not isinstance(value, str):
             raise ValueError(f"{key} is not a text")

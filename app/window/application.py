@@ -18,6 +18,7 @@ from app.session import settings
 from app.viewport.gl_surface import request_format
 from app.widgets import theme
 from app.window.main_window import MainWindow
+from app.window.top_bar import WORKSPACES
 from engine.core.figure_text import write_with
 
 log = logging.getLogger(__name__)
@@ -50,6 +51,7 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
     closing = _Closing()
     with ending.during(closing.asked.emit, ending.WINDOW_S):
         crashed = crash.begin()
+        workspace = settings.load(settings.config_folder()).workspace
         window = MainWindow(settings.config_folder())
         if crashed:
             log.warning(crashed)
@@ -61,12 +63,19 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
         if sample:
             QTimer.singleShot(0, window.bench.open_sample)
         elif not paths and left:
-            QTimer.singleShot(0, lambda: window.open_project(left[0]))
+            QTimer.singleShot(0, lambda: recover(window, left[0], workspace))
         elif paths:
             QTimer.singleShot(0, lambda: window.open(paths))
         code = application.exec()
         crash.end()
         return code
+
+
+def recover(window: MainWindow, project: Path, workspace: str) -> None:
+    """Open a project that was interrupted, in the workspace that was in front."""
+    window.open_project(project)
+    if workspace in WORKSPACES:
+        window.show_workspace(workspace)
 
 
 class _Closing(QObject):

@@ -1,11 +1,11 @@
 """The open project after a crash: a banner says that it is whole, and names the jobs that were cut off.
 
-The project is shown by its picture, and each job that can go on has a button.
+The project is shown by its picture, and jobs that can go on do so at a button.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -19,9 +19,6 @@ from app.window.projects import Projects
 from app.window.recent import picture_of_file
 
 CAUSE = "interrupted"
-
-#: Buttons for jobs, at most.
-MOST_BUTTONS = 3
 
 
 class Interrupted(QObject):
@@ -50,9 +47,8 @@ class Interrupted(QObject):
             words = (
                 f"{words or 'Lightarc ended unexpectedly.'} {self.projects.shown_name} is as you left it{self._last()}."
             )
-        able = [job for job in self.jobs if job.again.get("kind") in self.ways][:MOST_BUTTONS]
-        labels = ["Go on" if len(able) == 1 else f"Go on {lowered(job.title)}" for job in able]
-        offers = [(label, partial(self.go_on, job)) for label, job in zip(labels, able, strict=True)]
+        able = [job for job in self.jobs if job.again.get("kind") in self.ways]
+        offers = [("Go on" if len(able) == 1 else "Go on with all", partial(self.go_on, able))] if able else []
         picture = picture_of_file(self.projects.path) if words else None
         self.banners.say(CAUSE, words, *offers, ("Hide", self.hide), picture=picture)
 
@@ -61,12 +57,14 @@ class Interrupted(QObject):
         step = self.projects.bench.document.undo_stack.undoText()
         return f", after “{step}”" if step else ""
 
-    def go_on(self, job: Job) -> None:
-        """Go on with a job where it was, or begin it anew where it kept nothing."""
-        self.jobs = tuple(each for each in self.jobs if each is not job)
-        forget(job)
+    def go_on(self, jobs: Sequence[Job]) -> None:
+        """Go on with jobs where they were, or begin anew those that kept nothing."""
+        self.jobs = tuple(each for each in self.jobs if each not in jobs)
+        for job in jobs:
+            forget(job)
         self._say()
-        self.ways[str(job.again["kind"])](job.again)
+        for job in jobs:
+            self.ways[str(job.again["kind"])](job.again)
 
     def hide(self) -> None:
         """Forget them all."""

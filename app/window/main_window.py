@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QByteArray, QSize, Qt, Signal
+from PySide6.QtCore import QByteArray, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
@@ -158,6 +158,8 @@ class MainWindow(QMainWindow):
             (tab.focusWidget() or tab).setFocus(Qt.FocusReason.OtherFocusReason)
         self.docks.show_of_view(self._is_lighting())
         self.bar.show_workspace(name)
+        if self.isVisible():
+            QTimer.singleShot(0, self, lambda: self.settings.in_front(name))
         self.status.show_frame_time(None)
         self.status.belong_to(name)
         self.error_line.refresh()

@@ -13,6 +13,8 @@ import pytest
 from app.jobs.jobs import Jobs
 from app.project.interrupted import interrupted_in, running
 from app.project.project_file import data_folder
+from app.session.settings import load
+from app.window.application import recover
 from app.window.interrupted import CAUSE
 from app.window.main_window import MainWindow
 from engine.core.steps import Step, Steps
@@ -104,6 +106,37 @@ def test_an_interrupted_bake_goes_on_at_a_button(planned: MainWindow, qtbot: Any
     banner.buttons[-1].click()
     assert not banner.isVisibleTo(planned)
     assert not list(planned.bench.folder.glob("job-*"))
+
+
+def test_several_interrupted_jobs_go_on_at_one_button(window: MainWindow, qtbot: Any) -> None:
+    jobs: list[tuple[str, dict[str, Any] | None]] = [
+        ("Baking", {"kind": "bake", "method": "sh"}),
+        ("Factoring", {"kind": "factor", "number": 1}),
+    ]
+    gone_on: list[Any] = []
+    window.interrupted.ways = {"bake": gone_on.append, "factor": gone_on.append}
+    banner = opened_after(window, qtbot, [*jobs, ("Exporting", None)])
+    assert [each.text() for each in banner.buttons] == ["Go on with all", "Hide"]
+    banner.buttons[0].click()
+    assert sorted(each["kind"] for each in gone_on) == ["bake", "factor"]
+    assert "exporting" in banner.words.text()
+    assert [each.text() for each in banner.buttons] == ["Hide"]
+
+
+def test_a_project_comes_back_in_the_workspace_that_was_in_front(
+    window: MainWindow, qtbot: Any, tmp_path: Path
+) -> None:
+    path = window.projects.path
+    window.settings.folder = tmp_path
+    window.show_workspace("factor")
+    qtbot.waitUntil(lambda: load(tmp_path).workspace == "factor", timeout=LONG)
+    qtbot.waitUntil(lambda: window.projects.is_saved, timeout=LONG)
+    window.new()
+    recover(window, path, "factor")
+    assert window.projects.path == path
+    assert window.stack.currentWidget() is window.factor
+    recover(window, path, "no workspace")
+    assert window.stack.currentWidget() is window.factor
 
 
 def test_a_bake_that_was_done_after_all_is_not_baked_anew(
