@@ -246,7 +246,7 @@ def decoded(said: Any, finder: Finder, depth: int = 0) -> Any:
     if kind == "set":
         return frozenset(parts)
     if kind == "map":
-        return MappingProxyType(dict(parts))
+        return dict(parts)
     raise ValueError(f"no value: {said!r:.60}")
 
 

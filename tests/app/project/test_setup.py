@@ -124,7 +124,9 @@ def test_the_camera_is_kept_beside_the_steps_and_undo_leaves_it() -> None:
 
 def test_a_bundle_is_made_of_a_project_and_names_it(lightarc: Command, tmp_path: Path) -> None:
     """The material is the project's, and the record leads back to the state of the project that it was made of."""
-    path = saved(tmp_path / "felt.lap", mesh=shape("sphere"), material=weave(16), provenance={"camera": "one"})
+    photographs = [{"file": "felt_10deg.png", "motion": [1.0, 0.0, 0.5]}]
+    provenance = {"camera": "one", "photographs": photographs, "settings": {"motion": "auto"}}
+    path = saved(tmp_path / "felt.lap", mesh=shape("sphere"), material=weave(16), provenance=provenance)
     done = lightarc("bundle", "make", str(path), "-o", str(tmp_path / "felt.lightarc"), "--json")
     assert done.code == 0
     assert json.loads(done.out)["ok"]
@@ -134,7 +136,7 @@ def test_a_bundle_is_made_of_a_project_and_names_it(lightarc: Command, tmp_path:
     assert of is not None
     assert np.array_equal(made.shading_map.slices, of.slices)
     record = describe_bundle(tmp_path / "felt.lightarc")["provenance"]
-    assert record["camera"] == "one"
+    assert {name: record[name] for name in provenance} == provenance
     assert record["project"] == identity(path)
     saved(path, mesh=shape("sphere"), material=weave(16), provenance={"camera": "another"})
     assert identity(path)["state"] != record["project"]["state"]
