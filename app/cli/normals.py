@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", required=True, type=Output(MAPS, Path), metavar="FOLDER", help="folder of the maps"
     )
     parser.add_argument(
-        "--exclude", action="append", default=[], type=str, metavar="FILE", help="leave a photograph out (repeatable)"
+        "--exclude", action="append", default=[], type=str, metavar="NAME", help="leave a photograph out (repeatable)"
     )
     parser.add_argument(
         "--white",
