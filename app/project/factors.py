@@ -47,11 +47,13 @@ class Keeping:
             self.keep(found)
 
     def keep(self, found: Factorisation | None) -> None:
-        """Write `found`, if it is new."""
+        """Write `found`, if it is new and its errors are known."""
         if found is None or found is self._written or not found.ladder:
             return
-        from engine.factor.factor_file import write_factors
+        from engine.factor.factor_file import is_whole, write_factors
 
+        if not is_whole(found):
+            return
         self._written, self._last_s = found, time.monotonic()
         try:
             place = place_of(self._run, self._folder)

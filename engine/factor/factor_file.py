@@ -309,6 +309,13 @@ def _factorisation(record: _Record, pictures: dict[str, NDArray[np.float32]]) ->
     )
 
 
+def is_whole(factorisation: Factorisation) -> bool:
+    """True if the error of each number of terms is known; of a sum they follow one after the other. Others are not
+    written."""
+    factors = factorisation.factors
+    return not isinstance(factors, SeparableFactors) or len(factorisation.ladder) == factors.terms
+
+
 def _numbers_of_terms(record: _Record) -> list[int]:
     """The numbers of terms that factors are known for."""
     if isinstance(record.factors, _Separable):

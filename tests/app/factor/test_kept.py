@@ -12,13 +12,16 @@ import pytest
 
 from app.document.factoring import Run
 from app.factor.runs import LOST
-from app.project.factors import place_of, read_kept
+from app.project.factors import Keeping, place_of, read_kept
 from app.project.made import noted
 from app.project.project_file import data_folder
 from app.project.report import described
 from app.window.main_window import MainWindow
 from engine.brdf.brdf import brdf_from_text
 from engine.core.errors import InputError
+from engine.core.steps import Steps, drain
+from engine.factor.errors import Factorisation
+from engine.factor.factor import factor
 from engine.factor.settings import FactorSettings
 from tests.app.factor.test_tab import QUICK, settle
 
@@ -39,6 +42,35 @@ def factored(window: MainWindow, qtbot: Any, **choices: Any) -> tuple[Run, Any]:
     assert run is not None
     settle(window.factor, qtbot)
     return run, window.factor.runs.of(run)
+
+
+def test_a_sum_whose_errors_are_not_all_known_yet_is_not_kept(tmp_path: Path) -> None:
+    """A slow machine comes to keep one in the middle, as does a person who stops."""
+    choices = replace(QUICK, method="svd")
+    run, folder = Run(1, 0, "Phong", "model:phong", choices, "phong"), tmp_path / "a.lap-data"
+    folder.mkdir()
+    keeping, unfinished = Keeping(run, folder), []
+
+    def watched() -> Steps[Factorisation]:
+        steps = factor(brdf_from_text("phong"), choices)
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as ended:
+                return ended.value
+            if step.partial is not None and 0 < len(step.partial.ladder) < step.partial.factors.terms:
+                unfinished.append(step.partial)
+            yield step
+
+    whole = drain(watched())
+    assert unfinished
+    for each in unfinished:
+        keeping.keep(each)
+        assert not list(folder.iterdir())
+    keeping.keep(whole)
+    kept = read_kept(run, folder)
+    assert kept is not None
+    assert kept.ladder == whole.ladder
 
 
 @pytest.mark.parametrize("method", ["svd", "search"])
