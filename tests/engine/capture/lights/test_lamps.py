@@ -22,7 +22,7 @@ LAMPS = np.array([[500.0, 100.0, 300.0], [-200.0, 350.0, 420.0], [0.0, -300.0, 5
 
 
 def spot(sphere: Circle, lamp: Any) -> tuple[float, float]:
-    """Where an orthographic camera sees the lamp: the normal that halves the angle, found by iteration."""
+    """The point at which an orthographic camera sees the lamp: its normal halves the angle (found by iteration)."""
     centre = np.array([sphere.column - WIDTH / 2, HEIGHT / 2 - sphere.row, sphere.radius])
     normal = np.array([0.0, 0.0, 1.0])
     for _ in range(200):
