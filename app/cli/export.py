@@ -19,7 +19,7 @@ HELP = "Write a material in forms that other programs open, with what each of th
 EXAMPLE = "lightarc export woven.lightarc --to textures --preset unreal -o woven-unreal"
 
 #: Names of `engine.exchange.export`, of presets and of codings: options are there without the engine.
-TARGETS = ("textures", "materialx", "gltf", "usd", "shaders", "rti", "brdf", "auto")
+TARGETS = ("textures", "materialx", "gltf", "usd", "shaders", "web", "rti", "brdf", "auto")
 PRESETS = ("blender", "unreal", "unity", "godot", "substance", "gltf")
 CODINGS = ("png8", "png16", "exr")
 

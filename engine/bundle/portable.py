@@ -121,11 +121,12 @@ def _directional_words(material: Material) -> dict[str, str]:
     }
 
 
-def viewer(material: Material) -> str:
+def viewer(material: Material, loss: str = "") -> str:
     """The page that shows `material` on a plane and a sphere under a light that can be dragged.
 
     Of shading maps it shows the power law: tiles that keep their slices are shown by it too, with the error that it
     has, and the page says so. Of directional maps it shows the planes. UsageError for a material with neither.
+    It states the error of a fitted BRDF, and what else is known of the `loss`.
     """
     brdf = brdf_from_text(material.brdf)
     sources = ["frame", "shading_map"]
@@ -141,7 +142,7 @@ def viewer(material: Material) -> str:
         "models": [_model(name, brdf) for name in MODELS],
         "sigma": material.sigma,
         "elevation_deg": _thinned(material.elevation_deg, 64),
-        "fit": fit_statement(material),
+        "fit": " ".join(filter(None, (fit_statement(material), loss))),
         **shown,
         "sources": {name: _source(f"{name}.glsl") for name in sources},
     }

@@ -21,7 +21,7 @@ from engine.core.directions import surface_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, part
-from engine.exchange import brdf, gltf, materialx, rti, shaders, textures, usd
+from engine.exchange import brdf, gltf, materialx, rti, shaders, textures, usd, web
 from engine.exchange.loss import Floats, Shown, loss, material_shown, photograph_error, references, size_of
 from engine.exchange.pbr_from_material import cavity, nearest_maps
 from engine.exchange.subject import Contents, Settings, Subject
@@ -70,6 +70,7 @@ TARGETS: tuple[Target, ...] = (
     Target("gltf", "glTF: a ball with the material, as .glb", in_8_bits, gltf.contents),
     Target("usd", "USD: a ball with UsdPreviewSurface, as .usdz", with_one_f0, usd.contents),
     Target("shaders", "GLSL and HLSL that evaluate the material itself", shaders.shown, shaders.contents),
+    Target("web", "A page for any browser, and one for strict sites", web.shown, web.contents),
     Target("rti", "RTI: .ptm, .rti and a tree for web viewers", rti.shown, rti.contents),
     Target("brdf", "BRDF tables (CSV, ALTA, MERL, RGL) and the nearest model", brdf.shown, brdf.contents),
 )
