@@ -9,11 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from engine.core.errors import InputError
 from engine.core.figure_text import number
-from engine.core.steps import Step, drain
+from engine.core.steps import Step, drain, part
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from engine.capture.stack import ImageStack
     from engine.shading.compare import Candidate
+
+#: Bytes of maps in 8 bits: two of the normal, three of colour, and of metallic-roughness roughness, metallic and f0.
+SURFACES = {"pbr-maps": 8, "lambertian": 5}
 
 #: Stems of the files of a comparison.
 STEM = "comparison"
@@ -33,12 +39,14 @@ def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step],
         raise InputError(where, "its lamps have no azimuth", "Import it with a light list (.lp) or a capture.toml")
     if len(used) < FEWEST:
         raise InputError(where, f"{len(used)} photographs are too few to leave one out", f"Import {FEWEST} or more")
-    found = drain(compare(stack, used, arguments.slices), show)
+    found = drain(part(compare(stack, used, arguments.slices), 0.0, 0.5), show)
+    found = sorted([*found, *_surfaces(stack, used, show)], key=lambda each: each.leave_one_out)
     folder = Path(arguments.output)
     make_folder(folder)
     best = _front(found)
     dots = [
-        Dot(each.bytes_per_texel, each.leave_one_out, each.name, each.name, 0.0, each.name in best) for each in found
+        Dot(each.bytes_per_texel, each.leave_one_out, _family(each.name), each.name, 0.0, each.name in best)
+        for each in found
     ]
     words = ("Bytes of a texel", "Leave-one-out error / 8-bit sRGB codes")
     note = f"{len(used)} photographs of {stack.radiance.shape[2]} × {stack.radiance.shape[1]} texels."
@@ -57,6 +65,23 @@ def report(result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _surfaces(stack: ImageStack, used: NDArray[np.int64], show: Callable[[Step], None]) -> list[Candidate]:
+    """PBR maps and diffuse photometric stereo, where the lamps tell a slope and are enough to leave one out."""
+    from engine.shading.compare import Candidate
+    from engine.surface.lamps import FEWEST, apart
+    from engine.surface.relight import errors
+
+    if len(used) < FEWEST + 2 or apart(stack, used) < FEWEST:
+        return []
+    rows = []
+    for place, (name, byte_count) in enumerate(SURFACES.items()):
+        first = 0.5 + 0.25 * place
+        finding = errors(stack, used, lambertian=name == "lambertian")
+        found = drain(part(finding, first, first + 0.25), show)
+        rows.append(Candidate(name, found.left_out, found.in_sample, byte_count, found.fit_s))
+    return rows
+
+
 def _front(found: list[Candidate]) -> set[str]:
     """The names of those than which none is better in error and bytes."""
     return {
@@ -67,6 +92,13 @@ def _front(found: list[Candidate]) -> set[str]:
             for other in found
         )
     }
+
+
+def _family(name: str) -> str:
+    """Colour of a candidate in the plot, by its kind."""
+    if name in SURFACES:
+        return "surface"
+    return {"planes": "planes", "shading": "shading map"}.get(name.partition("-")[0], "rivals")
 
 
 def _record(each: Candidate) -> dict[str, Any]:

@@ -69,9 +69,9 @@ def lamps(stack: ImageStack, used: NDArray[np.int64]) -> Lamps:
         problem = "does not know the azimuth of its lamps, so it is not known in which direction slopes lie"
         raise InputError(where, problem, "Import it with a light list (.lp), or with azimuth_deg in a capture.toml")
     direction = surface_direction(0.5 * np.pi - stack.elevation[used], stack.azimuth[used])
-    apart = _apart(direction)
-    if apart < FEWEST:
-        lit = "1 direction" if apart == 1 else f"{apart} directions"
+    count = _apart(direction)
+    if count < FEWEST:
+        lit = "1 direction" if count == 1 else f"{count} directions"
         problem = f"is lit from {lit}, which do not tell a slope from a colour"
         raise InputError(where, problem, "Photograph it under lamps in three directions or more, from several sides")
     distance = stack.provenance.get("lamp_distance_widths")
@@ -86,6 +86,13 @@ def observed_slopes(direction: Vectors) -> ObservedSlopes:
         return ObservedSlopes("both")
     across = axes[2]
     return ObservedSlopes("along the arc", float(np.arctan2(-across[0], across[1]) % np.pi))
+
+
+def apart(stack: ImageStack, used: NDArray[np.int64]) -> int:
+    """The number of directions from which the photographs `used` are lit; ValueError where azimuths are not known."""
+    if stack.azimuth is None:
+        raise ValueError("the azimuth of each lamp is needed")
+    return _apart(surface_direction(0.5 * np.pi - stack.elevation[used], stack.azimuth[used]))
 
 
 def _apart(direction: Vectors) -> int:

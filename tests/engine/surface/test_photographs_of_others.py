@@ -52,7 +52,7 @@ def test_a_ring_under_a_dome() -> None:
     folder = needs("ring_rti64")
     lines = [line.split() for line in (folder / "lights.lp").read_text().splitlines()[1:65]]
     direction = np.array([[float(number) for number in words[-3:]] for words in lines])
-    codes = np.stack([cv2.imread(str(folder / words[0]))[4::16, 4::16, ::-1] for words in lines]) / 255.0
+    codes = np.stack([np.asarray(cv2.imread(str(folder / words[0])))[4::16, 4::16, ::-1] for words in lines]) / 255.0
     radiance = np.asarray(srgb_decode(codes), np.float64)
     radiance, direction = radiance[::4], direction[::4]
     found = drain(recover(lit(radiance, direction), np.arange(16)))
