@@ -61,6 +61,24 @@ def test_photographs_that_moved_are_named_and_found_all_at_once(
     qtbot.waitUntil(lambda: window.projects.is_saved, timeout=60_000)
 
 
+def test_a_project_that_moved_with_its_photographs_opens_without_a_word(
+    window: MainWindow, qtbot: Any, pictures: Path
+) -> None:
+    window.open([pictures])
+    qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=240_000)
+    window.projects.copy_to(pictures.parent / "Felt.lap")
+    qtbot.waitUntil(lambda: window.projects.path == pictures.parent / "Felt.lap", timeout=60_000)
+    qtbot.waitUntil(lambda: window.projects.is_saved and not window.bench.jobs.active, timeout=60_000)
+    window.new()
+    elsewhere = pictures.parent.rename(pictures.parent.with_name("elsewhere"))
+    opened(window, qtbot, elsewhere / "Felt.lap")
+    found = window.bench.document.project
+    assert window.banners.words == {}
+    assert found.has_map
+    assert len(photographs(found)) >= 5
+    assert all(each.is_file() and each.is_relative_to(elsewhere) for each in photographs(found))
+
+
 def test_photographs_that_changed_are_named_and_nothing_is_made_anew(
     window: MainWindow, qtbot: Any, pictures: Path
 ) -> None:
