@@ -26,16 +26,19 @@ def build_material(
     *,
     slices: int = 8,
     brdf: str | Brdf = "phong:exponent=20",
+    representation: Literal["auto", "shading-map", "directional"] = "auto",
     excluded: Collection[str] = (),
     name: str = "material",
     progress: Progress | None = None,
 ) -> Material:
-    """Linearise a stack into the shading map of a material, and give the material a BRDF.
+    """Make a stack the shading map or the directional map of a material, and give the material a BRDF.
 
     Parameters
     ----------
     slices : of the shading map, at least 2; their mean radiance grows evenly from 0.
     brdf : a measured one is kept as a table beside the GGX model that is nearest to it.
+    representation : brightness of the light alone, as one arc of lamps needs it (`shading-map`), its direction
+        (`directional`), or the one that shows photographs better that are left out.
     excluded : file names of photographs to leave out.
 
     InputError for a stack without light, ValueError for a photograph that the stack does not hold.
@@ -50,19 +53,22 @@ def build_material(
     from engine.brdf.readers.table_file import kept_table
     from engine.factor.factor_file import open_reflectance
     from engine.scene.material import Material
-    from engine.shading.shading_map import build, included
+    from engine.shading.representation import choose
+    from engine.shading.shading_map import ShadingMap, included
 
     reflectance = open_reflectance(brdf) if isinstance(brdf, str) else brdf
     measured = None if type(reflectance) in MODELS.values() else drain(kept_table(reflectance), progress)
     model = reflectance if measured is None else drain(fit(fit_data(measured), Ggx()), progress).brdf
-    shading_map = drain(build(stack, slices, excluded=excluded), progress)
+    chosen = drain(choose(stack, slices, excluded=excluded, wanted=representation), progress)
+    shading_map = chosen.map if isinstance(chosen.map, ShadingMap) else None
     return Material(
         shading_map,
         None,
+        directional=None if isinstance(chosen.map, ShadingMap) else chosen.map,
         brdf=brdf_to_text(model),
         elevation_deg=tuple(float(angle) for angle in stack.elevation_deg[included(stack, excluded)]),
         name=name,
-        health=shading_map.health,
+        health=chosen.health if shading_map is None else shading_map.health.merged(chosen.health),
         measured=measured,
     )
 

@@ -81,7 +81,7 @@ def left_out_of_fit(functions: Array) -> Array:
 
 def rms(apart: Array, second: Array) -> float:
     """The root mean square of the differences `apart` (M, N) · photographs, over rows, texels and channels."""
-    return float(np.sqrt(max(np.einsum("ij,jk,ik->", apart, second, apart) / len(apart), 0.0)))
+    return float(np.sqrt(max(np.einsum("ij,ij->", apart @ second, apart) / len(apart), 0.0)))
 
 
 def polynomial(lights: Vectors) -> Array:

@@ -135,7 +135,7 @@ def fitted(
     vectors = components(found.covariance, count)
     planes, low, step, noise = yield from part(_projected(stack, used, found.mean, vectors), 0.3, 1.0)
     own = weights(lights, lights, kernel)
-    inside = np.hypot(_error(found, vectors, own, np.arange(len(used))), _of_noise(vectors, own, noise))
+    inside = np.hypot(_error(found, vectors, own), _of_noise(vectors, own, noise))
     mean_of_others = (1.0 - np.eye(len(used))) / max(len(used) - 1, 1)
     plain = _rms(found, np.einsum("ij,cd->icjd", mean_of_others - np.eye(len(used)), np.eye(3)))
     figures = (float(np.hypot(errors[count], _of_noise(vectors, own, noise))), float(inside), plain)
@@ -164,8 +164,11 @@ def chosen(errors: dict[int, float]) -> int:
 
 def components(covariance: Array, count: int) -> Array:
     """(3 N, count) the vectors in which texels vary most, with a sign that does not depend on the machine."""
-    _, vectors = np.linalg.eigh(covariance)
-    vectors = vectors[:, ::-1][:, :count]
+    from scipy.linalg import eigh
+
+    last = len(covariance) - 1
+    _, vectors = eigh(covariance, subset_by_index=(max(last - count + 1, 0), last), check_finite=False)
+    vectors = vectors[:, ::-1]
     largest = vectors[np.abs(vectors).argmax(axis=0), np.arange(vectors.shape[1])]
     return np.asarray(vectors * np.where(largest < 0.0, -1.0, 1.0))
 
@@ -175,54 +178,52 @@ def errors_by_planes(
 ) -> Steps[dict[Kernel, dict[int, float]]]:
     """Root mean square of predicting a photograph from planes that are made of the others, by kernel and number.
 
-    Bound by the decomposition for each photograph that is left out, of which no kernel is part.
+    With f_k the weighted vectors v_k, eigenvectors of the covariance C of the others with eigenvalues λ_k, K planes
+    show Σ f_k v_k·d of a texel's deviation d: the mean square of its difference from the photograph's own d_c is
+    C_cc + Σ f_k² λ_k − 2 f_k v_k·C_c, a running sum over k. Bound by the decomposition for each photograph that is
+    left out, of which no kernel is part.
     """
     total = len(lights)
     folds = np.unique(np.linspace(0, total - 1, min(total, FOLDS)).round().astype(np.int64))
     squares = {kernel: dict.fromkeys(counts, 0.0) for kernel in kernels}
+    covariance, mean = found.covariance, found.mean.reshape(total, 3)
     for at, out in enumerate(folds):
         yield Step(at / len(folds), "leaving photographs out")
         others = np.flatnonzero(np.arange(total) != out)
-        values = (3 * others[:, None] + np.arange(3)).ravel()
-        vectors = components(found.covariance[np.ix_(values, values)], max(counts))
+        values, own = (3 * others[:, None] + np.arange(3)).ravel(), 3 * out + np.arange(3)
+        within, across = covariance[np.ix_(values, values)], covariance[np.ix_(values, own)]
+        vectors = components(within, max(counts))
+        spread, shared = np.einsum("vk,vk->k", vectors, within @ vectors), vectors.T @ across
         for kernel in kernels:
-            of_others = weights(lights[others], lights[out][None], kernel)
+            of_others = weights(lights[others], lights[out][None], kernel)[0]
+            functions = np.einsum("n,nck->kc", of_others, vectors.reshape(len(others), 3, -1))
+            gained = np.cumsum(functions**2 * spread[:, None] - 2.0 * functions * shared, axis=0)
+            offset = of_others @ mean[others] - mean[out]
+            left = np.mean(np.maximum(np.diag(covariance)[own] + gained, 0.0) + offset**2, axis=1)
             for count in counts:
-                squares[kernel][count] += _square(found, vectors[:, :count], of_others, np.array([out]), values)
+                squares[kernel][count] += float(left[count - 1])
     return {
         kernel: {count: float(np.sqrt(square / len(folds))) for count, square in by_count.items()}
         for kernel, by_count in squares.items()
     }
 
 
-def _error(found: Moments, vectors: Array, of_photographs: Array, wanted: NDArray[np.int64]) -> float:
-    return float(np.sqrt(_square(found, vectors, of_photographs, wanted, np.arange(len(found.mean)))))
+def _error(found: Moments, vectors: Array, of_photographs: Array) -> float:
+    """Root mean square of all photographs as planes show them, minus them.
 
-
-def _square(
-    found: Moments,
-    vectors: Array,
-    of_photographs: Array,
-    wanted: NDArray[np.int64],
-    values: NDArray[np.int64],
-) -> float:
-    """Mean square of the photographs `wanted` (M,) as planes of the entries `values` of texels show them, minus them.
-
-    A texel's deviation d from the mean gives V Vᵀ d instead, of which `of_photographs` (M, N) is the weighted sum.
+    A texel's deviation d from the mean gives V Vᵀ d instead, of which `of_photographs` (N, N) is the weighted sum.
     """
-    channels = np.einsum("mn,cd->mcnd", of_photographs, np.eye(3)).reshape(3 * len(wanted), -1)
-    towards = np.zeros((3 * len(wanted), len(found.mean)))
-    towards[:, values] = (channels @ vectors) @ vectors.T
-    own = (3 * wanted[:, None] + np.arange(3)).ravel()
-    towards[np.arange(len(own)), own] -= 1.0
-    offset = channels @ found.mean[values] - found.mean[own]
-    spread = np.einsum("ij,jk,ik->i", towards, found.covariance, towards)
-    return float(np.mean(np.maximum(spread, 0.0) + offset**2))
+    count = len(of_photographs)
+    functions = np.einsum("mn,nck->mck", of_photographs, vectors.reshape(count, 3, -1)).reshape(3 * count, -1)
+    apart = functions @ vectors.T - np.eye(3 * count)
+    offset = (of_photographs @ found.mean.reshape(count, 3)).ravel() - found.mean
+    spread = np.einsum("ij,ij->i", apart @ found.covariance, apart)
+    return float(np.sqrt(np.mean(np.maximum(spread, 0.0) + offset**2)))
 
 
 def _rms(found: Moments, apart: Array) -> float:
     flat = apart.reshape(-1, len(found.mean))
-    return float(np.sqrt(max(np.einsum("ij,jk,ik->", flat, found.second, flat) / len(flat), 0.0)))
+    return float(np.sqrt(max(np.einsum("ij,ij->", flat @ found.second, flat) / len(flat), 0.0)))
 
 
 def _of_noise(vectors: Array, of_photographs: Array, noise: Array) -> float:
