@@ -64,7 +64,10 @@ class AzimuthCheck:
             return Finding(Verdict.GOOD, f"{spread}: isotropic and of small relief, as the method assumes")
         if self.overall <= BREAKS:
             return Finding(Verdict.NOTE, f"{spread}: relief or grain shows, and lamps from other sides will look alike")
-        text = f"{spread}: the material is not isotropic, or its relief not small. Keep the photographs of one azimuth"
+        text = (
+            f"{spread}: the material is not isotropic, or its relief not small. Make a directional material of them, "
+            "or keep the photographs of one azimuth for a shading map"
+        )
         return Finding(Verdict.WARNING, text)
 
 

@@ -31,7 +31,7 @@ def about_azimuth(azimuth: NDArray[np.float64] | None) -> list[Finding]:
     if spread <= ONE_ARC:
         return []
     text = (
-        f"The lights spread over {math.degrees(spread):.0f}° of azimuth, while the method assumes one arc. Only their "
-        "elevations are used: relief that is lit from several sides is averaged"
+        f"The lights spread over {math.degrees(spread):.0f}° of azimuth, so that a directional material shows them "
+        "best; a shading map, which knows their elevations alone, averages relief that is lit from several sides"
     )
     return [Finding(Verdict.WARNING, text)]

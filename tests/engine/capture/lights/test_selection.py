@@ -52,7 +52,7 @@ def test_lights_by_azimuth_arc_and_list(dome: Sources, selection: Any, expected:
 
 def test_the_warning_of_many_azimuths_goes_with_their_lights(dome: Sources) -> None:
     def warned(sources: Sources) -> bool:
-        return any("assumes one arc" in finding.text for finding in sources.findings)
+        return any("lights spread over" in finding.text for finding in sources.findings)
 
     assert warned(dome)
     assert not warned(selected(dome, Listed(("2", "7"))))
