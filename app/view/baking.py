@@ -8,6 +8,7 @@ keeps the one before. Effects that a person switched off in the plan of the scen
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
@@ -241,6 +242,12 @@ class Baking(QObject):
     def _ended(self) -> None:
         self.job = self._asked = None
         self.changed.emit()
+
+    @property
+    def relighting(self) -> Callable[[Scene], Steps[Relit]] | None:
+        """Relights the bake on screen by the light of any scene of its surface; None where there is no such bake."""
+        made, asked = self.made, self.choices.light
+        return (lambda scene: relit(made, scene, asked)) if made is not None and self.is_drawn else None
 
     def _relight(self, scene: Scene) -> None:
         """Relight the bake by the light of `scene`, unless that is done or under way."""

@@ -10,6 +10,7 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QVBoxLayout, QWidget
 
 from app.commands.opening import load_shape
+from app.commands.pictures import Saving, saved
 from app.commands.workbench import Workbench
 from app.document.document import Look, Project
 from app.document.measured import choices_with, look_with, setting_of
@@ -24,7 +25,10 @@ from app.view.light_panel import LIGHT_FIELDS, LightPanel
 from app.view.picture_error import PictureError
 from app.view.pictures import ViewPictures
 from app.view.planning import Planning
+from app.view.save_dialog import SaveDialog
+from app.view.save_dialog import ask as ask_to_save
 from app.view.scene_panel import ScenePanel
+from app.viewport.gl_surface import display_of
 from app.viewport.refining import same
 from app.viewport.viewport import Viewport
 from app.widgets import theme
@@ -81,6 +85,7 @@ class ViewTab(QWidget):
         self._camera: Camera | None = None
         self._setting: Setting | None = None
         self._to_bake = ""
+        self.dialog: SaveDialog | None = None
         self.viewport = Viewport(bench.jobs)
         self.pictures = ViewPictures(self.viewport, bench.jobs)
         self.bakings: dict[str, Baking] = {method.name: Baking(bench, method) for method in transport.METHODS}
@@ -100,6 +105,8 @@ class ViewTab(QWidget):
             self._action(mode.label, mode.key, lambda value=mode.value: self.choose_mode(value))
         self._action("Wipe", "B", lambda: self.compare.toggle("wipe"))
         self._action("Difference", "E", lambda: self.compare.toggle("difference"))
+        self._action("Save a picture", "Ctrl+P", lambda: self.save_picture("picture"))
+        self._action("Save a turntable", "Ctrl+Shift+P", lambda: self.save_picture("turntable"))
         self.flip_action = self._action("Swap the two modes", "Tab", self._flip_or_move_on)
 
     def _action(self, words: str, keys: str, run: object, icon: str = "") -> QAction:
@@ -430,6 +437,31 @@ class ViewTab(QWidget):
         self._set_look("Move the light", gesture="light", light_theta_deg=theta_deg, light_phi_deg=phi_deg)
         if final:
             self.bench.document.end_gesture()
+
+    def save_picture(self, kind: str) -> None:
+        """Ask for the size of a 'picture' or a 'turntable' of the mode on screen, and for its place."""
+        project = self.bench.document.project
+        mode = mode_of(project.look.mode, project)
+        why_no_sky = "" if project.environment is not None else "There is no environment: choose one under Light"
+        about = {"screen_px": self.viewport.screen_px(), "mode": mode, "why_no_sky": why_no_sky}
+        self.dialog = ask_to_save(self, kind, self.save, **about)
+
+    def save(self, saving: Saving) -> None:
+        """Draw what is on screen and write it, in a job."""
+        project = self.bench.document.project
+        scene, mode = self.scene(project), mode_of(project.look.mode, project)
+        if scene is None:
+            return
+        if mode.value == "direct":
+            scene = dataclasses.replace(scene, material=None)
+        baking = self.bakings.get(mode.value)
+        relighting = baking.relighting if baking is not None else None
+        display = display_of(project.look.exposure_ev, project.look.tone_map)
+        job = self.bench.jobs.submit(
+            f"Saving {saving.path.name}",
+            lambda: saved(scene, saving, display, mode, relighting, project.look.bounces),
+        )
+        job.succeeded.connect(self.bench.said.emit)
 
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""

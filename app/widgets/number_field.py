@@ -128,6 +128,8 @@ class NumberField(QLineEdit):
             self._set(self._moved(10 if event.key() == Qt.Key.Key_Up else -10), final=True)
             return
         super().keyPressEvent(event)
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            event.accept()  # or else the main button of a dialog is pressed by it
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         self._clicked = self._clicked and keeps_focus(event)

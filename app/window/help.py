@@ -16,6 +16,7 @@ F\tframe the model, fit the picture
 H, W, G\tbaked light: SH, wavelet, Gaussian
 M, D, R\tshading map, direct light, reference
 Tab\tswap the two modes while both are shown
+Ctrl+P\tsave a picture (Ctrl+Shift+P: a turntable)
 B, E\tboth modes separated by a line, their difference
 
 Pictures

@@ -131,6 +131,7 @@ class MainWindow(QMainWindow):
             wanted.connect(self.show_workspace)
         menus.theme_wanted.connect(self.set_theme)
         menus.measuring_wanted.connect(self._measure_or_not)
+        menus.picture_wanted.connect(self._save_picture)
         menus.history_wanted.connect(lambda: show_history(self, bench))
         menus.help_wanted.connect(lambda: show_help(self))
         menus.self_test_wanted.connect(self.self_test)
@@ -163,6 +164,10 @@ class MainWindow(QMainWindow):
         self.status.show_frame_time(None)
         self.status.belong_to(name)
         self.error_line.refresh()
+
+    def _save_picture(self, kind: str) -> None:
+        self.show_workspace("view")
+        self.view.save_picture(kind)
 
     def _is_lighting(self) -> bool:
         """True if the View workspace is in front."""

@@ -23,11 +23,13 @@ class Menus(QMenuBar):
     Signals
     -------
     workspace_wanted, theme_wanted : a workspace or a theme, by its name.
+    picture_wanted : a 'picture' or a 'turntable' of the View workspace as a file.
     measuring_wanted : whether the error of the picture is measured.
     history_wanted, help_wanted, self_test_wanted, reports_wanted, about_wanted : a dialog, a folder or a test.
     """
 
     workspace_wanted = Signal(str)
+    picture_wanted = Signal(str)
     theme_wanted = Signal(str)
     measuring_wanted = Signal(bool)
     history_wanted = Signal()
@@ -59,6 +61,8 @@ class Menus(QMenuBar):
         self.recent.aboutToShow.connect(self._fill_recent)
         add(menu, "Sample capture", "", files.bench.open_sample)
         menu.addSeparator()
+        add(menu, "Save picture…", "", partial(self.picture_wanted.emit, "picture"))
+        add(menu, "Save turntable…", "", partial(self.picture_wanted.emit, "turntable"))
         add(menu, "Export bundle…", "Ctrl+E", partial(self.workspace_wanted.emit, "export"))
         menu.addSeparator()
         add(menu, "Quit", "Ctrl+Q", files.window.close)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.results import Input, Output
+from app.arguments.results import Input, Output, software
 from app.cli.transport import project_input, render_auto, render_transport, render_turntable
 from app.cli.transport.options import LIGHT_DEG, angles_argument, lamp_argument
 from app.cli.transport.render_output import (
@@ -19,8 +19,8 @@ from app.cli.transport.render_output import (
     lights_of,
     off_screen,
     record_of,
-    write_picture,
 )
+from app.commands.pictures import write_picture
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, drain
@@ -182,6 +182,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from engine.render.display import Display
+    from engine.render.layers import layers as all_layers
 
     start = time.perf_counter()
     setup = _setup(arguments)
@@ -203,9 +204,11 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         return {**plan, **render_turntable.run(scene, arguments, display, show, behind)}
     draw = _draw_reference if arguments.mode == "reference" else _draw
     picture, layers, drawn = draw(scene, arguments, show)
+    if arguments.layers:
+        layers |= drain(all_layers(scene, (arguments.width, arguments.height)), show)
     error = _error(scene, arguments, show) if arguments.measure_error else {}
     shown = render_turntable.with_background(picture, scene, behind)
-    write_picture(arguments.output, shown, display, layers, arguments.background)
+    write_picture(arguments.output, shown, display, layers, arguments.background, software("render"))
     return {
         "image": arguments.output,
         **plan,

@@ -7,8 +7,6 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from app.arguments.results import software
-
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -16,7 +14,6 @@ if TYPE_CHECKING:
     from engine.gl.draw import OffScreen
     from engine.light.environment import EnvironmentMap
     from engine.light.lamps import Lamp
-    from engine.render.display import Display
     from engine.scene.scene import Scene
 
 #: Value of `gl_renderer` if no device has drawn.
@@ -109,6 +106,9 @@ def add_background_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="R",
         help="blur of the environment behind the model, as an angle; the light stays as it is (0)",
     )
+    parser.add_argument(
+        "--layers", action="store_true", help="store albedo and normals beside the radiance, as layers of an .exr"
+    )
 
 
 def check_background(arguments: argparse.Namespace, environment: EnvironmentMap | None) -> EnvironmentMap | None:
@@ -116,6 +116,8 @@ def check_background(arguments: argparse.Namespace, environment: EnvironmentMap 
     from engine.core.errors import UsageError
     from engine.render.background import blurred
 
+    if arguments.layers and (not arguments.output.lower().endswith(".exr") or arguments.turntable):
+        raise UsageError("--layers needs a picture that is an .exr")
     if not 0.0 <= arguments.background_blur_deg <= MOST_BLUR_DEG:
         raise UsageError(f"--background-blur-deg {arguments.background_blur_deg:g} is outside 0 … {MOST_BLUR_DEG:g}")
     if arguments.background != "environment":
@@ -125,32 +127,3 @@ def check_background(arguments: argparse.Namespace, environment: EnvironmentMap 
     if environment is None:
         raise UsageError("--background environment needs --env")
     return blurred(environment, math.radians(arguments.background_blur_deg))
-
-
-def coded(picture: NDArray[np.float32], display: Display, background: str) -> NDArray[np.uint8]:
-    """The picture as a screen shows it, (H, W, 3), or (H, W, 4) with the opacity of a transparent background."""
-    from engine.render.display import displayed, displayed_apart
-
-    return displayed_apart(picture, display) if background == "transparent" else displayed(picture, display)
-
-
-def write_picture(
-    path: str,
-    picture: NDArray[np.float32],
-    display: Display,
-    layers: dict[str, NDArray[np.float32]] | None = None,
-    background: str = "plain",
-) -> None:
-    """Tone-mapped, or the radiance: in half, as float where `layers` are stored beside it to measure by."""
-    from engine.images.encode import encode_png, rgb_channels, write_exr
-    from engine.storage.atomic import write_bytes
-
-    if path.lower().endswith(".exr"):
-        channels = rgb_channels(picture[..., :3])
-        if background == "transparent":
-            channels |= {"A": picture[..., 3]}
-        for name, layer in (layers or {}).items():
-            channels |= rgb_channels(layer, name)
-        write_exr(path, channels, half=not layers, attributes={"software": software("render")})
-    else:
-        write_bytes(path, encode_png(coded(picture, display, background), software=software("render")))

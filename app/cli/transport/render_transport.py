@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.options import settings_from
+from app.arguments.results import software
 from app.cli.transport import render_turntable
 from app.cli.transport.method_options import add_options, strange_options
 from app.cli.transport.options import light_of, near_lamp_argument
-from app.cli.transport.render_output import ON_PROCESSOR, check_background, off_screen, record_of, write_picture
+from app.cli.transport.render_output import ON_PROCESSOR, check_background, off_screen, record_of
+from app.commands.pictures import write_picture
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.core.steps import Step, drain, part
@@ -69,7 +71,7 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     negative_rel = drawn.pop("negative_rel", None)
     negative_rel = found.negative_rel(camera.eye) if negative_rel is None else negative_rel
     shown = picture if behind is None else in_front_of(picture, camera, behind, light.rotation, light.factor)
-    write_picture(arguments.output, shown, display, background=arguments.background)
+    write_picture(arguments.output, shown, display, None, arguments.background, software("render"))
     return {
         "image": arguments.output,
         "mode": mode,
@@ -107,7 +109,7 @@ def run_scene(
         relit = drain(part(relighting, 0.8, 0.9), show)
         picture, drawn = _draw(relit, scene.camera, arguments, show)
     shown = render_turntable.with_background(picture, scene, behind)
-    write_picture(arguments.output, shown, display, background=arguments.background)
+    write_picture(arguments.output, shown, display, None, arguments.background, software("render"))
     return {
         "image": arguments.output,
         "mode": arguments.mode,

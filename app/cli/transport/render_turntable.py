@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import FILM, FRAMES, picture_by, software
-from app.cli.transport.render_output import ON_PROCESSOR, coded
+from app.cli.transport.render_output import ON_PROCESSOR
+from app.commands.pictures import coded
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import Step, drain
 from engine.storage.outputs import Kind

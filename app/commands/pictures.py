@@ -1,0 +1,227 @@
+"""A picture or a film of the View workspace as a file, in the work of a job: any size, background and layers.
+
+OpenGL draws in tiles, off screen and in a context of the job's own, so that neither the screen nor the largest texture
+of the device bounds the picture; where there is none, the processor draws. The reference traces paths, and stores its
+standard error as a layer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import radians
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from engine.core.errors import MissingCapability, UsageError
+from engine.core.steps import Step, Steps, part
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from app.document.modes import Mode
+    from engine.render.display import Display
+    from engine.render.turntable import Turns
+    from engine.scene.scene import Scene
+    from engine.transport.relit import Relit
+
+Background = Literal["plain", "environment", "transparent"]
+
+#: Most pixels of a picture, as of the command line, and largest side of a film.
+MOST_PIXELS, MOST_FILM_PX = 2**28, 16383
+
+SOFTWARE = "Lightarc"
+
+
+@dataclass(frozen=True)
+class Saving:
+    """The file that is wanted.
+
+    Attributes
+    ----------
+    size : (width, height) in pixels.
+    blur_deg : of the environment behind the model.
+    frames : of a film of one turn; 0 for a picture. turns, fps : as in `lightarc render --turntable`.
+    samples : sub-pixels along a side, and paths of a pixel of the reference.
+    layers : whether an .exr has albedo and normals too.
+    """
+
+    path: Path
+    size: tuple[int, int] = (1920, 1080)
+    background: Background = "plain"
+    blur_deg: float = 0.0
+    frames: int = 0
+    turns: Turns = "model"
+    fps: float = 30.0
+    samples: int = 2
+    paths: int = 64
+    layers: bool = False
+
+    @property
+    def why_not(self) -> str:
+        """The reason why there can be no such file; empty where there can."""
+        width, height = self.size
+        suffix = self.path.suffix.lower()
+        if min(width, height) < 2 or width * height > MOST_PIXELS:
+            return f"{width} × {height} pixels are not possible"
+        if not self.frames:
+            return "" if suffix in (".png", ".exr") else "A picture is a .png or an .exr file"
+        if suffix not in ("", ".mp4", ".webp"):
+            return "A film is an .mp4 or .webp file, or a folder of PNG"
+        if max(self.size) > MOST_FILM_PX:
+            return f"A film has at most {MOST_FILM_PX} pixels along a side"
+        return "An .mp4 has no transparency" if suffix == ".mp4" and self.background == "transparent" else ""
+
+
+def coded(picture: NDArray[np.float32], display: Display, background: Background) -> NDArray[np.uint8]:
+    """The picture as a screen shows it, (H, W, 3), or (H, W, 4) with the opacity of a transparent background."""
+    from engine.render.display import displayed, displayed_apart
+
+    return displayed_apart(picture, display) if background == "transparent" else displayed(picture, display)
+
+
+def write_picture(
+    path: str | Path,
+    picture: NDArray[np.float32],
+    display: Display,
+    layers: dict[str, NDArray[np.float32]] | None = None,
+    background: Background = "plain",
+    software: str = SOFTWARE,
+) -> None:
+    """Tone-mapped, or the radiance: in half, as float where `layers` are stored beside it to measure by."""
+    from engine.images.encode import encode_png, rgb_channels, write_exr
+    from engine.storage.atomic import write_bytes
+
+    if str(path).lower().endswith(".exr"):
+        channels = rgb_channels(picture[..., :3])
+        if background == "transparent":
+            channels |= {"A": picture[..., 3]}
+        for name, layer in (layers or {}).items():
+            channels |= rgb_channels(layer, name)
+        write_exr(path, channels, half=not layers, attributes={"software": software})
+    else:
+        write_bytes(path, encode_png(coded(picture, display, background), software=software))
+
+
+#: Relights the bake of a mode by the light of a scene.
+Relighting = Callable[["Scene"], "Steps[Relit]"]
+
+
+def saved(
+    scene: Scene, saving: Saving, display: Display, mode: Mode, relighting: Relighting | None = None, bounces: int = 0
+) -> Steps[str]:
+    """Draw `scene` in `mode` and write it; the sentence that says so. UsageError where `Saving.why_not` says why."""
+    yield Step(0.0, "preparing")
+    from engine.images.animation import film
+    from engine.render.background import blurred, in_front_of
+    from engine.render.turntable import frames
+
+    if saving.why_not:
+        raise UsageError(saving.why_not)
+    environment = scene.environment if saving.background == "environment" else None
+    behind = blurred(environment, radians(saving.blur_deg)) if environment is not None else None
+    device = _Device()
+
+    def drawn(each: Scene) -> Steps[tuple[NDArray[np.float32], dict[str, Any]]]:
+        picture, found = yield from device.picture(each, saving, mode, relighting, bounces)
+        if behind is not None:
+            picture = in_front_of(picture, each.camera, behind, each.environment_rotation, each.irradiance)
+        return picture, found
+
+    try:
+        if not saving.frames:
+            picture, layers = yield from part(drawn(scene), 0.0, 0.9)
+            if saving.layers and saving.path.suffix.lower() == ".exr":
+                from engine.render.layers import layers as all_layers
+
+                layers |= yield from part(all_layers(scene, saving.size), 0.9, 0.97)
+            yield Step(0.97, "writing")
+            write_picture(saving.path, picture, display, layers, saving.background)
+        else:
+            with film(saving.path, saving.size, saving.fps, software=SOFTWARE) as keep:
+                for number, each in enumerate(frames(scene, saving.frames, saving.turns)):
+                    first, last = number / saving.frames, (number + 1) / saving.frames
+                    picture, _ = yield from part(drawn(each), first, last)
+                    keep(coded(picture, display, saving.background))
+                    yield Step(last, f"frame {number + 1} of {saving.frames}")
+    finally:
+        device.release()
+    what = f"{saving.frames} frames of " if saving.frames else ""
+    return f"{saving.path.name} saved: {what}{saving.size[0]} × {saving.size[1]} pixels"
+
+
+class _Device:
+    """Draws pictures with OpenGL in a context of its own, made on the thread that asks first, or on the processor."""
+
+    def __init__(self) -> None:
+        self.context: Any = None
+        self.is_asked = False
+        self.renderers: dict[str, Any] = {}
+
+    def picture(
+        self, scene: Scene, saving: Saving, mode: Mode, relighting: Relighting | None, bounces: int
+    ) -> Steps[tuple[NDArray[np.float32], dict[str, Any]]]:
+        """The picture (height, width, 4) of a scene, and its layers."""
+        if mode.progressive:
+            return (yield from _reference(scene, saving, bounces))
+        if mode.baked:
+            if relighting is None:
+                raise UsageError("There is no bake yet: bake this mode first")
+            relit = yield from part(relighting(scene), 0.0, 0.4)
+            from engine.render.transported import picture_of
+
+            renderer = self._renderer("transported")
+            if renderer is not None:
+                with self.context:
+                    return renderer.radiance(relit, scene.camera, saving.size, samples=saving.samples), {}
+            on_processor = picture_of(relit, scene.camera, saving.size, saving.samples)
+            return (yield from part(on_processor, 0.4, 1.0)).picture, {}
+        from engine.render.direct import radiance
+
+        renderer = self._renderer("direct")
+        if renderer is not None:
+            yield Step(0.1, "drawing")
+            with self.context:
+                return renderer.radiance(scene, saving.size, samples=saving.samples), {}
+        return (yield from radiance(scene, saving.size, samples=saving.samples)), {}
+
+    def _renderer(self, name: str) -> Any:
+        from engine.gl.context import create_context
+        from engine.gl.direct import DirectRenderer
+        from engine.gl.transported import TransportRenderer
+
+        if not self.is_asked:
+            self.is_asked = True
+            try:
+                self.context = create_context()
+            except MissingCapability:
+                self.context = None
+        if self.context is None:
+            return None
+        if name not in self.renderers:
+            with self.context:
+                self.renderers[name] = (DirectRenderer if name == "direct" else TransportRenderer)(self.context)
+        return self.renderers[name]
+
+    def release(self) -> None:
+        """Give the context up, on the thread that made it."""
+        if self.context is not None:
+            with self.context:
+                for renderer in self.renderers.values():
+                    renderer.release()
+            self.context.release()
+
+
+def _reference(scene: Scene, saving: Saving, bounces: int) -> Steps[tuple[NDArray[np.float32], dict[str, Any]]]:
+    import numpy as np
+
+    from engine.render.path import check_scene
+    from engine.render.reference import reference
+
+    check_scene(scene)
+    found = yield from reference(scene, saving.size, samples=saving.paths, max_depth=bounces + 1)
+    if found.variance is None:
+        return found.picture, {}
+    error = np.sqrt(found.variance).clip(0.0, np.finfo(np.float32).max).astype(np.float32)
+    return found.picture, {"standard_error": error}
