@@ -1,34 +1,47 @@
-"""Drives the real window over the built-in sample and saves a picture of every workspace in every state.
+"""Drives the real window over the built-in sample and saves a picture of every workspace, dock and dialog.
 
     python packaging/screenshots.py FOLDER --readme packaging/screenshots/view.png
 
-needs a display with OpenGL (Xvfb does). Pictures come at 1280 × 800 and 1920 × 1080, those of the
-View workspace also at 2560 × 1440, dark and light.
+needs a display with OpenGL (Xvfb does). Pictures come at 1024 × 700, 1280 × 800, 1920 × 1080 and 2560 × 1440, dark and
+light, and at 200 % from a second process. `contact-sheet.png` has all of them, small, with their names; `faults.txt`
+lists what `app.bench.faults` finds in them: text that is cut, overlapping widgets, faint text, controls without a name.
 `--readme`, which may be left out, also writes the picture at the top of the README: the View workspace with the
-material on a model.
+material on a model. `--empty` stops before the sample: a minute or two in place of an hour
+(without a graphics card).
 """
 
 from __future__ import annotations
 
 import argparse
+import os
+import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QDialog, QWidget
 
+from app.bench.faults import faults
 from app.viewport.gl_surface import request_format
 from app.widgets import theme
+from app.window.dialogs import show_history
+from app.window.help import show_about, show_help
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
 from engine.factor.settings import FactorSettings
 from engine.light.lamps import LampSettings
 
-SIZES = ((1280, 800), (1920, 1080))
+SIZES = ((1024, 700), (1280, 800), (1920, 1080), (2560, 1440))
+
+#: Width of a picture on the contact sheet, the pictures of a row, and the height of a name.
+SMALL_PX, IN_A_ROW, NAME_PX = 400, 6, 16
+
+#: Faults by the picture in which they were found.
+FOUND: dict[str, list[str]] = {}
 
 #: States of the View workspace: a name, the mode, and how it is compared with the reference.
 STATES = (
@@ -45,15 +58,44 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--readme", type=Path, help="where the picture of the README goes")
+    parser.add_argument("--empty", action="store_true", help="only the window as it is before anything is opened")
+    parser.add_argument("--doubled", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
+    if not options.doubled:
+        doubled = {**os.environ, "QT_SCALE_FACTOR": "2"}
+        again = [sys.executable, __file__, str(options.folder), "--empty", "--doubled"]
+        subprocess.run(again, env=doubled, check=True, timeout=3600)
+    drive(options)
+    if not options.doubled:
+        contact_sheet(options.folder)
+    lines = [f"{picture}: {fault}" for picture, faults in FOUND.items() for fault in faults]
+    with (options.folder / "faults.txt").open("w" if options.doubled else "a", encoding="utf-8") as file:
+        file.writelines(f"{line}\n" for line in lines)
+    print(f"{len(lines)} faults{' at 200 %' * options.doubled}", *lines, sep="\n")
+    return 0
+
+
+def drive(options: argparse.Namespace) -> None:
+    """Open the window, lead it through all states, and close it."""
     request_format()
     application = QApplication([])
     theme.apply(application, "dark")
     window = MainWindow(None)
     window.failures.install()
     window.show()
-    everywhere(window, options.folder, "1-empty")
+    if options.doubled:
+        window.resize(1280, 800)
+    sizes = ((1280, 800),) if options.doubled else SIZES
+    before = "0-200-percent" if options.doubled else "1-empty"
+    for look in ("dark", "light"):
+        window.set_theme(look)
+        everywhere(window, options.folder, f"{before}-{look}", sizes)
+        dialogs(window, options.folder, f"{before}-{look}")
+    window.set_theme("dark")
+    if options.empty:
+        window.close()
+        return
     window.bench.open_sample()
     wait_until(lambda: window.bench.importing is not None and window.bench.importing.step.done > 0.3)
     save(window, options.folder / "2-importing-capture.png")
@@ -80,16 +122,58 @@ def main() -> int:
     compared(window, options.folder, "7-light")
     docks(window, options.folder, "8-light")
     window.close()
-    return 0
 
 
-def everywhere(window: MainWindow, folder: Path, state: str) -> None:
+def everywhere(window: MainWindow, folder: Path, state: str, sizes: Sequence[tuple[int, int]] = SIZES) -> None:
     """Every workspace at every size."""
-    for width, height in SIZES:
+    for width, height in sizes:
         window.resize(width, height)
         for name in WORKSPACES:
             window.show_workspace(name)
             save(window, folder / f"{state}-{name}-{width}.png")
+
+
+def dialogs(window: MainWindow, folder: Path, state: str) -> None:
+    """The dialogs that the menus open."""
+    window.show_workspace("view")
+    wait_until(lambda: window.view.default_mesh is not None)
+    openers: dict[str, Callable[[], object]] = {
+        "picture": lambda: window.view.save_picture("picture"),
+        "turntable": lambda: window.view.save_picture("turntable"),
+        "help": lambda: show_help(window),
+        "about": lambda: show_about(window),
+        "history": lambda: show_history(window, window.bench),
+    }
+    for name, show in openers.items():
+        show()
+        settle(0.4)
+        for dialog in [each for each in window.findChildren(QDialog) if each.isVisible()]:
+            keep(dialog, folder / f"{state}-dialog-{name}.png")
+            dialog.close()
+    settle(0.2)
+
+
+def contact_sheet(folder: Path) -> None:
+    """All pictures of `folder`, small and with their names, in one."""
+    from PIL import Image, ImageDraw
+
+    paths = [path for path in sorted(folder.glob("*.png")) if path.name != "contact-sheet.png"]
+    small = []
+    for path in paths:
+        with Image.open(path) as picture:
+            height = max(1, round(SMALL_PX * picture.height / picture.width))
+            small.append(picture.convert("RGB").resize((SMALL_PX, height), Image.Resampling.LANCZOS))
+    rows = [range(first, min(first + IN_A_ROW, len(small))) for first in range(0, len(small), IN_A_ROW)]
+    heights = [max(small[at].height for at in row) + NAME_PX for row in rows]
+    sheet = Image.new("RGB", (SMALL_PX * IN_A_ROW, sum(heights)), "#808080")
+    draw, top = ImageDraw.Draw(sheet), 0
+    for row, height in zip(rows, heights, strict=True):
+        for at in row:
+            left = SMALL_PX * (at - row.start)
+            draw.text((left + 4, top + 2), paths[at].stem, fill="#ffffff")
+            sheet.paste(small[at], (left, top + NAME_PX))
+        top += height
+    sheet.save(folder / "contact-sheet.png")
 
 
 def compared(window: MainWindow, folder: Path, state: str) -> None:
@@ -97,7 +181,7 @@ def compared(window: MainWindow, folder: Path, state: str) -> None:
     window.show_workspace("view")
     document = window.bench.document
     lamps = (LampSettings(phi_deg=-60.0, radius_deg=4.0, colour=(1.0, 0.7, 0.4)), LampSettings(phi_deg=80.0))
-    for width, height in (*SIZES, (2560, 1440)):
+    for width, height in SIZES:
         window.resize(width, height)
         for name, mode, comparing in STATES:
             parts = {"mode": mode, "against": "reference", "comparing": comparing}
@@ -125,7 +209,7 @@ def docks(window: MainWindow, folder: Path, state: str) -> None:
     document.change("Force", look=replace(document.project.look, forced=("self-shadowing",), skipped=("glossy",)))
     grab(window, folder / f"{state}-planned-before.png")
     wait_until(lambda: effects.plan is not None)
-    for width, height in (*SIZES, (2560, 1440)):
+    for width, height in SIZES:
         window.resize(width, height)
         for name, budget in (("points", ""), ("within", "1 s"), ("nothing-within", "0.001 %")):
             accuracy.budget.setText(budget)
@@ -145,8 +229,16 @@ def docks(window: MainWindow, folder: Path, state: str) -> None:
 def grab(window: MainWindow, path: Path) -> None:
     """Keep what the window shows a moment later, whether or not it is at rest."""
     settle(0.6)
-    if not window.grab().save(str(path)):
+    keep(window, path)
+
+
+def keep(shown: QWidget, path: Path) -> None:
+    """Save the picture of a window or a dialog, and note its faults."""
+    if not shown.grab().save(str(path)):
         raise SystemExit(f"{path} cannot be written")
+    found = faults(shown)
+    if found:
+        FOUND[path.name] = found
 
 
 def enough(window: MainWindow) -> bool:

@@ -70,6 +70,7 @@ def show_history(window: QWidget, bench: Workbench) -> QDialog:
     dialog.resize(360, 480)
     view = QUndoView(bench.document.undo_stack)
     view.setEmptyLabel("The beginning")
+    view.setAccessibleName("Steps of the history")
     buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
     buttons.button(QDialogButtonBox.StandardButton.Close).setIcon(QIcon())  # the style's own is black, also on dark
     buttons.rejected.connect(dialog.close)

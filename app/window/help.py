@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox, QWidget
+from PySide6.QtWidgets import QDialog, QMessageBox, QTextBrowser, QVBoxLayout, QWidget
 
 import engine
+from app.widgets.panels import button
 
 HELP = """Mouse in the viewport
 Left-drag\trotate the model
@@ -47,10 +48,25 @@ Type\ta number, a unit, or 2*3.5
 Ctrl+click\treset"""
 
 
+#: Width and height of the table of keys.
+HELP_PX = (520, 620)
+
+
 def show_help(window: QWidget) -> None:
-    """Keys and gestures."""
-    table = f"<table cellspacing='0' cellpadding='3'>{''.join(map(_row, HELP.splitlines()))}</table>"
-    _show(window, "Mouse and keyboard", "Mouse and keyboard", table)
+    """Keys and gestures, in a dialog that scrolls and is no higher than the smallest window."""
+    dialog = QDialog(window)
+    dialog.setWindowTitle("Mouse and keyboard")
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog.resize(*HELP_PX)
+    table = QTextBrowser()
+    table.setAccessibleName("Mouse and keyboard")
+    table.setHtml(f"<table cellspacing='0' cellpadding='3'>{''.join(map(_row, HELP.splitlines()))}</table>")
+    close = button("Close", "primary")
+    close.clicked.connect(dialog.close)
+    column = QVBoxLayout(dialog)
+    column.addWidget(table)
+    column.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
+    dialog.open()
 
 
 def show_about(window: QWidget) -> None:

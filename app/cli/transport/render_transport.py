@@ -159,6 +159,8 @@ def _check_brdf(arguments: argparse.Namespace, method: Method) -> None:
 
 
 def _check(arguments: argparse.Namespace) -> None:
+    if arguments.layers:
+        raise UsageError("--layers are those of a model; a transport file has no BRDF to take an albedo of")
     given = {"--material": arguments.material, "--ground": arguments.ground}
     for name, value in given.items():
         if value is not None:

@@ -7,11 +7,13 @@ from typing import Any
 
 import pytest
 from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QGridLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from app.bench.faults import cut, faint, faults, nameless, out_of_order, overlapping
 from app.widgets.panels import Panel, text
 from app.widgets.param_form import ParamForm
+from app.window.dialogs import show_history
+from app.window.help import show_about, show_help
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
 from engine.brdf.models.phong import Phong
@@ -114,3 +116,22 @@ def test_no_workspace_has_a_fault(window: MainWindow, qtbot: Any, theme: str, si
         found[name] = faults(window)
     window.set_theme("dark")
     assert found == {name: [] for name in WORKSPACES}
+
+
+def test_no_dialog_has_a_fault_or_is_higher_than_the_smallest_window(window: MainWindow, qtbot: Any) -> None:
+    window.show_workspace("view")
+    qtbot.waitUntil(lambda: window.view.default_mesh is not None, timeout=60_000)
+    openers = (
+        lambda: show_help(window),
+        lambda: show_about(window),
+        lambda: show_history(window, window.bench),
+        lambda: window.view.save_picture("picture"),
+        lambda: window.view.save_picture("turntable"),
+    )
+    for show in openers:
+        show()
+        (dialog,) = [each for each in window.findChildren(QDialog) if each.isVisible()]
+        qtbot.wait(100)
+        assert faults(dialog) == []
+        assert dialog.height() <= 660
+        dialog.close()
