@@ -24,12 +24,15 @@ from app.document.modes import mode_named, modes, why_not
 from app.jobs.jobs import Job
 from app.view.tab import ViewTab
 from app.widgets.controls import ComboBox
+from app.widgets.number_field import mark
 from app.widgets.panels import Rows, button, enable, text
 from app.widgets.theme import PADDING, STEP, role
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, time_text
 from engine.core.steps import Step
 from engine.tradeoff.front import Choice, budget_from_text, choose
+
+BUDGET = "Enter it as '8 ms and 100 MB' or '1 %'."
 
 #: Time limits of a sweep, in seconds, and their labels.
 TIMES = ((30, "30 s"), (60, "1 min"), (120, "2 min"), (300, "5 min"), (900, "15 min"), (3600, "1 h"))
@@ -173,11 +176,12 @@ class AccuracyDock(QDockWidget):
         """Show the setting that the budget chooses, or the state of the sweep."""
         self.choice = None
         accuracy, words = self.accuracy, self.budget.text().strip()
+        mark(self.budget, why_no_budget(words))
         if words and accuracy is not None:
             try:
                 self.choice = choose(accuracy.points, budget_from_text(words), self.axis.currentData())
             except UsageError:
-                self.words.setText("Enter it as '8 ms and 100 MB' or '1 %'.")
+                self.words.setText(BUDGET)
                 return
             point = self.choice.point
             if point is None:
@@ -274,3 +278,13 @@ class Legend(QLabel):
     def apply_theme(self) -> None:
         """Take the colours of the current theme."""
         self.show_modes(self.modes)
+
+
+def why_no_budget(words: str) -> str:
+    """The sentence that says what a budget is, where `words` are none; else empty."""
+    try:
+        if words:
+            budget_from_text(words)
+    except UsageError:
+        return BUDGET
+    return ""

@@ -7,7 +7,7 @@ from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QMenu, QToolButton, QVBoxLayout, QWidget
 
 from app.commands.opening import load_shape
 from app.commands.pictures import Saving, saved
@@ -30,7 +30,7 @@ from app.view.save_dialog import ask as ask_to_save
 from app.view.scene_panel import ScenePanel
 from app.viewport.gl_surface import display_of
 from app.viewport.refining import same
-from app.viewport.viewport import Viewport
+from app.viewport.viewport import VIEWS, Viewport
 from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.panels import Fitting, Panel, Segments, enable, side_by_side, text, tool
@@ -145,7 +145,13 @@ class ViewTab(QWidget):
         row.setContentsMargins(PADDING, 0, PADDING, 0)
         row.setSpacing(STEP)
         row.addWidget(self.mode)
-        row.addWidget(tool(self.frame_action))
+        framing = tool(self.frame_action)
+        self.views = QMenu(framing)
+        for view in VIEWS:
+            self.views.addAction(view).triggered.connect(lambda _on=False, view=view: self.viewport.look_along(view))
+        framing.setMenu(self.views)
+        framing.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
+        row.addWidget(framing)
         self.caption = Fitting()
         row.addWidget(self.caption, 1)
         self.stop = QAction(theme.icon("cancel"), "Stop refining the reference", self)

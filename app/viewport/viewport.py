@@ -33,6 +33,16 @@ STILL_AFTER_MS = 180
 CLICK_PX = 3
 
 
+#: Sides that a model is seen from, by the world direction towards the eye.
+VIEWS = {
+    "Front": (0.0, 0.0, 1.0),
+    "Back": (0.0, 0.0, -1.0),
+    "Right": (1.0, 0.0, 0.0),
+    "Left": (-1.0, 0.0, 0.0),
+    "Top": (0.0, 1.0, 0.0),
+}
+
+
 class Viewport(QWidget):
     """Shows a scene with its own camera.
 
@@ -146,6 +156,12 @@ class Viewport(QWidget):
         """See the model from `camera`."""
         if camera != self.camera:
             self._move(camera)
+
+    def look_along(self, view: str) -> None:
+        """See the whole model from one of the sides of `VIEWS`."""
+        if self._mesh is not None:
+            aspect, direction = max(1, self.width()) / max(1, self.height()), VIEWS[view]
+            self._move(frame(self._mesh.positions, aspect, direction=direction))
 
     def frame(self) -> None:
         """Look at the whole model from where it is looked at first."""

@@ -91,3 +91,21 @@ def test_the_window_fits_into_its_smallest_size(window: MainWindow) -> None:
         window.show_workspace(name)
         inside = window.tabs[name].minimumSizeHint()
         assert (inside.width() <= 1024, inside.height() <= 700 - 72) == (True, True), (name, inside)
+
+
+@pytest.mark.parametrize(("side", "forward"), [("Top", (0.0, -1.0, 0.0)), ("Right", (-1.0, 0.0, 0.0))])
+def test_the_model_is_seen_from_a_side_that_the_menu_names(
+    viewing: MainWindow, side: str, forward: tuple[float, float, float]
+) -> None:
+    next(action for action in viewing.view.views.actions() if action.text() == side).trigger()
+    camera = viewing.view.viewport.camera
+    assert camera is not None
+    assert tuple(camera.forward) == pytest.approx(forward, abs=1e-9)
+
+
+def test_a_budget_that_is_none_is_marked_and_says_what_is(viewing: MainWindow) -> None:
+    accuracy = viewing.docks.accuracy
+    accuracy.budget.setText("much")
+    assert accuracy.budget.property("invalid") == "Enter it as '8 ms and 100 MB' or '1 %'."
+    accuracy.budget.setText("0,5 %")
+    assert accuracy.budget.property("invalid") == ""
