@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import platformdirs
 
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
 
 if TYPE_CHECKING:
@@ -44,10 +45,10 @@ def cost_model(*, anew: bool = False) -> Steps[CostModel]:
         return kept
     model = yield from calibrate()
     if model.background_load > BUSY:
-        words = "Other programs used %.0f %% of the processors during this measurement, so predicted times are too long"
         log.warning(
-            f"{words}. Measure it again when it is idle, with: lightarc plan … --calibrate",
-            100.0 * model.background_load,
+            "Other programs used %s of the processors during this measurement, so predicted times are too long. Measure "
+            "it again when it is idle, with: lightarc plan … --calibrate",
+            percent(model.background_load),
         )
     if path is not None:
         _keep(model, path)

@@ -29,8 +29,8 @@ from engine.transport.relit import RelitGaussians, relit_gaussians
 from engine.transport.sh.bake import default_edge
 from engine.transport.sh.transfer import is_diffuse
 
-#: Ratios of measured to predicted errors.
-SPREAD = Spread(by_camera=(0.3, 1.3), around=(0.02, 1.0))
+#: Ratios of measured to predicted errors: by a camera those of seven scenes, of which seven in eight are promised.
+SPREAD = Spread(by_camera=(0.3, 5.2), around=(0.02, 1.0))
 
 #: Effects without which the BRDF is no longer that of a model, which alone is cut into lobes.
 _PARTS = {"glossy", "anisotropy", "fresnel", "retro-reflection"}
