@@ -46,8 +46,8 @@ def cost_model(*, anew: bool = False) -> Steps[CostModel]:
     model = yield from calibrate()
     if model.background_load > BUSY:
         log.warning(
-            "Other programs used %s of the processors during this measurement, so predicted times are too long. Measure "
-            "it again when it is idle, with: lightarc plan … --calibrate",
+            "Other programs used %s of the processors during this measurement, so predicted times are too long. "
+            "Measure it again when it is idle, with: lightarc plan … --calibrate",
             percent(model.background_load),
         )
     if path is not None:

@@ -43,7 +43,7 @@ NOISE = 0.01
 LEAST = 1e-3
 
 #: Seconds after which a reference is taken as it is; the errors then say how uncertain they are.
-MOST_S = 6.0
+MOST_S = 45.0
 
 #: The mode that bakes most takes as long as all else together: it is measured in one scene of so many.
 EVERY = 6

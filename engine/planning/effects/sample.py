@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 
 #: Points, views of each, and texels along an edge of the light's cube map: for effects, and for methods.
 POINTS, VIEWS, EDGE = 192, 8, 16
-FINE = (64, 4, 32)
+FINE = (128, 4, 32)
 
 #: Pixels along a side of the picture by which a camera looks at the model, and pairs from all around for each of its.
 SIDE, SHARE = 96, 2
