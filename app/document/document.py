@@ -10,11 +10,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
-from PySide6.QtCore import QObject, QSignalBlocker, Signal
+from PySide6.QtCore import QObject, QSignalBlocker, QTimer, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from app.document import history
@@ -25,6 +26,7 @@ from engine.capture.lights.sources import Sources
 from engine.capture.stack import ImageStack
 from engine.core.colour import Operator
 from engine.core.directions import Vectors, world_direction
+from engine.core.errors import FileError
 from engine.core.params import check, param
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
@@ -216,10 +218,12 @@ class Document(QObject):
     -------
     changed : the project before and after, at every change, undo and redo.
     seen : the model is seen from elsewhere, which is no step of the history.
+    unread : a FileError, where a step cannot be read because the disk of the project is gone. All is as it was.
     """
 
     changed = Signal(object, object)
     seen = Signal()
+    unread = Signal(object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -311,10 +315,22 @@ class Document(QObject):
     def _go_to(self, project: Project | str) -> None:
         if self._restoring:
             return
-        found = self.find(project) if isinstance(project, str) else project
+        try:
+            found = self.find(project) if isinstance(project, str) else project
+        except FileError as error:
+            QTimer.singleShot(0, self, partial(self._stay, self.undo_stack.index(), error))
+            return
         if found.mesh is self.project.mesh and found.camera != self.project.camera:
             found = dataclasses.replace(found, camera=self.project.camera)
         self._show(found)
+
+    def _stay(self, position: int, error: FileError) -> None:
+        """Take the history back to the step that led to the project, from one that could not be read."""
+        led = (at + 1 for at, step in enumerate(self.steps) if step.new is self.project)
+        self._restoring = True
+        self.undo_stack.setIndex(next(led, position))
+        self._restoring = False
+        self.unread.emit(error)
 
     def _show(self, project: Project) -> None:
         old, self.project = self.project, project

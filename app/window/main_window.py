@@ -123,6 +123,7 @@ class MainWindow(QMainWindow):
     def _connect(self) -> None:
         bench, menus = self.bench, self.menus
         bench.document.changed.connect(self._changed)
+        bench.document.unread.connect(lambda error: self.failures.report("This step cannot be read now", error))
         self.projects.changed.connect(self._show_title)
         self.projects.switched.connect(lambda: self.export.offer(self.projects.shown_name))
         bench.jobs.failed.connect(self._job_failed)

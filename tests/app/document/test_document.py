@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from app.document.document import Document, Project
+from app.document.document import Document, Project, Step
 from app.document.history import KEPT_BYTES
+from engine.core.errors import InputError
 
 
 def move_light(document: Document, phi_deg: float) -> None:
@@ -125,3 +126,25 @@ def test_a_drag_after_an_undo_is_a_step_of_its_own(qtbot: Any) -> None:
     move_light(document, 2.0)
     document.undo_stack.undo()
     assert document.project is first
+
+
+def test_a_step_that_cannot_be_read_leaves_all_as_it_was(qtbot: Any) -> None:
+    """The disk of a project is gone, and with it the states that the history knows by name."""
+    document, gone = Document(), [True]
+    first, now = Project(name="first"), Project(name="now")
+
+    def find(name: str) -> Project:
+        if gone:
+            raise InputError("Felt.lap", "is gone", "Bring it back")
+        return first
+
+    document.restore(now, (Step("Rename", "", "a state", "another"),), 1, find)
+    with qtbot.waitSignal(document.unread) as said:
+        document.undo_stack.undo()
+    assert "Felt.lap" in str(said.args[0])
+    assert document.project is now
+    assert document.undo_stack.index() == 1
+    gone.clear()
+    document.undo_stack.undo()
+    assert document.project is first
+    assert document.undo_stack.index() == 0
