@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
     from engine.shading.compare import Candidate
 
-#: Bytes of maps in 8 bits: two of the normal, three of colour, and of metallic-roughness roughness, metallic and f0.
-SURFACES = {"pbr-maps": 8, "lambertian": 5}
+#: Bytes of maps in 8 bits: two of the normal, three of colour, and of metallic-roughness roughness, metallic and f0;
+#: and products of a light: n·l and the colour, or a microfacet model, which has roots and quotients besides.
+SURFACES: dict[str, tuple[int, int | None]] = {"pbr-maps": (8, None), "lambertian": (5, 6)}
 
 #: Stems of the files of a comparison.
 STEM = "comparison"
@@ -57,11 +58,14 @@ def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step],
 
 
 def report(result: dict[str, Any]) -> str:
-    lines = [f"{'':16} {'left out':>9} {'in sample':>9} {'bytes':>6} {'fit':>7}   errors in codes of 8-bit sRGB"]
+    units = "errors in codes of 8-bit sRGB, products of a fragment and a light"
+    lines = [f"{'':16} {'left out':>9} {'in sample':>9} {'bytes':>6} {'products':>8} {'fit':>7}   {units}"]
     for each in result["candidates"]:
         errors = f"{each['leave_one_out_rmse_srgb8']:9.2f} {each['in_sample_rmse_srgb8']:9.2f}"
         seconds = f"{number(each['fit_s'])} s"
-        lines.append(f"{each['representation']:16} {errors} {each['bytes_per_texel']:6} {seconds:>7}")
+        products = "–" if each["products_per_fragment"] is None else each["products_per_fragment"]
+        costs = f"{each['bytes_per_texel']:6} {products:>8} {seconds:>7}"
+        lines.append(f"{each['representation']:16} {errors} {costs}")
     return "\n".join(lines)
 
 
@@ -74,11 +78,11 @@ def _surfaces(stack: ImageStack, used: NDArray[np.int64], show: Callable[[Step],
     if len(used) < FEWEST + 2 or apart(stack, used) < FEWEST:
         return []
     rows = []
-    for place, (name, byte_count) in enumerate(SURFACES.items()):
+    for place, (name, (byte_count, products)) in enumerate(SURFACES.items()):
         first = 0.5 + 0.25 * place
         finding = errors(stack, used, lambertian=name == "lambertian")
         found = drain(part(finding, first, first + 0.25), show)
-        rows.append(Candidate(name, found.left_out, found.in_sample, byte_count, found.fit_s))
+        rows.append(Candidate(name, found.left_out, found.in_sample, byte_count, products, found.fit_s))
     return rows
 
 
@@ -107,5 +111,6 @@ def _record(each: Candidate) -> dict[str, Any]:
         "leave_one_out_rmse_srgb8": each.leave_one_out,
         "in_sample_rmse_srgb8": each.in_sample,
         "bytes_per_texel": each.bytes_per_texel,
+        "products_per_fragment": each.products,
         "fit_s": each.fit_s,
     }

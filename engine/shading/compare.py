@@ -30,12 +30,17 @@ PLANES = (9, 27)
 
 @dataclass(frozen=True)
 class Candidate:
-    """A representation: errors in codes of 8-bit sRGB (NaN where not known), bytes of a texel, seconds of its fit."""
+    """A representation: errors in codes of 8-bit sRGB (NaN where not known), bytes of a texel, and what it costs.
+
+    `products` are the multiplications of a fragment for each light once its values are fetched (None where they are
+    not the whole of it), `fit_s` seconds.
+    """
 
     name: str
     leave_one_out: float
     in_sample: float
     bytes_per_texel: int
+    products: int | None
     fit_s: float
 
 
@@ -48,13 +53,14 @@ def compare(stack: ImageStack, used: NDArray[np.int64], slices: int = 8) -> Step
         first = 0.3 + 0.15 * place
         planes, seconds = yield from _timed(part(fitted(stack, used, found, most), first, first + 0.15))
         errors = (planes.leave_one_out, planes.in_sample)
-        rows.append(Candidate(f"planes-{len(planes.planes)}", *errors, planes.bytes_per_texel, moments_s + seconds))
+        count = len(planes.planes)
+        rows.append(Candidate(f"planes-{count}", *errors, planes.bytes_per_texel, 3 * count, moments_s + seconds))
     excluded = [name for place, name in enumerate(stack.sources) if place not in used]
     started = time.perf_counter()
     shading_map = yield from part(build(stack, slices, excluded=excluded), 0.75, 0.9)
     seconds = time.perf_counter() - started
     shown = yield from part(fidelity(stack, used, shading_map), 0.9, 1.0)
-    rows.append(Candidate("shading-map", shown.leave_one_out, shown.in_sample, 12 * slices, seconds))
+    rows.append(Candidate("shading-map", shown.leave_one_out, shown.in_sample, 12 * slices, 6, seconds))
     unique = {row.name: row for row in rows}
     return sorted(unique.values(), key=lambda row: row.leave_one_out)
 
@@ -74,11 +80,12 @@ def _fits(lights: Array, second: Array, moments_s: float) -> list[Candidate]:
             continue
         error = interpolation.rms(interpolation.left_out_of_fit(values), second)
         inside = interpolation.rms(values @ np.linalg.pinv(values) - np.eye(count), second)
-        rows.append(Candidate(name, error, inside, 3 * values.shape[1], moments_s))
+        terms = 3 * values.shape[1]
+        rows.append(Candidate(name, error, inside, terms, 0 if name == "mean" else terms, moments_s))
     kernel = interpolation.best_kernel(lights, second)
     inside = interpolation.rms(interpolation.weights(lights, lights, kernel) - np.eye(count), second)
     error = interpolation.rms(interpolation.left_out(lights, kernel), second)
-    rows.append(Candidate("kriging-of-all", error, inside, 3 * count, moments_s))
+    rows.append(Candidate("kriging-of-all", error, inside, 3 * count, 3 * count, moments_s))
     return rows
 
 

@@ -1,0 +1,53 @@
+"""The choice between the shading map and planes, and what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from engine.core.errors import InputError
+from engine.core.health import Verdict
+from engine.core.steps import drain
+from engine.shading.directional.planes import DirectionalMap
+from engine.shading.fidelity import Fidelity
+from engine.shading.representation import check_worth, choose, has_sides
+from engine.shading.shading_map import ShadingMap
+from tests.engine.domes import dome
+
+
+def test_photographs_that_are_left_out_choose_planes_for_a_dome() -> None:
+    found = drain(choose(dome(), 4))
+    assert isinstance(found.map, DirectionalMap)
+    assert found.shown.leave_one_out < found.others["shading-map"].leave_one_out
+    assert found.health.verdict is Verdict.GOOD
+    assert found.health.figures["directional_leave_one_out_rmse_srgb8"] == found.shown.leave_one_out
+    check_worth(dome(), found)
+
+
+def test_one_arc_keeps_the_shading_map_and_weighs_nothing_else() -> None:
+    arc = dataclasses.replace(dome(), azimuth=np.full(12, 1.0))
+    unknown = dataclasses.replace(dome(), azimuth=None)
+    for stack in (arc, unknown):
+        assert not has_sides(stack, np.arange(12))
+        found = drain(choose(stack, 4))
+        assert isinstance(found.map, ShadingMap)
+        assert found.others == {}
+
+
+def test_a_wish_is_followed_and_what_cannot_be_is_refused() -> None:
+    assert isinstance(drain(choose(dome(), 4, wanted="shading-map")).map, ShadingMap)
+    assert isinstance(drain(choose(dome(), 4, wanted="directional")).map, DirectionalMap)
+    with pytest.raises(InputError, match="too few"):
+        drain(choose(dome(), 4, excluded=dome().sources[3:], wanted="directional"))
+
+
+@pytest.mark.parametrize("wanted", ["shading-map", "directional"])
+def test_a_map_that_is_worse_than_the_mean_picture_is_refused(wanted: str) -> None:
+    found = drain(choose(dome(), 4, wanted=wanted))  # type: ignore[arg-type]
+    worse = dataclasses.replace(found, shown=Fidelity(9.0, 3.0, 8.0, 12))
+    assert worse.health.verdict is Verdict.WARNING
+    with pytest.raises(InputError, match=r"9 codes of 255, their mean to 8.*--force"):
+        check_worth(dome(), worse)
+    check_worth(dataclasses.replace(dome(), azimuth=None), worse)
