@@ -41,6 +41,7 @@ WORKING = "the working folder of one run, removed at its end"
 EXCEPTIONS = {
     "engine/bundle/members.py zipfile.ZipFile": STREAM,
     "engine/bundle/members.py packed.open": STREAM,
+    "engine/exchange/usd.py zipfile.ZipFile": "a package in memory",
     "engine/images/encode.py tifffile.imwrite": STREAM,
     "engine/storage/decoder_child.py os.open": NULL,
     "app/__main__.py os.open": NULL,
@@ -58,6 +59,7 @@ EXCEPTIONS = {
     "engine/storage/scratch.py np.memmap": "an unnamed file that vanishes with the process",
     "app/session/settings.py base.mkdir": WORKING,
     "app/session/settings.py tempfile.mkdtemp": WORKING,
+    "app/cli/bundle.py tempfile.mkdtemp": "a page that a browser reads after the command has ended",
     "app/window/projects.py tempfile.mkdtemp": "a project whose own folder cannot be written",
     "app/session/settings.py shutil.rmtree": WORKING,
     "app/cli/transport/render_transport.py tempfile.TemporaryDirectory": "a bake for one picture, removed with it",

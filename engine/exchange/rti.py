@@ -63,14 +63,14 @@ def shown(subject: Subject, _settings: Settings) -> Shown | None:
     """The harmonics, the most exact of the forms, as a viewer shows them; the viewer's direction does not count."""
     if not has_sides(subject):
         return None
-    terms = drain(fitted(subject, harmonics))
+    terms = drain(fitted(subject, hsh_functions))
     codes, low, span = terms.rounded()
 
     def radiance(view: View, lights: DistantLights) -> Floats:
         at = codes[view.row, view.column] / TOP * span + low
         value = np.zeros((len(view.row), 3))
         for lit, wi, irradiance in lit_points(view, lights):
-            code = np.einsum("nck,nk->nc", at[lit], harmonics(wi))
+            code = np.einsum("nck,nk->nc", at[lit], hsh_functions(wi))
             value[lit] += srgb_decode(np.clip(code, 0.0, TOP) / TOP) * irradiance
         return value
 
@@ -87,13 +87,13 @@ def contents(subject: Subject, _settings: Settings, _loss: str) -> Steps[Content
     files = {f"{name}.ptm": ptm_rgb(quadratic), f"{name}_lrgb.ptm": ptm_lrgb(quadratic)}
     files |= relight(quadratic)
     yield Step(0.6, "fitting harmonics")
-    spherical = yield from fitted(subject, harmonics)
+    spherical = yield from fitted(subject, hsh_functions)
     files[f"{name}.rti"] = hsh(spherical)
     warnings = ("RTI files show one viewer, straight above",)
     return Contents(files, 27.0, warnings)
 
 
-def harmonics(light: Vectors) -> Floats:
+def hsh_functions(light: Vectors) -> Floats:
     """(N, 9) hemispherical harmonics of orders 0 to 2 with the factors that viewers take (Gautron2004)."""
     cosine = np.clip(light[:, 2], 0.0, 1.0)
     phi = np.arctan2(light[:, 1], light[:, 0])

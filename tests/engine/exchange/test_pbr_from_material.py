@@ -78,7 +78,7 @@ def test_slices_and_power_law_agree_where_they_are_one() -> None:
 
 
 def test_a_directional_map_has_the_albedo_of_its_photographs() -> None:
-    """Where a white card shows cos and a texel k cos, its albedo is k, with the highlight of f0 = 0.04."""
+    """A texel of k cos beside a white card of cos has the albedo k, with the highlight of f0 = 0.04."""
     material = dome_material()
     maps, white = drain(nearest_maps(material))
     assert maps.size == (8, 6)

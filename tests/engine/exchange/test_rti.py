@@ -159,7 +159,7 @@ def test_relit_harmonics_agree_with_their_own_fit(files: dict[str, bytes], stack
     view = read_hsh(files["dome.rti"])
     across = np.cos(stack.elevation)
     lights = np.column_stack([across * np.cos(stack.azimuth), across * np.sin(stack.azimuth), np.sin(stack.elevation)])
-    basis = rti.harmonics(lights)
+    basis = rti.hsh_functions(lights)
     codes = srgb(np.asarray(stack.radiance, np.float64)).reshape(len(lights), -1)
     wanted = (basis @ np.linalg.lstsq(basis, codes, rcond=None)[0]).reshape(stack.radiance.shape)
     for number, light in enumerate(lights):
