@@ -3,8 +3,8 @@
 The steps: the lamps and what they tell (`lamps`), kinds of texels and their priors, slopes and reflectance of each
 texel (`reflectance`, `texel_kernel`), height (`height`), occlusion by relief (`horizon`), and the error against the
 photographs (`relight`).
-Memory: the maps with their uncertainties, 100 bytes a texel, and twice as much while the height is solved for; 24
-megapixels need some 5 GiB.
+Memory, by the arrays and not measured: maps with their uncertainties take 100 bytes a texel, the height 100 more; 24
+megapixels would need some 5 GiB.
 """
 
 from __future__ import annotations
