@@ -59,7 +59,7 @@ def folders(draw: st.DrawFn) -> Folder:
     files = {name: name for name in names}
     if lights := draw(st.sampled_from(LISTS)):
         listed = draw(st.sampled_from((best, ".jpg", "")))
-        before = draw(st.sampled_from(("", "C:\\rti\\jpeg-exports\\", "/home/me/")))
+        before = draw(st.sampled_from(("", "C:\\rti\\jpeg-exports\\", "/captures/felt/")))
         lines = [
             f"{before}{stem}{listed} {math.cos(0.1 * at)} 0 {math.sin(0.1 * at)}" for at, stem in enumerate(stems, 1)
         ]
