@@ -40,7 +40,6 @@ WORKING = "the working folder of one run, removed at its end"
 #: Writes that do not go through `engine.storage.atomic`, and the reason for each.
 EXCEPTIONS = {
     "engine/bundle/members.py zipfile.ZipFile": STREAM,
-    "engine/bundle/members.py packed.open": STREAM,
     "engine/exchange/usd.py zipfile.ZipFile": "a package in memory",
     "engine/images/encode.py tifffile.imwrite": STREAM,
     "engine/storage/decoder_child.py os.open": NULL,
