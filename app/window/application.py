@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 
 from PySide6.QtCore import QLocale, QObject, Qt, QTimer, Signal
@@ -72,7 +73,11 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
 
 
 def recover(window: MainWindow, project: Path, workspace: str) -> None:
-    """Open a project that was interrupted, in the workspace that was in front."""
+    """Open a project that was interrupted, in the workspace that was in front.
+
+    SciPy is loaded before: jobs of both begin at once, and two threads that load it together can fail.
+    """
+    import_module("scipy.ndimage")
     window.open_project(project)
     if workspace in WORKSPACES:
         window.show_workspace(workspace)
