@@ -54,6 +54,8 @@ MEASURED = {
     "figures": "figures kautz-6 --quick -o {output}",
     "tradeoff": "tradeoff sphere --brdf ggx --env sky -o {output}",
     "bundle": "bundle verify {inputs}/shade",
+    "export": "export {inputs}/shade --to textures gltf -o {output}",
+    "normals": "normals {inputs}/import -o {output}",
     "selftest": "selftest",
     "bench": "bench --only brdf-ggx separable-48 reference-direct",
 }

@@ -97,5 +97,5 @@ class Contents:
 
 def plain_name(name: str) -> str:
     """`name` in letters, digits, `-` and `_`, beginning with a letter: a word in every format."""
-    plain = re.sub(r"[^A-Za-z0-9_-]+", "_", name).strip("_-")[:_LONGEST_NAME] or "material"
+    plain = re.sub(r"[^A-Za-z0-9_-]{1,99}", "_", name).strip("_-")[:_LONGEST_NAME] or "material"
     return plain if plain[0].isalpha() else f"m_{plain}"

@@ -54,6 +54,8 @@ LINES = {
     "simulate": ("simulate -o {folder}/capture --size 32 --elevations-deg 20,60,80 --calibration",),
     "import": ("import {inputs}/photographs -o {folder}/stack",),
     "shade": ("shade {inputs}/stack -o {folder}/a.lightarc --slices 3",),
+    "normals": ("normals {inputs}/stack -o {folder}/maps --no-errors",),
+    "export": ("export {inputs}/a.lightarc --to auto -o {folder}/exported",),
     "render": (
         f"{RENDER} --renderer cpu",
         f"{RENDER} --mode reference --max-depth 2 --ground",
@@ -85,6 +87,8 @@ LINES = {
 
 #: Options that hold several numbers, or a text with numbers in it, each with a place for an extreme one.
 TEXTS = {
+    "--elevations": ("{}",),
+    "--azimuths": ("{}",),
     "--elevations-deg": ("{},40,60", "20,{},60"),
     "--azimuths-deg": ("{},90,180",),
     "--exposures": ("{},2", "1,{}"),
@@ -94,6 +98,8 @@ TEXTS = {
     "--corners": ("{},1,20,1,20,15,1,15", "1,1,20,{},20,15,1,15"),
     "--size": ("{}x12", "12x{}"),
     "--sphere": ("{},9,4", "9,9,{}"),
+    "--second-sphere": ("{},9,4", "9,9,{}"),
+    "--equalise": ("{},0,8,8", "0,0,{},8"),
     "--azimuth": ("{}", "90±{}"),
     "--lights": ("{}", "1-{}"),
     "--light-deg": ("{},30", "50,{}"),

@@ -43,7 +43,7 @@ Pairs = Sequence[Sequence[float]]
 
 _SET_ASIDE = re.compile(
     r"(?P<white>(white|flat)[ _-]?(field|frame|ref(erence)?)?)|(?P<dark>(dark|bias)[ _-]?(field|frame)?)"
-    r"|(.*[ ._-])?mask",
+    r"|(.{0,200}[ ._-])?mask",
     re.IGNORECASE,
 )
 
