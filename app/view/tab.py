@@ -137,7 +137,7 @@ class ViewTab(QWidget):
 
     def _make_centre(self) -> QWidget:
         labels = [(mode.value, mode.label, f"{mode.hint} ({mode.key})") for mode in modes()]
-        self.mode = Segments(labels, {"shading-map": "Map"})
+        self.mode = Segments(labels, {"shading-map": "Map", "reference": "Ref."})
         self.mode.chosen.connect(self.choose_mode)
         bar = role(QWidget(), "bar")
         bar.setFixedHeight(36)
@@ -157,6 +157,9 @@ class ViewTab(QWidget):
         self.stop = QAction(theme.icon("cancel"), "Stop refining the reference", self)
         self.stop.triggered.connect(lambda _checked=False: self._stop_or_go())
         self.stop_button = tool(self.stop)
+        keeps_room = self.stop_button.sizePolicy()
+        keeps_room.setRetainSizeWhenHidden(True)  # or else the picture changes its width as the button comes and goes
+        self.stop_button.setSizePolicy(keeps_room)
         row.addWidget(self.stop_button)
         centre = QWidget()
         column = QVBoxLayout(centre)

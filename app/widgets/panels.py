@@ -96,19 +96,9 @@ def sheet() -> tuple[QWidget, QVBoxLayout]:
     return holder, column
 
 
-class _SideBySide(QWidget):
-    """Takes room from the panels by its own width alone, so that nothing within the picture moves its edges."""
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        share = NARROWEST + (1.0 - NARROWEST) * min(1.0, max(0.0, (self.width() - 1180) / 100))
-        for panel in self.findChildren(Panel):
-            panel.setMaximumWidth(round(share * panel.usual_width))
-        super().resizeEvent(event)
-
-
 def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
     """Panels and picture beside each other with a thin line between them; part number `stretch` takes the room."""
-    holder = role(_SideBySide(), "gap")
+    holder = role(QWidget(), "gap")
     holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
     row = QHBoxLayout(holder)
     row.setContentsMargins(0, 0, 0, 0)

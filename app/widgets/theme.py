@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+import shiboken6
 from PySide6.QtCore import QByteArray, QRectF, Qt
 from PySide6.QtGui import QAction, QColor, QFont, QFontDatabase, QIcon, QPainter, QPalette, QPixmap
 from PySide6.QtSvg import QSvgRenderer
@@ -329,7 +330,7 @@ def _draw_icons_anew(before: Theme) -> None:
     owners: list[QAbstractButton | QAction] = []
     for widget in QApplication.topLevelWidgets():
         owners += [*widget.findChildren(QAbstractButton), *widget.findChildren(QAction)]
-    for owner in owners:
+    for owner in filter(shiboken6.isValid, owners):  # a closed window may be destroyed while the others are looked at
         name, colour = _drawn.get(owner.icon().cacheKey(), ("", ""))
         if colour in uses:
             owner.setIcon(icon(name, getattr(_current, uses[colour])))
