@@ -65,7 +65,7 @@ def large_memory(folder: Path, megapixels: Sequence[float] = MEGAPIXELS) -> Step
 def _found(verb: str, sizes: Sequence[float], peaks: Sequence[Peak]) -> Accuracy:
     pixels = 1e6 * np.asarray(sizes)
     slopes = [
-        float(np.polyfit(pixels, [getattr(peak, kind) for peak in peaks], 1)[0]) if len(peaks) > 1 else float("nan")
+        float(np.polyfit(pixels, [getattr(peak, kind) for peak in peaks], 1)[0]) if len(peaks) > 1 else None
         for kind in ("all_bytes", "without_files_bytes")
     ]
     table = "; ".join(
@@ -73,8 +73,8 @@ def _found(verb: str, sizes: Sequence[float], peaks: Sequence[Peak]) -> Accuracy
         f"files, {peak.time_s:.0f} s"
         for size, peak in zip(sizes, peaks, strict=True)
     )
-    slope = f"{slopes[0]:.1f} bytes a pixel ({slopes[1]:.1f} without mapped files)"
-    what = f"GiB at {sizes[-1]:g} megapixels; {slope}; {table}"
+    slope = f"{slopes[0]:.1f} bytes a pixel ({slopes[1]:.1f} without mapped files); " if len(peaks) > 1 else ""
+    what = f"GiB at {sizes[-1]:g} megapixels; {slope}{table}"
     more = {
         "megapixels": list(sizes),
         "peak_bytes": [peak.all_bytes for peak in peaks],
