@@ -172,7 +172,13 @@ class Person:
 
     def place(self, name: str, across: float = 0.5, down: float = 0.5) -> tuple[int, int]:
         """A point of the widget that is called `name`, by shares of its size."""
-        seen = self.until(lambda seen: name in seen["places"], f"the widget {name!r}")
+        before: list[int] = []
+        while True:  # until the layout rests
+            seen = self.until(lambda seen: name in seen["places"], f"the widget {name!r}")
+            if seen["places"][name] == before:
+                break
+            before = seen["places"][name]
+            time.sleep(4 * PAUSE_S)
         x, y, width, height = seen["places"][name]
         return round(x + across * width), round(y + down * height)
 
