@@ -63,12 +63,12 @@ def test_a_ring_under_a_dome() -> None:
     theirs = 255.0 * np.sqrt(np.mean((shown - srgb_encode(radiance)) ** 2))
     bright = radiance.mean(axis=(0, -1)) > 0.02
     apart = angle_deg(found.maps.normal, plain(radiance, direction))[bright]
-    print(f"ring: {np.median(apart):.2f}° from least squares, which errs by {theirs:.2f} codes; {errors}")
+    print(f"ring: {np.median(apart):.2f}° from least squares, whose error is {theirs:.2f} codes; {errors}")
     assert errors.in_sample < theirs
 
 
 def test_a_grey_sphere_is_a_sphere() -> None:
-    """The normals of the sphere by its outline; least squares errs by 5.1°, and shadows no longer bend ours."""
+    """The normals of the sphere by its outline; the error of least squares is 5.1°, and shadows no longer bend ours."""
     folder = needs("uw_psm")
     numbers = [line.split() for line in (folder / "lights.txt").read_text().splitlines()[1:13]]
     direction = np.array(numbers, np.float64)
