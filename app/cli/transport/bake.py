@@ -13,7 +13,7 @@ from typing import Any
 from app.arguments.options import settings_from
 from app.arguments.results import TRANSPORT, Input, Output
 from app.cli.brdf import BRDF_HELP
-from app.cli.transport import bake_auto, project_input
+from app.cli.transport import bake_auto, project_input, scene_options
 from app.cli.transport import options as vary
 from app.cli.transport.bake_report import carry_out, subject_of
 from app.cli.transport.method_options import add_options, options, strange_options
@@ -32,12 +32,7 @@ AUTO = "auto"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "mesh",
-        type=Input(reach="file"),
-        metavar="MESH",
-        help=project_input.MESH_HELP,
-    )
+    scene_options.add_mesh(parser)
     parser.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
     parser.add_argument(
         "-o",
@@ -53,14 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=(*transport.names(), AUTO),
         help=f"{hints}; {AUTO}: the mode that 'lightarc plan' chooses ({transport.DEFAULT})",
     )
-    parser.add_argument(
-        "--ground",
-        nargs="?",
-        type=float,
-        const=0.5,
-        metavar="ALBEDO",
-        help="put the model on a diffuse ground that receives its shadow (albedo 0.5)",
-    )
+    scene_options.add_ground(parser)
     parser.add_argument(
         "--ground-cells", type=int, default=64, metavar="N", help="cells along a side of the ground (64)"
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from app.arguments.results import Input
 from app.cli.brdf import BRDF_HELP
 from app.cli.transport import options as vary
-from app.cli.transport import project_input
+from app.cli.transport import project_input, scene_options
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, percent_range, size_text, time_text
 from engine.core.steps import Step, drain, part
@@ -19,7 +19,6 @@ from engine.core.steps import Step, drain, part
 if TYPE_CHECKING:
     from engine.planning.ceilings import Ceilings
     from engine.planning.plan import Beyond, EffectsPlan
-    from engine.scene.scene import Scene
 
 HELP = "List the effects that a scene needs, with the error and saving of leaving each out, and the best mode."
 EXAMPLE = "lightarc plan torus-knot --brdf ggx:alpha=0.3 --env studio --error 0.02"
@@ -32,32 +31,13 @@ FRAMES = 20_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "mesh",
-        type=Input(reach="file"),
-        metavar="MESH",
-        help=project_input.MESH_HELP,
-    )
+    scene_options.add_mesh(parser)
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
     what.add_argument("--material", type=Input(), metavar="BUNDLE", help="a material, with its own BRDF")
-    parser.add_argument(
-        "--env", type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
-    )
+    scene_options.add_surroundings(parser)
     add_budget(parser)
     vary.add_argument(parser)
-    parser.add_argument("--env-rotation-deg", type=float, metavar="A", help="rotation of the environment about +Y (0)")
-    parser.add_argument(
-        "--ground",
-        nargs="?",
-        type=float,
-        const=0.5,
-        metavar="ALBEDO",
-        help="put the model on a diffuse ground (albedo 0.5)",
-    )
-    parser.add_argument(
-        "--camera", type=str, metavar="TEXT", help="as for lightarc render; otherwise the model is framed"
-    )
     parser.add_argument("--width", type=int, default=WIDTH, metavar="PX", help=f"width of the pictures ({WIDTH})")
     parser.add_argument("--height", type=int, default=HEIGHT, metavar="PX", help=f"height of the pictures ({HEIGHT})")
     parser.add_argument(
@@ -105,7 +85,7 @@ def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> Non
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     _check(arguments)
-    scene = _scene(arguments)
+    scene = scene_options.scene_of(arguments, "a plan")
     mesh, brdf, environment = scene.mesh, scene.brdf, scene.environment
     options = {
         "ground": scene.ground,
@@ -126,33 +106,6 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         **record(found),
         "warnings": list(mesh.health.warnings),
     }
-
-
-def _scene(arguments: argparse.Namespace) -> Scene:
-    """The model or the project that is planned, under an environment."""
-    from engine.bundle.bundle import open_bundle
-    from engine.factor.factor_file import open_reflectance
-    from engine.geometry.camera import frame, parse
-    from engine.geometry.ground import Ground
-    from engine.geometry.shapes import open_mesh
-    from engine.light.environment_file import open_environment
-    from engine.scene.scene import Scene
-
-    if project_input.is_given(arguments):
-        scene = project_input.setup_of(arguments).scene
-        project_input.needs_environment(scene, "a plan")
-        return scene
-    material = open_bundle(arguments.material) if arguments.material else None
-    mesh = open_mesh(arguments.mesh)
-    return Scene(
-        mesh=mesh,
-        camera=parse(arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height)),
-        brdf=open_reflectance(arguments.brdf) if material is None else material.reflectance,
-        material=material,
-        environment=open_environment(arguments.env),
-        environment_rotation=math.radians(arguments.env_rotation_deg),
-        ground=Ground(albedo=arguments.ground) if arguments.ground is not None else None,
-    )
 
 
 def plan_for(

@@ -24,8 +24,6 @@ DECIDED = ("material", "brdf", "ground", "vary")
 #: Options for parts of a scene, as they are called there.
 PARTS = {"directions": "directions", "source": "source", "lookup": "lookup", "above": "above", "tile": "repeats"}
 
-MESH_HELP = "a file, a built-in (sphere, plane, torus-knot, cloth, blob), or a project (.lap), which brings its scene"
-
 
 def is_given(arguments: argparse.Namespace) -> bool:
     """True where a project is in the place of the model."""

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, software
-from app.cli.transport import project_input, render_auto, render_transport, render_turntable
+from app.cli.transport import project_input, render_auto, render_transport, render_turntable, scene_options
 from app.cli.transport.options import LIGHT_DEG, angles_argument, lamp_argument
 from app.cli.transport.render_output import (
     ON_PROCESSOR,
@@ -61,12 +61,7 @@ MOST_DEPTH = 1000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "mesh",
-        type=Input(reach="file"),
-        metavar="MESH",
-        help=project_input.MESH_HELP,
-    )
+    scene_options.add_mesh(parser)
     parser.add_argument(
         "-o",
         "--output",
@@ -115,14 +110,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "theta_deg=40,phi_deg=20,irradiance=2,radius_deg=5,colour=1:0.8:0.6, a disc of that angular radius, with 0 a "
         "directional light",
     )
-    parser.add_argument(
-        "--ground",
-        nargs="?",
-        type=float,
-        const=0.5,
-        metavar="ALBEDO",
-        help="put the model on a diffuse ground (albedo 0.5)",
-    )
+    scene_options.add_ground(parser)
     parser.add_argument(
         "--directions", type=int, metavar="N", help="number of lights that represent the environment (64)"
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, sweep_in
 from app.cli.brdf import BRDF_HELP
-from app.cli.transport import project_input
+from app.cli.transport import project_input, scene_options
 from app.process import ending
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, percent_range, percent_within, size_text, time_text
@@ -52,19 +51,12 @@ FIGURE_WORDS = {"frame_s": "frame", "relight_s": "relighting", "bake_s": "bake",
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "mesh",
-        type=Input(reach="file"),
-        metavar="MESH",
-        help=project_input.MESH_HELP,
-    )
+    scene_options.add_mesh(parser)
     parser.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
     parser.add_argument(
         "--material", type=Input(), metavar="BUNDLE", help="a material with a shading map, and its own BRDF"
     )
-    parser.add_argument(
-        "--env", type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
-    )
+    scene_options.add_surroundings(parser)
     parser.add_argument(
         "-o",
         "--output",
@@ -90,19 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="name the best setting within '8 ms and 100 MB' (least error) or '1 %%' (least time)",
     )
     parser.add_argument("--axis", default="frame", choices=AXES, help="the time that --choose compares (frame)")
-    parser.add_argument("--env-rotation-deg", type=float, metavar="A", help="rotation of the environment about +Y (0)")
     parser.add_argument("--intensity", type=float, metavar="L", help="factor on the environment (1)")
-    parser.add_argument(
-        "--ground",
-        nargs="?",
-        type=float,
-        const=0.5,
-        metavar="ALBEDO",
-        help="put the model on a diffuse ground (albedo 0.5)",
-    )
-    parser.add_argument(
-        "--camera", type=str, metavar="TEXT", help="as for lightarc render; otherwise the model is framed"
-    )
     parser.add_argument("--width", type=int, default=320, metavar="PX", help="width of the pictures (320)")
     parser.add_argument("--height", type=int, default=240, metavar="PX", help="height of the pictures (240)")
     parser.add_argument("--max-depth", type=int, default=1, metavar="D", help="largest path depth of the reference (1)")
@@ -115,7 +95,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
     _check(arguments)
     budget = budget_from_text(arguments.choose) if arguments.choose else None
-    scene = _scene(arguments)
+    scene = scene_options.scene_of(arguments, "a sweep")
     settings = _settings(arguments, scene)
     with _folder(arguments.output):
         return _measured(arguments, scene, settings, budget, show)
@@ -331,38 +311,6 @@ def _settings(arguments: argparse.Namespace, scene: Scene) -> list[Setting]:
     if "shading-map" in modes and scene.material is None:
         raise UsageError("the mode shading-map needs --material")
     return settings_of(scene, modes or modes_of(scene), bounces=arguments.max_depth > 1)
-
-
-def _scene(arguments: argparse.Namespace) -> Scene:
-    from engine.bundle.bundle import open_bundle
-    from engine.factor.factor_file import open_reflectance
-    from engine.geometry.camera import frame, parse
-    from engine.geometry.ground import Ground
-    from engine.geometry.shapes import open_mesh
-    from engine.light.environment_file import open_environment
-    from engine.scene.scene import Scene
-
-    if project_input.is_given(arguments):
-        scene = project_input.setup_of(arguments).scene
-        project_input.needs_environment(scene, "a sweep")
-        return scene
-    material = open_bundle(arguments.material) if arguments.material else None
-    brdf = material.reflectance if material else open_reflectance(arguments.brdf)
-    mesh = open_mesh(arguments.mesh)
-    environment = open_environment(arguments.env)
-    camera = parse(arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height))
-    ground = None if arguments.ground is None else Ground(albedo=arguments.ground)
-    return Scene(
-        mesh=mesh,
-        camera=camera,
-        brdf=brdf,
-        material=material,
-        irradiance=arguments.intensity,
-        repeats=arguments.tile,
-        environment=environment,
-        environment_rotation=math.radians(arguments.env_rotation_deg),
-        ground=ground,
-    )
 
 
 def _title(arguments: argparse.Namespace) -> str:

@@ -1,0 +1,73 @@
+"""The scene that options name: model, ground, environment and camera, or a project that brings them all."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING
+
+from app.arguments.results import Input
+from app.cli.transport import project_input
+
+if TYPE_CHECKING:
+    from engine.scene.scene import Scene
+
+MESH_HELP = "a file, a built-in (sphere, plane, torus-knot, cloth, blob), or a project (.lap), which brings its scene"
+
+
+def add_mesh(parser: argparse.ArgumentParser) -> None:
+    """The model, or the project in its place."""
+    parser.add_argument("mesh", type=Input(reach="file"), metavar="MESH", help=MESH_HELP)
+
+
+def add_ground(parser: argparse.ArgumentParser) -> None:
+    """The ground below the model."""
+    parser.add_argument(
+        "--ground",
+        nargs="?",
+        type=float,
+        const=0.5,
+        metavar="ALBEDO",
+        help="put the model on a diffuse ground, which receives its shadow (albedo 0.5)",
+    )
+
+
+def add_surroundings(parser: argparse.ArgumentParser) -> None:
+    """Environment, ground and camera, as `scene_of` reads them."""
+    parser.add_argument(
+        "--env", type=Input(reach="file"), metavar="FILE", help="an environment, as for lightarc render"
+    )
+    parser.add_argument("--env-rotation-deg", type=float, metavar="A", help="rotation of the environment about +Y (0)")
+    add_ground(parser)
+    parser.add_argument(
+        "--camera", type=str, metavar="TEXT", help="as for lightarc render; otherwise the model is framed"
+    )
+
+
+def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
+    """The model or the project of the arguments under its environment; `verb` says what needs one: "a plan"."""
+    from engine.bundle.bundle import open_bundle
+    from engine.factor.factor_file import open_reflectance
+    from engine.geometry.camera import frame, parse
+    from engine.geometry.ground import Ground
+    from engine.geometry.shapes import open_mesh
+    from engine.light.environment_file import open_environment
+    from engine.scene.scene import Scene
+
+    if project_input.is_given(arguments):
+        scene = project_input.setup_of(arguments).scene
+        project_input.needs_environment(scene, verb)
+        return scene
+    material = open_bundle(arguments.material) if arguments.material else None
+    mesh = open_mesh(arguments.mesh)
+    return Scene(
+        mesh=mesh,
+        camera=parse(arguments.camera or "", frame(mesh.positions, arguments.width / arguments.height)),
+        brdf=open_reflectance(arguments.brdf) if material is None else material.reflectance,
+        material=material,
+        irradiance=getattr(arguments, "intensity", 1.0),
+        repeats=getattr(arguments, "tile", 4.0),
+        environment=open_environment(arguments.env),
+        environment_rotation=math.radians(arguments.env_rotation_deg),
+        ground=None if arguments.ground is None else Ground(albedo=arguments.ground),
+    )
