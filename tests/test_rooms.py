@@ -87,6 +87,7 @@ SHORT, LONG = 60, 400
 #: Files with fewer lines, and why.
 SHORT_FILES = {
     "engine/render/layers.py": "two layers of one loop over the pixels",
+    "engine/bundle/swatch.py": "one small picture",
     "engine/capture/photograph/kinds.py": "suffixes, which the window asks for before it loads a reader",
     "app/arguments/options.py": "options made of declared settings, for several verbs",
     "app/arguments/usage.py": "exit codes and wrong usage, which every verb needs and nothing else",

@@ -57,6 +57,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         return describe_bundle(arguments.path)
     verification = verify_bundle(arguments.path)
     return {
+        "path": str(arguments.path),
         "ok": verification.ok,
         "members": list(verification.members),
         "problems": list(verification.problems),
@@ -117,5 +118,6 @@ def report(result: dict[str, Any]) -> str:
     if "ok" not in result:
         return "\n".join(f"{name}: {value}" for name, value in result.items())
     if result["ok"]:
-        return f"The bundle is sound: {len(result['members'])} members, {result['size_bytes']:,} bytes."
+        counted = f"{len(result['members'])} members with the manifest, {result['size_bytes']:,} bytes"
+        return f"{result['path']} is sound: {counted}."
     return "\n".join(["The bundle is not sound:", *(f"- {problem}" for problem in result["problems"])])

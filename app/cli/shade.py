@@ -7,6 +7,7 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, material_at, picture_by, software
@@ -174,6 +175,7 @@ def _with_shading_map(
         "fit_s": fit_s,
         **_chosen_record(chosen, size_bytes / (shading_map.slices.shape[1] * shading_map.slices.shape[2])),
         **figures,
+        **_written(arguments.output),
         "warnings": material.health.warnings,
         "worst_texels": [{"row": t.row, "column": t.column, "error_radiance": t.error} for t in worst],
     }
@@ -212,8 +214,19 @@ def _with_planes(
         "choose_s": choose_s,
         "fit_s": chosen.fit_s,
         **record,
+        **_written(arguments.output),
         "warnings": material.health.warnings,
     }
+
+
+def _written(path: str) -> dict[str, Any]:
+    """The path that was written, its members and bytes."""
+    from engine.bundle.bundle import MANIFEST, describe_bundle
+
+    output = Path(path)
+    members = [*describe_bundle(output)["members"], MANIFEST]
+    files = [output] if output.is_file() else [output / name for name in members]
+    return {"output": str(output), "members": members, "bundle_bytes": sum(file.stat().st_size for file in files)}
 
 
 def report(result: dict[str, Any]) -> str:
@@ -222,7 +235,7 @@ def report(result: dict[str, Any]) -> str:
     if result["representation"] == "directional":
         size = size_text(result["size_bytes"])
         first = f"{result['planes']} planes of {result['photographs']} photographs, {size}"
-        return "\n".join([f"{first}, fitted in {result['fit_s']:.2f} s", *_errors(result)])
+        return "\n".join([f"{first}, fitted in {result['fit_s']:.2f} s", *_errors(result), _where(result)])
     size = size_text(result["size_bytes_slices"])
     lines = [f"{len(result['slice_mean_radiance'])} slices, {size}, linearised in {result['linearise_s']:.2f} s"]
     if result["seam_error"] is not None:
@@ -241,7 +254,11 @@ def report(result: dict[str, Any]) -> str:
         lines.append(
             f"the model in place of the measured BRDF is {percent(result['brdf_fit_rmse_rel'], 3)} away from it"
         )
-    return "\n".join([*lines, *_errors(result)])
+    return "\n".join([*lines, *_errors(result), _where(result)])
+
+
+def _where(result: dict[str, Any]) -> str:
+    return f"Written to {result['output']}: {len(result['members'])} members, {size_text(result['bundle_bytes'])}."
 
 
 def _errors(result: dict[str, Any]) -> list[str]:

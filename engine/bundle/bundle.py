@@ -104,7 +104,7 @@ def save_bundle(
     path : folder, or a file that ends in .lightarc.
     provenance : JSON values: cameras, levels, white balance, angles, what was assumed.
     figures : JSON values: error figures, with the unit in each key.
-    preview : a PNG.
+    preview : a PNG; by default a small picture of the material flat under a lamp (`engine.bundle.swatch`).
 
     Returns `path`. Raises OutputError where it cannot be written, and UsageError for a material without maps or with
     values that are not finite, or negative outside the slices.
@@ -218,6 +218,7 @@ def check_replaceable(target: Path) -> None:
 def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[], bytes | Planes]]:
     """Producer of each member but the manifest, in the order of writing."""
     from engine.bundle.portable import brdf_json, shader, viewer
+    from engine.bundle.swatch import swatch
 
     contents = map_members(material)
     if material.directional is not None:
@@ -228,8 +229,7 @@ def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[
     if isinstance(measured := material.measured, Table):
         contents[TABLE] = lambda: encode_table(measured)[0]
     contents[SHADER] = lambda: shader(material).encode()
-    if preview is not None:
-        contents[PREVIEW] = lambda: preview
+    contents[PREVIEW] = lambda: preview or swatch(material)
     return contents
 
 

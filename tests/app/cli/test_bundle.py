@@ -40,14 +40,15 @@ def test_a_sound_bundle(saved: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert run("verify", str(saved), "--json") == 0
     value = json.loads(capsys.readouterr().out)
     assert value == {
+        "path": str(saved),
         "ok": True,
-        "members": ["brdf.json", "manifest.json", "shader/lightarc.glsl", "shading_map.exr"],
+        "members": ["brdf.json", "manifest.json", "preview.png", "shader/lightarc.glsl", "shading_map.exr"],
         "problems": [],
         "size_bytes": saved.stat().st_size,
         "schema_version": 1,
     }
     assert run("verify", str(saved)) == 0
-    assert capsys.readouterr().out.startswith("The bundle is sound: 4 members")
+    assert capsys.readouterr().out.startswith(f"{saved} is sound: 5 members with the manifest")
 
 
 def test_a_changed_member_is_named_and_the_exit_code_says_so(saved: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -32,7 +32,7 @@ KEYS = [
     "quantisation_bound_radiance", "quantisation_error_radiance", "max_error_radiance", "kept_tile_fraction",
     "seam_error", "tile_width_px",
     "tile_height_px",
-    "brdf_fit_rmse_rel", "warnings", "worst_texels",
+    "brdf_fit_rmse_rel", "output", "members", "bundle_bytes", "warnings", "worst_texels",
 ]  # fmt: skip
 
 

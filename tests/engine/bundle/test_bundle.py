@@ -28,7 +28,6 @@ from engine.bundle.bundle import (
     BRDF,
     MANIFEST,
     MEMBERS,
-    PREVIEW,
     SHADER,
     VIEWER,
     open_bundle,
@@ -158,7 +157,7 @@ def test_a_measured_brdf_comes_back_bit_for_bit(tmp_path: Path, name: str) -> No
     assert_same(again, material)
     assert again.reflectance is again.measured
     assert verify_bundle(path).problems == ()
-    assert set(verify_bundle(path).members) == PLAIN - {PREVIEW} | {TABLE}
+    assert set(verify_bundle(path).members) == PLAIN | {TABLE}
     assert json.loads(members_of(path)[BRDF])["measured"]["file"] == TABLE
     contents = members_of(path)
     rewrite(path, contents | {TABLE: contents[TABLE][:-1] + b"?"})

@@ -107,7 +107,7 @@ def test_members_are_those_that_are_promised(folder: Path) -> None:
             folder,
             frozenset(
                 {*PLANE_FILES, NUMBERS, WEIGHTS, "manifest.json", "brdf.json"}
-                | {"shader/lightarc.glsl", "viewer/index.html"}
+                | {"preview.png", "shader/lightarc.glsl", "viewer/index.html"}
             ),
         ).sizes
     )
