@@ -108,6 +108,10 @@ def report(result: dict[str, Any]) -> str:
     own = result["material"]
     if own["rmse_rel"] is not None:
         lines.append(f"The material itself shows the photographs to {percent(own['rmse_rel'], 3)}.")
+    if own["brdf_fit_rmse_rel"] is not None:
+        error = percent(own["brdf_fit_rmse_rel"], 3)
+        lines.append(f"Shaders and pages hold a model in place of the measured BRDF, {error} away from it.")
+    lines += [f"{warning}." for warning in result["warnings"]]
     lines.append(f"Written to {result['folder']}.")
     return "\n".join(lines)
 

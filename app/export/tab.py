@@ -1,4 +1,4 @@
-"""The Export workspace: the contents of the bundle, its path, and its verification."""
+"""The Export workspace: the bundle with its contents, path and verification, and exports for other programs."""
 
 from __future__ import annotations
 
@@ -8,18 +8,19 @@ from typing import Any
 
 from PySide6.QtCore import Qt, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QShowEvent
-from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLineEdit, QWidget
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from app.commands.export_bundle import Exported, drawn
 from app.commands.workbench import Workbench
 from app.document.document import Project
+from app.export.elsewhere import Elsewhere
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.view.tab import ViewTab
 from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import ImageView, Picture, rgb_image
-from app.widgets.panels import Panel, Rows, button, enable, side_by_side, text
-from app.widgets.theme import ROW, STEP, role
+from app.widgets.panels import Pages, Panel, Rows, Segments, button, enable, side_by_side, text
+from app.widgets.theme import PADDING, ROW, STEP, role
 from engine.core.errors import OutputError
 from engine.core.figure_text import size_text
 from engine.core.steps import Steps
@@ -43,7 +44,7 @@ STALE = "Settings were changed after this material was built. Rebuild it in Mate
 
 
 class ExportTab(QWidget):
-    """Writes the project's material as a bundle."""
+    """Writes the project's material as a bundle, or for other programs."""
 
     capture_wanted = Signal()
     sample_wanted = Signal()
@@ -57,6 +58,7 @@ class ExportTab(QWidget):
         self.written = self.folder
         self.latest = Latest(bench.jobs, "Drawing the preview")
         self.image = ImageView()
+        self.elsewhere = Elsewhere(bench)
         self.empty = self._make_empty()
         self.pages = with_empty_state(self, self.empty, self._make_work())
         view.model_ready.connect(self._draw_preview)
@@ -74,7 +76,39 @@ class ExportTab(QWidget):
         )
 
     def _make_work(self) -> QWidget:
-        return side_by_side(self.image, self._make_right(), stretch=0)
+        self.forms = Segments(
+            (
+                ("bundle", "Bundle", "The material itself, as one file that this program opens again"),
+                (
+                    "elsewhere",
+                    "Other programs",
+                    "Textures, MaterialX, glTF, USD, shaders, RTI and more, and their losses",
+                ),
+            )
+        )
+        self.forms.choose("bundle")
+        self.forms.chosen.connect(self.show_form)
+        bar = role(QWidget(), "bar")
+        bar.setFixedHeight(36)
+        row = QHBoxLayout(bar)
+        row.setContentsMargins(PADDING, 0, PADDING, 0)
+        row.addWidget(self.forms)
+        row.addStretch(1)
+        self.form_pages = Pages()
+        self.form_pages.addWidget(side_by_side(self.image, self._make_right(), stretch=0))
+        self.form_pages.addWidget(self.elsewhere)
+        work = QWidget()
+        column = QVBoxLayout(work)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(bar)
+        column.addWidget(self.form_pages, 1)
+        return work
+
+    def show_form(self, form: str) -> None:
+        """Show the page of the bundle, or that of other programs ('elsewhere')."""
+        self.forms.choose(form)
+        self.form_pages.setCurrentIndex(int(form == "elsewhere"))
 
     def _make_right(self) -> QWidget:
         panel = Panel(WIDTH)
@@ -196,10 +230,12 @@ class ExportTab(QWidget):
     def offer(self, name: str) -> None:
         """Propose the name of what is open for the bundle."""
         self.name.setText(f"{name}.lightarc")
+        self.elsewhere.offer(name)
 
     def set_folder(self, folder: Path) -> None:
         """Export into `folder` from now on."""
         self.folder = folder
+        self.elsewhere.set_folder(folder)
         self._show_folder()
         self._update_buttons()
 
@@ -212,6 +248,7 @@ class ExportTab(QWidget):
         self.pages.setCurrentIndex(1 if new.has_map else 0)
         if new.name != old.name or not self.name.text():
             self.offer(new.name)
+        self.elsewhere.changed(old, new)
         before, after = old.material, new.material
         if not self.place.text() or before is not after:
             self._show_sizes(new)

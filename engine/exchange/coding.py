@@ -43,16 +43,16 @@ def coded(values: Map, name: str, coding: Coding, handedness: Handedness = "open
     return np.rint(np.clip(values, 0.0, 1.0) * top).astype(np.uint8 if coding == "png8" else np.uint16)
 
 
-def encoded(picture: NDArray[Any]) -> bytes:
-    """A PNG of codes, or an OpenEXR file of half floats."""
+def encoded(picture: NDArray[Any], loss: str = "") -> bytes:
+    """A PNG of codes, or an OpenEXR file of half floats, that states the `loss` as its comment."""
     from engine.images.encode import encode_exr, encode_png, rgb_channels
 
     if picture.dtype != np.float16:
-        return encode_png(picture)
-    if picture.ndim == 2:
-        return encode_exr({"Y": picture})
-    channels = rgb_channels(picture)
-    return encode_exr(channels if picture.shape[2] == 3 else {**channels, "A": picture[..., 3]})
+        return encode_png(picture, software="Lightarc", comment=loss)
+    channels = {"Y": picture} if picture.ndim == 2 else rgb_channels(picture)
+    if picture.ndim == 3 and picture.shape[2] == 4:
+        channels["A"] = picture[..., 3]
+    return encode_exr(channels, attributes={"comments": loss} if loss else None)
 
 
 def rounded(maps: PbrMaps, coding: Coding) -> PbrMaps:

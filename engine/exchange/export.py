@@ -10,24 +10,33 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import engine
-from engine.core.directions import surface_direction
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, part
 from engine.exchange import brdf, gltf, materialx, rti, shaders, textures, usd, web
-from engine.exchange.loss import Floats, Shown, loss, material_shown, photograph_error, references, size_of
+from engine.exchange.loss import (
+    ENVIRONMENTS,
+    Floats,
+    Shown,
+    displayed_ball,
+    loss,
+    material_shown,
+    photograph_error,
+    references,
+    size_of,
+)
 from engine.exchange.pbr_from_material import cavity, nearest_maps
-from engine.exchange.subject import Contents, Settings, Subject
-from engine.scene.material import Material
+from engine.exchange.subject import Contents, Settings, Subject, shows_slopes
+from engine.scene.material import Material, fitted_error
 from engine.storage.atomic import atomic_folder, make_folder, write_bytes
-from engine.surface.lamps import observed_slopes
 from engine.surface.recover import recover
 
 if TYPE_CHECKING:
@@ -93,12 +102,76 @@ def subject_of(material: Material, stack: ImageStack | None = None) -> Steps[Sub
     return Subject(material, maps, white, cavity(material), stack)
 
 
-def shows_slopes(stack: ImageStack) -> bool:
-    """True where the lamps of a stack stood on sides that tell slopes in both directions."""
-    if stack.azimuth is None:
-        return False
-    lamps = surface_direction(0.5 * np.pi - stack.elevation, stack.azimuth)
-    return observed_slopes(lamps).kind == "both"
+@dataclass(frozen=True, eq=False)
+class Departure:
+    """A material about to leave: what targets are made of, and what their errors are measured by.
+
+    Attributes
+    ----------
+    wanted : radiance of the ball of the material itself under each environment (`engine.exchange.loss.references`).
+    stack : its photographs, None where they are not at hand or show other texels; `remark` then says so.
+    own : errors before leaving, as `material` of the record.
+    measured : errors of representations that were measured already, and their picture of the ball.
+    """
+
+    subject: Subject
+    wanted: dict[str, Floats]
+    stack: ImageStack | None
+    remark: tuple[str, ...]
+    own: dict[str, Any]
+    measured: dict[Shown | None, Measured] = field(default_factory=dict, repr=False)
+
+    def ball(self, values: Floats | None = None) -> NDArray[np.uint8]:
+        """(H, W, 4) codes of a picture of the ball under the first environment, by default of the material itself."""
+        own = self.wanted[ENVIRONMENTS[0]]
+        return displayed_ball(own if values is None else values, own, self.subject.maps.size)
+
+
+#: Errors of a representation, and the radiance of its ball, None where it shows no picture.
+Measured = tuple[dict[str, Any], "Floats | None"]
+
+
+@dataclass(frozen=True, eq=False)
+class Offer:
+    """A target as it would be written: its entry in the record, which has no files yet, and a picture of its ball.
+
+    `why_not` is a sentence where this material cannot be written to it; then there is neither.
+    """
+
+    target: str
+    entry: dict[str, Any]
+    ball: NDArray[np.uint8] | None
+    why_not: str = ""
+
+
+def departure(material: Material, stack: ImageStack | None = None) -> Steps[Departure]:
+    """`material` made ready to leave; `stack` holds its photographs, where they are at hand."""
+    subject = yield from part(subject_of(material, stack), 0.0, 0.6)
+    wanted = yield from part(references(material), 0.6, 0.8)
+    usable, remark = _usable_stack(subject)
+    own = yield from part(_own_errors(subject, wanted, usable), 0.8, 1.0)
+    return Departure(subject, wanted, usable, remark, own)
+
+
+def offers(leaving: Departure, settings: Settings, names: Sequence[str] = NAMES) -> Steps[list[Offer]]:
+    """The targets `names` with their errors and sizes; nothing is written. Each is the `partial` of a step once."""
+    chosen = [target for target in TARGETS if target.name in names]
+    found = []
+    for index, target in enumerate(chosen):
+        start, stop = index / len(chosen), (index + 1) / len(chosen)
+        found.append((yield from part(_offer(leaving, target, settings), start, stop)))
+        yield Step(stop, target.words, found[-1])
+    return found
+
+
+def _offer(leaving: Departure, target: Target, settings: Settings) -> Steps[Offer]:
+    try:
+        contents, entry, values = yield from _made(leaving, target, settings)
+    except UsageError as error:
+        return Offer(target.name, {}, None, f"{str(error)[:1].upper()}{str(error)[1:]}.")
+    yield Step(0.95, f"packing {target.name}")
+    entry["bytes"] = sum(len(content) for content in contents.files.values())
+    return Offer(target.name, entry, None if values is None else leaving.ball(values))
 
 
 def export(
@@ -119,90 +192,98 @@ def export(
     photographs (None without a stack of the same size), `rmse_rel_reference` and `flip` over three environments, and
     the same by environment. An earlier export is replaced. UsageError for unknown targets, OutputError for the folder.
     """
+    check_names(names)
+    if not (error >= 0.0 and np.isfinite(error)):
+        raise UsageError(f"an error of {error} is not a number from 0 upwards")
+    leaving = yield from part(departure(material, stack), 0.0, 0.4)
+    return (yield from part(written(folder, leaving, names, settings or Settings(), error), 0.4, 1.0))
+
+
+def check_names(names: Sequence[str]) -> None:
+    """Raise UsageError unless `names` are of targets, or `AUTO` alone."""
     unknown = [name for name in names if name not in (*NAMES, AUTO)]
     if unknown or not names or (AUTO in names and len(names) > 1):
         raise UsageError(f"unknown target {' '.join(unknown)!r}; known are {', '.join(NAMES)}, or {AUTO} alone")
-    settings = settings or Settings()
-    if not (error >= 0.0 and np.isfinite(error)):
-        raise UsageError(f"an error of {error} is not a number from 0 upwards")
-    subject = yield from part(subject_of(material, stack), 0.0, 0.2)
-    wanted = yield from part(references(material), 0.2, 0.3)
-    usable, remark = _usable_stack(subject)
+
+
+def written(
+    folder: str | os.PathLike[str], leaving: Departure, names: Sequence[str], settings: Settings, error: float = 0.05
+) -> Steps[dict[str, Any]]:
+    """Write a material that is ready, as `export` does; one file at a time is in memory."""
     record: dict[str, Any] = {
         "lightarc_export": 1,
         "software": {"lightarc": engine.__version__},
-        "material": (yield from _own_errors(subject, wanted, usable)),
+        "material": leaving.own,
         "targets": [],
     }
-    written = _Written(subject, settings, wanted, usable, remark, {})
+    start = 0.0
     if AUTO in names:
-        choosing = part(written.smallest(error), 0.4, 1.0)
-        record["auto"], made = yield from choosing
-    else:
-        made = yield from part(written.all(names), 0.4, 1.0)
+        record["auto"] = yield from part(smallest(leaving, settings, error), 0.0, 0.6)
+        start, names = 0.6, [record["auto"]["chosen"]]
+    chosen = [target for target in TARGETS if target.name in names]
     with atomic_folder(folder, RECORD) as place:
-        for target, contents, entry in made:
-            for name, content in contents.files.items():
-                path = place / target / name
-                make_folder(path.parent)
-                write_bytes(path, content)
+        for index, target in enumerate(chosen):
+            ends = (start + (1.0 - start) * number / len(chosen) for number in (index, index + 1))
+            entry = yield from part(_put(place, leaving, target, settings), *ends)
             record["targets"].append(entry)
+        if "auto" in record and not record["auto"]["within"]:
+            words = f"no representation keeps an error of {percent(error)}; this one has the least"
+            record["targets"][0]["warnings"].append(words)
         write_bytes(place / RECORD, (json.dumps(record, indent=2, allow_nan=False) + "\n").encode())
     return {**record, "folder": str(Path(folder))}
 
 
-#: A target, its files, and its entry in the record.
-Made = tuple[str, Contents, dict[str, Any]]
+def _put(place: Path, leaving: Departure, target: Target, settings: Settings) -> Steps[dict[str, Any]]:
+    """Write the files of a target, one after the other, and return its entry."""
+    contents, entry, _ = yield from part(_made(leaving, target, settings), 0.0, 0.5)
+    for index, (name, content) in enumerate(contents.files.items()):
+        path = place / target.name / name
+        make_folder(path.parent)
+        write_bytes(path, content)
+        entry["bytes"] += len(content)
+        yield Step(0.5 + 0.5 * (index + 1) / len(contents.files), f"writing {name}")
+    return entry
 
 
-@dataclass(frozen=True, eq=False)
-class _Written:
-    """The targets of one subject, each with its errors; those of equal representations are measured once."""
+def _made(leaving: Departure, target: Target, settings: Settings) -> Steps[tuple[Contents, dict[str, Any], Any]]:
+    """The contents of a target, its entry with no bytes yet, and its picture of the ball.
 
-    subject: Subject
-    settings: Settings
-    wanted: dict[str, Floats]
-    stack: ImageStack | None
-    remark: tuple[str, ...]
-    measured: dict[Shown | None, dict[str, Any]]
+    Equal representations are measured once.
+    """
+    subject = leaving.subject
+    shown = target.shown(subject, settings)
+    if shown not in leaving.measured:
+        leaving.measured[shown] = yield from part(_errors(shown, leaving), 0.0, 0.5)
+    errors, values = leaving.measured[shown]
+    contents = yield from part(target.contents(subject, settings, statement(errors)), 0.5, 1.0)
+    entry = {
+        "target": target.name,
+        "files": [f"{target.name}/{name}" for name in contents.files],
+        "bytes": 0,
+        "white_radiance": subject.white,
+        "bytes_per_texel": contents.bytes_per_texel,
+        **errors,
+        "warnings": [*contents.warnings, *leaving.remark],
+        **contents.record,
+    }
+    return contents, entry, values
 
-    def all(self, names: Sequence[str]) -> Steps[list[Made]]:
-        """The targets `names`, in the order of `TARGETS`."""
-        chosen = [target for target in TARGETS if target.name in names]
-        made = []
-        for index, target in enumerate(chosen):
-            made.append((yield from part(self.one(target), index / len(chosen), (index + 1) / len(chosen))))
-        return made
 
-    def one(self, target: Target) -> Steps[Made]:
-        subject, settings = self.subject, self.settings
-        shown = target.shown(subject, settings)
-        if shown not in self.measured:
-            self.measured[shown] = yield from part(_errors(shown, self.wanted, subject, self.stack), 0.0, 0.5)
-        errors = self.measured[shown]
-        contents = yield from part(target.contents(subject, settings, statement(errors)), 0.5, 1.0)
-        entry = {
-            "target": target.name,
-            "files": [f"{target.name}/{name}" for name in contents.files],
-            "bytes": sum(map(len, contents.files.values())),
-            "white_radiance": subject.white,
-            "bytes_per_texel": contents.bytes_per_texel,
-            **errors,
-            "warnings": [*contents.warnings, *self.remark],
-            **contents.record,
-        }
-        return target.name, contents, entry
+def smallest(leaving: Departure, settings: Settings, error: float) -> Steps[dict[str, Any]]:
+    """The candidate of fewest bytes whose error is at most `error`, or that of least error; `auto` of the record."""
+    names = [name for name in CANDIDATES if name != "rti" or rti.has_sides(leaving.subject)]
+    found = yield from offers(leaving, settings, names)
+    return choice([offer for offer in found if not offer.why_not], error)
 
-    def smallest(self, error: float) -> Steps[tuple[dict[str, Any], list[Made]]]:
-        """The candidate of fewest bytes whose error is within the budget; where none is, that of least error, said."""
-        made = yield from self.all([name for name in CANDIDATES if name != "rti" or rti.has_sides(self.subject)])
-        within = [each for each in made if each[2]["rmse_rel_reference"] <= error]
-        candidates = within or [min(made, key=lambda each: float(each[2]["rmse_rel_reference"]))]
-        best = min(candidates, key=lambda each: int(each[2]["bytes"]))
-        rows = [{key: each[2][key] for key in ("target", "bytes", "rmse_rel_reference", "flip")} for each in made]
-        if not within:
-            best[2]["warnings"].append(f"no representation keeps an error of {percent(error)}; this one has the least")
-        return {"error": error, "chosen": best[0], "candidates": rows}, [best]
+
+def choice(found: Sequence[Offer], error: float) -> dict[str, Any]:
+    """`chosen` of `found`, the smallest whose error is at most `error` (`within`) or the one of least error."""
+    keys = ("target", "bytes", "rmse_rel_reference", "flip")
+    rows = [{key: each.entry[key] for key in keys} for each in found]
+    within = [row for row in rows if row["rmse_rel_reference"] <= error]
+    nearest = min(rows, key=lambda row: float(row["rmse_rel_reference"]))
+    best = min(within or [nearest], key=lambda row: int(row["bytes"]))
+    return {"error": error, "chosen": best["target"], "within": bool(within), "candidates": rows}
 
 
 def statement(errors: dict[str, Any]) -> str:
@@ -229,27 +310,27 @@ def _usable_stack(subject: Subject) -> tuple[ImageStack | None, tuple[str, ...]]
 
 def _own_errors(subject: Subject, wanted: dict[str, Floats], stack: ImageStack | None) -> Steps[dict[str, Any]]:
     """Errors of the material before it leaves: of its photographs, and of its power law against its slices."""
-    material, found = subject.material, {"name": subject.material.name, "brdf": subject.material.brdf}
+    material = subject.material
+    found: dict[str, Any] = {"name": subject.material.name, "brdf": subject.material.brdf}
+    found["brdf_fit_rmse_rel"] = fitted_error(material)
     figures: dict[str, Any] = {"rmse_rel": None, "rmse_rel_power_law": None}
     if stack is not None:
-        figures["rmse_rel"] = yield from part(photograph_error(material_shown(material), stack), 0.3, 0.35)
+        figures["rmse_rel"] = yield from part(photograph_error(material_shown(material), stack), 0.0, 0.5)
     if material.power_law is not None and material.shading_map is not None:
-        measured = yield from part(loss(material_shown(material, "power-law"), wanted, subject.maps.size), 0.35, 0.4)
+        measured = yield from part(loss(material_shown(material, "power-law"), wanted, subject.maps.size), 0.5, 1.0)
         figures["rmse_rel_power_law"] = measured.mean_rmse_rel
     return {**found, **figures}
 
 
-def _errors(
-    shown: Shown | None, wanted: dict[str, Floats], subject: Subject, stack: ImageStack | None
-) -> Steps[dict[str, Any]]:
-    """The errors of a representation, None for what does not apply."""
+def _errors(shown: Shown | None, leaving: Departure) -> Steps[Measured]:
+    """The errors of a representation, None for what does not apply, and its picture of the ball."""
     figures: dict[str, Any] = {"rmse_rel": None, "rmse_rel_reference": None, "flip": None, "by_environment": {}}
     if shown is None:
-        return figures
+        return figures, None
     yield Step(0.0, "measuring the error")
-    if stack is not None:
-        figures["rmse_rel"] = yield from part(photograph_error(shown, stack), 0.0, 0.4)
-    measured = yield from part(loss(shown, wanted, subject.maps.size), 0.4, 1.0)
+    if leaving.stack is not None:
+        figures["rmse_rel"] = yield from part(photograph_error(shown, leaving.stack), 0.0, 0.4)
+    measured = yield from part(loss(shown, leaving.wanted, leaving.subject.maps.size), 0.4, 1.0)
     return {
         **figures,
         "rmse_rel_reference": measured.mean_rmse_rel,
@@ -257,4 +338,4 @@ def _errors(
         "by_environment": {
             name: {"rmse_rel": measured.rmse_rel[name], "flip": measured.flip[name]} for name in measured.rmse_rel
         },
-    }
+    }, measured.first

@@ -41,11 +41,16 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     yield Step(0.0, "writing pictures")
     orm = packed(subject, ("occlusion", "roughness", "metallic"), "png8")
     pictures = {
-        "baseColor": encoded(packed(subject, ("base_colour",), "png8")),
-        "normal": encoded(packed(subject, ("normal",), "png8")),
-        "occlusionRoughnessMetallic": encoded(orm),
+        "baseColor": encoded(packed(subject, ("base_colour",), "png8"), loss),
+        "normal": encoded(packed(subject, ("normal",), "png8"), loss),
+        "occlusionRoughnessMetallic": encoded(orm, loss),
     }
-    material: dict[str, Any] = {"name": subject.name, **_SHARED, "normalTexture": {"index": 1}}
+    material: dict[str, Any] = {
+        "name": subject.name,
+        **_SHARED,
+        "normalTexture": {"index": 1},
+        "extras": {"lightarc_loss": loss},
+    }
     if subject.maps.occlusion is not None:
         material["occlusionTexture"] = {"index": 2}
     extensions = _extensions(subject, pictures)

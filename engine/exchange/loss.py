@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from engine.accuracy.compare import comparison
 from engine.capture.report import grid_step
+from engine.core.colour import to_display8
 from engine.core.directions import normalize
 from engine.core.steps import Step, Steps, part
 from engine.exchange.metallic_roughness import reflectance
@@ -73,10 +74,11 @@ Shown = Callable[[View, DistantLights], Floats]
 
 @dataclass(frozen=True)
 class Loss:
-    """Relative RMSE and mean ꟻLIP under each environment, by name."""
+    """Relative RMSE and mean ꟻLIP under each environment, by name, and radiance (N, 3) of the ball under the first."""
 
     rmse_rel: dict[str, float]
     flip: dict[str, float]
+    first: Floats
 
     @property
     def mean_rmse_rel(self) -> float:
@@ -169,14 +171,27 @@ def references(material: Material) -> Steps[dict[str, Floats]]:
 def loss(shown: Shown, wanted: dict[str, Floats], size: tuple[int, int]) -> Steps[Loss]:
     """The error of a representation of maps of `size` (H, W) against the pictures that `references` made."""
     view = ball(*size)
-    rmse_rel, flip = {}, {}
+    rmse_rel, flip, first = {}, {}, np.zeros((0, 3))
     for number, (name, values) in enumerate(wanted.items()):
         yield Step(number / len(wanted), f"Comparing under {name}")
         found = shown(view, environment_lights(name))
         comparing = comparison(view.picture(found), view.picture(values), view.mask)
         error = yield from part(comparing, (number + 0.5) / len(wanted), (number + 1.0) / len(wanted))
         rmse_rel[name], flip[name] = error.rmse_rel, error.flip
-    return Loss(rmse_rel, flip)
+        first = first if number else found
+    return Loss(rmse_rel, flip, first)
+
+
+def displayed_ball(values: Floats, wanted: Floats, size: tuple[int, int]) -> NDArray[np.uint8]:
+    """(H, W, 4) sRGB codes and coverage of radiance (N, 3) of the ball, exposed so that `wanted` fills the range.
+
+    All pictures of a material have the exposure of its own, or else their differences in brightness were hidden.
+    """
+    view = ball(*size)
+    bright = float(np.quantile(wanted, 0.995)) if wanted.size else 0.0
+    gain = 1.0 / bright if bright > 0.0 else 1.0
+    cover = np.where(view.mask, 255, 0).astype(np.uint8)
+    return np.dstack([to_display8(gain * view.picture(values)), cover])
 
 
 def photograph_error(shown: Shown, stack: ImageStack) -> Steps[float]:

@@ -9,6 +9,7 @@ some fifty lines, and the library of MaterialX, some 35 MB, would be needed for 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -16,7 +17,7 @@ import numpy as np
 import engine
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import encoded
-from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.subject import Contents, Files, Settings, Subject
 from engine.exchange.textures import common_warnings, ior_of, packed
 
 #: Node name, type, source, and the colour space of its file.
@@ -32,10 +33,8 @@ _MAPS = (
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
     """`NAME.mtlx` and the folder `textures`."""
     known = [entry for entry in _MAPS if entry[2] != "occlusion" or subject.maps.occlusion is not None]
-    files: dict[str, bytes] = {}
-    for number, (node, _, source, _) in enumerate(known):
-        yield Step(number / len(known), f"writing {node}")
-        files[_file(subject, node)] = encoded(packed(subject, (source,), "png8"))
+    yield Step(0.0, "writing the document")
+    files = {_file(subject, node): partial(texture_file, subject, source, loss) for node, _, source, _ in known}
     f0 = subject.maps.f0
     mean = subject.mean_f0
     warnings = common_warnings(subject.maps)
@@ -43,7 +42,12 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
         warnings = (*warnings, f"f0 varies, and the document states its mean, {mean:.3f}")
     lines = _document(subject, [(node, kind, space) for node, kind, _, space in known], ior_of(mean), loss)
     document = {f"{subject.name}.mtlx": "\n".join([*lines, ""]).encode()}
-    return Contents({**document, **files}, 8.0, warnings)
+    return Contents(Files({**document, **files}), 8.0, warnings)
+
+
+def texture_file(subject: Subject, source: str, loss: str) -> bytes:
+    """A map of the subject as a PNG of 8 bits."""
+    return encoded(packed(subject, (source,), "png8"), loss)
 
 
 def _file(subject: Subject, node: str) -> str:

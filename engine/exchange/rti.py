@@ -5,6 +5,7 @@
 | `NAME_lrgb.ptm` | PTM 1.2, PTM_FORMAT_LRGB | 6 of the luminance, and one colour (Malzbender2001) |
 | `NAME.ptm` | PTM 1.2, PTM_FORMAT_RGB | 6 of each channel |
 | `NAME.rti` | HSH 1.2 | 9 of each channel (Gautron2004) |
+| `loss.txt` | text | the error, for which a PTM has no place |
 | `relight/info.json`, `plane_N.png` | the JSON form of relight and OpenLIME, type ptm | 6 of each channel |
 
 All hold codes of 8-bit sRGB, which viewers show as they are, as linear functions of the direction of light l: of the
@@ -28,7 +29,7 @@ from engine.core.directions import Vectors, surface_direction
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps, drain
 from engine.exchange.loss import Shown, View, lit_points
-from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.subject import Contents, Settings, Subject, shows_slopes
 from engine.images.encode import encode_png
 from engine.light.environment import DistantLights
 from engine.shading.directional.interpolation import polynomial
@@ -61,8 +62,10 @@ class Terms:
 
 def shown(subject: Subject, _settings: Settings) -> Shown | None:
     """The harmonics, the most exact of the forms, as a viewer shows them; the viewer's direction does not count."""
-    if not has_sides(subject):
-        return None
+    return subject.kept("rti", lambda: _hsh_shown(subject)) if has_sides(subject) else None
+
+
+def _hsh_shown(subject: Subject) -> Shown:
     terms = drain(fitted(subject, hsh_functions))
     codes, low, span = terms.rounded()
 
@@ -77,18 +80,19 @@ def shown(subject: Subject, _settings: Settings) -> Shown | None:
     return radiance
 
 
-def contents(subject: Subject, _settings: Settings, _loss: str) -> Steps[Contents]:
-    """The four forms; UsageError for a material whose lamps stood on one arc."""
+def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
+    """The four forms, and the loss in words; UsageError for a material whose lamps stood on one arc."""
     if not has_sides(subject):
         raise UsageError("an RTI file needs light from several sides: give the stack of a dome")
     name = subject.name
     yield Step(0.0, "fitting polynomials")
     quadratic = yield from fitted(subject, polynomial)
     files = {f"{name}.ptm": ptm_rgb(quadratic), f"{name}_lrgb.ptm": ptm_lrgb(quadratic)}
-    files |= relight(quadratic)
+    files |= relight(quadratic, loss)
     yield Step(0.6, "fitting harmonics")
     spherical = yield from fitted(subject, hsh_functions)
-    files[f"{name}.rti"] = hsh(spherical)
+    files[f"{name}.rti"] = hsh(spherical, loss)
+    files["loss.txt"] = f"{loss}\nThe header of a PTM has no place for this; that of {name}.rti has it.\n".encode()
     warnings = ("RTI files show one viewer, straight above",)
     return Contents(files, 27.0, warnings)
 
@@ -162,22 +166,23 @@ def _ptm_codes(coefficients: NDArray[np.float32], form: str) -> tuple[NDArray[np
     return codes, f"PTM_1.2\n{form}\n{width}\n{height}\n{scales}\n{biases}\n".encode()
 
 
-def hsh(terms: Terms) -> bytes:
+def hsh(terms: Terms, loss: str = "") -> bytes:
     """HSH 1.2: a header of text, scale and bias of each term as float32, then the terms of R, G, B of each texel.
 
-    Its values go to 1, not to 255.
+    Its values go to 1, not to 255. Lines of the header that begin with # are comments; one states the `loss`.
     """
     codes, low, span = terms.rounded()
     height, width, _, count = codes.shape
-    head = f"#HSH1.2\r\n3\r\n{width} {height} 3\r\n{count} 2 1\r\n".encode()
+    comment = f"# {' '.join(loss.split())}\r\n" if loss else ""
+    head = f"#HSH1.2\r\n{comment}3\r\n{width} {height} 3\r\n{count} 2 1\r\n".encode()
     numbers = (span / TOP).astype("<f4").tobytes() + (low / TOP).astype("<f4").tobytes()
     return head + numbers + codes.tobytes()
 
 
-def relight(terms: Terms) -> dict[str, bytes]:
+def relight(terms: Terms, loss: str = "") -> dict[str, bytes]:
     """The JSON form: a plane of R, G, B for each term in the order of its viewers, 1, x, y, xx, xy, yy.
 
-    value = scale (code / 255 − bias), which goes to 1.
+    value = scale (code / 255 − bias), which goes to 1. `lightarc_loss` states the `loss`; viewers pass over it.
     """
     ordered = np.ascontiguousarray(terms.coefficients[..., _RELIGHT_ORDER])
     codes, low, span = Terms(ordered, terms.basis).rounded()
@@ -190,6 +195,7 @@ def relight(terms: Terms) -> dict[str, bytes]:
         "colorspace": "rgb",
         "nplanes": 3 * count,
         "quality": 100,
+        "lightarc_loss": loss,
         "materials": [
             {
                 "scale": np.repeat(span / TOP, 3).tolist(),
@@ -199,20 +205,22 @@ def relight(terms: Terms) -> dict[str, bytes]:
     }
     files = {"relight/info.json": (json.dumps(info, indent=2) + "\n").encode()}
     for number in range(count):
-        files[f"relight/plane_{number}.png"] = encode_png(np.ascontiguousarray(codes[..., number]), transfer="linear")
+        plane = np.ascontiguousarray(codes[..., number])
+        files[f"relight/plane_{number}.png"] = encode_png(plane, transfer="linear", comment=loss)
     return files
 
 
 def has_sides(subject: Subject) -> bool:
-    """True where pictures under light from several azimuths are at hand."""
+    """True where pictures under light from several sides are at hand; those of one arc leave the rest to chance."""
     stack = subject.stack
-    return subject.material.directional is not None or (stack is not None and stack.azimuth is not None)
+    return subject.material.directional is not None or (stack is not None and shows_slopes(stack))
 
 
 def _pictures(subject: Subject) -> tuple[Vectors, Callable[[int], NDArray[np.float32]]]:
     """Directions of light (N, 3), and a function that gives the picture (H, W, 3) under each."""
     stack, directional = subject.stack, subject.material.directional
-    if stack is not None and stack.azimuth is not None:
+    if stack is not None and shows_slopes(stack):
+        assert stack.azimuth is not None
         photographs = stack.radiance
         lights = surface_direction(0.5 * np.pi - stack.elevation, stack.azimuth)
         return lights, lambda number: np.asarray(photographs[number], np.float32)

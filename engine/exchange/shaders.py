@@ -9,7 +9,8 @@ place for a look-up by the direction of light; of the PBR maps the generator of 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 from engine.bundle.directional import directional_members
 from engine.bundle.maps import map_members
@@ -17,8 +18,8 @@ from engine.bundle.portable import brdf_source, shader, shader_from
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
 from engine.exchange.loss import Shown, material_shown
-from engine.exchange.subject import Contents, Settings, Subject
-from engine.images.exr_strips import encoded
+from engine.exchange.subject import Contents, Files, Settings, Subject, fit_warnings
+from engine.images.exr_strips import Planes, encoded
 
 #: Words of GLSL and what HLSL calls them; `end` and the like are words of neither.
 _WORDS = {
@@ -36,9 +37,12 @@ _ARRAY = re.compile(r"= float\[\d+\]\(([^;]*)\);")
 _VECTOR = re.compile(r"\bvec([234])\(")
 
 
-def shown(subject: Subject, _settings: Settings) -> Shown:
-    """The planes, or the power law, which is what the head of the shader offers first; else the slices."""
-    return material_shown(subject.material, "power-law")
+def shown(subject: Subject, _settings: Settings) -> Shown | None:
+    """The planes, or the power law, which is what the head of the shader offers first; else the slices.
+
+    A measured BRDF leaves as the model nearest to it, so that its error is part of the loss.
+    """
+    return subject.kept("power-law", lambda: material_shown(subject.portable, "power-law"))
 
 
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
@@ -47,7 +51,8 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     if not material.has_map:
         raise UsageError("shaders look up a map, and this material has none")
     yield Step(0.0, "writing shaders")
-    files, warnings = {f"{subject.name}.glsl": shader(material, loss).encode()}, []
+    files: dict[str, bytes | Callable[[], bytes]] = {f"{subject.name}.glsl": shader(material, loss).encode()}
+    warnings = []
     if material.directional is None:
         source = hlsl_of(brdf_source(material))
         files[f"{subject.name}.hlsl"] = shader_from("lightarc.hlsl", material, source, loss).encode()
@@ -56,10 +61,12 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     members = map_members(material)
     if material.directional is not None:
         members |= directional_members(material.directional)
-    for number, (name, produce) in enumerate(members.items()):
-        yield Step(number / len(members), f"writing {name}")
-        files[name] = encoded(produce())
-    return Contents(files, _bytes_per_texel(subject), tuple(warnings))
+    files |= {name: partial(_member, produce) for name, produce in members.items()}
+    return Contents(Files(files), _bytes_per_texel(subject), (*fit_warnings(subject), *warnings))
+
+
+def _member(produce: Callable[[], bytes | Planes]) -> bytes:
+    return encoded(produce())
 
 
 def _bytes_per_texel(subject: Subject) -> float:

@@ -6,7 +6,7 @@ Names of files are those of the material in letters, digits, `-` and `_`, which 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -14,9 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from engine.core.directions import surface_direction
+from engine.core.figure_text import percent
 from engine.exchange.coding import Coding, Handedness, rounded
 from engine.exchange.loss import Shown, maps_shown
-from engine.scene.material import Material
+from engine.scene.material import Material, fitted_error
+from engine.surface.lamps import observed_slopes
 from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
@@ -42,20 +45,35 @@ class Subject:
     white: float = 1.0
     cavity: NDArray[np.float32] | None = None
     stack: ImageStack | None = None
-    _shown: dict[Any, Shown] = field(default_factory=dict, repr=False)
+    _shown: dict[Any, Shown | None] = field(default_factory=dict, repr=False)
+
+    def kept(self, key: Any, make: Callable[[], Shown | None]) -> Shown | None:
+        """The first result of `make` for the `key`: one object for equal representations, which is measured once."""
+        if key not in self._shown:
+            self._shown[key] = make()
+        return self._shown[key]
 
     def shown_as(self, coding: Coding, f0: float | None = None) -> Shown:
-        """The PBR maps as readers of textures get them back; one object for equal codings, which is measured once.
+        """The PBR maps as readers of textures get them back, one object for equal codings.
 
         `f0` is the one that readers take in place of the map where they take one.
         """
         if f0 is not None and np.allclose(self.maps.f0, f0, atol=1e-3):
             f0 = None
-        if (coding, f0) not in self._shown:
+
+        def made() -> Shown:
             back = rounded(self.maps, coding)
             read = back if f0 is None else replace(back, f0=np.full(back.size, f0, np.float32))
-            self._shown[coding, f0] = maps_shown(read, np.pi * self.white)
-        return self._shown[coding, f0]
+            return maps_shown(read, np.pi * self.white)
+
+        found = self.kept((coding, f0), made)
+        assert found is not None
+        return found
+
+    @property
+    def portable(self) -> Material:
+        """The material as shaders and pages hold it: with the nearest model in place of a measured BRDF."""
+        return self.material if self.material.measured is None else replace(self.material, measured=None)
 
     @property
     def mean_f0(self) -> float:
@@ -78,13 +96,33 @@ class Settings:
     normal: Handedness | None = None
 
 
+class Files(Mapping[str, bytes]):
+    """Contents of files by their paths, in the order of writing; those that are functions are made when asked for.
+
+    So of a large material one file is in memory at a time.
+    """
+
+    def __init__(self, files: Mapping[str, bytes | Callable[[], bytes]]) -> None:
+        self._files = dict(files)
+
+    def __getitem__(self, path: str) -> bytes:
+        content = self._files[path]
+        return content if isinstance(content, bytes) else content()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._files)
+
+    def __len__(self) -> int:
+        return len(self._files)
+
+
 @dataclass(frozen=True, eq=False)
 class Contents:
     """Files and figures of a target.
 
     Attributes
     ----------
-    files : content by path within the target's folder, in the order of writing.
+    files : content by path within the target's folder, in the order of writing; `Files` where it is large.
     bytes_per_texel : that shading one point reads.
     record : further JSON values for the record of the export, such as the range of a height map.
     """
@@ -93,6 +131,22 @@ class Contents:
     bytes_per_texel: float | None = None
     warnings: tuple[str, ...] = ()
     record: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+
+def shows_slopes(stack: ImageStack) -> bool:
+    """True where the lamps of a stack stood on sides that tell slopes in both directions."""
+    if stack.azimuth is None:
+        return False
+    lamps = surface_direction(0.5 * np.pi - stack.elevation, stack.azimuth)
+    return observed_slopes(lamps).kind == "both"
+
+
+def fit_warnings(subject: Subject) -> tuple[str, ...]:
+    """The error of the model that stands for a measured BRDF, as one sentence; none where nothing was measured."""
+    error = fitted_error(subject.material)
+    if error is None:
+        return ()
+    return (f"the BRDF is a fit of the measured one, {percent(error, 3)} away (relative RMSE of f cos)",)
 
 
 def plain_name(name: str) -> str:

@@ -8,7 +8,9 @@ packed texture unknown occlusion is 1. The record states the range of heights in
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +20,7 @@ from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
 from engine.exchange.coding import Coding, Handedness, Map, coded, encoded
 from engine.exchange.loss import Shown
-from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.subject import Contents, Files, Settings, Subject
 from engine.surface.pbr_maps import DIELECTRIC_F0, PbrMaps
 
 
@@ -125,22 +127,21 @@ def shown(subject: Subject, settings: Settings) -> Shown:
     return subject.shown_as(settings.coding, None if _has_specular(_preset(settings)) else DIELECTRIC_F0)
 
 
-def contents(subject: Subject, settings: Settings, _loss: str) -> Steps[Contents]:
+def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]:
     """The textures of a preset; UsageError for one that does not exist."""
     preset = _preset(settings)
     handedness = settings.normal or preset.normal
-    files: dict[str, bytes] = {}
+    files: dict[str, Callable[[], bytes]] = {}
     left_out: list[str] = []
-    read = 0.0
-    for number, texture in enumerate(preset.textures):
-        yield Step(number / len(preset.textures), f"writing {texture.suffix.strip('_')}")
+    read = 0
+    yield Step(0.0, "choosing textures")
+    for texture in preset.textures:
         if len(texture.sources) == 1 and source(subject, texture.sources[0]) is None:
             left_out += filter(None, [_WORDS.get(texture.sources[0])])
             continue
         name = f"{preset.prefix}{subject.name}{texture.suffix}.{'exr' if settings.coding == 'exr' else 'png'}"
-        picture = packed(subject, texture.sources, settings.coding, handedness)
-        files[name] = encoded(picture)
-        read += picture.itemsize * (picture.shape[2] if picture.ndim == 3 else 1)
+        files[name] = partial(_file, subject, texture, settings.coding, handedness, loss)
+        read += _channels(texture) * (1 if settings.coding == "png8" else 2)
     warnings = (*common_warnings(subject.maps), *left_out)
     if source(subject, "specular") is not None and not _has_specular(preset):
         warnings = (*warnings, "these textures hold no f0, and importers take 0.04")
@@ -148,7 +149,17 @@ def contents(subject: Subject, settings: Settings, _loss: str) -> Steps[Contents
     record: dict[str, Any] = {"preset": settings.preset, "coding": settings.coding, "normal": handedness}
     if height is not None:
         record["height_range_texels"] = [float(height.min()), float(height.max())]
-    return Contents(files, read, warnings, record)
+    return Contents(Files(files), float(read), warnings, record)
+
+
+def _file(subject: Subject, texture: Texture, coding: Coding, handedness: Handedness, loss: str) -> bytes:
+    return encoded(packed(subject, texture.sources, coding, handedness), loss)
+
+
+def _channels(texture: Texture) -> int:
+    if len(texture.sources) > 1:
+        return len(texture.sources)
+    return 3 if texture.sources[0] in ("base_colour", "normal") else 1
 
 
 def _preset(settings: Settings) -> Preset:

@@ -53,7 +53,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     pictures: dict[str, bytes] = {}
     for number, (source, file, *_) in enumerate(known):
         yield Step(number / len(known), f"writing {file}")
-        pictures[f"textures/{file}.png"] = encoded(packed(subject, (source,), "png8"))
+        pictures[f"textures/{file}.png"] = encoded(packed(subject, (source,), "png8"), loss)
     f0 = subject.maps.f0
     mean = subject.mean_f0
     warnings = common_warnings(subject.maps)

@@ -15,7 +15,7 @@ import re
 from engine.bundle.portable import viewer
 from engine.core.steps import Step, Steps
 from engine.exchange.loss import Shown, material_shown
-from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.subject import Contents, Settings, Subject, fit_warnings
 
 _PICTURE = re.compile(r'"(iVBOR[A-Za-z0-9+/=]*)"')
 _STYLE = re.compile(r"<style>(.*?)</style>", re.DOTALL)
@@ -32,7 +32,9 @@ _EMBED = """<iframe src="strict/index.html" title="{name}" width="900" height="6
 
 def shown(subject: Subject, _settings: Settings) -> Shown | None:
     """The power law or the planes."""
-    return material_shown(subject.material, "power-law") if subject.material.has_map else None
+    if subject.material.power_law is None and subject.material.directional is None:
+        return None
+    return subject.kept("power-law", lambda: material_shown(subject.portable, "power-law"))
 
 
 def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
@@ -41,7 +43,7 @@ def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents
     page = viewer(subject.material, loss)
     files = {f"{subject.name}.html": page.encode(), **strict(page)}
     files["embed.html"] = _EMBED.format(name=subject.name).encode()
-    return Contents(files, 24.0)
+    return Contents(files, 24.0, fit_warnings(subject))
 
 
 def strict(page: str) -> dict[str, bytes]:

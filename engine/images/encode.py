@@ -22,11 +22,16 @@ HALF_MAX = 65504.0
 
 
 def encode_png(
-    pixels: NDArray[np.uint8] | NDArray[np.uint16], *, transfer: Transfer = "srgb", software: str = ""
+    pixels: NDArray[np.uint8] | NDArray[np.uint16],
+    *,
+    transfer: Transfer = "srgb",
+    software: str = "",
+    comment: str = "",
 ) -> bytes:
     """PNG of uint8 or uint16 codes, (H, W), (H, W, 3) or (H, W, 4); it says how they are coded (`sRGB` or `gAMA`).
 
-    `software` is kept as its tag of that name, by which `engine.storage.outputs.has_tag` knows it again.
+    `software` is kept as its tag of that name, by which `engine.storage.outputs.has_tag` knows it again; `comment` as
+    one for people, letters beyond Latin-1 as question marks.
     """
     import cv2
 
@@ -39,8 +44,11 @@ def encode_png(
     content: bytes = data.tobytes()
     after_header = len(SIGNATURE) + 25
     coding = _chunk(b"sRGB", b"\1") if transfer == "srgb" else _chunk(b"gAMA", LINEAR_GAMMA)
-    tag = _chunk(b"tEXt", b"Software\0" + software.encode("latin-1")) if software else b""
-    return content[:after_header] + coding + tag + content[after_header:]
+    words = {"Software": software, "Comment": comment}
+    tags = b"".join(
+        _chunk(b"tEXt", f"{name}\0{text}".encode("latin-1", "replace")) for name, text in words.items() if text
+    )
+    return content[:after_header] + coding + tags + content[after_header:]
 
 
 def _chunk(kind: bytes, body: bytes) -> bytes:

@@ -1,0 +1,157 @@
+"""A target as a card: a check box with its name, a ball as the target shows it, and its figures beside it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QVBoxLayout, QWidget
+
+from app.widgets import theme
+from app.widgets.panels import enable, keep_hint, text
+from app.widgets.theme import PADDING, ROW, STEP, role
+from engine.core.figure_text import number, percent, size_text
+
+#: Pixels of a ball, of a card's least width, and of its height.
+BALL, NARROWEST, HEIGHT = 96, 296, 148
+
+#: Figures on a card: label, hint.
+FIGURES = (
+    ("Material", "Relative RMSE against the material itself under studio, noon and overcast"),
+    ("FLIP", "Mean difference that a person sees, against the material itself under the same environments"),
+    ("Photographs", "Relative RMSE against the photographs, each under its own lamp, seen from above"),
+    ("Size", "Bytes of all files"),
+    ("A point reads", "Bytes of the maps that shading one point reads: what its evaluation costs"),
+)
+
+
+class Ball(QWidget):
+    """A picture with coverage, in the middle of its place."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        self.setFixedSize(BALL, BALL)
+        self.image: QImage | None = None
+
+    def show_codes(self, codes: NDArray[np.uint8] | None) -> None:
+        """Show (H, W, 4) sRGB codes, or nothing."""
+        self.image = None
+        if codes is not None:
+            height, width = codes.shape[:2]
+            pixels = np.ascontiguousarray(codes)
+            self.image = QImage(pixels.data, width, height, 4 * width, QImage.Format.Format_RGBA8888).copy()
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        place = QRectF(self.rect()).adjusted(2, 2, -2, -2)
+        if self.image is not None:
+            painter.drawImage(place, self.image)
+            return
+        painter.setPen(QColor(theme.current().line))
+        painter.drawEllipse(place)
+
+
+class Card(QWidget):
+    """One target; `box` is None for the material itself, which always leaves as a bundle."""
+
+    def __init__(self, name: str, title: str, hint: str, *, is_choice: bool = True) -> None:
+        super().__init__()
+        role(self, "panel")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setMinimumWidth(NARROWEST)
+        self.setFixedHeight(HEIGHT)
+        self.name, self.title, self.hint = name, title, hint
+        self.box: QCheckBox | None = QCheckBox(title) if is_choice else None
+        head: QWidget = self.box or text(title, "title")
+        head.setMinimumHeight(ROW - 4)
+        keep_hint(head, hint)
+        self.ball = Ball(f"{title}, as a ball")
+        self.figures: list[QLabel] = []
+        self.labels: list[QLabel] = []
+        lines = QGridLayout()
+        lines.setContentsMargins(0, 0, 0, 0)
+        lines.setHorizontalSpacing(2 * STEP)
+        lines.setVerticalSpacing(0)
+        lines.setColumnStretch(1, 1)
+        for place, (label, words) in enumerate(FIGURES):
+            caption, figure = text(label, "secondary"), text("–")
+            figure.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+            for widget in (caption, figure):
+                widget.setToolTip(words)
+            lines.addWidget(caption, place, 0)
+            lines.addWidget(figure, place, 1)
+            self.labels.append(caption)
+            self.figures.append(figure)
+        self.words = text("", "secondary", wrap=True)
+        self.words.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
+        self.words.hide()
+        beside = QVBoxLayout()
+        beside.setSpacing(0)
+        beside.addLayout(lines)
+        beside.addWidget(self.words, 1)
+        whole = QGridLayout(self)
+        whole.setContentsMargins(PADDING, 2 * STEP, PADDING, 2 * STEP)
+        whole.setHorizontalSpacing(PADDING)
+        whole.setVerticalSpacing(2 * STEP)
+        whole.addWidget(head, 0, 0, 1, 2)
+        whole.addWidget(self.ball, 1, 0, Qt.AlignmentFlag.AlignTop)
+        whole.addLayout(beside, 1, 1, Qt.AlignmentFlag.AlignTop)
+        whole.setColumnStretch(1, 1)
+
+    def sizeHint(self) -> QSize:
+        return QSize(NARROWEST, HEIGHT)
+
+    @property
+    def is_chosen(self) -> bool:
+        return self.box is not None and self.box.isChecked() and self.box.isEnabled()
+
+    def forget(self) -> None:
+        """Show that nothing is known yet."""
+        self._say("")
+        self.ball.show_codes(None)
+        for figure in self.figures:
+            figure.setText("–")
+        self._enable("")
+
+    def refuse(self, why: str) -> None:
+        """Show the sentence why this material cannot be written to the target."""
+        self.ball.show_codes(None)
+        self._say(why)
+        self._enable(why)
+
+    def show_entry(self, entry: dict[str, Any], codes: NDArray[np.uint8] | None) -> None:
+        """Show the figures of an entry of the record of an export, and the ball (H, W, 4)."""
+        self._enable("")
+        self.ball.show_codes(codes)
+        if codes is None:
+            said = entry["warnings"] or ("It shows no picture of the surface",)
+            self._say(f"{said[-1]}. {size_text(entry['bytes'])}.")
+            return
+        self._say("")
+        shown = {
+            "rmse_rel_reference": lambda value: percent(value, 3),
+            "flip": number,
+            "rmse_rel": lambda value: percent(value, 3),
+            "bytes": size_text,
+            "bytes_per_texel": lambda value: f"{number(value, 3)} B",
+        }
+        for figure, (name, words) in zip(self.figures, shown.items(), strict=True):
+            figure.setText("–" if entry[name] is None else words(entry[name]))
+
+    def _say(self, words: str) -> None:
+        """Show `words` in place of figures, or figures where there are none."""
+        self.words.setText(words)
+        self.words.setVisible(bool(words))
+        for widget in (*self.labels, *self.figures):
+            widget.setVisible(not words)
+
+    def _enable(self, why_not: str) -> None:
+        if self.box is not None:
+            enable(self.box, why_not, self.hint)

@@ -1,0 +1,184 @@
+"""Exports for other programs by clicks: cards with losses, the choice within an error, files, and what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt, QUrl
+from PySide6.QtWidgets import QWidget
+
+from app.cli.export import CODINGS as CLI_CODINGS
+from app.cli.export import PRESETS as CLI_PRESETS
+from app.export import elsewhere
+from app.window.main_window import MainWindow
+from engine.core.figure_text import percent, size_text
+from engine.core.steps import Step, Steps
+from engine.exchange import export, loss
+from engine.exchange.coding import CODINGS
+from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.textures import PRESETS
+from engine.light.environment import DistantLights
+from tests.app.window.test_main_window import fill
+
+OFFERED = len(elsewhere.TARGETS)
+
+
+def few_samples(_subject: Subject, _settings: Settings, _loss: str) -> Steps[Contents]:
+    yield Step(0.5, "evaluating the BRDF")
+    return Contents({"felt.csv": b"0,0"}, None, ("felt.mtlx is the nearest metallic-roughness, 9 % away",))
+
+
+def two_lamps(_name: str) -> DistantLights:
+    return DistantLights(np.array([[0.0, 0.6, 0.8], [0.8, 0.0, 0.6]]), np.ones((2, 3)))
+
+
+@pytest.fixture
+def page(window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The page, measured, of a material lit from one side; tables of BRDFs are short, lights few."""
+    targets = tuple(
+        dataclasses.replace(target, contents=few_samples) if target.name == "brdf" else target
+        for target in export.TARGETS
+    )
+    monkeypatch.setattr(export, "TARGETS", targets)
+    monkeypatch.setattr(loss, "environment_lights", two_lamps)
+    fill(window)
+    window.export.set_folder(tmp_path)
+    window.show_workspace("export")
+    click(qtbot, window.export.forms.buttons["elsewhere"])
+    page = window.export.elsewhere
+    qtbot.waitUntil(lambda: len(page.found) == OFFERED and not page.latest.busy, timeout=240_000)
+    return page
+
+
+def click(qtbot: Any, widget: QWidget) -> None:
+    qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
+
+
+def choose(page: Any, qtbot: Any, *names: str) -> None:
+    """Click check boxes until `names` alone are chosen."""
+    for name, card in page.cards.items():
+        if card.box.isChecked() != (name in names):
+            card.box.click()
+
+
+def test_the_window_offers_what_the_engine_has() -> None:
+    assert [name for name, _, _ in elsewhere.TARGETS] == list(export.NAMES)
+    assert [name for name, _ in elsewhere.PRESETS] == list(PRESETS) == list(CLI_PRESETS)
+    assert [name for name, _ in elsewhere.CODINGS] == list(CODINGS) == list(CLI_CODINGS)
+
+
+def test_cards_say_what_is_lost_and_the_files_say_the_same(
+    page: Any, window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    choose(page, qtbot, "textures", "shaders")
+    assert page.export.text() == "Export 2 targets"
+    page.name.setText("felt elsewhere")
+    click(qtbot, page.export)
+    with qtbot.waitSignal(page.exporting.succeeded, timeout=240_000):
+        pass
+    record = json.loads((tmp_path / "felt elsewhere" / export.RECORD).read_text())
+    assert [entry["target"] for entry in record["targets"]] == ["textures", "shaders"]
+    for entry in record["targets"]:
+        card = page.cards[entry["target"]]
+        texts = [figure.text() for figure in card.figures]
+        assert texts[0] == percent(entry["rmse_rel_reference"], 3)
+        assert texts[2] == percent(entry["rmse_rel"], 3)
+        assert texts[3] == size_text(entry["bytes"])
+        assert card.ball.image is not None
+    assert page.own.figures[2].text() == percent(record["material"]["rmse_rel"], 3)
+    assert "felt elsewhere written" in page.verdict.text()
+    written = sorted(path for path in (tmp_path / "felt elsewhere").rglob("*") if path.is_file())
+    listed = page.files.text().replace("\u200b", "").splitlines()
+    assert [line.rpartition(", ")[0] for line in listed] == [
+        *(name for entry in record["targets"] for name in entry["files"]),
+        export.RECORD,
+    ]
+    assert len(written) == len(listed)
+    opened: list[QUrl] = []
+    monkeypatch.setattr("app.export.elsewhere.QDesktopServices.openUrl", opened.append)
+    click(qtbot, page.show_folder)
+    assert [Path(url.toLocalFile()) for url in opened] == [tmp_path / "felt elsewhere"]
+
+
+def test_what_cannot_be_exported_says_why_in_one_sentence(page: Any) -> None:
+    card = page.cards["rti"]
+    assert not card.box.isEnabled()
+    assert card.words.text() == "An RTI file needs light from several sides: give the stack of a dome."
+    assert card.box.toolTip() == card.words.text()
+    assert "nearest metallic-roughness, 9 % away" in page.cards["brdf"].words.text()
+
+
+def test_the_smallest_within_an_error_is_the_choice_of_the_command_line(page: Any, qtbot: Any) -> None:
+    best = export.choice([page.found["textures"], page.found["shaders"]], 10.0)["chosen"]
+    page.budget.show_value(1000.0)
+    click(qtbot, page.choose)
+    assert page.names == [best]
+    page.budget.show_value(0.0)
+    click(qtbot, page.choose)
+    nearest = min(("textures", "shaders"), key=lambda name: page.found[name].entry["rmse_rel_reference"])
+    assert page.names == [nearest]
+    assert "no representation keeps it" in page.chosen.text()
+
+
+def test_another_preset_is_measured_alone_and_without_making_the_material_ready_again(page: Any, qtbot: Any) -> None:
+    before, leaving = dict(page.found), page.leaving
+    page.preset.setCurrentIndex(1)
+    page.preset.activated.emit(1)
+    qtbot.waitUntil(lambda: len(page.found) == OFFERED and not page.latest.busy, timeout=240_000)
+    assert page.found["textures"].entry["preset"] == "unreal"
+    assert page.leaving is leaving
+    assert {name for name in before if before[name] is not page.found[name]} == {"textures"}
+
+
+def test_another_material_is_measured_anew(page: Any, window: MainWindow, qtbot: Any) -> None:
+    old = page.leaving
+    material = window.bench.document.project.material
+    window.bench.document.change("BRDF", material=dataclasses.replace(material, brdf="lambert:albedo=0.2"))
+    assert page.found == {}
+    assert page.cards["textures"].figures[0].text() == "–"
+    qtbot.waitUntil(lambda: len(page.found) == OFFERED and not page.latest.busy, timeout=240_000)
+    assert page.leaving is not old
+
+
+def test_measuring_stops_by_a_click_and_goes_on_by_another(page: Any, window: MainWindow, qtbot: Any) -> None:
+    page.found.clear()
+    page.ask()
+    click(qtbot, page.stop)
+    assert "Stopped" in page.state.text()
+    qtbot.waitUntil(lambda: not page.latest.busy, timeout=240_000)
+    window.show_workspace("view")
+    page.found.pop("textures", None)
+    page._update()
+    window.show_workspace("export")
+    if not page.latest.busy:
+        click(qtbot, page.measure)
+    qtbot.waitUntil(lambda: len(page.found) == OFFERED and not page.latest.busy, timeout=240_000)
+
+
+def test_a_cancelled_export_leaves_nothing(page: Any, window: MainWindow, qtbot: Any, tmp_path: Path) -> None:
+    page.name.setText("never")
+    click(qtbot, page.export)
+    window.bench.jobs.cancel(page.exporting)
+    with qtbot.waitSignal(page.exporting.cancelled, timeout=240_000):
+        pass
+    assert page.verdict.text() == "Cancelled. Nothing was written."
+    assert not (tmp_path / "never").exists()
+
+
+def test_a_folder_of_something_else_is_left_alone(page: Any, window: MainWindow, qtbot: Any, tmp_path: Path) -> None:
+    (tmp_path / "letters").mkdir()
+    (tmp_path / "letters" / "letter.txt").write_text("Dear reader")
+    page.name.setText("letters")
+    click(qtbot, page.export)
+    with qtbot.waitSignal(page.exporting.failed, timeout=240_000):
+        pass
+    assert "not ours" in page.verdict.text()
+    assert (tmp_path / "letters" / "letter.txt").read_text() == "Dear reader"
+    page.name.setText("a/b")
+    assert not page.export.isEnabled()
+    assert "without slashes" in page.export.toolTip()
