@@ -110,6 +110,7 @@ SHORT_FILES = {
     "engine/bench/transport/frame.py": "one measurement",
     "engine/bench/transport/gaussian.py": "one measurement",
     "engine/bench/transport/lobe.py": "one measurement",
+    "engine/core/quickselect.py": "one algorithm that kernels of two rooms share",
     "engine/capture/lights/azimuth_spread.py": "one assumption of the method, checked in one place",
     "engine/capture/photograph/demosaic.py": "the choice between two kernels",
     "engine/gl/cosine_texture.py": "one texture",

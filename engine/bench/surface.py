@@ -92,6 +92,16 @@ def _sample(name: str, folder: Path) -> Steps[list[Accuracy]]:
     figures = {
         "median_deg": math.degrees(float(np.median(angle))),
         "error_over_sigma": float(np.sqrt(np.mean(angle**2) / np.mean(sigma**2))),
+        "within_sigma": float(np.mean(angle < sigma)),
+        "within_2_sigma": float(np.mean(angle < 2.0 * sigma)),
+    }
+    apart = np.abs(maps.height - (height - height.mean()))
+    height_sigma = maps.uncertainty.height if maps.uncertainty is not None else None
+    assert height_sigma is not None
+    heights = {
+        "rms_texels": float(np.sqrt(np.mean(apart**2))),
+        "within_sigma": float(np.mean(apart < height_sigma)),
+        "within_2_sigma": float(np.mean(apart < 2.0 * height_sigma)),
     }
     relit = {
         "in_sample_rmse_srgb8": maps.errors.in_sample,
@@ -103,7 +113,7 @@ def _sample(name: str, folder: Path) -> Steps[list[Accuracy]]:
     mean = math.degrees(float(angle.mean()))
     return [
         Accuracy(f"normals-{name}", mean, "mean angle of normals at 30 dB, °", SAMPLE_DEG, figures),
-        Accuracy(f"height-{name}", 1.0 - alike, "one minus the correlation of heights", DECORRELATION),
+        Accuracy(f"height-{name}", 1.0 - alike, "one minus the correlation of heights", DECORRELATION, heights),
         Accuracy(
             f"relit-{name}",
             maps.errors.in_sample / planes.in_sample,

@@ -31,7 +31,6 @@ from engine.exchange.loss import (
     material_shown,
     photograph_error,
     references,
-    size_of,
 )
 from engine.exchange.pbr_from_material import cavity, nearest_maps
 from engine.exchange.subject import Contents, Settings, Subject, shows_slopes
@@ -95,7 +94,7 @@ def subject_of(material: Material, stack: ImageStack | None = None) -> Steps[Sub
 
     The maps are measured where the photographs show the slopes of the surface, and else those nearest to the material.
     """
-    if stack is not None and shows_slopes(stack) and stack.radiance.shape[1:3] == size_of(material):
+    if stack is not None and shows_slopes(stack) and stack.radiance.shape[1:3] == material.size:
         surface = yield from recover(stack, np.arange(len(stack.sources)), left_out=False)
         return Subject(material, surface.maps, surface.white, cavity(material), stack)
     maps, white = yield from nearest_maps(material)

@@ -160,7 +160,7 @@ def maps_shown(maps: PbrMaps, gain: float = 1.0) -> Shown:
 
 def references(material: Material) -> Steps[dict[str, Floats]]:
     """Radiance (N, 3) of the ball of the material under each environment."""
-    shown, view = material_shown(material), ball(*size_of(material))
+    shown, view = material_shown(material), ball(*material.size)
     pictures = {}
     for number, name in enumerate(ENVIRONMENTS):
         yield Step(number / len(ENVIRONMENTS), f"Reference, {name}")
@@ -224,18 +224,6 @@ def photograph_error(shown: Shown, stack: ImageStack) -> Steps[float]:
 def environment_lights(name: str) -> DistantLights:
     """The directional lights that stand for a built-in environment."""
     return chosen_lights(built_in(name), LIGHTS)
-
-
-def size_of(material: Material) -> tuple[int, int]:
-    """(H, W) in texels."""
-    if material.directional is not None:
-        height, width = material.directional.planes.shape[1:]
-    elif material.shading_map is not None:
-        height, width = material.shading_map.slices.shape[1:3]
-    else:
-        assert material.power_law is not None
-        height, width = material.power_law.error_map.shape
-    return height, width
 
 
 def lit_points(view: View, lights: DistantLights) -> Iterator[tuple[NDArray[np.int64], Floats, Floats]]:

@@ -60,6 +60,17 @@ class Material:
         return self.shading_map, self.power_law, self.directional
 
     @property
+    def size(self) -> tuple[int, int]:
+        """(H, W) in texels of what comes from photographs; ValueError where nothing does."""
+        if self.directional is not None:
+            return self.directional.planes.shape[1], self.directional.planes.shape[2]
+        if self.shading_map is not None:
+            return self.shading_map.slices.shape[1], self.shading_map.slices.shape[2]
+        if self.power_law is not None:
+            return self.power_law.error_map.shape[0], self.power_law.error_map.shape[1]
+        raise ValueError("a material without photographs has no texels")
+
+    @property
     def reflectance(self) -> Brdf:
         """The measured BRDF, or else the model that `brdf` names."""
         return self.measured or brdf_from_text(self.brdf)

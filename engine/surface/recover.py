@@ -20,7 +20,7 @@ from engine.capture.stack import ImageStack
 from engine.core.figure_text import number
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
-from engine.surface.height import disagreement, height_deviation, height_from_slopes
+from engine.surface.height import disagreement, height_deviation, height_from_slopes, lens_variance
 from engine.surface.lamps import Lamps, lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty
 from engine.surface.reflectance import FEWEST_FOR_GLOSS, Array, fitted_rows, kinds, metallic_roughness
@@ -66,17 +66,26 @@ def recover(
             found[:, SPECULAR : SPECULAR + 3] = DIELECTRIC_F0
         planes.put(first, last, found)
         yield Step(0.05 + 0.55 * step.done, step.note)
+    for channel in range(3):
+        own = planes.sigma["base_colour"][..., channel]
+        np.minimum(np.hypot(own, np.sqrt(lens_variance(planes.base_colour[..., channel]))), 1.0, out=own)
     fitted = time.perf_counter()
     height = height_sigma = occlusion = occlusion_sigma = None
     if seen.observed.kind == "both":
         right, up = -planes.slope[..., 0].astype(np.float64), -planes.slope[..., 1].astype(np.float64)
-        variance = planes.variance.astype(np.float64)
+        blurred = 0.5 * (lens_variance(planes.slope[..., 0]) + lens_variance(planes.slope[..., 1]))
+        steep = 1.0 + right**2 + up**2
+        of_lens = blurred * (steep + 1.0) / steep**2
+        planes.sigma["normal"] = np.sqrt(planes.sigma["normal"] ** 2 + of_lens).astype(np.float32)
+        variance = planes.variance + blurred
         solved = yield from part(height_from_slopes(right, up, variance), 0.6, 0.75)
         excess = disagreement(solved, right, up, variance)
         planes.sigma["normal"] = np.minimum(planes.sigma["normal"] * np.sqrt(excess), 0.5 * np.pi).astype(np.float32)
         height = solved.astype(np.float32)
         deviation = yield from part(height_deviation(excess * variance), 0.75, 0.8)
-        height_sigma = deviation.astype(np.float32)
+        # what the lens flattens, it flattens everywhere: heights are short by the same part as slopes
+        share = float(np.sqrt(2.0 * blurred.mean(dtype=np.float64) / max((right**2 + up**2).mean(), 1e-12)))
+        height_sigma = np.hypot(deviation, share * solved).astype(np.float32)
         occlusion = yield from part(_open_part(height), 0.8, 0.85)
         # the open part is the mean of cos² of horizons, which err as the normals do
         hidden = np.sqrt(occlusion * (1.0 - occlusion))

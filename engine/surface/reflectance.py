@@ -4,6 +4,11 @@ Where the photographs of one texel do not tell its roughness and reflectance, te
 root of their mean colour makes a few kinds, a sample of texels is fitted with a prior that hardly speaks, and each
 kind's mean and spread are the prior of all its texels (empirical Bayes).
 
+Covariances of a fit take residuals to be independent. Those of a model are not: a shadow, a bounce of light or a lobe
+of another shape errs alike in lamps that stand together. So texels of the sample are fitted without one block of lamps
+after the other, and the variance of these estimates (jackknife of blocks, Kunsch1989) over the stated one is the factor
+by which all variances of a kind grow.
+
 Radiance has the unit of a white card that faces a lamp. `white` says how bright it is in the photographs: the white
 level, unless texels are brighter, whose reflectance would then exceed one.
 Memory: the block of rows that is being fitted, and the maps.
@@ -11,13 +16,13 @@ Memory: the block of rows that is being fitted, and the maps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.stack import ImageStack
-from engine.core.steps import Step, Steps
+from engine.core.steps import Step, Steps, part
 from engine.surface.lamps import Lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0
 
@@ -38,11 +43,19 @@ ENOUGH, FEWEST_FOR_GLOSS = 8, 6
 #: Least deviations of a kind in roughness and F, and texels in which a kind is known.
 LEAST_SPREAD, LEAST_KNOWN = (0.02, 0.01), 16
 
+#: Largest reflectance F of kinds that are taken for dielectrics. Theirs is silent where there is no highlight, since a
+#: very rough one is all but diffuse; a wide prior would then find none, and no dielectric has none.
+BRIGHTEST_DIELECTRIC = 0.06
+
+#: Blocks of neighbouring lamps, the photographs in one at least, and every which texel of the sample they are tried on.
+BLOCKS, FEWEST_IN_BLOCK, EVERY = 8, 2, 4
+
 #: Share of texels that may be brighter than white.
 ABOVE_WHITE = 1e-3
 
-#: Deviation of a dielectric's f0 from that of index 1.5; squared deviations by which a metal must explain more.
-F0_SPREAD, METAL_EVIDENCE = 0.05, 9.0
+#: Deviation of a dielectric's f0 from that of index 1.5: two of them are indices of 1 to 1.8. Squared deviations by
+#: which a metal must explain more.
+F0_SPREAD, METAL_EVIDENCE = 0.02, 9.0
 
 #: Values of metallic that are tried.
 METALLIC = np.linspace(0.0, 1.0, 21)
@@ -50,11 +63,15 @@ METALLIC = np.linspace(0.0, 1.0, 21)
 
 @dataclass(frozen=True, eq=False)
 class Kinds:
-    """Texels that look alike: `colour` (K, 3) roots of mean colours, `priors` (K, 4) as `WIDE`; and `white`."""
+    """Texels that look alike: `colour` (K, 3) roots of mean colours, `priors` (K, 4) as `WIDE`; and `white`.
+
+    `growth` (K, 4) are the factors, 1 or more, of the variances of slopes, roughness, ρ and F.
+    """
 
     colour: Array
     priors: Array
     white: float
+    growth: Array
 
     def of(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
         """(T,) the kind of texels of radiance (N, T, 3)."""
@@ -103,12 +120,27 @@ def fit(
     lambertian: bool = False,
 ) -> Array:
     """(T, COLUMNS) of `texel_kernel` for radiance (N, T, 3) under the light (N, T or 1, 3)."""
-    from engine.surface.texel_kernel import COLUMNS, fit_texels  # compiled code: loaded when first needed
+    # compiled code: loaded when first needed
+    from engine.surface.texel_kernel import (
+        COLUMNS,
+        COV_AB,
+        COV_REFLECTANCE,
+        VAR_A,
+        VAR_B,
+        VAR_DIFFUSE,
+        VAR_ROUGHNESS,
+        VAR_SPECULAR,
+        fit_texels,
+    )
 
     found = np.zeros((values.shape[1], COLUMNS))
     scaled = np.ascontiguousarray(values / np.float32(kinds.white))
-    both = lamps.observed.kind == "both"
-    fit_texels(scaled, np.ascontiguousarray(usable), towards, both, kinds.priors, kinds.of(values), lambertian, found)
+    both, kind = lamps.observed.kind == "both", kinds.of(values)
+    fit_texels(scaled, np.ascontiguousarray(usable), towards, both, kinds.priors, kind, lambertian, found)
+    growth = kinds.growth[kind]
+    found[:, [VAR_A, VAR_B, COV_AB]] *= growth[:, :1]
+    found[:, [VAR_ROUGHNESS, VAR_DIFFUSE, VAR_SPECULAR]] *= growth[:, 1:]
+    found[:, COV_REFLECTANCE] *= np.sqrt(growth[:, 2] * growth[:, 3])
     return found
 
 
@@ -127,17 +159,68 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
     count = min(KINDS, len(np.unique(colour, axis=0)))
     centres, label = kmeans2(colour, count, minit="++", seed=1)
     start = np.array([WIDE if len(used) >= ENOUGH else NARROW])
-    one = Kinds(np.zeros((1, 3)), start, white or 1.0)
+    one = Kinds(np.zeros((1, 3)), start, white or 1.0, np.ones((1, 4)))
     yield Step(0.2, "fitting a sample of texels")
     found = fit(values, usable, towards, lamps, one, len(used) < FEWEST_FOR_GLOSS)
     if white is None:
         brightest = float(np.quantile(found[:, DIFFUSE : DIFFUSE + 3].max(axis=1), 1.0 - ABOVE_WHITE))
-        one = Kinds(one.colour, start, max(1.0, brightest))
+        one = Kinds(one.colour, start, max(1.0, brightest), one.growth)
         found[:, DIFFUSE : DIFFUSE + 6] /= one.white
     if len(used) < ENOUGH:
-        return Kinds(centres, np.repeat(start, count, axis=0), one.white)
+        return Kinds(centres, np.repeat(start, count, axis=0), one.white, np.ones((count, 4)))
     priors = np.array([_prior(found[label == kind], start[0], one.white) for kind in range(count)])
-    return Kinds(centres, priors, one.white)
+    plain = priors[:, 2] < BRIGHTEST_DIELECTRIC
+    if plain.any():
+        narrow = replace(one, priors=np.array([NARROW]))
+        found = fit(values, usable, towards, lamps, narrow)
+        priors[plain, :2] = [_prior(found[label == kind], start[0], 1.0)[:2] for kind in np.flatnonzero(plain)]
+        priors[plain, 2:] = NARROW[2:]
+    alike = Kinds(centres, priors, one.white, np.ones((count, 4)))
+    return replace(alike, growth=(yield from part(_growth(values, usable, towards, lamps, alike), 0.5, 1.0)))
+
+
+def _growth(
+    values: NDArray[np.float32], usable: NDArray[np.bool_], towards: Array, lamps: Lamps, kinds: Kinds
+) -> Steps[Array]:
+    """(K, 4) how many times larger variances are than those of independent residuals, by a jackknife of blocks."""
+    from engine.surface.texel_kernel import (
+        DIFFUSE,
+        ROUGHNESS,
+        SPECULAR,
+        VAR_A,
+        VAR_B,
+        VAR_DIFFUSE,
+        VAR_ROUGHNESS,
+        VAR_SPECULAR,
+    )
+
+    count, growth = min(BLOCKS, len(values) // FEWEST_IN_BLOCK), np.ones_like(kinds.growth)
+    values, usable = values[:, ::EVERY], usable[:, ::EVERY]
+    towards = towards[:, ::EVERY] if towards.shape[1] > 1 else towards
+    both = lamps.observed.kind == "both"
+    order = np.argsort(np.arctan2(lamps.direction[:, 1], lamps.direction[:, 0]) if both else towards[:, 0, 0])
+    apart = []
+    for block, out in enumerate(np.array_split(order, count)):
+        yield Step(block / count, "leaving neighbouring lamps out")
+        others = np.setdiff1d(order, out)
+        apart.append(fit(values[others], usable[others], towards[others], lamps, kinds))
+    stated = fit(values, usable, towards, lamps, kinds)
+    squares = (count - 1) * np.var(np.stack(apart)[..., : SPECULAR + 3], axis=0)
+    slopes = (squares[:, 0] + squares[:, 1]) / (stated[:, VAR_A] + (stated[:, VAR_B] if both else 0.0))
+    factors = np.column_stack(
+        [
+            slopes,
+            squares[:, ROUGHNESS] / stated[:, VAR_ROUGHNESS],
+            squares[:, DIFFUSE:SPECULAR].mean(axis=1) / stated[:, VAR_DIFFUSE],
+            squares[:, SPECULAR:].mean(axis=1) / stated[:, VAR_SPECULAR],
+        ]
+    )
+    kind = kinds.of(values)
+    for each in range(len(growth)):
+        known = factors[(kind == each) & np.isfinite(factors).all(axis=1)]
+        if len(known) >= LEAST_KNOWN:
+            growth[each] = np.maximum(np.median(known, axis=0), 1.0)
+    return growth
 
 
 def metallic_roughness(diffuse: Array, specular: Array, variance: Array) -> Reflectance:

@@ -251,7 +251,7 @@ def mesostructure(scene: Scenery) -> Estimate:
     if material is None or not material.has_map:
         return Estimate("mesostructure", 0.0, "No photographs of a material: every point of the surface is alike.")
     rng = np.random.default_rng(0)
-    height, width = _extent(material)
+    height, width = material.size
     row, column = rng.integers(height, size=TEXELS), rng.integers(width, size=TEXELS)
     lights = chosen_lights(scene.sample.light.whole, LIGHTS)
     apart, whole = np.zeros(scene.sample.seen.shape), np.zeros(scene.sample.seen.shape)
@@ -291,17 +291,6 @@ def _directional(scene: Scenery, material: Material, row: Indices, column: Indic
     cosine = table(product / (largest or 1.0), azimuth).ravel()
     texels = directional.planes[:, row, column].T
     return directional.looked_up(texels, cosine, azimuth.ravel()).reshape(TEXELS, *product.shape, 3)
-
-
-def _extent(material: Material) -> tuple[int, int]:
-    if material.directional is not None:
-        height, width = material.directional.planes.shape[1:]
-    elif material.shading_map is not None:
-        height, width = material.shading_map.slices.shape[1:3]
-    else:
-        assert material.power_law is not None
-        height, width = material.power_law.scale.shape[:2]
-    return int(height), int(width)
 
 
 def spatially_varying_gloss(scene: Scenery) -> Estimate:

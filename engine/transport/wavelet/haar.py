@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.kernels import parallel, prange, scalar
+from engine.core.quickselect import nth_smallest
 
 FACES = 6
 
@@ -218,7 +219,7 @@ def _thinned(value: Any, scratch: Any, index: Any, held: int, wanted: int) -> An
     """Leave the `wanted` strongest of `held` candidates in their order, ties to the first; the weakest of them."""
     for n in range(held):
         scratch[n] = value[n]
-    bar = _nth_largest(scratch, held, wanted)
+    bar = nth_smallest(scratch, held, held - wanted)
     equal = wanted
     for n in range(held):
         if value[n] > bar:
@@ -232,29 +233,3 @@ def _thinned(value: Any, scratch: Any, index: Any, held: int, wanted: int) -> An
             value[count], index[count] = value[n], index[n]
             count += 1
     return bar
-
-
-@scalar
-def _nth_largest(values: Any, length: int, nth: int) -> Any:
-    """The `nth` largest (from 1) of the first `length` values, which are reordered (quickselect, Hoare1961)."""
-    low, high, target = 0, length - 1, nth - 1
-    while low < high:
-        a, b, c = values[low], values[(low + high) // 2], values[high]
-        pivot = max(min(a, b), min(max(a, b), c))
-        i, j = low, high
-        while i <= j:
-            while values[i] > pivot:
-                i += 1
-            while values[j] < pivot:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if target <= j:
-            high = j
-        elif target >= i:
-            low = i
-        else:
-            return values[target]
-    return values[target]

@@ -135,3 +135,22 @@ def test_a_black_photograph_leaves_flat_normals_of_unknown_angle() -> None:
     assert (maps.normal[..., 2] == 1.0).all()
     assert maps.uncertainty is not None
     assert (maps.uncertainty.normal > 1.5).all()
+
+
+@pytest.mark.parametrize("dimmed", [0.0, 0.15])
+def test_normals_err_as_they_say_where_lamps_of_one_side_err_alike(dimmed: float) -> None:
+    """A third of the lamps, on a side of each texel's own, is dimmed: no residual is then independent of the next."""
+    rng = np.random.default_rng(3)
+    _, normal = bump(32)
+    elevation, azimuth = lights((30.0, 50.0, 70.0), tuple(float(angle) for angle in range(0, 360, 30)))
+    radiance = np.asarray(lambertian(normal, (0.5, 0.5, 0.5), elevation, azimuth).radiance).copy()
+    side = rng.uniform(-np.pi, np.pi, (32, 32))
+    beside = np.cos(azimuth[:, None, None] - side) > 0.5
+    radiance *= np.where(beside, 1.0 - dimmed, 1.0)[..., None]
+    radiance += 0.01 * rng.standard_normal(radiance.shape)
+    maps = drain(recover(stack(radiance, elevation, azimuth), np.arange(36), left_out=False)).maps
+    assert maps.uncertainty is not None
+    angle = np.radians(angle_deg(maps.normal, normal))
+    within = np.mean(angle < maps.uncertainty.normal)
+    print(within, np.median(angle), np.median(maps.uncertainty.normal))
+    assert 0.5 < within < 0.85
