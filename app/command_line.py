@@ -34,7 +34,7 @@ VERBS = (
     ("demo", "app.cli.demo"),
     ("simulate", "app.cli.simulate"),
     ("import", "app.cli.import_"),
-    ("shade", "app.cli.shade"),
+    ("shade", "app.cli.shading.shade"),
     ("normals", "app.cli.normals"),
     ("render", "app.cli.transport.render"),
     ("compare", "app.cli.compare"),

@@ -74,6 +74,7 @@ ROOMS = (
     "app/window",
     "app/bench",
     "app/cli",
+    "app/cli/shading",
     "app/cli/transport",
     "app",
 )

@@ -187,9 +187,11 @@ def _is_bundle(path: Path) -> bool:
 
 
 def material_at(path: str, options: argparse.Namespace) -> list[tuple[str, Kind]]:
-    """A bundle is a file where it has the ending of one, and else a folder; a comparison is a folder."""
+    """A bundle is a file where it has the ending of one, and else a folder, as comparisons and bundles by arc are."""
     if getattr(options, "compare", False):
         return [(path, COMPARISON)]
+    if getattr(options, "per_arc", False):
+        return [(path, ARCS)]
     return [(path, BUNDLE if Path(path).suffix.lower() == ".lightarc" else BUNDLE_FOLDER)]
 
 
@@ -236,6 +238,7 @@ DEMO = _folder(
     *("contact_sheet.png", "cloth_*.png", "*.lightarc", "stack/*"),
     *(f"capture/{name}" for name in CAPTURE.members),
 )
+ARCS = _folder("materials of arcs", "arcs.json", "arc-*.lightarc")
 COMPARISON = _folder("a comparison", "comparison.json", "comparison.png", "comparison.svg")
 EXPORT = _folder("an export", "export.json", "*/*")
 MAPS = _folder(

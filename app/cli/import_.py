@@ -106,7 +106,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     lights = parser.add_mutually_exclusive_group()
     lights.add_argument(
         "--azimuth",
-        type=_azimuth,
+        type=azimuth_range,
         metavar="DEGREES[±TOLERANCE]",
         help="keep the lights of this azimuth alone, in degrees, 0 = right, 90 = up in the picture (±2.5); "
         "+- stands for ±: 90+-10",
@@ -335,7 +335,7 @@ def _outline(choice: Any) -> Any:
     return Circle(*choice) if isinstance(choice, tuple) else choice
 
 
-def _azimuth(text: str) -> tuple[float, ...]:
+def azimuth_range(text: str) -> tuple[float, ...]:
     """The azimuth, and the tolerance where one is given, in degrees."""
     numbers = tuple(float(number) for number in text.replace("+-", "±").replace("°", "").split("±"))
     if len(numbers) > 2 or not -360.0 <= numbers[0] <= 360.0:

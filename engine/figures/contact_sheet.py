@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 from engine.core.colour import luminance, to_display8
 from engine.shading.power_law import PowerLawMap
 from engine.shading.power_law_error import Texel
-from engine.shading.shading_map import ShadingMap
 
 Picture = NDArray[np.uint8]
 Grey = tuple[int, int, int]
@@ -210,9 +209,9 @@ def error_picture(power_law: PowerLawMap, worst: Sequence[Texel] = ()) -> Pictur
     return draw_error_map(relative, "error of a texel / r max", caption, [(row, column) for row, column, _ in worst])
 
 
-def tile_preview(shading_map: ShadingMap) -> Picture:
-    """The brightest slice, 3 x 3 times, in display colours; exposed so that one texel in a hundred is white."""
-    image = _reduced(shading_map.slices[-1])
+def tile_preview(image: NDArray[np.float32]) -> Picture:
+    """Linear radiance (H, W, 3), 3 x 3 times, in display colours; exposed so that one texel in a hundred is white."""
+    image = _reduced(image)
     white = float(np.percentile(luminance(image), 99.0))
     shown = to_display8(np.clip(image / white if white > 0 else image, 0.0, 1.0))
     return np.tile(shown, (REPEATS, REPEATS, 1))

@@ -29,6 +29,9 @@ _ABOVE_DEG = 88.0
 #: Elevations in degrees that lie closer are one step of an arc.
 _STEP_DEG = 2.0
 
+#: Lights that make an arc, in elevations that differ.
+_FEWEST = 3
+
 _RANGE = re.compile(r"(\d{1,6})(?:-(\d{1,6}))?")
 
 
@@ -190,6 +193,33 @@ def _by_list(sources: Sources, items: Sequence[str]) -> NDArray[np.intp]:
 
 def _few(count: int) -> str:
     return "no light" if count == 0 else "one light only"
+
+
+def beside(azimuth: NDArray[np.float64], elevation: NDArray[np.float64], near: Azimuth) -> NDArray[np.bool_]:
+    """True for lights at these angles (N,), in radians, that are not of the azimuth."""
+    return np.asarray(~_within(np.degrees(azimuth), np.degrees(elevation), near))
+
+
+def arcs(
+    azimuth: NDArray[np.float64], elevation: NDArray[np.float64], tolerance_deg: float = Arc.tolerance_deg
+) -> list[tuple[Azimuth, NDArray[np.intp]]]:
+    """The arcs of lights at these angles (N,) in radians, by rising azimuth, each with the places of its lights.
+
+    The best arc is taken first, and then the best of what is left, while one has three elevations. A light belongs to
+    one arc, one straight above to all of them.
+    """
+    azimuth, elevation = np.degrees(azimuth), np.degrees(elevation)
+    above = elevation > _ABOVE_DEG
+    left, found = ~above, []
+    while left.any():
+        near = _best(azimuth[left | above], elevation[left | above], tolerance_deg)
+        own = left & _within(azimuth, elevation, near)
+        steps = np.unique(np.round(elevation[own | above] / _STEP_DEG))
+        if not own.any() or len(steps) < _FEWEST:
+            break
+        found.append((near, np.flatnonzero(own | above)))
+        left &= ~own
+    return sorted(found, key=lambda arc: arc[0].middle_deg % 360.0)
 
 
 def _words(near: Azimuth) -> str:

@@ -9,7 +9,7 @@ each photograph left out in turn, is nearly the least of all.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -38,6 +38,9 @@ FOLDS = 64
 
 #: Codes of a plane.
 STEPS = 255
+
+#: Bytes of planes in single precision that are kept until their ranges are known.
+KEPT_BYTES = 256 << 20
 
 #: The least sine of elevation at which light still shines: what is lower is dimmed as its cosine.
 LOWEST = 1e-3
@@ -236,21 +239,45 @@ def _of_noise(vectors: Array, of_photographs: Array, noise: Array) -> float:
 def _projected(
     stack: ImageStack, used: NDArray[np.int64], mean: Array, vectors: Array
 ) -> Steps[tuple[NDArray[np.uint8], Array, Array, Array]]:
-    """The planes in eight bits, their ranges, and the variance of their rounding."""
-    _, height, width = stack.radiance.shape[:3]
-    values = np.empty((vectors.shape[1], height, width), np.float32)
+    """The planes in eight bits, their ranges, and the variance of their rounding.
+
+    The range of a plane is known after its last texel: values are kept until then where they fit in `KEPT_BYTES`, and
+    are else projected again, which reads the photographs once more.
+    """
+    height, width = stack.radiance.shape[1:3]
+    count = vectors.shape[1]
+    keeps, kept = 4 * count * height * width <= KEPT_BYTES, list[_Block]()
+    low, high = np.full(count, np.inf), np.full(count, -np.inf)
+    for block in _blocks(stack, used, mean, vectors):
+        low, high = np.minimum(low, block.values.min(axis=1)), np.maximum(high, block.values.max(axis=1))
+        kept += [block] if keeps else []
+        yield Step(block.last / height * (0.9 if keeps else 0.5), "writing planes")
+    step = (high - low) / STEPS
+    step[step <= 0.0] = 1.0
+    planes, noise = np.empty((count, height, width), np.uint8), np.zeros(count)
+    narrow_low, narrow_step = (each.astype(np.float32)[:, None] for each in (low, step))
+    for block in kept or _blocks(stack, used, mean, vectors):
+        values = (block.values - narrow_low) / narrow_step
+        codes = np.rint(values)
+        planes[:, block.first : block.last] = codes.reshape(count, -1, width)
+        noise += ((codes - values) ** 2).sum(axis=1, dtype=np.float64)
+        yield Step(block.last / height if keeps else 0.5 + 0.5 * block.last / height, "writing planes")
+    return planes, low, step, noise * step**2 / (height * width)
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """Values (K, texels) of the planes in the rows from `first` to before `last`."""
+
+    first: int
+    last: int
+    values: NDArray[np.float32]
+
+
+def _blocks(stack: ImageStack, used: NDArray[np.int64], mean: Array, vectors: Array) -> Iterator[_Block]:
+    height, width = stack.radiance.shape[1:3]
     rows = max(1, BLOCK_VALUES // (len(mean) * width))
     turned, offset = vectors.T.astype(np.float32), (vectors.T @ mean).astype(np.float32)
     for first in range(0, height, rows):
         last = min(first + rows, height)
-        block = turned @ texels(stack, used, first, last) - offset[:, None]
-        values[:, first:last] = block.reshape(-1, last - first, width)
-        yield Step(last / height, "writing planes")
-    low = values.min(axis=(1, 2)).astype(np.float64)
-    step = (values.max(axis=(1, 2)) - low) / STEPS
-    step[step <= 0.0] = 1.0
-    planes, noise = np.empty(values.shape, np.uint8), np.empty(len(low))
-    for k, plane in enumerate(values):
-        planes[k] = np.rint((plane - low[k]) / step[k])
-        noise[k] = np.mean((planes[k] * step[k] + low[k] - plane) ** 2, dtype=np.float64)
-    return planes, low, step, noise
+        yield _Block(first, last, turned @ texels(stack, used, first, last) - offset[:, None])

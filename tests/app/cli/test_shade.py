@@ -23,6 +23,8 @@ from engine.capture.lights.sources import find
 from engine.capture.stack import open_stack
 from engine.core.steps import drain
 from engine.images.encode import encode_png, write_exr
+from engine.simulate.arc import LightArc
+from engine.simulate.simulate import simulate
 from tests.present import present
 
 KEYS = [
@@ -354,13 +356,29 @@ def test_a_directional_material_draws_left_and_right_light_differently(
     assert np.abs(pictures[0] - pictures[1]).mean() > 5.0
 
 
+def test_a_directional_material_repeats(lightarc: Callable[..., SimpleNamespace], dome: Path, tmp_path: Path) -> None:
+    words = ("--tileable", "--overlap", 4, "--tile-preview", tmp_path / "tiles.png", "--json")
+    done = lightarc("shade", dome, "-o", tmp_path / "a.lightarc", *words)
+    assert done.code == 0, done.err
+    result = json.loads(done.out)
+    material = open_bundle(tmp_path / "a.lightarc")
+    assert (result["representation"], material.size) == (
+        "directional",
+        (result["tile_height_px"], result["tile_width_px"]),
+    )
+    assert material.size < (20, 24)
+    assert result["seam_error"] > 0.0
+    preview = np.asarray(cv2.imread(str(tmp_path / "tiles.png")))
+    assert preview.shape[:2] == (3 * result["tile_height_px"], 3 * result["tile_width_px"])
+
+
 def test_what_a_directional_material_cannot_have_is_wrong_usage(
     lightarc: Callable[..., SimpleNamespace], stack: Any, dome: Path, tmp_path: Path
 ) -> None:
-    for words in (("--tileable",), ("--max-error", 0.1), ("--representation", "directional", "--tileable")):
+    for words in (("--max-error", 0.1), ("--representation", "directional", "--exponent-bits", 8)):
         done = lightarc("shade", dome, "-o", tmp_path / "a.lightarc", *words)
         assert done.code == 2
-        assert "are of shading maps" in done.err
+        assert "is of shading maps" in done.err
     done = lightarc("shade", stack, "-o", tmp_path / "a.lightarc", "--representation", "directional")
     assert done.code == 3
     assert "its lamps have no azimuth" in done.err
@@ -406,3 +424,43 @@ def test_what_cannot_be_compared_is_refused(
     assert done.code == 3
     assert "3 photographs are too few" in done.err
     assert not (tmp_path / "a").exists()
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A simulated dome of four arcs of three lamps."""
+    folder = tmp_path_factory.mktemp("simulated")
+    around = tuple(np.radians([0.0, 90.0, 180.0, 270.0]))
+    arc = LightArc(elevation=tuple(np.radians([20.0, 45.0, 70.0])), azimuth=around, size=32, misalignment_px=0.0)
+    drain(simulate(arc, folder / "capture"))
+    drain(import_stack(find([folder / "capture"]), ImportSettings(motion="none"), folder / "stack"))
+    return folder / "stack"
+
+
+def test_each_arc_of_a_dome_becomes_a_material(lightarc: Any, simulated: Path, tmp_path: Path) -> None:
+    result = json.loads(lightarc("shade", simulated, "--per-arc", "--slices", 3, "-o", tmp_path / "arcs", "--json").out)
+    names = ["arc-000.lightarc", "arc-090.lightarc", "arc-180.lightarc", "arc-270.lightarc"]
+    assert [(each["file"], each["photographs"]) for each in result["arcs"]] == [(name, 3) for name in names]
+    assert sorted(path.name for path in (tmp_path / "arcs").iterdir()) == [*names, "arcs.json"]
+    lightarc("shade", simulated, "--azimuth", "88", "--slices", 3, "-o", tmp_path / "one.lightarc")
+    alone, of_arcs = (open_bundle(tmp_path / name).shading_map for name in ("one.lightarc", "arcs/arc-090.lightarc"))
+    other = open_bundle(tmp_path / "arcs/arc-270.lightarc").shading_map
+    assert alone is not None
+    assert of_arcs is not None
+    assert other is not None
+    np.testing.assert_array_equal(alone.slices, of_arcs.slices)
+    assert np.abs(other.slices - of_arcs.slices).max() > 0.02
+
+
+def test_the_arc_of_most_lamps_is_used_alone(lightarc: Any, simulated: Path, tmp_path: Path) -> None:
+    gone = [name for name in open_stack(simulated).sources if "azimuth090" in name][:1]
+    lightarc("shade", simulated, "--arc", "--exclude", *gone, "--slices", 3, "-o", tmp_path / "arc.lightarc")
+    assert len(open_bundle(tmp_path / "arc.lightarc").elevation_deg) == 3
+
+
+@pytest.mark.parametrize("option", ["--arc", "--per-arc", "--azimuth=90"])
+def test_arcs_need_azimuths(lightarc: Any, stack: Path, tmp_path: Path, option: str) -> None:
+    done = lightarc("shade", stack, option, "-o", tmp_path / "out")
+    assert done.code == 3
+    assert "azimuth" in done.err
+    assert not (tmp_path / "out").exists()

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from engine.capture.lights.selection import Arc, Azimuth, Listed, selected
+from engine.capture.lights.selection import Arc, Azimuth, Listed, arcs, selected
 from engine.capture.lights.sources import Sources, find
 from engine.core.errors import InputError, UsageError
 
@@ -86,3 +86,16 @@ def test_impossible_azimuths_are_wrong_usage() -> None:
     for azimuth, tolerance in ((400, 1), (float("nan"), 1), (90, -1), (90, 181)):
         with pytest.raises(UsageError):
             Azimuth(azimuth, tolerance)
+
+
+def test_arcs_of_a_dome_share_the_light_above() -> None:
+    """Three arcs, one of them a degree askew, a light above all, and two lights that make no arc."""
+    azimuth = [0.0, 1.0, 359.0, 120.0, 121.0, 119.0, 240.0, 240.0, 240.0, 77.0, 60.0, 61.0]
+    elevation = [20.0, 45.0, 70.0, 20.0, 45.0, 70.0, 20.0, 45.0, 70.0, 90.0, 30.0, 30.5]
+    found = arcs(np.radians(azimuth), np.radians(elevation))
+    assert [list(own) for _, own in found] == [[0, 1, 2, 9], [3, 4, 5, 9], [6, 7, 8, 9]]
+    np.testing.assert_allclose([near.middle_deg % 360.0 for near, _ in found], [0.0, 120.0, 240.0], atol=0.6)
+
+
+def test_lights_of_one_elevation_are_no_arc() -> None:
+    assert arcs(np.radians(np.arange(0.0, 360.0, 5.0)), np.full(72, np.radians(40.0))) == []

@@ -127,6 +127,16 @@ def test_a_map_shows_its_photographs_with_the_error_that_it_tells(stack: ImageSt
     assert found.mean_picture == pytest.approx(rmse(means / 11.0 - codes), rel=1e-3)
 
 
+def test_large_maps_are_projected_twice_to_the_same_planes(stack: ImageStack, monkeypatch: pytest.MonkeyPatch) -> None:
+    used = np.arange(len(stack.sources))
+    monkeypatch.setattr("engine.shading.directional.planes.BLOCK_VALUES", 3 * len(used) * stack.radiance.shape[2])
+    once = drain(fit(stack, used))
+    monkeypatch.setattr("engine.shading.directional.planes.KEPT_BYTES", 0)
+    twice = drain(fit(stack, used))
+    np.testing.assert_array_equal(twice.planes, once.planes)
+    assert twice.in_sample == pytest.approx(once.in_sample, rel=1e-6)
+
+
 def test_left_and_right_light_give_different_pictures(stack: ImageStack) -> None:
     found = drain(fit(stack, np.arange(12)))
     left, right = found.picture(np.array([-0.8, 0.0, 0.6])), found.picture(np.array([0.8, 0.0, 0.6]))

@@ -7,20 +7,22 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, material_at, picture_by, software
-from app.cli import shade_comparison
+from app.cli.import_ import azimuth_range
+from app.cli.shading import arcs, comparison
+from app.cli.shading.report import chosen_record, report_of, tile_record, written
 from engine.core.errors import UsageError
-from engine.core.figure_text import number, percent, size_text
 from engine.core.steps import Step, Steps, drain, part
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from engine.capture.stack import ImageStack
     from engine.scene.material import Material
     from engine.shading.directional.planes import DirectionalMap
-    from engine.shading.fidelity import Fidelity
     from engine.shading.power_law import PowerLawMap
     from engine.shading.power_law_error import Texel
     from engine.shading.representation import Chosen
@@ -56,6 +58,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--slices", type=int, default=8, metavar="N", help="slices of the shading map (8)")
     parser.add_argument(
         "--exclude", type=str, nargs="+", action="extend", default=[], metavar="NAME", help="photographs to leave out"
+    )
+    lamps = parser.add_mutually_exclusive_group()
+    lamps.add_argument(
+        "--azimuth",
+        type=azimuth_range,
+        metavar="DEGREES",
+        help="use the lamps of this azimuth alone, in degrees, 0 = right, 90 = up in the picture (±2.5); 90±10 sets "
+        "the tolerance",
+    )
+    lamps.add_argument(
+        "--arc", action="store_true", help="use the lamps of one arc: the azimuth ±10° with most elevations"
+    )
+    lamps.add_argument(
+        "--per-arc",
+        action="store_true",
+        help="write a folder with a shading map of each arc of lamps, azimuth ±10°: arc-000.lightarc, arc-045.lightarc",
     )
     parser.add_argument(
         "--brdf",
@@ -113,17 +131,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from engine.capture.stack import open_stack
+
+    _check(arguments)
+    stack = open_stack(arguments.stack)
+    if arguments.per_arc:
+        return arcs.run(arguments, stack, _made, show)
+    arguments.exclude = arcs.excluded(arguments, stack)
+    if arguments.compare:
+        return comparison.run(arguments, stack, show)
+    return _made(arguments, stack, show)
+
+
+def _made(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None]) -> dict[str, Any]:
+    """The material of a stack, written as the arguments say."""
     from engine.shading.compile import prepare_kernels
     from engine.shading.representation import check_worth, choose, has_sides
     from engine.shading.shading_map import ShadingMap, included
 
-    _check(arguments)
-    stack = open_stack(arguments.stack)
     used = included(stack, arguments.exclude)
-    if arguments.compare:
-        return shade_comparison.run(arguments, stack, show)
-    if _is_about_slices(arguments) and arguments.representation == "auto" and has_sides(stack, used):
-        raise UsageError("tiles and the compression are of shading maps: add --representation shading-map")
+    if _is_about_fit(arguments) and arguments.representation == "auto" and has_sides(stack, used):
+        raise UsageError("the compression is of shading maps: add --representation shading-map")
     brdf = _brdf(arguments, show)
     drain(part(prepare_kernels(), 0.0, 0.1), show)
     choosing = choose(stack, arguments.slices, excluded=arguments.exclude, wanted=arguments.representation)
@@ -173,9 +200,9 @@ def _with_shading_map(
         "size_bytes_compressed": power_law.size_bytes if power_law else None,
         "linearise_s": chosen.fit_s,
         "fit_s": fit_s,
-        **_chosen_record(chosen, size_bytes / (shading_map.slices.shape[1] * shading_map.slices.shape[2])),
+        **chosen_record(chosen, size_bytes / (shading_map.slices.shape[1] * shading_map.slices.shape[2])),
         **figures,
-        **_written(arguments.output),
+        **written(arguments.output),
         "warnings": material.health.warnings,
         "worst_texels": [{"row": t.row, "column": t.column, "error_radiance": t.error} for t in worst],
     }
@@ -193,20 +220,31 @@ def _with_planes(
     """Write a directional map, and tell about it. A BRDF that nobody named is Lambert's, which adds no highlight."""
     from engine.bundle.bundle import save_bundle
     from engine.scene.material import Material
+    from engine.shading.tile import tile_health, tiled_planes
 
+    health, tile = chosen.health, None
+    if arguments.tileable:
+        sample = directional.planes.shape[1:]
+        making = tiled_planes(directional, overlap=arguments.overlap, name=stack.folder or "the stack")
+        directional, tile = drain(part(making, 0.45, 0.5), show)
+        health = health.merged(tile_health(tile, (sample[0], sample[1])))
     material = Material(
         None,
         None,
         elevation_deg=_elevation_deg(arguments, stack),
         name=stack.folder.name if stack.folder else "material",
-        health=chosen.health,
+        health=health,
         directional=directional,
         **{"brdf": "lambert", **brdf},
     )
-    record = _chosen_record(chosen, directional.bytes_per_texel)
+    record = chosen_record(chosen, directional.bytes_per_texel)
+    if tile is not None:
+        record |= tile_record(tile.seam_error, tile.row.shape)
     provenance = {**stack.provenance, "excluded_photographs": arguments.exclude}
     saving = save_bundle(arguments.output, material, provenance=provenance, figures=record)
     drain(part(saving, 0.5, 1.0), show)
+    if arguments.tile_preview:
+        _write_preview(arguments, directional.picture(directional.lights[directional.lights[:, 2].argmax()]))
     return {
         "planes": len(directional.planes),
         "photographs": len(directional.lights),
@@ -214,82 +252,17 @@ def _with_planes(
         "choose_s": choose_s,
         "fit_s": chosen.fit_s,
         **record,
-        **_written(arguments.output),
+        **written(arguments.output),
         "warnings": material.health.warnings,
     }
 
 
-def _written(path: str) -> dict[str, Any]:
-    """The path that was written, its members and bytes."""
-    from engine.bundle.bundle import MANIFEST, describe_bundle
-
-    output = Path(path)
-    members = [*describe_bundle(output)["members"], MANIFEST]
-    files = [output] if output.is_file() else [output / name for name in members]
-    return {"output": str(output), "members": members, "bundle_bytes": sum(file.stat().st_size for file in files)}
-
-
 def report(result: dict[str, Any]) -> str:
     if "files" in result:
-        return shade_comparison.report(result)
-    if result["representation"] == "directional":
-        size = size_text(result["size_bytes"])
-        first = f"{result['planes']} planes of {result['photographs']} photographs, {size}"
-        return "\n".join([f"{first}, fitted in {result['fit_s']:.2f} s", *_errors(result), _where(result)])
-    size = size_text(result["size_bytes_slices"])
-    lines = [f"{len(result['slice_mean_radiance'])} slices, {size}, linearised in {result['linearise_s']:.2f} s"]
-    if result["seam_error"] is not None:
-        tile = f"{result['tile_width_px']} x {result['tile_height_px']} texels"
-        lines.append(f"tile of {tile}, steps across its seams are {result['seam_error']:.2f} times those within")
-    if result["rms"] is not None:
-        compressed = size_text(result["size_bytes_compressed"])
-        lines.append(f"power law, {compressed}, fitted in {result['fit_s']:.2f} s, RMS error {result['rms']:.4f}")
-    if result["exponent_bits"] not in (None, 32):
-        change = f"{result['quantisation_error_radiance']:.2g}, at most {result['quantisation_bound_radiance']:.2g}"
-        lines.append(f"exponents in {result['exponent_bits']} bits change radiance by {change}")
-    if result["kept_tile_fraction"] is not None:
-        kept = f"{percent(result['kept_tile_fraction'], 3)} of the tiles keep their slices"
-        lines.append(f"{kept}, no texel's error reaches {result['max_error_radiance']:.3g}")
-    if result["brdf_fit_rmse_rel"] is not None:
-        lines.append(
-            f"the model in place of the measured BRDF is {percent(result['brdf_fit_rmse_rel'], 3)} away from it"
-        )
-    return "\n".join([*lines, *_errors(result), _where(result)])
-
-
-def _where(result: dict[str, Any]) -> str:
-    return f"Written to {result['output']}: {len(result['members'])} members, {size_text(result['bundle_bytes'])}."
-
-
-def _errors(result: dict[str, Any]) -> list[str]:
-    """Lines on the errors of what was chosen and of what was not."""
-    if result["leave_one_out_rmse_srgb8"] is None:
-        return []
-    ours, mean = (number(result[f"{name}_rmse_srgb8"]) for name in ("leave_one_out", "mean_picture"))
-    lines = [f"photographs that are left out are shown to {ours} codes of 255, by their mean to {mean}"]
-    for other in result["candidates"]:
-        if other["representation"] != result["representation"]:
-            lines.append(f"{other['representation']}, not chosen, to {number(other['leave_one_out_rmse_srgb8'])}")
-    return lines
-
-
-def _chosen_record(chosen: Chosen, bytes_per_texel: float) -> dict[str, Any]:
-    def errors_of(shown: Fidelity) -> dict[str, Any]:
-        known = not math.isnan(shown.leave_one_out)
-        return {
-            "leave_one_out_rmse_srgb8": shown.leave_one_out if known else None,
-            "in_sample_rmse_srgb8": shown.in_sample,
-            "mean_picture_rmse_srgb8": shown.mean_picture if known else None,
-        }
-
-    candidates = {chosen.name: chosen.shown, **chosen.others}
-    return {
-        "representation": chosen.name,
-        **errors_of(chosen.shown),
-        "bytes_per_texel": bytes_per_texel,
-        "verdict": "warning" if chosen.shown.is_worse else "good",
-        "candidates": [{"representation": name, **errors_of(shown)} for name, shown in candidates.items()],
-    }
+        return comparison.report(result)
+    if "arcs" in result:
+        return "\n".join(arcs.heading(arc) + report_of(arc) for arc in result["arcs"])
+    return report_of(result)
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -303,19 +276,18 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--overlap {arguments.overlap} is not a positive number of texels")
     if not arguments.tileable and (arguments.overlap is not None or arguments.tile_preview):
         raise UsageError("--overlap and --tile-preview need --tileable")
-    if arguments.representation == "directional" and _is_about_slices(arguments):
-        raise UsageError("tiles and the compression are of shading maps: leave out --representation directional")
+    if arguments.representation == "directional" and _is_about_fit(arguments):
+        raise UsageError("the compression is of shading maps: leave out --representation directional")
+    if arguments.per_arc and (arguments.compare or arguments.error_map or arguments.tile_preview):
+        raise UsageError("--per-arc writes several materials: leave out --compare, --error-map and --tile-preview")
+    if arguments.per_arc and arguments.representation == "directional":
+        raise UsageError("--per-arc writes shading maps: leave out --representation directional")
     if arguments.compress == "none" and _is_about_fit(arguments):
         raise UsageError("--max-error, --exponent-bits and --error-map need --compress power-law")
 
 
 def _is_about_fit(arguments: argparse.Namespace) -> bool:
     return arguments.max_error is not None or arguments.exponent_bits < 32 or bool(arguments.error_map)
-
-
-def _is_about_slices(arguments: argparse.Namespace) -> bool:
-    """True where an option was given that directional maps do not have."""
-    return arguments.tileable or _is_about_fit(arguments)
 
 
 def _timed(work: Steps[Any], show: Callable[[Step], None]) -> tuple[Any, float]:
@@ -382,7 +354,7 @@ def _pictures(
     arguments: argparse.Namespace, shading_map: ShadingMap, power_law: PowerLawMap | None
 ) -> tuple[Texel, ...]:
     """Write the pictures that were asked for, and find the worst texels."""
-    from engine.figures.contact_sheet import error_picture, tile_preview
+    from engine.figures.contact_sheet import error_picture
     from engine.images.encode import encode_png
     from engine.shading.power_law_error import worst_texels
     from engine.storage.atomic import write_bytes
@@ -391,5 +363,14 @@ def _pictures(
     if power_law and arguments.error_map:
         write_bytes(arguments.error_map, encode_png(error_picture(power_law, worst), software=software("shade")))
     if arguments.tile_preview:
-        write_bytes(arguments.tile_preview, encode_png(tile_preview(shading_map), software=software("shade")))
+        _write_preview(arguments, shading_map.slices[-1])
     return worst
+
+
+def _write_preview(arguments: argparse.Namespace, image: NDArray[np.float32]) -> None:
+    """Write the picture (H, W, 3) of a tile, repeated."""
+    from engine.figures.contact_sheet import tile_preview
+    from engine.images.encode import encode_png
+    from engine.storage.atomic import write_bytes
+
+    write_bytes(arguments.tile_preview, encode_png(tile_preview(image), software=software("shade")))
