@@ -13,9 +13,12 @@ material on a model. `--empty` stops before the sample: a minute or two in place
 from __future__ import annotations
 
 import argparse
+import errno
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -32,8 +35,12 @@ from app.window.dialogs import show_history
 from app.window.help import show_about, show_help
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
+from engine.capture.lights.sources import find
+from engine.core.steps import drain
 from engine.factor.settings import FactorSettings
+from engine.figures.demo import built_in_sample
 from engine.light.lamps import LampSettings
+from engine.storage import atomic
 
 SIZES = ((1024, 700), (1280, 800), (1920, 1080), (2560, 1440))
 
@@ -59,10 +66,11 @@ def main() -> int:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--readme", type=Path, help="where the picture of the README goes")
     parser.add_argument("--empty", action="store_true", help="only the window as it is before anything is opened")
+    parser.add_argument("--banners", action="store_true", help="only the sentences above the workspaces")
     parser.add_argument("--doubled", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
-    if not options.doubled:
+    if not options.doubled and not options.banners:
         doubled = {**os.environ, "QT_SCALE_FACTOR": "2"}
         again = [sys.executable, __file__, str(options.folder), "--empty", "--doubled"]
         subprocess.run(again, env=doubled, check=True, timeout=3600)
@@ -88,6 +96,10 @@ def drive(options: argparse.Namespace) -> None:
         window.resize(1280, 800)
     sizes = ((1280, 800),) if options.doubled else SIZES
     before = "0-200-percent" if options.doubled else "1-empty"
+    if options.banners:
+        banners(window, options.folder)
+        window.close()
+        return
     for look in ("dark", "light"):
         window.set_theme(look)
         everywhere(window, options.folder, f"{before}-{look}", sizes)
@@ -121,6 +133,7 @@ def drive(options: argparse.Namespace) -> None:
     everywhere(window, options.folder, "7-light")
     compared(window, options.folder, "7-light")
     docks(window, options.folder, "8-light")
+    banners(window, options.folder)
     window.close()
 
 
@@ -224,6 +237,86 @@ def docks(window: MainWindow, folder: Path, state: str) -> None:
         window.resize(width, height)
         grab(window, folder / f"{state}-self-test-{width}.png")
     window.docks.health.hide()
+
+
+def banners(window: MainWindow, folder: Path) -> None:
+    """The sentences about a project above the workspaces, each by its cause, in both themes.
+
+    Photographs that moved and that changed, a full disk, a file that cannot be written, a second window, and a project
+    that a killed process left in the middle of a job.
+    """
+    bench, projects = window.bench, window.projects
+    window.resize(1280, 800)
+    window.show_workspace("capture")
+    place = Path(tempfile.mkdtemp(prefix="lightarc-banners-"))
+    photographs = shutil.copytree(drain(built_in_sample(place / "sample")), place / "photographs")
+    path = place / "Woven sample.lap"
+    projects.copy_to(path)
+    wait_until(lambda: projects.path == path)
+    bench.import_photographs(find([photographs]), name="Woven sample")
+    wait_until(lambda: bench.document.project.has_map and not bench.jobs.active and projects.is_saved)
+
+    def shown(cause: str) -> None:
+        wait_until(lambda: cause in window.banners.words)
+        for look in ("dark", "light"):
+            window.set_theme(look)
+            grab(window, folder / f"9-{look}-{cause}.png")
+
+    moved = photographs.rename(place / "moved")
+    window.whereabouts.look()
+    shown("missing")
+    moved.rename(photographs)
+    first = min(photographs.glob("woven_*"))
+    content = first.read_bytes()
+    first.write_bytes(content + b"\0")
+    window.whereabouts.look()
+    shown("changed")
+    first.write_bytes(content)
+    window.whereabouts.look()
+    atomic.fault = full_disk
+    bench.load_model("torus-knot")
+    shown("saving")
+    atomic.fault = None
+    wait_until(lambda: "saving" not in window.banners.words and projects.is_saved)
+    window.new()
+    for name, words in (("second", SECOND), ("killed", KILLED)):
+        pipe, root = subprocess.PIPE, Path(__file__).resolve().parents[1]
+        with subprocess.Popen([sys.executable, "-c", words, str(path)], stdin=pipe, stdout=pipe, cwd=root) as other:
+            assert other.stdout is not None
+            other.stdout.readline()
+            window.open_project(path)
+            shown("read-only" if name == "second" else "interrupted")
+            other.kill()
+        window.new()
+    shutil.rmtree(place)
+
+
+def full_disk(operation: str, _path: Path) -> None:
+    if operation == "create":
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+#: Another process that has a project open, and one that is killed while it bakes for it.
+SECOND = """
+import sys
+from pathlib import Path
+from app.project.places import claim
+claim(Path(sys.argv[1]))
+print(flush=True)
+input()
+"""
+KILLED = """
+import os, sys
+from pathlib import Path
+from app.project.interrupted import running
+from app.project.places import claim
+from app.project.project_file import data_folder
+path = Path(sys.argv[1])
+claim(path)
+with running(data_folder(path), "Baking spherical harmonics", {"kind": "bake"}):
+    print(flush=True)
+    os._exit(1)
+"""
 
 
 def grab(window: MainWindow, path: Path) -> None:

@@ -222,10 +222,13 @@ class Person:
         os.kill(self.process.pid, signal.SIGKILL)
         self.process.wait()
         self.start()
-        after = self.until(lambda seen: seen["path"] == before["path"], "the project that was open")
+        self.until(lambda seen: seen["path"] == before["path"], "the project that was open")
         time.sleep(8 * PAUSE_S)
         self.shot(f"{name}-after")
-        after = self.seen
+        self.compare(name, before, self.seen)
+
+    def compare(self, name: str, before: Seen, after: Seen) -> None:
+        """Note all marks of the document that are others than before."""
         lost = {key: (old, after["marks"][key]) for key, old in before["marks"].items() if after["marks"][key] != old}
         words = {
             "moment": name,
@@ -236,6 +239,16 @@ class Person:
         }
         self.compared.append(words)
         print(json.dumps(words), flush=True)
+
+    def answer(self, title: str, path: Path) -> None:
+        """Write a path into the file dialog of this title, and accept it."""
+        self.until(lambda seen: title in seen["dialogs"], f"the dialog {title!r}", 60.0)
+        time.sleep(4 * PAUSE_S)
+        self.keys("ctrl+a")
+        self.write(str(path))
+        self.shot(title.lower().replace(" ", "-"))
+        self.keys("Return")
+        self.until(lambda seen: title not in seen["dialogs"], "the end of the dialog", 60.0)
 
     def go_on(self) -> None:
         """Go on with the work that was interrupted."""
@@ -359,8 +372,42 @@ def exported(person: Person) -> None:
     person.killed("exported")
 
 
+def saved_as(person: Person) -> None:
+    """File: saved as through the dialog; the project goes on at its place, and is found there after the kill."""
+    target = person.folder / "own place" / "Felt.lap"
+    target.parent.mkdir(exist_ok=True)
+    person.keys("ctrl+shift+s")
+    person.answer("Save as", target)
+    person.until(lambda seen: seen["path"] == str(target), "the copy")
+    person.saved()
+    person.killed("saved-as")
+
+
+def collected(person: Person) -> None:
+    """File: collected through the menu and the dialogs; the copy opens where the photographs are not."""
+    target = person.folder / "collected" / "Felt.lap"
+    target.parent.mkdir(exist_ok=True)
+    person.keys("alt+f", *"co")
+    person.click("With results")
+    person.answer("Collect", target)
+    before = person.rest()
+    person.until(lambda seen: target.is_file(), "the collected project")
+    kept, hidden = person.folder / "photographs", person.folder / "photographs elsewhere"
+    kept.rename(hidden)
+    person.killed("collected")
+    person.keys("ctrl+q")
+    assert person.process is not None
+    person.process.wait(PATIENCE_S)
+    person.start(target)
+    after = person.until(lambda seen: seen["path"] == str(target), "the collected project")
+    time.sleep(8 * PAUSE_S)
+    person.shot("collected-opened")
+    person.compare("opened elsewhere", before, after)
+    hidden.rename(kept)
+
+
 #: Work of the day after the import; each ends with a kill.
-DAY = (a_material, excluded, rebuilt, compared, factored, lit, baked, undone, exported)
+DAY = (a_material, excluded, rebuilt, compared, factored, lit, baked, undone, exported, saved_as, collected)
 
 
 def closed(person: Person) -> None:
@@ -386,7 +433,7 @@ def main() -> int:
     person = Person(folder, shots=len(list(folder.glob("*.png"))))
     if options.first is None:
         folder.mkdir(parents=True)
-        photographs = folder / options.photographs.name
+        photographs = folder / "photographs"
         shutil.copytree(options.photographs, photographs)
         importing(person, photographs)
     else:

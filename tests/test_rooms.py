@@ -102,6 +102,7 @@ SHORT_FILES = {
     "app/document/history.py": "arithmetic of what undo keeps, without Qt",
     "app/document/scene.py": "the scene of a project, which window and command line share",
     "app/process/garbage.py": "one setting of Python",
+    "app/process/packages.py": "one way around a fault of Python",
     "app/process/last_words.py": "one way to end",
     "app/window/naming.py": "one proposal",
     "engine/bench/brdf.py": "one measurement",

@@ -1,19 +1,54 @@
-"""Stack and material of a project, made of its photographs by its settings."""
+"""Stack and material of a project, made of its photographs by its settings, or found where it had them before."""
 
 from __future__ import annotations
 
+import dataclasses
+import logging
 import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import engine
 from app.document.document import ImportChoices, Project
 from app.document.import_choices import lit_by, settings_of
-from app.project.made import note
+from app.project.made import built_before, key_of, note
+from app.project.photographs import Mark
+from app.project.project_file import path_of
 from engine.capture.lights.sources import Sources
-from engine.capture.stack import ImageStack
+from engine.capture.stack import RECORD, ImageStack, open_stack
+from engine.core.errors import FileError
 from engine.core.steps import Step, Steps, part
 from engine.scene.material import Material
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
+
+log = logging.getLogger(__name__)
+
+
+def kept_stack_of(
+    sources: Sources,
+    choices: ImportChoices,
+    marks: Mapping[Path, Mark],
+    folders: Sequence[Path],
+    now: ImageStack | None = None,
+) -> Steps[ImageStack]:
+    """The stack of the photographs, which `marks` tell apart: the one that lies in `folders`, or a new one in the last.
+
+    Its name is the hash of the photographs' contents, of the choices, and of the version that imports them. Where it
+    is the one that is open `now`, it stays the same object, so that its material is up to date.
+    """
+    yield Step(0.0, "looking for the stack")
+    contents = {path: mark.hash for path, mark in marks.items()}
+    name = f"stack-{key_of(engine.__version__, sources, choices, contents=contents)}"
+    for folder in folders:
+        if (folder / name / RECORD).is_file():
+            try:
+                found = open_stack(folder / name)
+            except FileError as error:
+                log.warning("%s", error)
+                continue
+            return now if now is not None and now.folder == found.folder else found
+    return (yield from stack_of(sources, choices, folders[-1] / name))
 
 
 def stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:
@@ -25,6 +60,22 @@ def stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[Im
     stack = yield from import_stack(lit_by(sources, choices), settings_of(choices), target)
     note(target, "stack", time.perf_counter() - began)
     return stack
+
+
+def kept_material_of(project: Project, folder: Path, own: Path) -> Steps[Material]:
+    """As `material_of`; the one that the project had by the same settings before, where its data `folder` has it.
+
+    `own` is the folder of a stack that the project file does not know of.
+    """
+    yield Step(0.0, "looking for the material")
+    try:
+        found = built_before(path_of(folder), project.recipe, own)
+    except FileError as error:
+        log.info("%s", error)
+        found = None
+    if found is not None:
+        return dataclasses.replace(found, name=project.name)
+    return (yield from material_of(project))
 
 
 def material_of(project: Project) -> Steps[Material]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import engine
 from app.commands.making import material_of, stack_of
-from app.commands.replay_made import NOTHING, bakes_again, factors_again
+from app.commands.replay_made import bakes_again, factors_again
 from app.document.document import Project
 from app.project.made import noted
 from app.project.photographs import photographs
@@ -27,6 +27,8 @@ from engine.core.steps import Step, Steps, part
 from engine.storage.atomic import make_folder, write_bytes
 
 Arrays = dict[str, NDArray[Any]]
+
+NOTHING = "the project has no such result to compare with"
 
 
 def replayed(path: Path, folder: Path) -> Steps[list[dict[str, Any]]]:

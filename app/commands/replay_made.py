@@ -18,12 +18,13 @@ from app.document.scene import DEFAULT_MODEL
 from app.project.bakes import place_of as place_of_bake
 from app.project.bakes import with_effects
 from app.project.factors import place_of as place_of_factors
-from app.project.made import Made
+from app.project.made import Made, noted_of
 from engine.core.errors import FileError, UsageError
 from engine.core.steps import Steps, part
 from engine.geometry.shapes import shape
 
-NOTHING = "the project has no such result to compare with"
+NOT_FOUND_YET = "the run in the project has no result: it was stopped before it had one"
+LOST = "its result is gone from the data folder"
 SAME = "every value is the same"
 OTHER_STATE = "it is of another state of the project, whose model, ground or BRDF was another one"
 NOT_AT_END = "the search had not come to its end"
@@ -89,7 +90,7 @@ def _factored_again(run: Run, kept: Path, target: Path) -> Steps[Result]:
     write_factors(target, (yield from part(factor(brdf, run.choices, None), 0.1, 1.0)))
     place = place_of_factors(run, kept)
     if not holds_factors(place):
-        return _verdict(None, NOTHING)
+        return _verdict(None, LOST if noted_of(place) is not None else NOT_FOUND_YET)
     before, why = fingerprints(place), "settings are the same, versions or machine differ"
     return _compared(before, fingerprints(target), NOT_AT_END if read_factors(place).searching else why)
 
@@ -104,7 +105,7 @@ def _baked_again(wanted: Wanted, made: Made, kept: Path, target: Path) -> Steps[
         raise UsageError(estimate.why_not)
     yield from part(baked(target, estimate), 0.2, 1.0)
     if not made.present:
-        return _verdict(None, NOTHING)
+        return _verdict(None, LOST)
     before, now = open_transport(kept / made.name), open_transport(target)
     by, own = str(before.settings.get("software", "an unknown version")), f"lightarc {engine.__version__}"
     why = f"it was made by {by}, not {own}" if by != own else "settings are the same, the machine differs"

@@ -19,11 +19,12 @@ from PySide6.QtCore import QObject, Signal
 from app.commands import brdf as commands_brdf
 from app.commands.bundle_view import SCALE_NOTE, OpenedBundle, load_bundle, settings_of_bundle, with_view
 from app.commands.export_bundle import Exported, exported
-from app.commands.making import material_of, stack_of
+from app.commands.making import kept_material_of, kept_stack_of
 from app.commands.opening import load_environment, load_shape
 from app.commands.recognise import Recognised, recognise
 from app.document.document import Document, ImportChoices, Project
 from app.jobs.jobs import Job, Jobs
+from app.process.packages import load_shared
 from app.project.photographs import INSIDE, keep, photographs, taken
 from app.project.places import projects_folder
 from app.project.project_file import path_of, state_name
@@ -73,6 +74,7 @@ class Workbench(QObject):
         self.folder = self.own = folder
         self.document = Document(self)
         self.jobs = Jobs(self)
+        self.jobs.before = load_shared
         self.importing: Job | None = None
         self._last_import: tuple[Sources, ImportChoices, str] | None = None
         self.building: Job | None = None
@@ -163,7 +165,6 @@ class Workbench(QObject):
         before = self.document.project.sources
         choices = choices or self.document.project.import_choices
         name = name or sources.name or "Untitled"
-        target = self._free("stack")
         are_others = before is None or before.photographs != sources.photographs
         if sources is not before and not (are_others and self._has_work):
             words = f"Open {len(sources.photographs)} photographs"
@@ -173,8 +174,9 @@ class Workbench(QObject):
             self.jobs.cancel(self.importing)
         files = photographs(dataclasses.replace(self.document.project, sources=sources, import_choices=choices))
         again = {"kind": "import", "name": name} if sources is self.document.project.sources else None
+        folders, now = (self.folder, self.own), self.document.project.stack
         job = self.jobs.submit(
-            "Importing photographs", lambda: _marked_stack(sources, choices, target, files), again=again
+            "Importing photographs", lambda: _marked_stack(sources, choices, folders, files, now), again=again
         )
         job.progressed.connect(self._show_partial)
         parts = {"sources": sources, "import_choices": choices}
@@ -236,7 +238,10 @@ class Workbench(QObject):
         if self.building is not None:
             self.jobs.cancel(self.building)
         again = {"kind": "build"}
-        self.building = self.jobs.submit("Building the material", lambda: material_of(project), again=again)
+        folder, own = self.folder, self.own
+        self.building = self.jobs.submit(
+            "Building the material", lambda: kept_material_of(project, folder, own), again=again
+        )
         self.building.succeeded.connect(lambda material: self._built(project, material))
 
     def _built(self, project: Project, material: Material) -> None:
@@ -337,12 +342,18 @@ def _sample(folder: Path) -> Steps[Sources]:
     return find([place])
 
 
-def _marked_stack(sources: Sources, choices: ImportChoices, target: Path, files: tuple[Path, ...]) -> Steps[ImageStack]:
-    """As `stack_of`; the project keeps the marks of `files`, by which they are known again."""
+def _marked_stack(
+    sources: Sources,
+    choices: ImportChoices,
+    folders: tuple[Path, Path],
+    files: tuple[Path, ...],
+    now: ImageStack | None,
+) -> Steps[ImageStack]:
+    """As `kept_stack_of`; the project keeps the marks of `files`, by which they are known again."""
     marks = yield from part(taken(files), 0.0, 0.1)
-    stack = yield from part(stack_of(sources, choices, target), 0.1, 1.0)
+    stack = yield from part(kept_stack_of(sources, choices, marks, folders, now), 0.1, 1.0)
     try:
-        keep(path_of(target.parent), marks)
+        keep(path_of(folders[-1]), marks)
     except FileError as error:
         log.info("photographs could not be marked: %s", error)
     return stack

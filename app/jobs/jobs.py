@@ -32,6 +32,10 @@ NICENESS = 5
 SHOW_EVERY_S = 0.04
 
 
+def nothing() -> None:
+    """Nothing is to be done before a job."""
+
+
 @dataclass(frozen=True, eq=False)
 class Outcome:
     """The end of a job: its result, or the exception that it raised."""
@@ -100,6 +104,7 @@ class Jobs(QObject):
     """The queue. `changed`: a job was added, began, paused, is to stop, or ended; `progressed`: it moved on.
 
     Each heavy job runs within the context that `around` makes of it, which is entered and left on the job's thread.
+    `before` is called there first, of every job.
     """
 
     changed = Signal(object)
@@ -113,6 +118,7 @@ class Jobs(QObject):
         self._paused: list[Job] = []
         self.accepting = True
         self.around: Callable[[Job], AbstractContextManager[object]] = nullcontext
+        self.before: Callable[[], object] = nothing
 
     @property
     def active(self) -> tuple[Job, ...]:
@@ -131,6 +137,7 @@ class Jobs(QObject):
         """Queue `work`; it is called on the job's own thread, so it may import slow modules there."""
         job = Job(title, work, heavy=heavy, again=again)
         job.refines = refines
+        job._thread.before = self.before
         if heavy:
             job._thread.around = self.around(job)
         job._thread.stepped.connect(lambda step: self._progress(job, step))
@@ -236,6 +243,7 @@ class _Thread(QThread):
         super().__init__()
         self.setStackSize(16 * 2**20)
         self.work: Work | None = work
+        self.before: Callable[[], object] = nothing
         self.around: AbstractContextManager[object] = nullcontext()
         self.stop = threading.Event()
         self.go = threading.Event()
@@ -250,6 +258,7 @@ class _Thread(QThread):
         if sys.platform == "linux":
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
         try:
+            self.before()
             with self.around:
                 self.outcome = self._drive()
         except BaseException as error:  # the border of the thread: whatever was raised is the job's outcome

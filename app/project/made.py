@@ -18,13 +18,14 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
-from app.project.database import connected
-from app.project.project_file import data_folder, path_of
-from app.project.values import Keeper, array_parts, encoded, name_of
+from app.project.arrays import array_name
+from app.project.database import connected, explained, reading
+from app.project.project_file import data_folder, finder_of, path_of
+from app.project.tidying import remove_whole
+from app.project.values import Absent, Keeper, array_parts, decoded, encoded, name_of
 from engine.core.errors import FileError
 from engine.core.figure_text import time_text
-from engine.storage.atomic import discard, perform
-from engine.storage.partial_names import partial_name
+from engine.scene.material import Material
 
 log = logging.getLogger(__name__)
 
@@ -53,12 +54,17 @@ class Made:
     made_with: Mapping[str, Any] = field(default_factory=dict)
 
 
-def key_of(*made_from: Any) -> str:
+def key_of(*made_from: Any, contents: Mapping[Path, str] | None = None) -> str:
     """The hash of what a result is made from: values of the document, and files, which count by their content.
 
+    `contents` are hashes of the files that values name; these then count by name and content, wherever they lie.
     TypeError for what is no value of the document, OSError for a file that cannot be read.
     """
-    keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: name_of(*array_parts(array)), Path())
+    known = contents or {}
+    by_content = None if contents is None else lambda path: {"file": path.name, "content": known.get(path, "")}
+    keeper = Keeper(
+        lambda text: name_of(text.encode()), lambda array, _: name_of(*array_parts(array)), Path(), file=by_content
+    )
     said = [hash_of(each) if isinstance(each, Path) else encoded(each, keeper) for each in made_from]
     return name_of(json.dumps(said, sort_keys=True, allow_nan=False).encode())
 
@@ -67,6 +73,28 @@ def hash_of(path: Path) -> str:
     """BLAKE2b of the content of a file, 160 bits; OSError where it cannot be read."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=20)).hexdigest()
+
+
+def built_before(project: Path, recipe: tuple[Any, ...], own: Path) -> Material | None:
+    """The material that a project was built with by `recipe` (`Project.recipe`), found by the recipe's hash.
+
+    None where no state has it, or its data are gone. What lies in the folder `own` counts as lying in the project's.
+    Raises InputError or OutputError where the file cannot be read.
+    """
+    keeper = Keeper(lambda text: name_of(text.encode()), lambda array, _: array_name(array), data_folder(project), own)
+    name = name_of(json.dumps(encoded(recipe, keeper), sort_keys=True, allow_nan=False).encode())
+    statement = "SELECT parts FROM state WHERE parts LIKE ? ORDER BY rowid DESC"
+    with reading(project) as connection, explained(project):
+        row = connection.execute(statement, (f'%"built_from":"{name}"%',)).fetchone()
+        finder = finder_of(project)
+        try:
+            found = (
+                decoded(json.loads(finder.text(json.loads(row[0])["material"])), finder) if row is not None else None
+            )
+        except (Absent, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+            log.info("a material that was built before is gone: %s", error)
+            return None
+    return found if isinstance(found, Material) and found.has_map and not finder.gone else None
 
 
 def note(place: Path, kind: str, seconds: float, made_with: Mapping[str, Any] | None = None) -> None:
@@ -135,20 +163,9 @@ def keep_newest(folder: Path, pattern: str, count: int, most_bytes: int = 1 << 6
     kept = [at == 0 or (at < count and total <= most_bytes) for at, total in enumerate(sizes)]
     gone = [place for place, is_kept in zip(places, kept, strict=True) if not is_kept]
     for place in gone:
-        _remove(place)
+        remove_whole(place)
     if gone:
         _write(path_of(folder), "DELETE FROM meta WHERE name = ?", [(_ROW + place.name,) for place in gone])
-
-
-def _remove(place: Path) -> None:
-    """Remove a result at once: a folder gets a name of no result before the first file in it goes."""
-    hidden = place.with_name(partial_name(place))
-    try:
-        perform("rename", place, lambda: place.rename(hidden))
-    except FileError as error:
-        log.info("a result stays: %s", error)
-        return
-    discard(hidden)
 
 
 def used(place: Path) -> None:

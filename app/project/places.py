@@ -7,7 +7,7 @@ finds the file of a living process opens read-only; who finds that of a dead one
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import platformdirs
@@ -77,12 +77,13 @@ def was_interrupted(path: Path) -> bool:
     return any(is_gone(mark) and not is_own(mark) for mark in _marks(data_folder(path)))
 
 
-def interrupted(folder: Path) -> list[Path]:
-    """Projects in `folder` that were open when their process ended, the latest first.
+def interrupted(folder: Path, others: Iterable[Path] = ()) -> list[Path]:
+    """Projects in `folder`, and those of `others`, that were open when their process ended, the latest first.
 
     One in which nothing was done is left out, and removed: a window that ended as it opened has left it.
     """
-    found = [path for path in folder.glob(f"*{ENDING}") if was_interrupted(path)]
+    there = {*folder.glob(f"*{ENDING}"), *(path for path in others if path.suffix == ENDING and path.is_file())}
+    found = [path for path in there if was_interrupted(path)]
     empty = [path for path in found if _is_empty(path)]
     for path in empty:
         remove(path)

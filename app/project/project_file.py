@@ -6,7 +6,7 @@ one file that can be copied and mailed. It runs with a rollback journal, because
 memory, which network drives lack.
 
 Names are hashes of contents. Arrays that can be made again lie in `NAME.lap-data/arrays`, stacks of
-photographs in `NAME.lap-data/stack-N`; both may be deleted.
+photographs in `NAME.lap-data/stack-HASH`, named by what they were made from; both may be deleted.
 """
 
 from __future__ import annotations
@@ -136,7 +136,7 @@ class Writer:
         """Forget what no state needs any more, and let go of the file."""
         if self._connection is not None:
             with contextlib.suppress(sqlite3.Error, OSError):  # what is left over is removed the next time
-                forget_unused(self._connection, data_folder(self.path))
+                forget_unused(self._connection, data_folder(self.path), stacks=True)
         self._let_go()
 
     def _let_go(self) -> None:

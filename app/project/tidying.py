@@ -1,27 +1,39 @@
-"""Tidying of a project file: values and arrays that no state needs any more go, also the arrays beside it.
+"""Tidying of a project file: values and arrays that no state needs any more go, also the arrays and stacks beside it.
 
-A value is needed where a state or another needed value names it, an array where a value does.
+A value is needed where a state or another needed value names it, an array or a stack where a value does. Beside those
+of the history, the states of the last materials stay, so that settings that were there before find their results.
 """
 
 from __future__ import annotations
 
 import json
+import logging
 import sqlite3
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from engine.storage.atomic import discard
+from engine.core.errors import FileError
+from engine.storage.atomic import discard, perform
+from engine.storage.partial_names import partial_name
+
+log = logging.getLogger(__name__)
+
+#: Materials of which a state stays that no step leads to, because it was undone or is older than the history.
+KEPT_MATERIALS = 4
 
 
-def forget_unused(connection: sqlite3.Connection, folder: Path) -> None:
-    """Remove states that no step leads to, and values and arrays that no state holds."""
+def forget_unused(connection: sqlite3.Connection, folder: Path, *, stacks: bool = False) -> None:
+    """Remove states that no step leads to, and values, arrays and, where asked, `stacks` that no state holds.
+
+    Steps that only the memory of a window has may need more stacks than the file knows of.
+    """
     with connection:
         connection.execute("BEGIN IMMEDIATE")
         used = {row[0] for row in connection.execute("SELECT old FROM step UNION SELECT new FROM step")}
         used |= {row[0] for row in connection.execute("SELECT value FROM meta WHERE name = 'current'")}
-        _keep_only(connection, "state", used)
-        held, arrays = set[str](), set[str]()
+        _keep_only(connection, "state", used | _last_built(connection))
+        held, arrays, named = set[str](), set[str](), set[str]()
         waiting = [
             name for (parts,) in connection.execute("SELECT parts FROM state") for name in json.loads(parts).values()
         ]
@@ -34,14 +46,36 @@ def forget_unused(connection: sqlite3.Connection, folder: Path) -> None:
             for kind, content in names_in(json.loads(row[0])) if row else ():
                 if kind == "value":
                     waiting.append(content)
-                elif kind == "array":
-                    arrays.add(content)
+                else:
+                    (arrays if kind == "array" else named).add(content)
         _keep_only(connection, "value", held)
         _keep_only(connection, "array", arrays)
     connection.execute("PRAGMA incremental_vacuum").fetchall()
     for beside in (folder / "arrays").glob("*.npy"):
         if beside.stem not in arrays:
             discard(beside)
+    for beside in folder.glob("stack-*") if stacks else ():
+        if beside.name not in named:
+            remove_whole(beside)
+
+
+def _last_built(connection: sqlite3.Connection) -> set[str]:
+    """A state of each of the last materials that were built."""
+    found: dict[str, str] = {}
+    for name, parts in connection.execute("SELECT name, parts FROM state ORDER BY rowid DESC"):
+        found.setdefault(str(json.loads(parts).get("built_from", "")), name)
+    return {name for recipe, name in found.items() if recipe in list(found)[:KEPT_MATERIALS]}
+
+
+def remove_whole(place: Path) -> None:
+    """Remove a result at once: a folder gets a name of no result before the first file in it goes."""
+    hidden = place.with_name(partial_name(place))
+    try:
+        perform("rename", place, lambda: place.rename(hidden))
+    except FileError as error:
+        log.info("a result stays: %s", error)
+        return
+    discard(hidden)
 
 
 def _keep_only(connection: sqlite3.Connection, table: str, names: set[str]) -> None:

@@ -103,12 +103,14 @@ class Keeper:
     array : keeps an array, in the file or, where `derived`, beside it; gives its name.
     folder : place of the stacks; paths below it are kept relative to it.
     own : another folder, whose content is kept as if it lay there.
+    file : what is kept of a file in place of its path.
     """
 
     text: Callable[[str], str]
     array: Callable[[Array, bool], str]
     folder: Path
     own: Path | None = None
+    file: Callable[[Path], Any] | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -176,7 +178,7 @@ def encoded(value: Any, keeper: Keeper, derived: bool = False) -> Any:
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else {"float": str(float(value))}
     if isinstance(value, PurePath):
-        return said_path(_inside_of(keeper, Path(value)), keeper.folder)
+        return keeper.file(Path(value)) if keeper.file else said_path(_inside_of(keeper, Path(value)), keeper.folder)
     if isinstance(value, np.ndarray):
         return {"array": keeper.array(value, derived)}
     if isinstance(value, ImageStack) and value.folder is not None:

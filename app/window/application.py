@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import sys
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 
 from PySide6.QtCore import QLocale, QObject, Qt, QTimer, Signal
@@ -14,6 +13,7 @@ from PySide6.QtWidgets import QApplication
 from app.process import crash, ending
 from app.process.garbage import collect_on_this_thread
 from app.process.heap import give_back_free_pages, give_back_freed_arrays
+from app.process.packages import load_own
 from app.project.places import interrupted, projects_folder
 from app.session import settings
 from app.viewport.gl_surface import request_format
@@ -33,6 +33,7 @@ def start() -> QApplication:
 
     Freed memory goes back to the system from now on, and cycles are searched for on this thread alone.
     """
+    load_own()
     give_back_freed_arrays()
     give_back_free_pages()
     request_format()
@@ -52,7 +53,7 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
     closing = _Closing()
     with ending.during(closing.asked.emit, ending.WINDOW_S):
         crashed = crash.begin()
-        workspace = settings.load(settings.config_folder()).workspace
+        remembered = settings.load(settings.config_folder())
         window = MainWindow(settings.config_folder())
         if crashed:
             log.warning(crashed)
@@ -60,11 +61,11 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
         window.closes.connect(lambda: ending.end_within(ending.WINDOW_S, 0))
         window.failures.install()
         window.show()
-        left = interrupted(projects_folder())
+        left = interrupted(projects_folder(), map(Path, remembered.recent))
         if sample:
             QTimer.singleShot(0, window.bench.open_sample)
         elif not paths and left:
-            QTimer.singleShot(0, lambda: recover(window, left[0], workspace))
+            QTimer.singleShot(0, lambda: recover(window, left[0], remembered.workspace))
         elif paths:
             QTimer.singleShot(0, lambda: window.open(paths))
         code = application.exec()
@@ -73,11 +74,7 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
 
 
 def recover(window: MainWindow, project: Path, workspace: str) -> None:
-    """Open a project that was interrupted, in the workspace that was in front.
-
-    SciPy is loaded before: jobs of both begin at once, and two threads that load it together can fail.
-    """
-    import_module("scipy.ndimage")
+    """Open a project that was interrupted, in the workspace that was in front."""
     window.open_project(project)
     if workspace in WORKSPACES:
         window.show_workspace(workspace)

@@ -9,6 +9,7 @@ import numpy as np
 import PySide6
 from PySide6.QtCore import QObject, QTimer, QUrl, qVersion
 from PySide6.QtGui import QDesktopServices
+from shiboken6 import isValid
 
 from app.commands.workbench import Workbench
 from app.jobs.jobs import Job
@@ -35,7 +36,7 @@ class Doings(QObject):
         QTimer.singleShot(NATIVE_AFTER_MS, self, self._prepare)
 
     def close(self) -> None:
-        """Listen no longer: a stack of steps that goes says so itself, when it can be asked nothing any more."""
+        """Listen no longer."""
         self._stack.indexChanged.disconnect(self._stepped)
         self._jobs.changed.disconnect(self._job_changed)
         logging.getLogger().removeHandler(self._handler)
@@ -44,6 +45,8 @@ class Doings(QObject):
         threading.Thread(target=crash.with_native_stack, name="native stacks", daemon=True).start()
 
     def _stepped(self, position: int) -> None:
+        if not isValid(self._stack):
+            return  # it says its end, where a window goes without having been closed
         words = self._stack.undoText() or "the beginning"
         crash.did(f"{'undone to' if self._stack.canRedo() else 'did'} {position}: {words}")
 

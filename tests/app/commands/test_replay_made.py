@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from app.commands.replay import replayed
-from app.commands.replay_made import NOT_AT_END, NOTHING, OTHER_STATE
+from app.commands.replay_made import LOST, NOT_AT_END, NOT_FOUND_YET, OTHER_STATE
 from app.document.bake_request import Wanted, choices_for, estimated
 from app.document.document import Project
 from app.document.factoring import Factoring, Run
@@ -100,6 +100,9 @@ def test_results_of_other_states_and_lost_ones_are_told_apart(
         place.unlink()
     place_of_factors(run, data_folder(path)).rename(tmp_path / "away")
     results = drain(replayed(path, tmp_path / "again"))
-    assert [(each["bit_equal"], each["reason"]) for each in results] == [(None, NOTHING), (None, NOTHING)]
-    saved(path, dataclasses.replace(made, material=Material(None, None, brdf="lambert", name="Ball")))
-    assert drain(replayed(path, tmp_path / "other"))[-1]["reason"] == OTHER_STATE
+    assert [(each["bit_equal"], each["reason"]) for each in results] == [(None, LOST), (None, LOST)]
+    unfinished = dataclasses.replace(run, number=8, choices=FactorSettings(side=8, products=1))
+    runs = Factoring().with_run(unfinished)
+    saved(path, dataclasses.replace(made, material=Material(None, None, brdf="lambert", name="Ball"), factoring=runs))
+    results = drain(replayed(path, tmp_path / "other"))
+    assert [each["reason"] for each in results] == [NOT_FOUND_YET, OTHER_STATE]

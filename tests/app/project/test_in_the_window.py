@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from app.project.project_file import data_folder, read
+from app.project.recording import DELAY_MS
 from app.window.main_window import MainWindow
 
 
@@ -38,6 +39,27 @@ def test_a_project_is_left_and_opened_again_as_it_was(
     qtbot.waitUntil(lambda: projects.is_saved, timeout=60_000)
     assert read(tmp_path / "Felt.lap").current.look.gain == 2.0
     assert read(first).current.look.gain == 1.0
+
+
+def test_a_gesture_is_handed_over_within_a_second_however_long_it_goes_on(window: MainWindow, qtbot: Any) -> None:
+    """The clock is moved by hand: what the writer is given when it strikes is on disk before anything else happens."""
+    document, projects = window.bench.document, window.projects
+    qtbot.waitUntil(lambda: projects.is_saved, timeout=60_000)
+    recording = projects._recording
+    assert recording is not None
+    assert DELAY_MS <= 500, "half a second is left for writing"
+    recording._delay.setInterval(1_000_000)
+    document.change("Gain", gesture="gain", look=document.project.look.__class__(gain=2.0))
+    clock = recording._delay.timerId()
+    assert not projects.is_saved
+    document.change("Gain", gesture="gain", look=document.project.look.__class__(gain=3.0))
+    assert recording._delay.timerId() == clock, "a drag does not put off its writing"
+    assert read(projects.path).current.look.gain == 1.0
+    with qtbot.waitSignal(recording.written, timeout=60_000):
+        recording._delay.timeout.emit()
+    assert read(projects.path).current.look.gain == 3.0
+    assert projects.is_saved
+    recording._delay.setInterval(DELAY_MS)
 
 
 def test_a_project_that_cannot_be_written_is_said_kept_and_written_later(

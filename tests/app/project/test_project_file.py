@@ -350,3 +350,16 @@ os.kill(os.getpid(), signal.SIGKILL)
     (found,) = places.interrupted(folder)
     assert read(found).current.name == "Felt"
     assert list(folder.glob("*.lap")) == [found]
+
+
+def test_a_project_that_has_a_place_of_its_own_is_found_interrupted_among_the_recent_ones(tmp_path: Path) -> None:
+    path, other = written(tmp_path / "own" / "Felt.lap", Project(name="Felt")), tmp_path / "own" / "photographs"
+    other.mkdir()
+    recent = [other, tmp_path / "gone" / "Old.lap", path]
+    assert places.interrupted(tmp_path / "projects", recent) == []
+    words = f"from pathlib import Path; from app.project.places import claim; claim(Path({str(path)!r}))"
+    subprocess.run([sys.executable, "-c", words], check=True, cwd=Path(__file__).parents[3])
+    assert places.interrupted(tmp_path / "projects", recent) == [path]
+    assert places.claim(path)
+    assert places.interrupted(tmp_path / "projects", recent) == []
+    places.release(path)

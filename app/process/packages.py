@@ -1,0 +1,46 @@
+"""Packages of which several threads load parts, loaded whole before the first of them.
+
+When a package has been executed, importlib takes it out of `sys.modules` and puts it back (`_load_unlocked`, Python
+3.11 to 3.14). A thread that has just loaded a part of it looks it up, and in that moment fails with `KeyError`; so do
+jobs that begin at once and load other parts of SciPy. Modules that are no packages do not suffer from that, because
+whoever asks for one waits until it is there.
+
+It takes some 0.4 s once, on the thread of a job: nearly every job needs most of it.
+"""
+
+from __future__ import annotations
+
+import pkgutil
+import threading
+from importlib import import_module
+
+import engine
+
+#: Packages within which the engine, or SciPy itself, loads parts by their full names.
+SHARED = (
+    "scipy.ndimage",
+    "scipy.cluster",
+    "scipy.spatial.transform",
+    "scipy.sparse.csgraph",
+    "scipy.optimize",
+    "scipy.fft",
+)
+
+_one_at_a_time = threading.Lock()
+_is_loaded = threading.Event()
+
+
+def load_shared() -> None:
+    """Load the packages, once in a process; whoever comes meanwhile waits."""
+    if _is_loaded.is_set():
+        return
+    with _one_at_a_time:
+        for name in () if _is_loaded.is_set() else SHARED:
+            import_module(name)
+        _is_loaded.set()
+
+
+def load_own() -> None:
+    """Load the engine's packages, which are empty but for their first sentence, and none of their modules."""
+    for _ in pkgutil.walk_packages(engine.__path__, "engine."):
+        pass
