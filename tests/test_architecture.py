@@ -56,6 +56,7 @@ EXCEPTIONS = {
     "engine/storage/unpack.py tempfile.TemporaryFile": "an unnamed file that vanishes with the process",
     "engine/capture/lights/sources.py tempfile.TemporaryDirectory": "unpacked photographs, removed with their sources",
     "engine/storage/scratch.py np.memmap": "an unnamed file that vanishes with the process",
+    "engine/exchange/blender.py tempfile.TemporaryDirectory": "what Blender makes a file of, removed with it",
     "app/session/settings.py base.mkdir": WORKING,
     "app/session/settings.py tempfile.mkdtemp": WORKING,
     "app/cli/bundle.py tempfile.mkdtemp": "a page that a browser reads after the command has ended",

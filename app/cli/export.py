@@ -19,14 +19,17 @@ HELP = "Write a material in forms that other programs open, with what each of th
 EXAMPLE = "lightarc export woven.lightarc --to textures --preset unreal -o woven-unreal"
 
 #: Names of `engine.exchange.export`, of presets and of codings: options are there without the engine.
-TARGETS = ("textures", "materialx", "gltf", "usd", "shaders", "web", "rti", "brdf", "auto")
+TARGETS = ("textures", "materialx", "gltf", "usd", "blender", "shaders", "web", "rti", "brdf", "auto")
 PRESETS = ("blender", "unreal", "unity", "godot", "substance", "gltf")
 CODINGS = ("png8", "png16", "exr")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "source", type=Input(), metavar="BUNDLE|PROJECT", help="a .lightarc file, a bundle folder, or a project (.lap)"
+        "source",
+        type=Input(),
+        metavar="MATERIAL|PROJECT",
+        help="a bundle, a project (.lap), a folder of PBR textures, a MaterialX document (.mtlx) or a glTF file",
     )
     parser.add_argument("--to", nargs="+", action="extend", required=True, choices=TARGETS, help="targets, one or more")
     parser.add_argument(
@@ -73,20 +76,23 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     )
     return {
         **{name: record[name] for name in ("folder", "material", "targets", "auto") if name in record},
-        "warnings": [f"{made['target']}: {each}" for made in record["targets"] for each in made["warnings"]],
+        "warnings": [
+            *(material.health.warnings if material.pbr is not None else ()),
+            *(f"{made['target']}: {each}" for made in record["targets"] for each in made["warnings"]),
+        ],
     }
 
 
 def _opened(arguments: argparse.Namespace) -> tuple[Material, ImageStack | None]:
     """The material of a bundle or a project, and the photographs where they are at hand."""
     from app.project.setup import is_project, set_up
-    from engine.bundle.bundle import open_bundle
     from engine.capture.stack import open_stack
     from engine.core.errors import InputError
+    from engine.exchange.readers.read import open_material
 
     stack = open_stack(arguments.stack) if arguments.stack else None
     if not is_project(arguments.source):
-        return open_bundle(arguments.source), stack
+        return open_material(arguments.source), stack
     project = set_up(Path(arguments.source)).project
     if not project.has_map:
         raise InputError(arguments.source, "has no material yet", "Build one in the window, or with lightarc shade")

@@ -55,6 +55,9 @@ MODES = ("mode", "against")
 #: Lamps that are read, and bytes of a file that a reference leads to.
 MOST_LAMPS, MOST_BYTES = 64, 2**32
 
+#: Endings of models that may bring a material.
+GLTF_SUFFIXES = (".glb", ".gltf")
+
 #: Endings of environments that a reference leads to.
 ENVIRONMENTS = (".exr", ".hdr", ".pic", ".rgbe")
 
@@ -224,6 +227,23 @@ def load_bundle(path: Path) -> Steps[OpenedBundle]:
     material, provenance = open_bundle(path), describe_bundle(path)["provenance"]
     found = yield from part(referred(provenance, path), 0.5, 1.0)
     return OpenedBundle(path.name.removesuffix(".lightarc"), material, provenance, found)
+
+
+def load_pbr_maps(path: Path) -> Steps[OpenedBundle]:
+    """The PBR maps of another program at `path`, as a material without a view of its own."""
+    yield Step(0.0, "opening the material")
+    from engine.exchange.readers.read import read_material
+
+    material = yield from part(read_material(path), 0.0, 1.0)
+    return OpenedBundle(material.name, material, {"source": path.name}, Referred())
+
+
+def load_model_material(path: Path) -> Steps[OpenedBundle | None]:
+    """The material that a glTF model brings; None where it has no textures."""
+    yield Step(0.0, "looking for textures")
+    from engine.exchange.readers.gltf import has_textured_material
+
+    return (yield from load_pbr_maps(path)) if has_textured_material(path) else None
 
 
 def settings_of_bundle(material: Material, provenance: dict[str, Any]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from engine.core.errors import InputError
 from engine.geometry.mesh import SUFFIXES as MESH_SUFFIXES
 from engine.storage.unpack import is_archive, zip_names
 
-Kind = Literal["photographs", "stack", "bundle", "mesh", "environment", "brdf", "factors"]
+Kind = Literal["photographs", "stack", "bundle", "material", "mesh", "environment", "brdf", "factors"]
 
 _PICTURE_STARTS = (
     b"\xff\xd8\xff",
@@ -50,7 +50,7 @@ def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
     if not paths:
         raise InputError("(nothing)", "no file was dropped", "Drop files or a folder from this computer")
     kinds = {path: _kind(path) for path in paths}
-    for kind in ("bundle", "stack", "mesh", "factors"):
+    for kind in ("bundle", "material", "stack", "mesh", "factors"):
         chosen = tuple(path for path, found in kinds.items() if found == kind)
         if chosen:
             return Recognised(kind, chosen[:1])
@@ -68,7 +68,7 @@ def recognise(paths: Sequence[Path], *, lighting: bool = False) -> Recognised:
         paths[0],
         "is nothing that Lightarc can open",
         "Drop a folder or an archive of photographs, a mesh (OBJ, PLY, STL, glTF), measured BRDFs "
-        "(MERL, RGL, …), a folder of factors, or a .lightarc bundle",
+        "(MERL, RGL, …), a folder of factors, a .lightarc bundle, a folder of PBR textures or a MaterialX document",
     )
 
 
@@ -84,6 +84,8 @@ def _kind(path: Path) -> Kind | None:
         return "photographs"
     if start.startswith(_PICTURE_STARTS):
         return "brdf" if _is_hdr(path) and _is_brdf(path, start) else "photographs"
+    if path.suffix.lower() == ".mtlx" or b"<materialx" in start[:4096]:
+        return "material"
     if start.startswith(_MESH_STARTS) or path.suffix.lower() in MESH_SUFFIXES:
         return "mesh"
     if path.suffix.lower() in _BRDF_SUFFIXES or _is_brdf(path, start):
@@ -115,4 +117,8 @@ def _kind_of_folder(path: Path) -> Kind:
         return "stack"
     if (path / "factors.json").is_file():
         return "factors"
-    return "bundle" if (path / "manifest.json").is_file() else "photographs"
+    if (path / "manifest.json").is_file():
+        return "bundle"
+    from engine.exchange.readers.folder import holds_textures  # loads the readers of textures
+
+    return "material" if holds_textures(path) else "photographs"

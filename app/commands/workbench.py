@@ -17,7 +17,16 @@ from typing import TYPE_CHECKING, Any
 from PySide6.QtCore import QObject, Signal
 
 from app.commands import brdf as commands_brdf
-from app.commands.bundle_view import SCALE_NOTE, OpenedBundle, load_bundle, settings_of_bundle, with_view
+from app.commands.bundle_view import (
+    GLTF_SUFFIXES,
+    SCALE_NOTE,
+    OpenedBundle,
+    load_bundle,
+    load_model_material,
+    load_pbr_maps,
+    settings_of_bundle,
+    with_view,
+)
 from app.commands.export_bundle import Exported, exported
 from app.commands.making import kept_material_of, kept_stack_of
 from app.commands.opening import load_environment, load_shape
@@ -81,7 +90,7 @@ class Workbench(QObject):
         self.loading: Job | None = None
 
     def open(self, paths: Sequence[Path], *, lighting: bool = False) -> None:
-        """Open `paths` by their content: photographs, a stack, a mesh, a bundle, a BRDF, factors, or an environment.
+        """Open `paths` by their content: photographs, a stack, a mesh, a material, a BRDF, factors, or an environment.
 
         An environment is recognised only while somebody is `lighting` a model.
         """
@@ -100,6 +109,12 @@ class Workbench(QObject):
         if found.kind == "mesh":
             self.load_model(str(found.paths[0]))
             self.wanted.emit("view")
+            if found.paths[0].suffix.lower() in GLTF_SUFFIXES:
+                job = self.jobs.submit("Looking for its material", lambda: load_model_material(found.paths[0]))
+                job.succeeded.connect(self._material_of_model_opened)
+        elif found.kind == "material":
+            job = self.jobs.submit("Opening the material", lambda: load_pbr_maps(found.paths[0]))
+            job.succeeded.connect(self._bundle_opened)
         elif found.kind == "environment":
             self.load_environment(str(found.paths[0]))
         elif found.kind == "brdf":
@@ -303,6 +318,10 @@ class Workbench(QObject):
 
         return self.jobs.submit("Writing the bundle", work)
 
+    def _material_of_model_opened(self, found: OpenedBundle | None) -> None:
+        if found is not None:
+            self._bundle_opened(found)
+
     def _bundle_opened(self, bundle: OpenedBundle) -> None:
         now, found = self.document.project, bundle.referred
         self.document.change(
@@ -322,7 +341,8 @@ class Workbench(QObject):
             },
         )
         self.wanted.emit("view" if self.document.project.mesh is not None else "material")
-        self.said.emit(". ".join([f"Bundle {bundle.name} opened", *found.missing]))
+        what = "Bundle" if bundle.material.pbr is None else "Material"
+        self.said.emit(". ".join([f"{what} {bundle.name} opened", *found.missing]))
 
 
 def _recognised(paths: tuple[Path, ...], lighting: bool) -> Steps[Recognised]:

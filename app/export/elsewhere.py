@@ -50,6 +50,11 @@ TARGETS = (
     ("materialx", "MaterialX", "OpenPBR and glTF PBR surfaces as .mtlx"),
     ("gltf", "glTF", "A ball with the material as .glb, for the web and engines"),
     ("usd", "USD", "A ball with UsdPreviewSurface as .usdz, for pipelines and Quick Look"),
+    (
+        "blender",
+        "Blender",
+        "A script that makes two materials, PBR and the power law, and the .blend by Blender's module",
+    ),
     ("shaders", "Shaders", "GLSL and HLSL that evaluate the material itself"),
     ("web", "Web page", "A page with a light to drag, for any browser and for strict sites"),
     ("rti", "RTI", ".ptm, .rti and a tree for web viewers, for conservators"),

@@ -13,6 +13,7 @@ from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.jobs.newest import Latest
 from app.material.directional_page import DirectionalPage, representation_box
+from app.material.maps_page import MapsPage
 from app.material.texel_panel import TexelFigures, WorstTexels, worst
 from app.widgets.controls import ComboBox, Slider
 from app.widgets.empty_state import EmptyState, with_empty_state
@@ -70,6 +71,8 @@ class MaterialTab(QWidget):
         self.directional.chosen.connect(self._represent)
         self.directional.build.clicked.connect(bench.build_material)
         self.pages.addWidget(self.directional)
+        self.maps = MapsPage(bench.jobs)
+        self.pages.addWidget(self.maps)
         bench.document.changed.connect(self._changed)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
         self._changed(Project(), bench.document.project)
@@ -79,7 +82,8 @@ class MaterialTab(QWidget):
             "material",
             "No material yet",
             "Photographs become slices whose mean radiance grows evenly, and a power law compresses them to six "
-            "numbers per texel. Import photographs first, or drop a .lightarc bundle.",
+            "numbers per texel. Import photographs first, or drop a .lightarc bundle, a folder of PBR "
+            "textures or a MaterialX document.",
             (("Go to Capture", "", self.capture_wanted), ("Try the sample capture", "sample", self.sample_wanted)),
         )
 
@@ -204,11 +208,12 @@ class MaterialTab(QWidget):
 
     def fit(self) -> None:
         """Show the whole picture."""
-        (self.directional.image if self.pages.currentIndex() == 2 else self.image).fit()
+        {2: self.directional.image, 3: self.maps.image}.get(self.pages.currentIndex(), self.image).fit()
 
     def _changed(self, old: Project, new: Project) -> None:
         is_directional = new.material.directional is not None
-        self.pages.setCurrentIndex(2 if is_directional else 1 if new.has_map else 0)
+        is_pbr = new.material.pbr is not None
+        self.pages.setCurrentIndex(3 if is_pbr else 2 if is_directional else 1 if new.has_map else 0)
         self.representation.setCurrentIndex(max(0, self.representation.findData(new.representation)))
         if self.slices.findData(new.slices) < 0:
             self.slices.addItem(str(new.slices), new.slices)
@@ -218,7 +223,9 @@ class MaterialTab(QWidget):
         self.edges.choose("tileable" if new.tileable else "plain")
         self.mode.choose("mixed" if new.mixed else "power-law")
         self.bound.show_value(new.error_bound_percent)
-        if is_directional:
+        if is_pbr:
+            self.maps.show_project(new)
+        elif is_directional:
             self.directional.show_project(new)
         elif old.material.maps != new.material.maps:
             self._show_figures(new)
@@ -385,6 +392,7 @@ class MaterialTab(QWidget):
         """Redraw what does not follow the palette by itself."""
         self.empty.apply_theme()
         self.directional.apply_theme()
+        self.maps.apply_theme()
         self.report.show_health(self.report.health)
         for plot in (self.radiance, self.texel):
             plot.apply_theme()

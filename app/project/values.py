@@ -74,11 +74,21 @@ CLASSES = {
     "engine.shading.kept_tiles": ("KeptTiles",),
     "engine.shading.power_law": ("PowerLawMap", "Storage"),
     "engine.shading.shading_map": ("ShadingMap",),
+    "engine.surface.pbr_maps": ("MapErrors", "ObservedSlopes", "PbrMaps", "Uncertainty"),
     "engine.tradeoff.point": ("Point",),
 }
 
 #: Their arrays take long or can be made again from what the document names, and lie beside the file.
-DERIVED = ("DirectionalMap", "EnvironmentMap", "ImageStack", "KeptTiles", "Mesh", "PowerLawMap", "ShadingMap")
+DERIVED = (
+    "DirectionalMap",
+    "EnvironmentMap",
+    "ImageStack",
+    "KeptTiles",
+    "Mesh",
+    "PbrMaps",
+    "PowerLawMap",
+    "ShadingMap",
+)
 
 #: Deepest nesting and longest text of one value that is read.
 MOST_DEPTH, MOST_TEXT = 60, 64 * 2**20

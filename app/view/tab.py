@@ -254,6 +254,8 @@ class ViewTab(QWidget):
             return
         self.lookup.show_scene(project, scene)
         alone = "" if project.has_map else "No material yet: the model shows the BRDF alone."
+        if material.pbr is not None:
+            alone = "Bakes and Direct light show the BRDF at the mean of the PBR maps."
         note = self.brdf_panel.drawable.note if material.measured is not None else ""
         self.hint.setText("\n".join(filter(None, (alone, note and f"Measured BRDF: {note}"))))
         self.planning.refresh()

@@ -359,6 +359,8 @@ def _check_values(material: Material) -> None:
         maps["the error map"] = material.power_law.error_map
         if material.power_law.kept is not None:
             maps["the kept tiles"] = material.power_law.kept.slices
+    if material.pbr is not None:
+        raise UsageError("a bundle holds a material from photographs; PBR maps leave by lightarc export")
     if not maps and material.directional is None:
         raise UsageError("the material has neither a shading map nor a power law nor a directional map")
     for name, values in maps.items():

@@ -23,7 +23,7 @@ from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, model_name
 from engine.core.errors import InputError, UsageError
 from engine.core.figure_text import percent
 from engine.core.params import Parameter, parameters
-from engine.render.direct import planes_by_three
+from engine.render.mip_maps import planes_by_three
 from engine.scene.material import Material, auto_sigma, fitted_error
 from engine.shading.directional.effective_light import effective_cosine
 from engine.shading.directional.planes import DirectionalMap

@@ -1,7 +1,8 @@
 """A small picture of a material, flat and from above, for lists of files: the preview of a bundle that has no better.
 
 Of a shading map it is the slice half way up, of a directional map the picture under a lamp `TILT_DEG` from the normal
-towards the upper left. Only every so many texels are looked at, so that it costs a few milliseconds at any size.
+towards the upper left, of PBR maps the base colour. Only every so many texels are looked at, so that it costs a few
+milliseconds at any size.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _BRIGHTEST = 1e30
 
 def swatch(material: Material) -> bytes:
     """A PNG of at most `SIDE` pixels a side; ValueError for a material without maps."""
-    shading_map, law, directional = material.maps
+    shading_map, law, directional, pbr = material.maps
     if shading_map is not None:
         step = _step(shading_map.slices.shape[1:3])
         picture = np.asarray(shading_map.slices[len(shading_map.slices) // 2, ::step, ::step])
@@ -35,6 +36,9 @@ def swatch(material: Material) -> bytes:
     elif directional is not None:
         lamp = surface_direction(np.radians(TILT_DEG), np.radians(AZIMUTH_DEG))
         picture = _thinned(directional).picture(lamp)
+    elif pbr is not None:
+        step = _step(pbr.size)
+        picture = pbr.base_colour[::step, ::step]
     else:
         raise ValueError("a material without maps has no picture of its surface")
     picture = np.clip(np.nan_to_num(picture.astype(np.float64)), 0.0, _BRIGHTEST)

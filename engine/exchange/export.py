@@ -21,7 +21,7 @@ import engine
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, part
-from engine.exchange import brdf, gltf, materialx, rti, shaders, textures, usd, web
+from engine.exchange import blender, brdf, gltf, materialx, rti, shaders, textures, usd, web
 from engine.exchange.loss import (
     ENVIRONMENTS,
     Floats,
@@ -77,6 +77,7 @@ TARGETS: tuple[Target, ...] = (
     Target("materialx", "MaterialX: OpenPBR and glTF PBR surfaces", with_one_f0, materialx.contents),
     Target("gltf", "glTF: a ball with the material, as .glb", in_8_bits, gltf.contents),
     Target("usd", "USD: a ball with UsdPreviewSurface, as .usdz", with_one_f0, usd.contents),
+    Target("blender", "Blender: a script and, where Blender is at hand, a .blend", blender.shown, blender.contents),
     Target("shaders", "GLSL and HLSL that evaluate the material itself", shaders.shown, shaders.contents),
     Target("web", "A page for any browser, and one for strict sites", web.shown, web.contents),
     Target("rti", "RTI: .ptm, .rti and a tree for web viewers", rti.shown, rti.contents),
@@ -88,12 +89,18 @@ NAMES = tuple(target.name for target in TARGETS)
 #: The name that stands for a choice, and the targets among which it chooses: one for each representation.
 AUTO, CANDIDATES = "auto", ("textures", "shaders", "rti")
 
+#: Targets that hold a shading map or planes, which PBR maps are not.
+OF_A_LOOK_UP = ("shaders", "web", "rti")
+
 
 def subject_of(material: Material, stack: ImageStack | None = None) -> Steps[Subject]:
     """The material with PBR maps, and its photographs where they are at hand.
 
     The maps are measured where the photographs show the slopes of the surface, and else those nearest to the material.
+    PBR maps stay as they are; the white card that they are relative to is ideal, and shows 1/π under unit irradiance.
     """
+    if material.pbr is not None:
+        return Subject(material, material.pbr, 1.0 / np.pi)
     if stack is not None and shows_slopes(stack) and stack.radiance.shape[1:3] == material.size:
         surface = yield from recover(stack, np.arange(len(stack.sources)), left_out=False)
         return Subject(material, surface.maps, surface.white, cavity(material), stack)
@@ -247,9 +254,11 @@ def _put(place: Path, leaving: Departure, target: Target, settings: Settings) ->
 def _made(leaving: Departure, target: Target, settings: Settings) -> Steps[tuple[Contents, dict[str, Any], Any]]:
     """The contents of a target, its entry with no bytes yet, and its picture of the ball.
 
-    Equal representations are measured once.
+    Equal representations are measured once. UsageError where the target cannot hold the material.
     """
     subject = leaving.subject
+    if subject.material.pbr is not None and target.name in OF_A_LOOK_UP:
+        raise UsageError(f"{target.name} holds a material from photographs; PBR maps leave as the other targets")
     shown = target.shown(subject, settings)
     if shown not in leaving.measured:
         leaving.measured[shown] = yield from part(_errors(shown, leaving), 0.0, 0.5)

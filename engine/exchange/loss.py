@@ -18,19 +18,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.accuracy.compare import comparison
+from engine.brdf.brdf import Brdf
 from engine.capture.report import grid_step
 from engine.core.colour import to_display8
 from engine.core.directions import normalize
 from engine.core.steps import Step, Steps, part
-from engine.exchange.metallic_roughness import reflectance
 from engine.geometry.camera import frame
 from engine.geometry.shapes import shape
 from engine.light.environment import DistantLights
 from engine.light.light_tree import chosen_lights
 from engine.light.sky import built_in
-from engine.render.direct import Terms, looked_up, mip_levels
+from engine.render.direct import Terms, looked_up
+from engine.render.mip_maps import mip_levels
 from engine.scene.material import Material
 from engine.scene.scene import Scene, Source
+from engine.surface.metallic_roughness import reflectance
 from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
@@ -111,7 +113,9 @@ def ball(height: int, width: int, diameter: int = DIAMETER) -> View:
 
 
 def material_shown(material: Material, source: Source = "slices") -> Shown:
-    """The material as its slices or its power law show it."""
+    """The material as its slices or its power law show it, or as its PBR maps do."""
+    if material.pbr is not None:
+        return maps_shown(material.pbr)
     scene = scene_of(material, source)
     levels = mip_levels(scene.shading)[:1]
     height, width = levels[0].shape[1:3]
@@ -156,6 +160,24 @@ def maps_shown(maps: PbrMaps, gain: float = 1.0) -> Shown:
         return gain * value
 
     return shown
+
+
+def brdf_shown(brdf: Brdf) -> Shown:
+    """One BRDF at all texels."""
+
+    def shown(view: View, lights: DistantLights) -> Floats:
+        value = np.zeros((len(view.row), 3))
+        for lit, wi, irradiance in lit_points(view, lights):
+            value[lit] += brdf.f(wi, view.wo[lit]) * wi[:, 2:] * irradiance
+        return value
+
+    return shown
+
+
+def mean_brdf_loss(material: Material) -> Steps[Loss]:
+    """The error of the one BRDF of a material in place of its PBR maps, against these under each environment."""
+    wanted = yield from part(references(material), 0.0, 0.5)
+    return (yield from part(loss(brdf_shown(material.reflectance), wanted, material.size), 0.5, 1.0))
 
 
 def references(material: Material) -> Steps[dict[str, Floats]]:

@@ -31,9 +31,9 @@ from engine.core.directions import normalize
 from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
 from engine.exchange.loss import scene_of
-from engine.exchange.metallic_roughness import lobe_and_grazing
 from engine.scene.material import Material
 from engine.shading.lookup import layer_at, share_and_gain
+from engine.surface.metallic_roughness import lobe_and_grazing
 from engine.surface.pbr_maps import DIELECTRIC_F0, ObservedSlopes, PbrMaps
 
 Floats = NDArray[np.float64]

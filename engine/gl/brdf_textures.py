@@ -5,7 +5,8 @@ a window that must not wait makes the table beforehand (`engine.brdf.resample`).
 the light are kept, as two halves of a whole turn of phi_d. What that costs in accuracy, and what it cannot show, are
 messages.
 
-Factors on the graphics device: textures of 32-bit floats, a layer per term, that a shader looks up by hand.
+Factors on the graphics device: textures of 32-bit floats, a layer per term, that a shader looks up by hand. PBR maps
+are three layers of one texture.
 
 The twins of `engine.factor.separable_factors` and `engine.factor.homomorphic`: what the shader gives is what `f` gives,
 to the rounding of 32-bit directions. Factors are recognised by their `kind`, so that a window that shows none does not
@@ -25,6 +26,9 @@ from engine.brdf.table import HalfDifferenceTable
 from engine.core.figure_text import percent
 from engine.core.steps import drain
 from engine.gl.context import Limits
+from engine.render.mip_maps import pbr_layers
+from engine.surface.metallic_roughness import SMOOTHEST
+from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
     from engine.factor.homomorphic import HomomorphicFactors
@@ -162,6 +166,47 @@ class HomomorphicTextures:
 
     def release(self) -> None:
         self._texture.release()
+
+
+class PbrTextures:
+    """Owns the texture of PBR maps: repeating, with mip-maps; reduced, with a message, where the device is too small.
+
+    Normals are filtered as numbers; the shader makes unit vectors of them.
+    """
+
+    SOURCE = "pbr-maps"
+
+    def __init__(self, context: Any, maps: PbrMaps, limits: Limits) -> None:
+        fitted, self.messages = within(pbr_layers(maps), limits.texture_size)
+        count, height, width = fitted.shape[:3]
+        self._texture = context.texture_array((width, height, count), 3, fitted, dtype="f4")
+        self._texture.build_mipmaps()
+        self._texture.filter = (context.LINEAR_MIPMAP_LINEAR, context.LINEAR)
+        self._texture.repeat_x = self._texture.repeat_y = True
+
+    def bind(self, program: Any) -> None:
+        self._texture.use(UNIT)
+        program["pbr_maps"].value = UNIT
+        program["pbr_smoothest"].value = SMOOTHEST
+
+    def release(self) -> None:
+        self._texture.release()
+
+
+def within(images: NDArray[np.float32], most: int) -> tuple[NDArray[np.float32], list[str]]:
+    """Images (N, H, W, 3) of at most so many texels a side, and a sentence where they were larger."""
+    height, width = images.shape[1:3]
+    if max(height, width) <= most:
+        return np.ascontiguousarray(images), []
+    import cv2
+
+    size = tuple(max(1, round(side * most / max(height, width))) for side in (width, height))
+    reduced = np.stack([cv2.resize(image, size, interpolation=cv2.INTER_AREA) for image in images])
+    message = (
+        f"The material of {width} × {height} texels is shown at {size[0]} × {size[1]}: "
+        f"{most} is the largest texture of this graphics device."
+    )
+    return np.ascontiguousarray(reduced, np.float32), [message]
 
 
 FactorTextures = SeparableTextures | HomomorphicTextures

@@ -18,7 +18,7 @@ from engine.brdf.brdf import MODELS, model_name
 from engine.core.params import parameters
 from engine.geometry.ground import Ground, with_ground
 from engine.geometry.mesh import Mesh
-from engine.gl.brdf_textures import SOURCE, FactorTextures, TableTexture, factor_source
+from engine.gl.brdf_textures import SOURCE, FactorTextures, PbrTextures, TableTexture, factor_source
 from engine.gl.buffers import MeshBuffers
 from engine.gl.context import Limits, limits
 from engine.gl.cosine_texture import CosineTexture
@@ -28,6 +28,7 @@ from engine.gl.program import ShaderError, load_program, set_uniforms
 from engine.gl.tiles import Paint, Tiles
 from engine.render.display import Display
 from engine.scene.scene import Scene
+from engine.surface.pbr_maps import PbrMaps
 
 log = logging.getLogger(__name__)
 
@@ -54,7 +55,7 @@ class DirectRenderer:
         self._material: tuple[Any, MaterialTextures] | None = None
         self._lights: tuple[Any, LightTexture] | None = None
         self._cosines: tuple[Any, CosineTexture] | None = None
-        self._table: tuple[Any, TableTexture | FactorTextures] | None = None
+        self._table: tuple[Any, TableTexture | FactorTextures | PbrTextures] | None = None
 
     def draw(
         self, scene: Scene, framebuffer: Any, size: tuple[int, int], *, samples: int = 2, display: Display | None = None
@@ -169,7 +170,7 @@ class DirectRenderer:
 
     def _set_brdf(self, program: Any, scene: Scene) -> None:
         """The parameters of a model as uniforms, factors as textures, or any other BRDF as a texture of its table."""
-        brdf = scene.brdf
+        brdf: Any = scene.pbr or scene.brdf
         if type(brdf) in MODELS.values():
             set_uniforms(
                 program, {f"brdf_{parameter.name}": getattr(brdf, parameter.name) for parameter in parameters(brdf)}
@@ -180,7 +181,10 @@ class DirectRenderer:
                 self._table[1].release()
                 self._table = None
             factors = factor_source(brdf)
-            owner = factors(self.context, brdf) if factors else TableTexture(self.context, brdf, self.limits)
+            if isinstance(brdf, PbrMaps):
+                owner: TableTexture | FactorTextures | PbrTextures = PbrTextures(self.context, brdf, self.limits)
+            else:
+                owner = factors(self.context, brdf) if factors else TableTexture(self.context, brdf, self.limits)
             self._table = (brdf, owner)
         self._table[1].bind(program)
         self.messages += self._table[1].messages
@@ -197,7 +201,7 @@ class DirectRenderer:
     def _program(self, scene: Scene, textures: MaterialTextures | None) -> Any:
         """The program for this kind of scene; the last good one, with a log entry, where it does not compile."""
         definitions = {
-            "BRDF": f"brdf/{_shader_of(scene.brdf)}.glsl",
+            "BRDF": f"brdf/{PbrTextures.SOURCE if scene.pbr else _shader_of(scene.brdf)}.glsl",
             textures.source if textures else "SOURCE_NONE": "1",
         }
         definitions |= {f"LOOKUP_{scene.lookup.upper()}": "1", f"ABOVE_{scene.above.upper()}": "1"}
@@ -205,7 +209,7 @@ class DirectRenderer:
             definitions["ONE_LOOKUP"] = "1"
         if textures and textures.layers:
             definitions["PLANE_LAYERS" if textures.source == "SOURCE_PLANES" else "LAYERS"] = str(textures.layers)
-        definitions |= {} if scene.brdf.isotropic else {"BRUSHED": "1"}
+        definitions |= {"PBR_MAPS": "1"} if scene.pbr else {} if scene.brdf.isotropic else {"BRUSHED": "1"}
         definitions |= self._debug
         key = tuple(definitions.items())
         if key not in self._programs:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from engine.gl.context import Limits
 from engine.gl.program import set_uniforms
-from engine.render.direct import planes_by_three
+from engine.render.mip_maps import planes_by_three
 from engine.shading.directional.effective_light import TILTS, TURNS
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.kept_tiles import KeptTiles

@@ -154,6 +154,16 @@ def decode(content: bytes, name: str, transfer: TransferChoice = "auto", half_si
     }
 
 
+def decode_alpha(content: bytes, name: str) -> dict[str, Any]:
+    """A decoder like `decode`: `alpha` (H, W) float32 in [0, 1] of a PNG, which is a map and no coverage."""
+    if not content.startswith(png.SIGNATURE):
+        raise InputError(name, "has no alpha channel that is read", "Save it as a PNG")
+    codes = png.read_alpha(content, name)
+    alpha = result_array(codes.shape, np.float32)
+    alpha[...] = codes / np.float32(np.iinfo(codes.dtype).max)
+    return {"alpha": alpha}
+
+
 def prepare() -> None:
     """Compile what `decode` runs, before the child is confined."""
     from engine.images import codes

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from typing import Any
 
 import cv2
 import numpy as np
@@ -73,3 +74,16 @@ def _transfer(chunks: dict[bytes, bytes]) -> Transfer:
 def _profile(chunk: bytes) -> bytes:
     compressed = chunk.partition(b"\0")[2][1:]
     return zlib.decompressobj().decompress(compressed, 1 << 22) if compressed else b""
+
+
+def read_alpha(content: bytes, name: str) -> np.ndarray[Any, Any]:
+    """The alpha channel (H, W) of a PNG with colour, as codes; InputError where there is none."""
+    header = _checked_chunks(content, name).get(b"IHDR", b"")
+    if len(header) != 13 or header[9] != 6:
+        raise InputError(name, "has no alpha channel", "Save it with its fourth channel, as a PNG")
+    width, height = struct.unpack(">II", header[:8])
+    check_size(name, width, height, 4 * (2 if header[8] == 16 else 1), len(content))
+    samples = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED | cv2.IMREAD_IGNORE_ORIENTATION)
+    if samples is None or samples.shape != (height, width, 4):
+        raise InputError(name, "is a damaged PNG (it cannot be decoded)", AGAIN)
+    return np.ascontiguousarray(samples[..., 3])

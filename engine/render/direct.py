@@ -7,7 +7,7 @@ the lights, about 1 s per million of either.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -20,11 +20,12 @@ from engine.core.directions import dot, frames_along, normalize, world_from_tang
 from engine.core.steps import Step, Steps
 from engine.geometry.ray_caster import caster_of
 from engine.light.environment import DistantLights
+from engine.render.mip_maps import Levels, filtered, level_of_detail, mip_levels_of
+from engine.render.pbr import Texels, texels_at
 from engine.scene.scene import Scene
 from engine.shading.directional.effective_light import weights_at
 from engine.shading.directional.planes import DirectionalMap
-from engine.shading.lookup import neighbours, share_and_gain
-from engine.shading.power_law import PowerLawMap
+from engine.shading.lookup import share_and_gain
 from engine.shading.shading_map import ShadingMap
 
 Array = NDArray[np.float64]
@@ -36,9 +37,6 @@ Terms = Iterator[tuple[Indices, Array, Array, Array, Array | None]]
 
 #: Look-up by look-up: the points, r / r_max in [0, 1], the factor on what is looked up, and the direction as above.
 Shares = Iterator[tuple[Indices, Array, Array, Array | None]]
-
-#: The images that are looked up, (layers, H, W, 3), at falling sizes: the slices, or those of `_layers`.
-Levels = list[NDArray[np.float32]]
 
 #: Sub-pixels times lights of one band, about 50 ms of work.
 BAND = 40_000
@@ -85,7 +83,7 @@ class Shader:
         self._surface, self._positions = scene.surface, _vertices(scene)
         self._ground = _of_ground(scene) if scene.ground is not None else None
         self._caster = caster_of(self._surface)
-        self._levels = mip_levels(scene.shading)
+        self._levels = mip_levels_of(scene)
 
     def __call__(self, row: Indices, column: Indices, lights: DistantLights | None = None) -> Array:
         """(N, 4) radiance and coverage 1 where the mesh is hit, else 0; `lights` instead of the scene's own."""
@@ -127,31 +125,54 @@ class Shader:
         else:
             frame = frames_along(normal, np.einsum("nc,nci->ni", weights, surface.tangents[faces]))
         viewer = np.einsum("nij,ni->nj", frame, wo)
-        if scene.shading is None:
-            return _sum_of_reflections(_light_terms(scene, lights, frame, viewer, None), len(wo))
+        if scene.shading is None and scene.pbr is None:
+            return _sum_of_reflections(_light_terms(scene.brdf.f, lights, frame, viewer, None), len(wo))
         uv = texture_coordinates(scene, faces)
-        axes = texture_axes(triangle, uv, frame[..., 2]) if isinstance(scene.shading, DirectionalMap) else None
-        terms = _light_terms(scene, lights, frame, viewer, axes)
+        is_directional = scene.pbr is not None or isinstance(scene.shading, DirectionalMap)
+        axes = texture_axes(triangle, uv, frame[..., 2]) if is_directional else None
         left, bottom = column - column % 2, row + (self.size[1] - 1 - row) % 2
         steps = (
             at(left + 1.5, row + 0.5) - at(left + 0.5, row + 0.5),
             at(column + 0.5, bottom - 0.5) - at(column + 0.5, bottom + 0.5),
         )
         along = [np.einsum("nc,nci->ni", step, uv) for step in steps]
-        return looked_up(scene, self._levels, np.einsum("nc,nci->ni", weights, uv), along, terms)
+        place = np.einsum("nc,nci->ni", weights, uv)
+        if scene.pbr is not None:
+            assert axes is not None
+            texels = texels_at(self._levels, place, level_of_detail(self._levels, along))
+            frame = texels.bent(frame, axes, wo)
+            return _sum_of_texels(texels, lights, frame, np.einsum("nij,ni->nj", frame, wo))
+        terms = _light_terms(scene.brdf.f, lights, frame, viewer, axes)
+        return looked_up(scene, self._levels, place, along, terms)
 
 
-def _light_terms(scene: Scene, lights: DistantLights, frame: Array, wo: Array, axes: Array | None) -> Terms:
+def _light_terms(
+    f: Callable[[Array, Array], Array], lights: DistantLights, frame: Array, wo: Array, axes: Array | None
+) -> Terms:
     """For each light: which points it reaches, f (M, 3) and cos(theta) (M,) there, and its irradiance (3,).
 
     Where the `axes` (N, 2, 3) of the texture are given, also the direction of the light along them.
     """
+    for lit, wi, irradiance, direction in _lit(lights, frame):
+        heading = None if axes is None else axes[lit] @ direction
+        yield lit, f(wi, wo[lit]), wi[:, 2], irradiance, heading
+
+
+def _lit(lights: DistantLights, frame: Array) -> Iterator[tuple[Indices, Array, Array, Array]]:
+    """For each light that reaches points: these, its direction (M, 3) in their frames, irradiance and direction."""
     for direction, irradiance in zip(lights.direction, lights.irradiance, strict=True):
         wi = np.einsum("nij,i->nj", frame, direction)
         lit = np.flatnonzero(wi[:, 2] > 0.0)
         if lit.size:
-            heading = None if axes is None else axes[lit] @ direction
-            yield lit, scene.brdf.f(wi[lit], wo[lit]), wi[lit, 2], irradiance, heading
+            yield lit, wi[lit], irradiance, direction
+
+
+def _sum_of_texels(texels: Texels, lights: DistantLights, frame: Array, wo: Array) -> Array:
+    """Radiance (N, 3) of the BRDFs of texels, in the frames that normals bend."""
+    value = np.zeros((len(wo), 3))
+    for lit, wi, irradiance, _ in _lit(lights, frame):
+        value[lit] += texels.f(lit, wi, wo[lit]) * wi[:, 2:] * irradiance
+    return value
 
 
 def _sum_of_reflections(terms: Terms, count: int) -> Array:
@@ -210,12 +231,12 @@ def looked_up(scene: Scene, levels: Levels, uv: Array, along: list[Array], terms
     """Radiance (N, 3) at `uv` (N, 2), with the look-up inside the sum over lights; `along` is d(uv) / d(pixel)."""
     assert scene.shading is not None
     if isinstance(scene.shading, DirectionalMap):
-        return _sum_of_planes(scene, _shares(scene, terms, len(uv)), levels, uv, _level_of_detail(levels, along))
+        return _sum_of_planes(scene, _shares(scene, terms, len(uv)), levels, uv, level_of_detail(levels, along))
     if isinstance(scene.shading, ShadingMap):
         summed = _sum_of_slices
     else:
         summed = _sum_of_powers if scene.shading.kept is None else _sum_of_both
-    detail = _level_of_detail(levels, along)
+    detail = level_of_detail(levels, along)
     return summed(_shares(scene, terms, len(uv)), levels, uv, detail)
 
 
@@ -255,13 +276,13 @@ def _sum_of_slices(shares: Shares, levels: Levels, uv: Array, detail: Array) -> 
     value = np.zeros((len(uv), 3))
     for layer, weight in enumerate(weights):
         used = np.flatnonzero(weight.any(axis=1))
-        value[used] += weight[used] * _filtered(levels, layer, uv[used], detail[used])
+        value[used] += weight[used] * filtered(levels, layer, uv[used], detail[used])
     return value
 
 
 def _sum_of_powers(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
     """As on the GPU, scale and exponent are filtered and then evaluated."""
-    scale, exponent = (_filtered(levels, layer, uv, detail) for layer in (0, 1))
+    scale, exponent = (filtered(levels, layer, uv, detail) for layer in (0, 1))
     exponent = np.maximum(exponent, 0.0)
     value = np.zeros((len(uv), 3))
     for point, share, weight, _ in shares:
@@ -275,14 +296,14 @@ def _sum_of_both(shares: Shares, levels: Levels, uv: Array, detail: Array) -> Ar
     found = list(shares)
     power_law = _sum_of_powers(iter(found), levels, uv, detail)
     kept = _sum_of_slices(iter(found), [level[3:] for level in levels], uv, detail)
-    return kept + (1.0 - _filtered(levels, 2, uv, detail)) * power_law
+    return kept + (1.0 - filtered(levels, 2, uv, detail)) * power_law
 
 
 def _sum_of_planes(scene: Scene, shares: Shares, levels: Levels, uv: Array, detail: Array) -> Array:
     """Planes are filtered once, and for each light summed to codes, which become radiance after the sum."""
     shading = scene.shading
     assert isinstance(shading, DirectionalMap)
-    planes = np.concatenate([_filtered(levels, layer, uv, detail) for layer in range(len(levels[0]))], axis=1)
+    planes = np.concatenate([filtered(levels, layer, uv, detail) for layer in range(len(levels[0]))], axis=1)
     planes = planes[:, : len(shading.planes)]
     value = np.zeros((len(uv), 3))
     for point, share, weight, heading in shares:
@@ -294,62 +315,3 @@ def _sum_of_planes(scene: Scene, shares: Shares, levels: Levels, uv: Array, deta
         dimmed = np.minimum(cosine / shading.lowest, 1.0)[:, None]
         value[point] += weight * dimmed * srgb_decode(np.maximum(codes, 0.0) / 255.0)
     return value
-
-
-def _level_of_detail(levels: Levels, along: list[Array]) -> Array:
-    height, width = levels[0].shape[1:3]
-    texels = [step * (width, height) for step in along]
-    squared = np.maximum(np.maximum(dot(texels[0], texels[0]), dot(texels[1], texels[1])), 1e-30)
-    return np.clip(0.5 * np.log2(squared), 0.0, len(levels) - 1)
-
-
-def _filtered(levels: Levels, layer: int, uv: Array, detail: Array) -> Array:
-    """One layer, bilinear in the two mip levels nearest to `detail`, (N, 3)."""
-    value = np.zeros((len(uv), 3))
-    for number, level in enumerate(levels):
-        weight = np.maximum(1.0 - np.abs(detail - number), 0.0)
-        used = np.flatnonzero(weight)
-        rows, columns = level.shape[1:3]
-        for row, column, share in neighbours(uv[used, 1] * rows, uv[used, 0] * columns, rows, columns):
-            value[used] += (weight[used] * share)[:, None] * level[layer, row, column]
-    return value
-
-
-def mip_levels(shading: ShadingMap | PowerLawMap | DirectionalMap | None) -> Levels:
-    """The map at full size, at half, at a quarter … down to one texel, as OpenGL makes mip-maps."""
-    if shading is None:
-        return []
-    if isinstance(shading, DirectionalMap):
-        levels: Levels = [planes_by_three(shading)]
-    else:
-        levels = [shading.slices if isinstance(shading, ShadingMap) else _layers(shading)]
-    while max(levels[-1].shape[1:3]) > 1:
-        levels.append(np.stack([_half(image) for image in levels[-1]]))
-    return levels
-
-
-def planes_by_three(directional: DirectionalMap) -> NDArray[np.float32]:
-    """(ceil(K / 3), H, W, 3) the codes of planes as the channels of layers, the last filled up with 0."""
-    planes = directional.planes
-    filled = np.concatenate([planes, np.zeros((-len(planes) % 3, *planes.shape[1:]), np.uint8)])
-    layers = filled.reshape(-1, 3, *planes.shape[1:])
-    return np.ascontiguousarray(np.moveaxis(layers, 1, 3), np.float32)
-
-
-def _layers(power_law: PowerLawMap) -> NDArray[np.float32]:
-    """Scale and exponent, and where tiles are kept their coverage and their slices, which are 0 elsewhere."""
-    pair = np.stack([power_law.scale, power_law.exponent])
-    if power_law.kept is None:
-        return pair
-    height, width = power_law.error_map.shape
-    covered = np.repeat(power_law.kept.covers(height, width)[None, ..., None].astype(np.float32), 3, axis=3)
-    return np.concatenate([pair, covered, power_law.kept.slice_images(height, width)])
-
-
-def _half(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    import cv2
-
-    height, width = image.shape[:2]
-    size = (max(1, width // 2), max(1, height // 2))
-    half: NDArray[np.float32] = cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_LINEAR)
-    return half.reshape(size[1], size[0], 3)

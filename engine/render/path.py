@@ -11,7 +11,8 @@ point on, paths end at random, the dark ones sooner.
 
 The surface is opaque and alike on both sides; `engine.render.surface` says how it is shaded. A triangle neither
 lights itself nor is lit from behind. With a material, f cos is replaced by the look-up of `engine.scene.scene` at full
-detail, whose 'outgoing' form depends on all light at once and has no such sum. The ground is Lambertian.
+detail, whose 'outgoing' form depends on all light at once and has no such sum. With PBR maps, f is that of the texel at
+full detail. The ground is Lambertian.
 
 Paths are followed many at a time: each stage is one pass over all of them, in numba or numpy, and stages are bounded
 by their arithmetic or by rays; about 2 µs a path with direct light on one core.
@@ -136,7 +137,8 @@ class Paths:
             tangent = np.einsum("nc,nci->ni", front.barycentric, self._tangents[caster.faces[front.face]])
             frame = frames_along(frame[..., 2], tangent)
             viewer = -to_local(frame, front.incoming)
-        return Points(front.face, front.barycentric, offset_origins(point, flat, caster), frame, viewer)
+        at = Points(front.face, front.barycentric, offset_origins(point, flat, caster), frame, viewer)
+        return self._reflector.textured(at, -front.incoming)
 
     def _light_directly(self, traced: _Gathered, numbers: NumbersAt, front: Front, at: Points) -> None:
         """Add the light of directions that are drawn from the lights."""

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import threading
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,11 +25,14 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS
 from engine.brdf.sampling import sampler_of
-from engine.brdf.sampling_lobes import BELOW_ONE, CosineLobe, Mixture
+from engine.brdf.sampling_lobes import BELOW_ONE, CosineLobe, Mixture, VisibleGgxLobe
 from engine.core.kernels import scalar
-from engine.render.direct import looked_up, mip_levels, texture_axes, texture_coordinates
+from engine.render.direct import looked_up, texture_axes, texture_coordinates
+from engine.render.mip_maps import mip_levels_of
+from engine.render.pbr import Texels, texels_at
 from engine.scene.scene import Scene
 from engine.shading.directional.planes import DirectionalMap
+from engine.surface.metallic_roughness import SMOOTHEST
 
 #: Least cosine between the normal that shades and the direction of view.
 LEAST_FACING = 0.01
@@ -155,19 +158,27 @@ def to_local(frame, world):  # type: ignore[no-untyped-def]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+#: Quantiles of the widths of highlights in PBR maps from which directions are drawn: the density is the same at all
+#: texels, and each highlight is about as wide as one of them.
+WIDTHS = (0.02, 0.3, 0.7, 0.98)
+
 #: Pairs of directions that a BRDF evaluates at once without threads of its own.
 BLOCK = 8192
 
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Points of the surface (M,): `origin` of rays, `frame` (M, 3, 3), `viewer` in that frame, what else is needed."""
+    """Points of the surface (M,): `origin` of rays, `frame` (M, 3, 3), `viewer` in that frame, what else is needed.
+
+    `texels` are the PBR maps there, black on the ground; None without any.
+    """
 
     face: NDArray[np.int32]
     barycentric: Floats
     origin: Floats
     frame: Floats
     viewer: Floats
+    texels: Texels | None = None
 
 
 class Reflector:
@@ -176,7 +187,7 @@ class Reflector:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self._diffuse_share, self._highlights = _lobes(scene)
-        self._levels = mip_levels(scene.shading)
+        self._levels = mip_levels_of(scene)
         self._ground_from = len(scene.mesh.faces) if scene.ground is not None else None
         measured = type(scene.brdf) not in MODELS.values()
         # kernels of measurements use all threads by themselves, and not every pool of threads lets two callers in
@@ -193,6 +204,24 @@ class Reflector:
         value[ground] = (self.scene.ground.albedo / np.pi) * wi[ground, 2:]
         value[~ground] = self._object(at, index[~ground], wi[~ground])
         return value
+
+    def textured(self, at: Points, away: Floats) -> Points:
+        """The points with their texels and the frames that normals bend; `away` (M, 3) leads to the viewer.
+
+        The same where there are no PBR maps.
+        """
+        scene = self.scene
+        if scene.pbr is None:
+            return at
+        ground = self._on_ground(at, np.arange(len(at.face)))
+        face = at.face if ground is None else np.where(ground, 0, at.face)
+        corners = texture_coordinates(scene, scene.mesh.faces[face])
+        uv = np.einsum("nc,nci->ni", at.barycentric, corners)
+        texels = texels_at(self._levels[:1], uv, np.zeros(len(uv)))
+        axes = texture_axes(scene.mesh.positions[scene.mesh.faces[face]], corners, at.frame[..., 2])
+        frame = texels.bent(at.frame, axes, away)
+        frame = frame if ground is None else np.where(ground[:, None, None], at.frame, frame)
+        return replace(at, frame=frame, viewer=to_local(frame, away), texels=texels)
 
     @property
     def has_highlight(self) -> bool:
@@ -239,6 +268,8 @@ class Reflector:
         return None if self._ground_from is None else at.face[index] >= self._ground_from
 
     def _object(self, at: Points, index: Indices, wi: Floats) -> Floats:
+        if at.texels is not None:
+            return at.texels.f(index, wi, at.viewer[index]) * wi[:, 2:]
         f = self._f(wi, at.viewer[index])
         if self.scene.shading is None or len(index) == 0:
             return f * wi[:, 2:]
@@ -268,6 +299,10 @@ def _lobes(scene: Scene) -> tuple[float, Mixture | None]:
     """The share of the cosine lobe (more for materials, which are brighter than f where f is small), and the others."""
     mixture = sampler_of(scene.brdf)
     assert isinstance(mixture, Mixture)
+    if scene.pbr is not None:
+        widths = np.unique(np.quantile(np.maximum(scene.pbr.roughness, SMOOTHEST) ** 2.0, WIDTHS).round(4))
+        lobes = tuple(VisibleGgxLobe(width, width) for width in widths.tolist())
+        return mixture.shares[0], Mixture(lobes, (1.0 / len(lobes),) * len(lobes))
     diffuse, rest = mixture.shares[0], mixture.lobes[1:]
     if not rest:
         return 1.0, None

@@ -1,4 +1,7 @@
-"""A material: the mesostructure (shading map or its compression) and the BRDF that looks it up."""
+"""A material: the mesostructure (shading map or its compression) and the BRDF that looks it up, or PBR maps.
+
+PBR maps are a BRDF for each texel. What has room for one BRDF takes `brdf`, the one at the mean of the maps.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from engine.brdf.brdf import Brdf, brdf_from_text
+from engine.brdf.brdf import Brdf, brdf_from_text, brdf_to_text
+from engine.brdf.models.microfacet import MetallicRoughness
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.core.colour import luminance
 from engine.core.directions import surface_direction
@@ -17,6 +21,7 @@ from engine.core.health import Health
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
+from engine.surface.pbr_maps import PbrMaps
 
 if TYPE_CHECKING:
     from engine.factor.homomorphic import HomomorphicFactors
@@ -31,6 +36,7 @@ class Material:
     ----------
     shading_map, power_law : at least one of them where the material comes from photographs along one arc.
     directional : in their place where lamps stood on several sides.
+    pbr : in their place where the material is a BRDF for each texel.
     brdf : the text that names the BRDF, as on the command line (`phong:exponent=20`).
     sigma : the factor in r = sigma f_r cos(theta_i); None means automatic (see `auto_sigma`).
     elevation_deg : elevations of the lights of the capture, which the automatic sigma needs.
@@ -48,20 +54,23 @@ class Material:
     health: Health = field(default_factory=Health)
     measured: HalfDifferenceTable | DirectionTable | SeparableFactors | HomomorphicFactors | None = None
     directional: DirectionalMap | None = None
+    pbr: PbrMaps | None = None
 
     @property
     def has_map(self) -> bool:
-        """True if the material comes from photographs."""
-        return self.maps != (None, None, None)
+        """True if texels are looked up on a surface: the material comes from photographs, or is PBR maps."""
+        return self.maps != (None, None, None, None)
 
     @property
-    def maps(self) -> tuple[ShadingMap | None, PowerLawMap | None, DirectionalMap | None]:
-        """Slices, power law and planes."""
-        return self.shading_map, self.power_law, self.directional
+    def maps(self) -> tuple[ShadingMap | None, PowerLawMap | None, DirectionalMap | None, PbrMaps | None]:
+        """Slices, power law, planes and PBR maps."""
+        return self.shading_map, self.power_law, self.directional, self.pbr
 
     @property
     def size(self) -> tuple[int, int]:
-        """(H, W) in texels of what comes from photographs; ValueError where nothing does."""
+        """(H, W) in texels of what comes from photographs, or of PBR maps; ValueError where there is neither."""
+        if self.pbr is not None:
+            return self.pbr.size
         if self.directional is not None:
             return self.directional.planes.shape[1], self.directional.planes.shape[2]
         if self.shading_map is not None:
@@ -74,6 +83,14 @@ class Material:
     def reflectance(self) -> Brdf:
         """The measured BRDF, or else the model that `brdf` names."""
         return self.measured or brdf_from_text(self.brdf)
+
+
+def material_of_maps(maps: PbrMaps, name: str, health: Health | None = None) -> Material:
+    """A material of PBR maps, whose one BRDF is the model `metallic-roughness` at their mean."""
+    base = tuple(round(float(mean), 5) for mean in maps.base_colour.mean(axis=(0, 1), dtype=np.float64))
+    metallic, roughness = (round(float(each.mean(dtype=np.float64)), 5) for each in (maps.metallic, maps.roughness))
+    mean = MetallicRoughness((base[0], base[1], base[2]), metallic, max(roughness, 0.01))
+    return Material(None, None, brdf_to_text(mean), name=name, health=health or Health(), pbr=maps)
 
 
 def error_figures(material: Material) -> dict[str, Any]:

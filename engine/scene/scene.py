@@ -15,9 +15,10 @@ Figure 6 compares this look-up, 'radiance', with three others; there rho_j = sig
 
 For a Lambertian surface photographed from above, 'angle' and 'radiance' are one function. In a directional map, S
 depends on the azimuth of the light as well (`engine.shading.directional.effective_light`): on that of each light, and
-in 'texture' and 'outgoing' on that of the mean of all, weighted by r. Without a material the
-picture shows sum f_r cos(theta_j) E_j. Lights below the surface's own horizon add nothing; what other parts of the
-model would shadow or reflect is not part of these pictures.
+in 'texture' and 'outgoing' on that of the mean of all, weighted by r. PBR maps are no look-up but a BRDF at each texel:
+with them the picture shows sum f_r cos(theta_j) E_j, f_r that of the texel, in the frame that the map of normals bends.
+Without a material it shows the same with one f_r. Lights below the surface's own horizon add nothing; what other parts
+of the model would shadow or reflect is not part of these pictures.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ from engine.shading.directional.planes import DirectionalMap
 from engine.shading.lookup import Above
 from engine.shading.power_law import PowerLawMap
 from engine.shading.shading_map import ShadingMap
+from engine.surface.pbr_maps import PbrMaps
 
 Source = Literal["slices", "power-law"]
 Lookup = Literal["radiance", "texture", "outgoing", "angle"]
@@ -137,6 +139,11 @@ class Scene:
     def surface(self) -> Mesh:
         """Surface that rays meet: the model, and after it the vertices and triangles of the ground if there is one."""
         return self.mesh if self.ground is None else with_ground(self.mesh, self.ground)[0]
+
+    @property
+    def pbr(self) -> PbrMaps | None:
+        """The PBR maps, in whose place `brdf` stands where one BRDF is wanted; None without any."""
+        return None if self.material is None else self.material.pbr
 
     @property
     def shading(self) -> ShadingMap | PowerLawMap | DirectionalMap | None:

@@ -107,6 +107,9 @@ void main()
 #else
     mat3 frame = world_from_tangent(visible_normal(wo));
 #endif
+#if defined(PBR_MAPS)
+    frame = fetch_texel(position, uv, frame, wo);
+#endif
     vec3 value = shade(frame, wo * frame);
     radiance = vec4(max(value, 0.0), 1.0);
     if (any(isnan(value)) || any(isinf(value)))

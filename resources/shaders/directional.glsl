@@ -3,6 +3,8 @@
 // in: PLANE_LAYERS, three planes each; the cosine of light seen from above, its azimuth along the axes of the texture;
 // out: linear radiance under unit light. Planes are filtered, then summed, then decoded.
 
+#include "texture_axes.glsl"
+
 uniform sampler2DArray planes;
 uniform sampler2DArray plane_weights;
 uniform float lowest_cosine;
@@ -16,18 +18,6 @@ void fetch_planes(vec2 uv)
     float detail = level_of_detail(uv, textureSize(planes, 0).xy);
     for (int i = 0; i < PLANE_LAYERS; ++i)
         planes_here[i] = 255.0 * textureLod(planes, vec3(uv, float(i)), detail).rgb;
-}
-
-// Axes of the texture to the right and upwards, perpendicular to n, from how place and coordinates (v down) change
-// between neighbouring pixels; where the texture is seen mirrored, the second is -n x the first.
-mat2x3 texture_axes(vec3 place, vec2 uv, vec3 n)
-{
-    vec3 across = dFdx(place), down = dFdy(place);
-    vec2 one = dFdx(uv), two = dFdy(uv);
-    float turned = one.x * two.y - one.y * two.x < 0.0 ? -1.0 : 1.0;
-    mat3 frame = frame_along(n, turned * (across * two.y - down * one.y));
-    float mirrored = dot(frame[1], turned * (across * two.x - down * one.x)) < 0.0 ? -1.0 : 1.0;
-    return mat2x3(frame[0], mirrored * frame[1]);
 }
 
 float turn_of(vec2 heading)

@@ -20,7 +20,7 @@ from app.cli.transport.method_options import add_options, options, strange_optio
 from app.cli.transport.options import variations_of
 from app.process.ending import SENTENCE
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent, size_text, time_text
+from engine.core.figure_text import number, percent, size_text, time_text
 from engine.core.steps import Step, drain, part
 from engine.transport import method as transport
 from engine.transport.method import Method
@@ -34,6 +34,13 @@ AUTO = "auto"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     scene_options.add_mesh(parser)
     parser.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
+    parser.add_argument(
+        "--material",
+        type=Input(),
+        metavar="MATERIAL",
+        help=f"{scene_options.MATERIAL_HELP}, whose BRDF is baked; of PBR maps the one at their mean, with the error "
+        "of that",
+    )
     parser.add_argument(
         "-o",
         "--output",
@@ -85,11 +92,40 @@ def _most_variations(method: transport.Method) -> str:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    scene_options.take_own_material(arguments)
+    material = _take_brdf(arguments, show)
     _choose_mode(arguments)
     _check(arguments)
     if arguments.mode == AUTO:
-        return bake_auto.run(arguments, show)
-    return _bake(transport.method_of(arguments.mode), arguments, show)
+        made = bake_auto.run(arguments, show)
+    else:
+        made = _bake(transport.method_of(arguments.mode), arguments, show)
+    return {**made, **material, "warnings": [*made.get("warnings", ()), *material.get("warnings", ())]}
+
+
+def _take_brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    """Bake the BRDF of the material that is given, and say what it leaves out: `material` and `warnings`."""
+    if arguments.material is None or project_input.is_given(arguments):
+        return {}
+    if arguments.brdf is not None:
+        raise UsageError("a bake is of one BRDF: give --brdf or --material")
+    from engine.exchange.loss import mean_brdf_loss
+    from engine.exchange.readers.read import open_material
+
+    show(Step(0.0, "reading the material"))
+    material = open_material(arguments.material)
+    if material.measured is not None:
+        raise UsageError("the material has a measured BRDF; give the measurement itself as --brdf")
+    arguments.brdf = material.brdf
+    if material.pbr is None:
+        return {"warnings": [f"the texels of {material.name} are left out: what is baked is its BRDF, {material.brdf}"]}
+    error = drain(mean_brdf_loss(material), show)
+    mean = {"brdf": material.brdf, "rmse_rel": error.mean_rmse_rel, "flip": error.mean_flip}
+    words = (
+        f"the maps of {material.name} are baked as the BRDF at their mean, {material.brdf}: on a ball under "
+        f"{', '.join(error.rmse_rel)} an error of {percent(error.mean_rmse_rel)}, FLIP {number(error.mean_flip)}"
+    )
+    return {"material": mean, "warnings": [words, *material.health.warnings]}
 
 
 def _choose_mode(arguments: argparse.Namespace) -> None:
@@ -99,7 +135,7 @@ def _choose_mode(arguments: argparse.Namespace) -> None:
         chosen = project_input.setup_of(arguments).mode
         mode = chosen if chosen in transport.names() else mode
     elif arguments.brdf is None:
-        raise UsageError("a model needs --brdf; a project brings its own")
+        raise UsageError("a model needs --brdf or --material; a project brings its own")
     project_input.with_defaults(arguments, {"mode": mode})
 
 

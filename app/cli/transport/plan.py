@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     scene_options.add_mesh(parser)
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
-    what.add_argument("--material", type=Input(), metavar="BUNDLE", help="a material, with its own BRDF")
+    what.add_argument("--material", type=Input(), metavar="MATERIAL", help=scene_options.MATERIAL_HELP)
     scene_options.add_surroundings(parser)
     add_budget(parser)
     vary.add_argument(parser)
@@ -84,6 +84,7 @@ def add_budget(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> Non
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    scene_options.take_own_material(arguments)
     _check(arguments)
     scene = scene_options.scene_of(arguments, "a plan")
     mesh, brdf, environment = scene.mesh, scene.brdf, scene.environment
@@ -104,7 +105,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "error": arguments.error if arguments.time_ms is None else None,
         "time_ms": arguments.time_ms,
         **record(found),
-        "warnings": list(mesh.health.warnings),
+        "warnings": [*mesh.health.warnings, *scene_options.material_warnings(scene)],
     }
 
 

@@ -71,7 +71,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=".png (tone-mapped) or .exr (radiance); with --turntable .mp4, .webp or a folder of PNG",
     )
     parser.add_argument(
-        "--material", type=Input(), metavar="BUNDLE", help="material; without it the BRDF alone is shown"
+        "--material",
+        type=Input(),
+        metavar="MATERIAL",
+        help=f"{scene_options.MATERIAL_HELP}; without it the BRDF alone is shown",
     )
     parser.add_argument(
         "--brdf",
@@ -173,6 +176,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from engine.render.layers import layers as all_layers
 
     start = time.perf_counter()
+    scene_options.take_own_material(arguments)
     setup = _setup(arguments)
     _check(arguments)
     render_turntable.check(arguments)
@@ -263,8 +267,8 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _scene(arguments: argparse.Namespace) -> Scene:
     from engine.brdf.brdf import brdf_from_text
-    from engine.bundle.bundle import open_bundle
     from engine.core.directions import world_direction
+    from engine.exchange.readers.read import holds_pbr_maps, open_material
     from engine.factor.factor_file import open_reflectance
     from engine.geometry.camera import parse
     from engine.geometry.ground import Ground
@@ -273,7 +277,10 @@ def _scene(arguments: argparse.Namespace) -> Scene:
     from engine.scene.scene import Scene
 
     brdf = open_reflectance(arguments.brdf) if arguments.brdf else None
-    material = open_bundle(arguments.material) if arguments.material and arguments.mode != "direct" else None
+    opens = arguments.material and (arguments.mode != "direct" or holds_pbr_maps(arguments.material))
+    material = open_material(arguments.material) if opens else None
+    if brdf is not None and material is not None and material.pbr is not None:
+        raise UsageError("PBR maps are a BRDF for each texel; --brdf is for a material that is looked up by one")
     mesh = open_mesh(arguments.mesh)
     environment = open_environment(arguments.env) if arguments.env else None
     camera = parse(arguments.camera or "", render_turntable.framed(mesh.positions, arguments))
@@ -283,7 +290,7 @@ def _scene(arguments: argparse.Namespace) -> Scene:
         mesh=mesh,
         camera=camera,
         brdf=brdf or (material.reflectance if material else brdf_from_text("phong")),
-        material=material,
+        material=None if arguments.mode == "direct" else material,
         light=tuple(world_direction(*map(math.radians, arguments.light_deg or LIGHT_DEG))),
         irradiance=0.0 if only_lamps else arguments.intensity,
         source=arguments.source,
@@ -346,7 +353,7 @@ def _warnings(scene: Scene) -> list[str]:
     warnings = list(scene.mesh.health.warnings)
     if scene.environment is not None:
         warnings += [f"{scene.environment.name}: {text}" for text in scene.environment.health.warnings]
-    return warnings
+    return [*warnings, *scene_options.material_warnings(scene)]
 
 
 def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:

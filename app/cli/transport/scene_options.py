@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.arguments.results import Input
@@ -12,7 +13,14 @@ from app.cli.transport import project_input
 if TYPE_CHECKING:
     from engine.scene.scene import Scene
 
-MESH_HELP = "a file, a built-in (sphere, plane, torus-knot, cloth, blob), or a project (.lap), which brings its scene"
+MESH_HELP = (
+    "a file, a built-in (sphere, plane, torus-knot, cloth, blob), a project (.lap), which brings its scene, or a "
+    "material of another program, which is shown on a sphere, a .glb on its own model"
+)
+MATERIAL_HELP = "a bundle, a folder of PBR textures, a MaterialX document (.mtlx) or a glTF file (.glb, .gltf)"
+
+#: Model that a material without one is shown on.
+SHOWN_ON = "sphere"
 
 
 def add_mesh(parser: argparse.ArgumentParser) -> None:
@@ -44,9 +52,39 @@ def add_surroundings(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def take_own_material(arguments: argparse.Namespace) -> None:
+    """Take the material in the place of the model, and the model that it has or `SHOWN_ON`.
+
+    Nothing changes where a project, a model without textures, or another material or BRDF is given.
+    """
+    if project_input.is_given(arguments) or arguments.material is not None or arguments.brdf is not None:
+        return
+    if not Path(arguments.mesh).exists():
+        return
+    from engine.exchange.readers.gltf import has_textured_material
+    from engine.exchange.readers.read import holds_pbr_maps
+
+    path = Path(arguments.mesh)
+    is_model = path.suffix.lower() in (".glb", ".gltf")
+    if not holds_pbr_maps(path) or (is_model and not has_textured_material(path)):
+        return
+    arguments.material = arguments.mesh
+    if is_model:
+        arguments.tile = getattr(arguments, "tile", None) or 1.0
+    else:
+        arguments.mesh = SHOWN_ON
+
+
+def material_warnings(scene: Scene) -> list[str]:
+    """Sentences about what was assumed as PBR maps were read."""
+    if scene.pbr is None or scene.material is None:
+        return []
+    return [f"{scene.material.name}: {text}" for text in scene.material.health.warnings]
+
+
 def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
     """The model or the project of the arguments under its environment; `verb` says what needs one: "a plan"."""
-    from engine.bundle.bundle import open_bundle
+    from engine.exchange.readers.read import open_material
     from engine.factor.factor_file import open_reflectance
     from engine.geometry.camera import frame, parse
     from engine.geometry.ground import Ground
@@ -58,7 +96,7 @@ def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
         scene = project_input.setup_of(arguments).scene
         project_input.needs_environment(scene, verb)
         return scene
-    material = open_bundle(arguments.material) if arguments.material else None
+    material = open_material(arguments.material) if arguments.material else None
     mesh = open_mesh(arguments.mesh)
     return Scene(
         mesh=mesh,

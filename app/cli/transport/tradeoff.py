@@ -53,9 +53,7 @@ FIGURE_WORDS = {"frame_s": "frame", "relight_s": "relighting", "bake_s": "bake",
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     scene_options.add_mesh(parser)
     parser.add_argument("--brdf", type=Input(), metavar="TEXT", help=BRDF_HELP)
-    parser.add_argument(
-        "--material", type=Input(), metavar="BUNDLE", help="a material with a shading map, and its own BRDF"
-    )
+    parser.add_argument("--material", type=Input(), metavar="MATERIAL", help=scene_options.MATERIAL_HELP)
     scene_options.add_surroundings(parser)
     parser.add_argument(
         "-o",
@@ -93,6 +91,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from engine.tradeoff.front import budget_from_text
 
+    scene_options.take_own_material(arguments)
     _check(arguments)
     budget = budget_from_text(arguments.choose) if arguments.choose else None
     scene = scene_options.scene_of(arguments, "a sweep")
@@ -161,7 +160,7 @@ def _measured(
     }
     record = drain(write(found, arguments.output, _title(arguments), **about), show)
     chosen = _chosen(found, budget, arguments.axis)
-    warnings = list(scene.mesh.health.warnings)
+    warnings = [*scene.mesh.health.warnings, *scene_options.material_warnings(scene)]
     exit_code = CANCELLED if is_cancelled else DONE
     return {"output": str(arguments.output), **record, **chosen, "warnings": warnings, "exit_code": exit_code}
 

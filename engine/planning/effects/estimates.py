@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.colour import luminance
+from engine.core.directions import world_from_tangent
 from engine.core.figure_text import number, percent
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
@@ -35,6 +36,7 @@ from engine.planning.effects.simplified import albedos
 from engine.planning.effects.varied import Varied, varied
 from engine.scene.material import Material, auto_sigma
 from engine.shading.directional.effective_light import effective_cosine
+from engine.surface.metallic_roughness import reflectance
 from engine.transport.baking.spatially_varying import Variation, with_parameters
 from engine.transport.sh.transfer import is_diffuse
 
@@ -249,17 +251,20 @@ def mesostructure(scene: Scenery) -> Estimate:
     """Of the material's mean over its texels."""
     material = scene.material
     if material is None or not material.has_map:
-        return Estimate("mesostructure", 0.0, "No photographs of a material: every point of the surface is alike.")
+        return Estimate("mesostructure", 0.0, "No maps of a material: every point of the surface is alike.")
     rng = np.random.default_rng(0)
     height, width = material.size
     row, column = rng.integers(height, size=TEXELS), rng.integers(width, size=TEXELS)
     lights = chosen_lights(scene.sample.light.whole, LIGHTS)
     apart, whole = np.zeros(scene.sample.seen.shape), np.zeros(scene.sample.seen.shape)
-    looked_up = _directional if material.directional is not None else _of_brightness
+    if material.pbr is not None:
+        looked_up: Callable[..., Array] = _of_texels
+    else:
+        looked_up = _directional if material.directional is not None else _of_brightness
     for point, (frame, views) in enumerate(zip(scene.sample.frames, scene.sample.views, strict=True)):
         wi = lights.direction @ frame
         product = luminance(scene.brdf.f(wi[None], views[:, None])) * np.maximum(wi[:, 2], 0.0)
-        looked = looked_up(scene, material, row, column, wi, product)
+        looked = looked_up(scene, material, row, column, wi, views, product)
         value = np.einsum("tkjc,jc->tkc", looked.astype(np.float64), lights.irradiance)
         apart[point] = ((value - value.mean(axis=0)) ** 2).sum(axis=-1).mean(axis=0)
         whole[point] = (value**2).sum(axis=-1).mean(axis=0)
@@ -269,7 +274,7 @@ def mesostructure(scene: Scenery) -> Estimate:
 
 
 def _of_brightness(
-    scene: Scenery, material: Material, row: Indices, column: Indices, _wi: Array, product: Array
+    scene: Scenery, material: Material, row: Indices, column: Indices, _wi: Array, _views: Array, product: Array
 ) -> Array:
     """(T, V, L, 3) of texels for f cos (V, L) under lights `_wi` (L, 3), by the shading map."""
     shading = material.shading_map or material.power_law
@@ -281,7 +286,9 @@ def _of_brightness(
     return np.asarray(shading.lookup(row[:, None, None], column[:, None, None], r))
 
 
-def _directional(scene: Scenery, material: Material, row: Indices, column: Indices, wi: Array, product: Array) -> Array:
+def _directional(
+    scene: Scenery, material: Material, row: Indices, column: Indices, wi: Array, _views: Array, product: Array
+) -> Array:
     """The same by the directional map, whose texture runs along the frames of vertices here."""
     directional = material.directional
     assert directional is not None
@@ -291,6 +298,21 @@ def _directional(scene: Scenery, material: Material, row: Indices, column: Indic
     cosine = table(product / (largest or 1.0), azimuth).ravel()
     texels = directional.planes[:, row, column].T
     return directional.looked_up(texels, cosine, azimuth.ravel()).reshape(TEXELS, *product.shape, 3)
+
+
+def _of_texels(
+    _scene: Scenery, material: Material, row: Indices, column: Indices, wi: Array, views: Array, _product: Array
+) -> Array:
+    """The same by PBR maps, each texel in the frame about its normal."""
+    maps = material.pbr
+    assert maps is not None
+    frames = world_from_tangent(maps.normal[row, column].astype(np.float64))
+    light, viewer = np.einsum("tij,li->tlj", frames, wi), np.einsum("tij,vi->tvj", frames, views)
+    base, roughness, metallic, f0 = (
+        each[row, column][:, None, None] for each in (maps.base_colour, maps.roughness, maps.metallic, maps.f0)
+    )
+    f = reflectance(light[:, None], viewer[:, :, None], base, roughness, metallic, f0)
+    return np.asarray(f * np.maximum(light[:, None, :, 2:], 0.0))
 
 
 def spatially_varying_gloss(scene: Scenery) -> Estimate:

@@ -81,3 +81,19 @@ def test_measurements_behind_pages_of_comments_are_recognised(tmp_path: Path) ->
     path = tmp_path / "paint.dat"
     path.write_text("# a long story\n" * 1000 + "#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n0.1 0.2 0.3 0.4 0.5\n")
     assert recognise([path]).kind == "brdf"
+
+
+def test_materials_of_other_programs(tmp_path: Path) -> None:
+    textures = tmp_path / "rock"
+    textures.mkdir()
+    for name in ("Rock_1K_Color.png", "Rock_1K_NormalGL.png", "notes.txt"):
+        (textures / name).write_bytes(b"\x89PNG\r\n\x1a\n")
+    document = tmp_path / "rock.mtlx"
+    document.write_text('<?xml version="1.0"?><materialx version="1.39"/>')
+    assert recognise([textures]) == Recognised("material", (textures,))
+    assert recognise([document]) == Recognised("material", (document,))
+    photographs = tmp_path / "capture"
+    photographs.mkdir()
+    for name in ("IMG_1.jpg", "IMG_2.jpg", "flat.jpg"):
+        (photographs / name).write_bytes(b"\xff\xd8\xff")
+    assert recognise([photographs]).kind == "photographs"

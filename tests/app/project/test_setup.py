@@ -21,7 +21,8 @@ from engine.geometry.shapes import shape
 from engine.images.decode import read_image
 from engine.light.lamps import LampSettings
 from engine.light.sky import built_in
-from engine.scene.material import Material
+from engine.scene.material import Material, material_of_maps
+from engine.surface.pbr_maps import PbrMaps
 from engine.transport.baking.file import open_transport
 from tests.app.command import Command
 from tests.engine.scenes import weave
@@ -61,6 +62,21 @@ def test_the_scene_is_the_one_that_was_set_up(tmp_path: Path) -> None:
     assert scene.material is not None
     assert found.mode == "shading-map"
     assert np.array_equal(scene.mesh.positions, shape("sphere").positions)
+
+
+def test_pbr_maps_are_kept_and_drawn(tmp_path: Path) -> None:
+    random = np.random.default_rng(0)
+    maps = PbrMaps(
+        base_colour=random.random((4, 4, 3)).astype(np.float32),
+        normal=np.broadcast_to(np.array([0, 0, 1], np.float32), (4, 4, 3)).copy(),
+        roughness=random.random((4, 4)).astype(np.float32),
+        metallic=np.zeros((4, 4), np.float32),
+        f0=np.full((4, 4), 0.04, np.float32),
+    )
+    found = set_up(saved(tmp_path / "a.lap", mesh=shape("sphere"), material=material_of_maps(maps, "rock")))
+    assert found.mode == "shading-map"
+    assert found.scene.pbr is not None
+    assert np.array_equal(found.scene.pbr.base_colour, maps.base_colour)
 
 
 def test_a_model_that_nobody_moved_is_framed_for_the_picture(tmp_path: Path) -> None:

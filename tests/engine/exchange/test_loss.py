@@ -10,9 +10,9 @@ import pytest
 from engine.capture.stack import ImageStack
 from engine.core.steps import drain
 from engine.exchange.loss import ball, loss, maps_shown, material_shown, photograph_error, references
-from engine.exchange.metallic_roughness import reflectance
 from engine.exchange.pbr_from_material import nearest_maps
 from engine.light.environment import DistantLights
+from engine.surface.metallic_roughness import reflectance
 from engine.surface.pbr_maps import PbrMaps
 
 from .materials import measured_maps, woven_law, woven_material

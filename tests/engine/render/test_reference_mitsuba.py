@@ -37,7 +37,9 @@ from engine.light.environment import EnvironmentMap
 from engine.light.lamps import Lamp
 from engine.render.display import Display, displayed
 from engine.render.reference import reference
+from engine.scene.material import material_of_maps
 from engine.scene.scene import Scene
+from engine.surface.pbr_maps import PbrMaps
 
 Floats = NDArray[np.float64]
 
@@ -98,8 +100,15 @@ def lit_hall(rows: int = 16) -> EnvironmentMap:
     return EnvironmentMap(radiance.astype(np.float32))
 
 
-def translated(mitsuba: Any, scene: Scene, bsdf: dict[str, Any], max_depth: int, folder: Path) -> Any:
-    """`scene` as Mitsuba's, the model with the BRDF `bsdf`."""
+def translated(
+    mitsuba: Any,
+    scene: Scene,
+    bsdf: dict[str, Any],
+    max_depth: int,
+    folder: Path,
+    model_shape: dict[str, Any] | None = None,
+) -> Any:
+    """`scene` as Mitsuba's, the model, or `model_shape` in its place, with the BRDF `bsdf`."""
     camera, model = scene.camera, Path(folder, "model.ply")
     _write_ply(model, scene.mesh.positions, scene.mesh.normals, scene.mesh.faces)
     look_at = mitsuba.ScalarTransform4f().look_at(list(camera.eye), list(camera.target), list(camera.up))
@@ -111,7 +120,10 @@ def translated(mitsuba: Any, scene: Scene, bsdf: dict[str, Any], max_depth: int,
         "type": "scene",
         "integrator": integrator,
         "sensor": {"type": "perspective", "fov": camera.fov_deg, "to_world": look_at, "film": film},
-        "model": {"type": "ply", "filename": str(model), "bsdf": {"type": "twosided", "nested": bsdf}},
+        "model": {
+            **(model_shape or {"type": "ply", "filename": str(model)}),
+            "bsdf": {"type": "twosided", "nested": bsdf},
+        },
     }
     if scene.ground is not None:
         ground, below = Path(folder, "ground.ply"), len(scene.mesh.positions)
@@ -171,9 +183,15 @@ def rendered(mitsuba: Any, scene: Any) -> tuple[Floats, Floats]:
 
 
 def assert_alike(
-    mitsuba: Any, folder: Path, scene: Scene, bsdf: dict[str, Any], max_depth: int = 1, samples: int = SAMPLES
+    mitsuba: Any,
+    folder: Path,
+    scene: Scene,
+    bsdf: dict[str, Any],
+    max_depth: int = 1,
+    samples: int = SAMPLES,
+    model_shape: dict[str, Any] | None = None,
 ) -> None:
-    theirs, their_variance = rendered(mitsuba, translated(mitsuba, scene, bsdf, max_depth, folder))
+    theirs, their_variance = rendered(mitsuba, translated(mitsuba, scene, bsdf, max_depth, folder, model_shape))
     found = drain(reference(scene, (SIZE, SIZE), samples=samples, max_depth=max_depth, seed=1))
     assert found.variance is not None
     ours = found.picture[..., :3].astype(np.float64)
@@ -254,6 +272,38 @@ def test_metal_mirrors_the_ground(mitsuba: Any, tmp_path: Path) -> None:
     options = {"lamps": (lamp,), "environment": lit_hall(), "ground": Ground(albedo=0.8)}
     scene = seen(flat(shape("torus-knot")), brdf, **options)
     assert_alike(mitsuba, tmp_path, dataclasses.replace(scene, camera=from_above(scene)), METAL, 3)
+
+
+def test_pbr_maps_of_a_metal(mitsuba: Any, tmp_path: Path) -> None:
+    """Base colour, roughness and normals that vary: Mitsuba's principled metal behind its normal map."""
+    random, size = np.random.default_rng(4), 8
+    normal = normalize(np.dstack([random.uniform(-0.3, 0.3, (size, size, 2)), np.ones((size, size))]))
+    maps = PbrMaps(
+        base_colour=random.uniform(0.1, 0.9, (size, size, 3)).astype(np.float32),
+        normal=normal.astype(np.float32),
+        roughness=random.uniform(0.4, 0.9, (size, size)).astype(np.float32),
+        metallic=np.ones((size, size), np.float32),
+        f0=np.full((size, size), 0.04, np.float32),
+    )
+    square = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)])
+    uv = (0.5 + 0.5 * square[:, :2]).astype(np.float32)
+    faces = np.array([(0, 1, 2), (0, 2, 3)], np.int32)
+    mesh = Mesh(square, np.tile(np.array([0, 0, 1], np.float32), (4, 1)), uv, faces, "square")
+    material = material_of_maps(maps, "metal")
+    scene = seen(mesh, material.reflectance, material=material, repeats=1.0, environment=lit_hall())
+
+    def texture(values: NDArray[np.float32]) -> dict[str, Any]:
+        upwards = np.ascontiguousarray(values[::-1] if values.ndim == 3 else values[::-1, :, None])
+        return {"type": "bitmap", "bitmap": mitsuba.Bitmap(upwards), "raw": True}
+
+    metal = {
+        "type": "principled",
+        "base_color": texture(maps.base_colour),
+        "roughness": texture(maps.roughness),
+        "metallic": 1.0,
+    }
+    bent = {"type": "normalmap", "normalmap": texture(0.5 + 0.5 * maps.normal), "bsdf": metal}
+    assert_alike(mitsuba, tmp_path, scene, bent, model_shape={"type": "rectangle"})
 
 
 @pytest.mark.long

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from engine.brdf.models.microfacet import MetallicRoughness
 from engine.core.directions import surface_direction
-from engine.exchange.metallic_roughness import reflectance
+from engine.surface.metallic_roughness import reflectance
 
 SHARE = st.floats(0.0, 1.0)
 

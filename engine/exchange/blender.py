@@ -1,0 +1,129 @@
+"""Blender: a script that makes two materials, the textures that they use, and the `.blend` where Blender is at hand.
+
+The first material is a Principled BSDF of the PBR maps, for Cycles and EEVEE. The second looks the power law up behind
+*Shader to RGB*: EEVEE's light on a white diffuse surface, times sigma, is r, and the picture shows S(r) = scale
+(r / r_max)^exponent. That is the look-up outside the integral (`outgoing` in `engine.scene.scene`), with the sigma by
+which a Lambertian surface shows the photographs; Cycles gathers no light before it shades, so it shows none of this.
+
+The script is text and runs in Blender; where Blender's module (`bpy`) is installed beside this program it is run in a
+process of its own, which takes seconds.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import subprocess
+import sys
+import tempfile
+from math import radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.models.diffuse import Lambert
+from engine.core.steps import Step, Steps
+from engine.exchange.coding import encoded
+from engine.exchange.loss import Shown
+from engine.exchange.subject import Contents, Settings, Subject
+from engine.exchange.textures import common_warnings, ior_of, packed
+from engine.images.encode import encode_exr, rgb_channels
+from engine.scene.material import Material, auto_sigma
+from engine.storage.atomic import make_folder, write_bytes
+
+RESOURCES = Path(__file__).resolve().parents[2] / "resources"
+
+#: Repeats of the material over one unit of texture coordinates.
+REPEATS = 2.0
+
+#: Seconds that Blender may take.
+PATIENCE_S = 300
+
+_MAPS = (("base_color", "base_colour"), ("roughness", "roughness"), ("metallic", "metallic"), ("normal", "normal"))
+
+
+def shown(subject: Subject, _settings: Settings) -> Shown:
+    """The PBR maps in pictures of 8 bits, with the mean f0."""
+    return subject.shown_as("png8", subject.mean_f0)
+
+
+def contents(subject: Subject, _settings: Settings, loss: str) -> Steps[Contents]:
+    """`NAME.py`, the folder `textures`, and `NAME.blend` where `bpy` is installed."""
+    files: dict[str, bytes] = {}
+    law = subject.material.power_law
+    for number, (file, source) in enumerate(_MAPS):
+        yield Step(0.1 * number, f"writing {file}")
+        files[f"textures/{file}.png"] = encoded(packed(subject, (source,), "png8"))
+    if law is not None:
+        yield Step(0.4, "writing the power law")
+        files["textures/scale.exr"] = _exr(law.scale)
+        files["textures/exponent.exr"] = _exr(law.exponent)
+    files[f"{subject.name}.py"] = script(subject, loss).encode()
+    warnings = list(common_warnings(subject.maps))
+    if law is None:
+        warnings.append("the material has no power law, so there is no material behind Shader to RGB")
+    elif law.kept is not None:
+        warnings.append("tiles that keep their slices are shown by the power law")
+    yield Step(0.5, "making the .blend")
+    made = made_by_blender(subject.name, files) if has_blender() else None
+    if made is not None:
+        files[f"{subject.name}.blend"] = made
+    else:
+        warnings.append(
+            f"the .blend is made by Blender: blender --background --python {subject.name}.py, or with pip install "
+            "bpy==5.0.1 (Python 3.11)"
+        )
+    return Contents(files, 8.0, tuple(warnings), {"sigma": lambertian_sigma(subject.material), "repeats": REPEATS})
+
+
+def script(subject: Subject, loss: str) -> str:
+    """The script of resources/blender with the numbers of the material."""
+    material, law = subject.material, subject.material.power_law
+    said = {
+        "name": subject.name,
+        "ior": ior_of(subject.mean_f0),
+        "repeats": REPEATS,
+        "sigma": lambertian_sigma(material),
+        "r_max": None if law is None else law.r_max,
+        "loss": loss,
+    }
+    text = (RESOURCES / "blender" / "material.py").read_text(encoding="utf-8")
+    words = {"NAME": subject.name, "LOSS": loss, "MATERIAL": json.dumps(said, ensure_ascii=True, allow_nan=False)}
+    for name, value in words.items():
+        text = text.replace("{{" + name + "}}", value.replace('"""', "'''"))
+    return text
+
+
+def lambertian_sigma(material: Material) -> float | None:
+    """The sigma by which a white Lambertian surface shows the photographs; None without a power law."""
+    if material.power_law is None:
+        return None
+    elevation = [radians(each) for each in material.elevation_deg]
+    return auto_sigma(Lambert((1.0, 1.0, 1.0)), elevation, material.power_law.r_max)
+
+
+def has_blender() -> bool:
+    """True if Blender's module is installed beside this program."""
+    return importlib.util.find_spec("bpy") is not None
+
+
+def made_by_blender(name: str, files: dict[str, bytes], python: str = sys.executable) -> bytes | None:
+    """The `.blend` that the script makes, by an interpreter that has `bpy`; None where it makes none."""
+    with tempfile.TemporaryDirectory(prefix="lightarc-blender-") as folder:
+        for path, content in files.items():
+            make_folder(Path(folder, path).parent)
+            write_bytes(Path(folder, path), content)
+        target = Path(folder, f"{name}.blend")
+        try:
+            command = [python, str(Path(folder, f"{name}.py")), "--", str(target)]
+            subprocess.run(command, check=True, capture_output=True, timeout=PATIENCE_S, stdin=subprocess.DEVNULL)
+            return target.read_bytes()
+        except (subprocess.SubprocessError, OSError):
+            return None
+
+
+def _exr(values: NDArray[Any]) -> bytes:
+    """Colours as half floats."""
+    return encode_exr(rgb_channels(np.asarray(values, np.float16)))

@@ -1,0 +1,1 @@
+"""Materials of other programs as PBR maps: folders of textures, MaterialX and glTF."""

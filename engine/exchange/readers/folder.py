@@ -1,0 +1,188 @@
+"""A folder of PBR textures, which is known by the names of its files.
+
+The names end in a word for the map, as Blender, Unreal, Unity, Godot, Substance, Poly Haven, ambientCG and this program
+write it: `rock_base_color`, `T_Rock_BC`, `Bricks076_1K-JPG_NormalGL`, `brick_wall_diff_2k`, `wood_arm_4k`. Resolutions
+and formats behind the word count for nothing. `lightarc normals` writes a `surface.json` beside its maps.
+
+A packed texture holds a map in each channel: ORM and ARM occlusion, roughness, metallic; Unity's mask map metallic,
+occlusion, and smoothness in alpha. Unity's `MetallicSmoothness` is alike.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from engine.core.errors import InputError
+from engine.exchange.readers.textures import Described, Input, Picture, Upwards
+from engine.surface.pbr_maps import DIELECTRIC_F0
+
+#: Endings of pictures that are read, the more exact kinds first.
+SUFFIXES = (".exr", ".tif", ".tiff", ".png", ".tga", ".jpg", ".jpeg", ".hdr")
+
+#: Most files of a folder that are looked at.
+MOST_FILES = 2000
+
+#: Reflectance of a dielectric that the specular level 1 stands for, in Blender, Unreal and Substance.
+FULL_SPECULAR = 0.08
+
+#: Words for maps, in lower case and without separators.
+WORDS: dict[str, tuple[str, ...]] = {
+    "base_colour": (
+        *("basecolor", "basecolour", "basemap", "albedo", "albedotransparency", "diffuse", "diff", "color", "colour"),
+        *("col", "bc", "alb", "d"),
+    ),
+    "normal": (
+        *("normal", "normals", "norm", "nrm", "nor", "normalmap", "n", "normalgl", "norgl", "normalopengl"),
+        *("normalogl", "normaldx", "nordx", "normaldirectx", "normald3d"),
+    ),
+    "roughness": ("roughness", "rough", "rgh", "r"),
+    "smoothness": ("smoothness", "glossiness", "gloss"),
+    "metallic": ("metallic", "metalness", "metal", "mtl", "m"),
+    "height": ("height", "heightmap", "displacement", "disp", "bump", "h"),
+    "occlusion": ("ambientocclusion", "occlusion", "ao", "occ", "mixedao"),
+    "specular": ("specular", "specularlevel", "spec", "s"),
+    "orm": ("orm", "arm", "occlusionroughnessmetallic", "aoroughmetal", "aorm"),
+    "rma": ("rma", "roughmetalao"),
+    "metallic_roughness": ("metallicroughness",),
+    "mask": ("maskmap", "mask"),
+    "metallic_smoothness": ("metallicsmoothness", "metallicgloss"),
+}
+_KINDS = {word: kind for kind, words in WORDS.items() for word in words}
+_DIRECTX = ("normaldx", "nordx", "normaldirectx", "normald3d")
+_OPENGL = ("normalgl", "norgl", "normalopengl", "normalogl")
+
+#: Channels of packed textures by map; a smoothness is inverted.
+_PACKED: dict[str, dict[str, int]] = {
+    "orm": {"occlusion": 0, "roughness": 1, "metallic": 2},
+    "rma": {"roughness": 0, "metallic": 1, "occlusion": 2},
+    "metallic_roughness": {"roughness": 1, "metallic": 2},
+    "mask": {"metallic": 0, "occlusion": 1},
+    "metallic_smoothness": {"metallic": 0},
+}
+
+_NOTHING = re.compile(
+    r"^(\d{1,9}k?|\d{1,9}x\d{1,9}|jpe?g|png|exr|tiff?|tga|hdr|\d\d?bit|linear|srgb|raw|float|half|lod\d|u\dv\d)$"
+)
+_PIECES = re.compile(r"[A-Z]{1,99}(?![a-z])|[A-Z]?[a-z]{1,99}|\d{1,99}[kK]?")
+_REMEDY = "Put the textures of one material into a folder, named like rock_base_color.png and rock_normal.png"
+
+
+def kind_of(name: str) -> tuple[str, str]:
+    """The map that a file is named for, and the word that says so; ('', '') for none.
+
+    >>> kind_of("Bricks076_1K-JPG_NormalGL.jpg")
+    ('normal', 'normalgl')
+    """
+    stem = Path(name).stem
+    for pieces in (_words(stem), _pieces(stem)):
+        for count in (3, 2, 1):
+            word = "".join(pieces[-count:])
+            if len(pieces) >= count and word in _KINDS and (len(word) > 1 or len(pieces) > 1):
+                return _KINDS[word], word
+    return "", ""
+
+
+def _words(stem: str) -> list[str]:
+    """The parts of a name between separators, in lower case, without those that say nothing of the map."""
+    return _telling([part.lower() for part in re.split(r"[^A-Za-z0-9]{1,99}", stem) if part])
+
+
+def _pieces(stem: str) -> list[str]:
+    """The same, also parted where capitals begin: `RockBaseColor` is rock, base, color."""
+    return _telling([piece.lower() for piece in _PIECES.findall(stem)])
+
+
+def _telling(parts: list[str]) -> list[str]:
+    while parts and _NOTHING.match(parts[-1]):
+        parts = parts[:-1]
+    return [part for at, part in enumerate(parts) if at == 0 or not _NOTHING.match(part)]
+
+
+def textures_in(folder: Path) -> dict[str, list[Path]]:
+    """The pictures of a folder by the map that they are named for, in order of their names; empty where it is none."""
+    found: dict[str, list[Path]] = {}
+    try:
+        files = sorted(each for each in folder.iterdir() if each.suffix.lower() in SUFFIXES)[:MOST_FILES]
+    except OSError:
+        return {}
+    for file in files:
+        kind, _ = kind_of(file.name)
+        if kind:
+            found.setdefault(kind, []).append(file)
+    return found
+
+
+def holds_textures(folder: Path) -> bool:
+    """True for a folder with a base colour and at least one other map, not by single letters alone.
+
+    Nothing is decoded.
+    """
+    found = textures_in(folder)
+    words = {kind_of(path.name)[1] for paths in found.values() for path in paths}
+    return "base_colour" in found and len(found) > 1 and any(len(word) > 1 for word in words)
+
+
+def describe_folder(folder: Path) -> Described:
+    """The material in a folder of textures; InputError where it holds none, or several."""
+    found = textures_in(folder)
+    if "base_colour" not in found:
+        raise InputError(folder, "holds no base colour among its pictures", _REMEDY)
+    notes: list[str] = []
+    files = {kind: _one(folder, kind, paths, notes) for kind, paths in found.items()}
+    inputs: dict[str, Input] = {"base_colour": Input(picture=Picture(files["base_colour"], _said(files), "auto"))}
+    for kind, channels in _PACKED.items():
+        if kind not in files:
+            continue
+        for name, channel in channels.items():
+            packed = Picture(files[kind], files[kind].name, channel=(0, 1, 2)[channel])
+            inputs.setdefault(name, Input(picture=packed))
+        if kind in ("mask", "metallic_smoothness") and files[kind].suffix.lower() == ".png":
+            smoothness = Picture(files[kind], files[kind].name, channel="alpha")
+            inputs.setdefault("roughness", Input(picture=smoothness, inverted=True))
+    for name in ("roughness", "metallic", "occlusion", "height"):
+        if name in files:
+            inputs[name] = Input(picture=Picture(files[name], files[name].name, channel=0))
+    if "smoothness" in files and "roughness" not in files:
+        picture = Picture(files["smoothness"], files["smoothness"].name, channel=0)
+        inputs["roughness"] = Input(picture=picture, inverted=True)
+    own = (folder / "surface.json").is_file()
+    if "specular" in files:
+        specular = Picture(files["specular"], files["specular"].name, "linear")
+        inputs["f0"] = Input((1.0,) if own else (FULL_SPECULAR,), specular)
+    if "normal" in files:
+        inputs["normal"] = Input(picture=Picture(files["normal"], files["normal"].name))
+    absent = {"roughness": "0.5", "metallic": "0", "f0": f"{DIELECTRIC_F0:g}", "normal": "flat"}
+    left = [f"{name} {value}" for name, value in absent.items() if name not in inputs and name != "f0"]
+    if left:
+        notes.append(f"no texture says these, which are taken as {', '.join(left)}")
+    name = folder.absolute().name or "material"
+    return Described(name, **inputs, upwards=_upwards(files, own), notes=tuple(notes))  # type: ignore[arg-type]
+
+
+def _said(files: dict[str, Path]) -> str:
+    return files["base_colour"].name
+
+
+def _upwards(files: dict[str, Path], own: bool) -> Upwards:
+    """The direction of y that names state: of the file itself, or of a program that has only one."""
+    if "normal" not in files:
+        return ""
+    word = kind_of(files["normal"].name)[1]
+    if word in _DIRECTX:
+        return "directx"
+    return "opengl" if own or word in _OPENGL else ""
+
+
+def _one(folder: Path, kind: str, paths: Sequence[Path], notes: list[str]) -> Path:
+    """The file of a map: of normals the one with y up, of copies in several formats the most exact one."""
+    if kind == "normal":
+        upward = [path for path in paths if kind_of(path.name)[1] in _OPENGL]
+        plain = [path for path in paths if kind_of(path.name)[1] not in _DIRECTX]
+        paths = upward or plain or paths
+    stems = {path.stem for path in paths}
+    if len(stems) > 1:
+        names = ", ".join(path.name for path in paths[:3])
+        raise InputError(folder, f"holds several pictures for {kind.replace('_', ' ')} ({names})", _REMEDY)
+    return min(paths, key=lambda path: SUFFIXES.index(path.suffix.lower()))

@@ -1,0 +1,205 @@
+"""The material of a glTF 2.0 file, `.glb` or `.gltf`: `pbrMetallicRoughness`, normals, occlusion, and an f0.
+
+Base colour is sRGB-coded, roughness is green and metallic blue of one texture, occlusion red (glTF 2.0, Sec. 3.9); y of
+normals is up. KHR_materials_ior gives f0 = ((ior − 1) / (ior + 1))², KHR_materials_specular a share of it. Of several
+materials the first with a texture is taken. What is not drawn is named. Pictures may lie within the file, beside it or
+below its folder.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import struct
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+from engine.core.errors import InputError
+from engine.exchange.readers.textures import Channel, Described, Input, Picture, file_beside
+from engine.images.decode import TransferChoice
+from engine.storage.records import read_json
+from engine.storage.untrusted import AGAIN, FILE_LIMIT_BYTES, read_bytes, read_head
+
+_JSON_LIMIT_BYTES = 64 << 20
+_REMEDY = "Export it as .glb"
+
+#: Extensions that change what is seen and are not drawn here.
+_PASSED_OVER = {
+    "KHR_materials_clearcoat": "a coat",
+    "KHR_materials_sheen": "sheen",
+    "KHR_materials_transmission": "transmission",
+    "KHR_materials_iridescence": "iridescence",
+    "KHR_materials_anisotropy": "anisotropy",
+    "KHR_materials_pbrSpecularGlossiness": "specular-glossiness",
+}
+
+
+def has_textured_material(path: Path) -> bool:
+    """True if the file states a material with a texture; False also for what cannot be read."""
+    try:
+        tree, _ = _opened(path)
+        return any(_is_textured(each) for each in _list(tree, "materials"))
+    except InputError:
+        return False
+
+
+def describe_gltf(path: Path) -> Described:
+    """The material of a file; InputError where it has none."""
+    tree, body = _opened(path)
+    materials = [each for each in _list(tree, "materials") if isinstance(each, dict)]
+    if not materials:
+        raise InputError(path, "has no material", "Export it with its materials")
+    material = next((each for each in materials if _is_textured(each)), materials[0])
+    name = str(material.get("name") or path.stem)[:60]
+    notes = [f"of {len(materials)} materials, {name!r} is taken"] if len(materials) > 1 else []
+    return _Reader(path, tree, body, notes).described(material, name)
+
+
+class _Reader:
+    """The textures of one file."""
+
+    def __init__(self, path: Path, tree: dict[str, Any], body: bytes, notes: list[str]) -> None:
+        self.path, self.tree, self.body, self.notes = path, tree, body, notes
+
+    def described(self, material: dict[str, Any], name: str) -> Described:
+        pbr = _dict(material, "pbrMetallicRoughness")
+        base = self._numbers(pbr, "baseColorFactor", (1.0, 1.0, 1.0, 1.0))[:3]
+        packed = pbr.get("metallicRoughnessTexture")
+        roughness, metallic = (self._numbers(pbr, key, (1.0,)) for key in ("roughnessFactor", "metallicFactor"))
+        normal = _dict(material, "normalTexture")
+        occlusion = material.get("occlusionTexture")
+        self._say_what_is_passed_over(material)
+        return Described(
+            name,
+            base_colour=Input(base, self._picture(pbr.get("baseColorTexture"), "auto")),
+            roughness=Input(roughness, self._picture(packed, "linear", 1)),
+            metallic=Input(metallic, self._picture(packed, "linear", 2)),
+            f0=self._f0(_dict(material, "extensions")),
+            normal=Input(picture=self._picture(normal, "linear")) if normal else None,
+            occlusion=Input(picture=self._picture(occlusion, "linear", 0)) if occlusion else None,
+            normal_scale=self._numbers(normal, "scale", (1.0,))[0],
+            upwards="opengl",
+            notes=tuple(self.notes),
+        )
+
+    def _f0(self, extensions: dict[str, Any]) -> Input:
+        ior = self._numbers(_dict(extensions, "KHR_materials_ior"), "ior", (1.5,))[0]
+        specular = _dict(extensions, "KHR_materials_specular")
+        strength = self._numbers(specular, "specularFactor", (1.0,))[0]
+        colour = self._numbers(specular, "specularColorFactor", (1.0, 1.0, 1.0))
+        if "specularTexture" in specular:
+            self.notes.append("the texture of the strength of highlights is passed over")
+        if max(colour) - min(colour) > 1e-3:
+            self.notes.append("highlights of dielectrics have a colour, which is taken as grey")
+        f0 = ((ior - 1.0) / (ior + 1.0)) ** 2 if ior > 0.0 else 1.0
+        factor = f0 * strength * (0.2126 * colour[0] + 0.7152 * colour[1] + 0.0722 * colour[2])
+        return Input((factor,), self._picture(specular.get("specularColorTexture"), "auto"))
+
+    def _say_what_is_passed_over(self, material: dict[str, Any]) -> None:
+        extensions = _dict(material, "extensions")
+        passed = [words for key, words in _PASSED_OVER.items() if key in extensions]
+        if any(self._numbers(material, "emissiveFactor", (0.0, 0.0, 0.0))):
+            passed.append("emission")
+        if material.get("alphaMode", "OPAQUE") != "OPAQUE":
+            passed.append("opacity")
+        if passed:
+            self.notes.append(f"{' and '.join(passed)} is not drawn")
+
+    def _picture(self, given: Any, transfer: TransferChoice, channel: Channel = None) -> Picture | None:
+        """The picture of a reference to a texture, None without one."""
+        if not isinstance(given, dict):
+            return None
+        if "KHR_texture_transform" in _dict(given, "extensions"):
+            self.notes.append("a texture is turned or scaled against the others, which is passed over")
+        texture = self._entry("textures", given.get("index"))
+        image = self._entry("images", texture.get("source"))
+        name = str(image.get("name") or f"picture {texture.get('source')}")[:60]
+        if "bufferView" in image:
+            return Picture(self.path, name, transfer, channel, self._view(image["bufferView"]))
+        uri = image.get("uri")
+        if not isinstance(uri, str):
+            raise InputError(self.path, "has a picture without content", AGAIN)
+        if uri.startswith("data:"):
+            return Picture(self.path, name, transfer, channel, self._data(uri))
+        return Picture(file_beside(self.path, unquote(uri), _REMEDY), uri[:60], transfer, channel)
+
+    def _entry(self, kind: str, index: Any) -> dict[str, Any]:
+        entries = _list(self.tree, kind)
+        if not (isinstance(index, int) and not isinstance(index, bool) and 0 <= index < len(entries)):
+            raise InputError(self.path, f"names one of its {kind} that it does not have", AGAIN)
+        entry = entries[index]
+        if not isinstance(entry, dict):
+            raise InputError(self.path, f"has an entry of {kind} that is none", AGAIN)
+        return entry
+
+    def _view(self, index: Any) -> bytes:
+        view = self._entry("bufferViews", index)
+        buffer = self._entry("buffers", view.get("buffer"))
+        content = self.body
+        if "uri" in buffer:
+            uri = str(buffer["uri"])
+            is_within = uri.startswith("data:")
+            content = self._data(uri) if is_within else read_bytes(file_beside(self.path, unquote(uri), _REMEDY))
+        start, length = view.get("byteOffset", 0), view.get("byteLength")
+        if not (isinstance(start, int) and isinstance(length, int) and 0 <= start <= start + length <= len(content)):
+            raise InputError(self.path, "names bytes of a picture that it does not have", AGAIN)
+        return content[start : start + length]
+
+    def _data(self, uri: str) -> bytes:
+        try:
+            return base64.b64decode(uri.partition(",")[2], validate=True)
+        except (binascii.Error, ValueError):
+            raise InputError(self.path, "has a picture within its text that is damaged", AGAIN) from None
+
+    def _numbers(self, owner: dict[str, Any], key: str, usual: tuple[float, ...]) -> tuple[float, ...]:
+        value = owner.get(key)
+        given = usual if value is None else tuple(value) if isinstance(value, list) else (value,)
+        is_number = all(isinstance(each, int | float) and not isinstance(each, bool) for each in given)
+        if not is_number or len(given) != len(usual) or not all(abs(each) <= 1e6 for each in given):
+            raise InputError(self.path, f"has an impossible {key}", AGAIN)
+        return tuple(float(each) for each in given)
+
+
+def _opened(path: Path) -> tuple[dict[str, Any], bytes]:
+    """The JSON of a file and its chunk of bytes."""
+    head, size_bytes = read_head(path, 20)
+    if not head.startswith(b"glTF"):
+        tree, body = read_json(read_bytes(path, _JSON_LIMIT_BYTES), path, "the text", AGAIN), b""
+    else:
+        content = read_bytes(path, FILE_LIMIT_BYTES)
+        if len(content) < 20 or size_bytes < 20:
+            raise InputError(path, "is an incomplete .glb", AGAIN)
+        version, length = struct.unpack_from("<II", content, 4)
+        text_bytes, kind = struct.unpack_from("<I4s", content, 12)
+        if version != 2 or length > len(content) or kind != b"JSON" or 20 + text_bytes > min(length, _JSON_LIMIT_BYTES):
+            raise InputError(path, "is an incomplete .glb, or of another version", AGAIN)
+        tree = read_json(content[20 : 20 + text_bytes], path, "its first chunk", AGAIN)
+        body = _bytes_chunk(content, 20 + text_bytes)
+    if not isinstance(tree, dict):
+        raise InputError(path, "is no glTF", AGAIN)
+    return tree, body
+
+
+def _bytes_chunk(content: bytes, start: int) -> bytes:
+    if start + 8 > len(content):
+        return b""
+    count, kind = struct.unpack_from("<I4s", content, start)
+    return content[start + 8 : start + 8 + count] if kind == b"BIN\0" else b""
+
+
+def _is_textured(material: Any) -> bool:
+    if not isinstance(material, dict):
+        return False
+    pbr = _dict(material, "pbrMetallicRoughness")
+    return any(key in pbr for key in ("baseColorTexture", "metallicRoughnessTexture")) or "normalTexture" in material
+
+
+def _dict(owner: dict[str, Any], key: str) -> dict[str, Any]:
+    value = owner.get(key)
+    return value if isinstance(value, dict) else {}
+
+
+def _list(owner: dict[str, Any], key: str) -> list[Any]:
+    value = owner.get(key)
+    return value if isinstance(value, list) else []

@@ -1,0 +1,309 @@
+"""The material of a MaterialX document: OpenPBR, Standard Surface, glTF PBR or UsdPreviewSurface with image nodes.
+
+Inputs of the surface are followed through node graphs, normal maps, channels, factors and inversions to a value or to a
+picture. What goes through another node takes the default of the surface, which is said, as is what is not drawn. f0 is
+((ior − 1) / (ior + 1))² times the weight of the highlight. A file without a colour space of its own has that of the
+elements around it (MaterialX 1.39, "Color Spaces"); it counts for colours alone. y of normals is up. Entities
+are refused, and nothing outside the folder of the document is read.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+from xml.etree import ElementTree
+
+from engine.core.errors import InputError
+from engine.exchange.readers.textures import Described, Input, Picture, file_beside
+from engine.images.decode import TransferChoice
+from engine.storage.untrusted import AGAIN, read_bytes
+
+_LIMIT_BYTES = 4 << 20
+_DEEPEST = 40
+_REMEDY = "Copy the textures beside the document"
+
+Element = ElementTree.Element
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Names of the inputs of a surface, with the values that it has where nothing is said (MaterialX 1.39).
+
+    `weights` are factors on the map of their key; `unseen` are inputs that are not drawn unless they are 0.
+    """
+
+    base_colour: tuple[str, tuple[float, ...]]
+    roughness: tuple[str, float]
+    metallic: tuple[str, float]
+    normal: str
+    ior: tuple[str, float]
+    weights: Mapping[str, tuple[str, float]]
+    occlusion: str = ""
+    unseen: tuple[str, ...] = ()
+
+
+#: Surfaces that are read, in the order in which one of several is chosen: the nearest to PBR maps first.
+SURFACES = {
+    "gltf_pbr": Surface(
+        ("base_color", (1.0, 1.0, 1.0)),
+        ("roughness", 1.0),
+        ("metallic", 1.0),
+        "normal",
+        ("ior", 1.5),
+        {"f0": ("specular", 1.0)},
+        "occlusion",
+        ("clearcoat", "sheen_color", "transmission", "iridescence", "anisotropy_strength", "emissive"),
+    ),
+    "open_pbr_surface": Surface(
+        ("base_color", (0.8, 0.8, 0.8)),
+        ("specular_roughness", 0.3),
+        ("base_metalness", 0.0),
+        "geometry_normal",
+        ("specular_ior", 1.5),
+        {"base_colour": ("base_weight", 1.0), "f0": ("specular_weight", 1.0)},
+        "",
+        ("coat_weight", "fuzz_weight", "transmission_weight", "subsurface_weight", "emission_luminance"),
+    ),
+    "standard_surface": Surface(
+        ("base_color", (0.8, 0.8, 0.8)),
+        ("specular_roughness", 0.2),
+        ("metalness", 0.0),
+        "normal",
+        ("specular_IOR", 1.5),
+        {"base_colour": ("base", 1.0), "f0": ("specular", 1.0)},
+        "",
+        ("coat", "sheen", "transmission", "subsurface", "emission"),
+    ),
+    "UsdPreviewSurface": Surface(
+        ("diffuseColor", (0.18, 0.18, 0.18)),
+        ("roughness", 0.5),
+        ("metallic", 0.0),
+        "normal",
+        ("ior", 1.5),
+        {},
+        "occlusion",
+        ("clearcoat", "emissiveColor"),
+    ),
+}
+
+_IMAGES = ("image", "tiledimage", "gltf_image", "gltf_colorimage", "UsdUVTexture", "hextiledimage")
+_THROUGH = ("normalmap", "gltf_normalmap", "convert", "dot", "output")
+_CHANNELS = {"r": 0, "x": 0, "g": 1, "y": 1, "b": 2, "z": 2}
+_LINEAR = ("lin_rec709", "lin_srgb", "linear", "raw", "none", "scene-linear rec.709-srgb", "lin_rec709_scene")
+
+
+def describe_materialx(path: Path) -> Described:
+    """The material of a document; InputError where it has no surface that is read."""
+    content = read_bytes(path, _LIMIT_BYTES)
+    if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
+        raise InputError(path, "defines entities, which no MaterialX document needs", AGAIN)
+    try:
+        root = ElementTree.fromstring(content)
+    except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
+        raise InputError(path, f"is not valid XML ({str(error)[:80]})", AGAIN) from None
+    if root.tag != "materialx":
+        raise InputError(path, "is no MaterialX document", "Give a .mtlx file")
+    found = {kind: [each for each in root if each.tag == kind] for kind in SURFACES}
+    shaders = [shader for each in found.values() for shader in each]
+    if not shaders:
+        known = ", ".join(SURFACES)
+        raise InputError(path, "has no surface that is read", f"These are read: {known}")
+    return _Document(path, root).described(shaders[0], shaders)
+
+
+class _Document:
+    """Elements of one document, by the name that inputs call them."""
+
+    def __init__(self, path: Path, root: Element) -> None:
+        self.path, self.root = path, root
+        self.parents = {child: parent for parent in root.iter() for child in parent}
+        self.notes: list[str] = []
+
+    def described(self, shader: Element, shaders: list[Element]) -> Described:
+        surface = SURFACES[shader.tag]
+        if len(shaders) > 1:
+            self.notes.append(f"of {len(shaders)} surfaces, {shader.get('name', '')[:40]!r} ({shader.tag}) is taken")
+        base = self._input(shader, *surface.base_colour, colour=True)
+        roughness = self._input(shader, surface.roughness[0], (surface.roughness[1],))
+        metallic = self._input(shader, surface.metallic[0], (surface.metallic[1],))
+        ior = self._number(shader, *surface.ior)
+        f0 = Input((((ior - 1.0) / (ior + 1.0)) ** 2 if ior > 0.0 else 1.0,))
+        for name, (weight, usual) in surface.weights.items():
+            factor = self._number(shader, weight, usual)
+            base = _times(base, factor) if name == "base_colour" else base
+            f0 = _times(f0, factor) if name == "f0" else f0
+        normal = self._input(shader, surface.normal, (0.0, 0.0, 1.0))
+        occlusion = self._input(shader, surface.occlusion, (1.0,)) if surface.occlusion else Input()
+        unseen = [name for name in surface.unseen if self._is_given(shader, name)]
+        if unseen:
+            self.notes.append(f"{' and '.join(unseen)} is not drawn")
+        return Described(
+            self._name(shader),
+            base_colour=base,
+            roughness=roughness,
+            metallic=metallic,
+            f0=f0,
+            normal=replace(normal, factor=(1.0,)) if normal.picture else None,
+            occlusion=occlusion if occlusion.picture else None,
+            normal_scale=normal.factor[0] if normal.picture else 1.0,
+            upwards="opengl",
+            notes=tuple(self.notes),
+        )
+
+    def _name(self, shader: Element) -> str:
+        """The name of the material that has the surface."""
+        for material in self.root.iter("surfacematerial"):
+            if any(each.get("nodename") == shader.get("name") for each in material):
+                return material.get("name", "material")[:60]
+        return shader.get("name", "material")[:60]
+
+    def _is_given(self, shader: Element, name: str) -> bool:
+        given = _child(shader, name)
+        if given is None:
+            return False
+        return given.get("value") is None or any(self._numbers(given.get("value", "0")))
+
+    def _number(self, shader: Element, name: str, usual: float) -> float:
+        given = self._input(shader, name, (usual,))
+        if given.picture is not None:
+            self.notes.append(f"the picture of {name} is passed over, and {usual:g} taken")
+            return usual
+        return given.factor[0]
+
+    def _input(self, owner: Element, name: str, usual: tuple[float, ...], *, colour: bool = False) -> Input:
+        """The value or the picture of an input, its default where nothing or nothing known is given."""
+        given = _child(owner, name)
+        found = None if given is None else self._followed(given, colour, 0)
+        if found is None:
+            if given is not None:
+                self.notes.append(f"{name} comes from nodes that are not read, and its default is taken")
+            return Input(usual)
+        return found
+
+    def _followed(self, given: Element, colour: bool, depth: int) -> Input | None:
+        """The value or the picture that an input or an output leads to; None for nodes that are not read."""
+        if depth > _DEEPEST:
+            raise InputError(self.path, "has nodes that lead to each other without end", AGAIN)
+        if given.get("value") is not None and given.get("nodename") is None and given.get("nodegraph") is None:
+            return Input(self._numbers(given.get("value", "")))
+        source = self._source(given)
+        if source is None:
+            return None
+        if source.tag == "nodegraph":
+            named = given.get("output")
+            outputs = [each for each in source if each.tag == "output" and named in (None, each.get("name"))]
+            return self._followed(outputs[0], colour, depth + 1) if outputs else None
+        return self._of_node(source, given, colour, depth + 1)
+
+    def _source(self, given: Element) -> Element | None:
+        """The node, graph, or input of a graph that an input names."""
+        scope = self.parents.get(self.parents[given]) if given.tag == "input" else self.parents[given]
+        scope = self.root if scope is None else scope
+        if (interface := given.get("interfacename")) is not None:
+            return _child(scope, interface)
+        if (graph := given.get("nodegraph")) is not None:
+            return next((each for each in self.root if each.tag == "nodegraph" and each.get("name") == graph), None)
+        named = given.get("nodename")
+        return next((each for each in scope if each.get("name") == named and each.tag != "input"), None)
+
+    def _of_node(self, node: Element, given: Element, colour: bool, depth: int) -> Input | None:
+        if node.tag == "input":
+            return self._followed(node, colour, depth)
+        if node.tag in _IMAGES or (node.tag == "gltf_normalmap" and _child(node, "file") is not None):
+            return self._image(node, given, colour)
+        inside = _child(node, "in")
+        if node.tag == "constant":
+            value = _child(node, "value")
+            return None if value is None else self._followed(value, colour, depth)
+        if node.tag == "multiply":
+            return self._product(node, colour, depth)
+        if inside is None:
+            return None
+        found = self._followed(inside, colour, depth)
+        if found is None:
+            return None
+        if node.tag in _THROUGH:
+            scale = _child(node, "scale") if node.tag.endswith("normalmap") else None
+            strength = self._numbers(scale.get("value", "1")) if scale is not None else (1.0,)
+            return _times(found, strength[0])
+        if node.tag == "invert":
+            return replace(found, inverted=not found.inverted) if found.picture else None
+        if node.tag in ("extract", "swizzle") or node.tag.startswith("separate"):
+            return self._channel(node, given, found)
+        return None
+
+    def _channel(self, node: Element, given: Element, found: Input) -> Input | None:
+        """One channel of a picture, by an index, by letters, or by the name of the output that was asked for."""
+        index, letters = _child(node, "index"), _child(node, "channels")
+        if node.tag == "extract":
+            place = int(self._numbers(index.get("value", "0"))[0]) if index is not None else 0
+        else:
+            said = letters.get("value", "r") if letters is not None else (given.get("output") or "outr")[-1]
+            place = _CHANNELS.get(said[:1], -1)
+        if found.picture is None or place not in (0, 1, 2):
+            return None
+        channel: Literal[0, 1, 2] = (0, 1, 2)[place]
+        return replace(found, picture=replace(found.picture, channel=channel, transfer="linear"))
+
+    def _product(self, node: Element, colour: bool, depth: int) -> Input | None:
+        sides = [_child(node, name) for name in ("in1", "in2")]
+        found = [self._followed(side, colour, depth) if side is not None else None for side in sides]
+        one, other = found
+        if one is None or other is None or (one.picture and other.picture):
+            return None
+        first, second = (one, other) if one.picture else (other, one)
+        count = max(len(first.factor), len(second.factor))
+        pairs = zip(_spread(first.factor, count), _spread(second.factor, count), strict=True)
+        return replace(first, factor=tuple(a * b for a, b in pairs))
+
+    def _image(self, node: Element, given: Element, colour: bool) -> Input | None:
+        file = _child(node, "file")
+        if file is None or not file.get("value"):
+            return None
+        tiling = _child(node, "uvtiling")
+        if tiling is not None and any(abs(each - 1.0) > 1e-6 for each in self._numbers(tiling.get("value", "1"))):
+            self.notes.append("the repeats of textures are passed over")
+        named = "".join(each.get("fileprefix", "") for each in self._around(file)) + file.get("value", "")
+        beside = file_beside(self.path, named.replace("\\", "/"), _REMEDY)
+        space = next((each.get("colorspace", "") for each in [file, *self._around(file)] if each.get("colorspace")), "")
+        transfer: TransferChoice = "linear"
+        if colour:
+            transfer = "auto" if not space else "linear" if space.lower() in _LINEAR else "srgb"
+        asked = (given.get("output") or "")[-1:] if node.tag == "UsdUVTexture" else ""
+        channel = None if colour or node.get("type") in ("vector3", "color3") else 0
+        if asked in _CHANNELS and not colour:
+            channel = _CHANNELS[asked] if given.get("output") in ("r", "g", "b") else channel
+        return Input(picture=Picture(beside, beside.name, transfer, None if channel is None else (0, 1, 2)[channel]))
+
+    def _around(self, element: Element) -> list[Element]:
+        """The elements around one, the nearest first."""
+        found = []
+        while (parent := self.parents.get(element)) is not None:
+            found.append(parent)
+            element = parent
+        return found
+
+    def _numbers(self, text: str) -> tuple[float, ...]:
+        try:
+            values = tuple(float(each) for each in text.split(",")[:16])
+        except ValueError:
+            values = ()
+        if not values or not all(math.isfinite(each) and abs(each) <= 1e6 for each in values):
+            raise InputError(self.path, f"has an impossible value ({text[:40]!r})", AGAIN)
+        return values
+
+
+def _child(owner: Element, name: str) -> Element | None:
+    """The input of that name."""
+    return next((each for each in owner if each.tag == "input" and each.get("name") == name), None)
+
+
+def _times(given: Input, factor: float) -> Input:
+    return replace(given, factor=tuple(each * factor for each in given.factor))
+
+
+def _spread(values: tuple[float, ...], count: int) -> tuple[float, ...]:
+    return values if len(values) == count else (values[0],) * count

@@ -1,0 +1,283 @@
+"""Pictures that others call PBR textures, as PBR maps.
+
+A reader of a format says of each map where it comes from (`Input`): a number, a picture or one channel of it, and a
+factor. Here the pictures are decoded, each once and in the decoder child, brought to one size, and checked.
+
+What is taken for granted, because no picture says it: base colour is sRGB-coded where its samples are integers and
+linear where they are floating point; everything else holds numbers, not colours. Normals are (n + 1) / 2, or n itself
+where floating-point values go below zero, with y up (OpenGL) or down (DirectX). Where nothing says which, the maps do:
+slopes are the gradient of a height, so ∂²h/∂x∂y is the same by both of them, and with y the wrong way round it is the
+negative. Maps larger than `MOST_SIDE` are made smaller, which is said. Decoding bounds the time.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.colour import luminance
+from engine.core.errors import InputError
+from engine.core.health import Finding, Health, Verdict
+from engine.core.steps import Step, Steps
+from engine.images.decode import TransferChoice, image_from_reply
+from engine.storage.untrusted import FILE_LIMIT_BYTES, decode_content, opened, read_bytes
+from engine.surface.pbr_maps import DIELECTRIC_F0, PbrMaps
+
+Map = NDArray[np.float32]
+
+#: A channel of a picture, or None for its colour.
+Channel = Literal[0, 1, 2, "alpha"] | None
+
+#: Direction of y in a map of normals, where it is known.
+Upwards = Literal["opengl", "directx", ""]
+
+#: Most texels of a side; PBR maps of 4096 × 4096 texels take 0.6 GB.
+MOST_SIDE = 4096
+
+#: Correlation of the two mixed derivatives from which they tell the direction of y.
+TELLING = 0.1
+
+#: Slopes beyond this are those of a wall.
+STEEPEST = 10.0
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture: a file, or the `content` that `path` holds, `name` for people; what its integer samples mean.
+
+    `channel` is 0, 1 or 2 for one channel as a number, 'alpha' for that of a PNG, None for the colour.
+    """
+
+    path: Path
+    name: str
+    transfer: TransferChoice = "linear"
+    channel: Channel = None
+    content: bytes | None = field(default=None, repr=False)
+
+    @property
+    def key(self) -> tuple[Path, str, TransferChoice, bool]:
+        """Pictures of equal keys are decoded once."""
+        return self.path, self.name, self.transfer, self.channel == "alpha"
+
+
+@dataclass(frozen=True)
+class Input:
+    """A map: a picture times `factor`, or the factor alone; `inverted` takes 1 − picture (smoothness, glossiness)."""
+
+    factor: tuple[float, ...] = (1.0,)
+    picture: Picture | None = None
+    inverted: bool = False
+
+
+@dataclass(frozen=True)
+class Described:
+    """A material of others as its files describe it.
+
+    Attributes
+    ----------
+    f0 : its factor is the reflectance of dielectrics at normal incidence, and its picture, a colour by its luminance,
+        the share of it.
+    normal : a picture alone, or None; `normal_scale` multiplies its slopes, `upwards` is the direction of its y.
+    notes : sentences about what was assumed or passed over.
+    """
+
+    name: str
+    base_colour: Input
+    roughness: Input = Input((0.5,))
+    metallic: Input = Input((0.0,))
+    f0: Input = Input((DIELECTRIC_F0,))
+    normal: Input | None = None
+    height: Input | None = None
+    occlusion: Input | None = None
+    normal_scale: float = 1.0
+    upwards: Upwards = ""
+    notes: tuple[str, ...] = ()
+
+
+def file_beside(path: Path, named: str, remedy: str) -> Path:
+    """The file that `path` calls `named`, in its folder or below; InputError for any other and for one not there."""
+    folder = path.absolute().parent
+    try:
+        beside = folder / named
+        inside = beside.resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError, RuntimeError):
+        raise InputError(path, f"names an impossible file ({named[:60]!r})", remedy) from None
+    if not inside or "://" in named:
+        raise InputError(path, f"names a file outside its folder ({named[:60]!r})", remedy)
+    try:
+        with opened(beside, FILE_LIMIT_BYTES):
+            return beside
+    except InputError as error:
+        raise InputError(path, f"needs the file {named[:60]!r} beside it, which {error.problem}", remedy) from None
+
+
+def maps_of(described: Described) -> Steps[tuple[PbrMaps, Health]]:
+    """The maps, and findings about what was assumed; InputError for a picture that cannot be read."""
+    inputs = {each.name: getattr(described, each.name) for each in fields(described)}
+    pictures = {name: each.picture for name, each in inputs.items() if isinstance(each, Input) and each.picture}
+    decoded: dict[object, Map] = {}
+    for number, picture in enumerate(pictures.values()):
+        yield Step(number / (len(pictures) + 1), f"reading {picture.name}")
+        if picture.key not in decoded:
+            decoded[picture.key] = _decoded(picture)
+    yield Step(len(pictures) / (len(pictures) + 1), "making maps")
+    found = {name: _of_channel(decoded[picture.key], picture) for name, picture in pictures.items()}
+    size, notes = _size(found, pictures)
+    notes = [*described.notes, *notes]
+    found = {name: _resized(values, size) for name, values in found.items()}
+    base = _colour(described.base_colour, found.get("base_colour"), size)
+    share = found.get("f0")
+    if share is not None and share.ndim == 3:
+        share = luminance(share).astype(np.float32)
+    normal = _normals(described, found.get("normal"), size, notes)
+    maps = PbrMaps(
+        base_colour=_limited(base, "base colour", notes),
+        normal=normal,
+        roughness=_limited(_number(described.roughness, found.get("roughness"), size), "roughness", notes),
+        metallic=_limited(_number(described.metallic, found.get("metallic"), size), "metallic", notes),
+        f0=_limited(_number(described.f0, share, size), "specular", notes),
+        height=_height(found.get("height")),
+        occlusion=None
+        if described.occlusion is None
+        else _limited(_number(described.occlusion, found.get("occlusion"), size), "occlusion", notes),
+    )
+    return maps, Health(findings=tuple(Finding(Verdict.WARNING, note) for note in notes))
+
+
+def _decoded(picture: Picture) -> Map:
+    """(H, W, 3) linear, or (H, W) of an alpha channel."""
+    content = picture.content if picture.content is not None else read_bytes(picture.path)
+    name = picture.path if picture.content is None else f"{picture.path}: {picture.name}"
+    if picture.channel == "alpha":
+        alpha: Map = decode_content("engine.images.decode:decode_alpha", name, content)["alpha"]
+        return alpha
+    reply = decode_content("engine.images.decode:decode", name, content, transfer=picture.transfer)
+    return image_from_reply(reply).pixels
+
+
+def _of_channel(pixels: Map, picture: Picture) -> Map:
+    if pixels.ndim == 2 or not isinstance(picture.channel, int):
+        return pixels
+    return np.ascontiguousarray(pixels[..., picture.channel])
+
+
+def _size(found: Mapping[str, Map], pictures: Mapping[str, Picture]) -> tuple[tuple[int, int], list[str]]:
+    """(H, W) of the largest picture, within `MOST_SIDE`, and what is said about it; (1, 1) without any."""
+    if not found:
+        return (1, 1), []
+    height, width = max((values.shape[:2] for values in found.values()), key=lambda shape: shape[0] * shape[1])
+    notes = []
+    other = sorted({pictures[name].name for name, each in found.items() if each.shape[:2] != (height, width)})
+    if other:
+        notes.append(f"{', '.join(other)}: another size than {width} × {height} texels, brought to it")
+    scale = min(1.0, MOST_SIDE / max(height, width))
+    if scale < 1.0:
+        size = max(1, round(height * scale)), max(1, round(width * scale))
+        notes.append(f"{width} × {height} texels are taken at {size[1]} × {size[0]}, the most that is kept")
+        return size, notes
+    return (height, width), notes
+
+
+def _resized(values: Map, size: tuple[int, int]) -> Map:
+    import cv2
+
+    if values.shape[:2] == size:
+        return values
+    smaller = values.shape[0] > size[0]
+    kind = cv2.INTER_AREA if smaller else cv2.INTER_LINEAR
+    resized: Map = cv2.resize(np.ascontiguousarray(values), (size[1], size[0]), interpolation=kind)
+    return resized
+
+
+def _colour(given: Input, values: Map | None, size: tuple[int, int]) -> Map:
+    """(H, W, 3)."""
+    factor = np.broadcast_to(np.asarray(given.factor, np.float32), (3,))
+    if values is None:
+        return np.broadcast_to(factor, (*size, 3)).astype(np.float32)
+    values = np.repeat(values[..., None], 3, axis=2) if values.ndim == 2 else values
+    return (1.0 - values if given.inverted else values) * factor
+
+
+def _number(given: Input, values: Map | None, size: tuple[int, int]) -> Map:
+    """(H, W); of a colour the first channel, which is all three of a grey picture."""
+    factor = np.float32(given.factor[0])
+    if values is None:
+        return np.full(size, factor, np.float32)
+    values = values[..., 0] if values.ndim == 3 else values
+    return (1.0 - values if given.inverted else values) * factor
+
+
+def _limited(values: Map, name: str, notes: list[str]) -> Map:
+    """`values` in [0, 1], as numbers; a sentence where they were not."""
+    whole = np.nan_to_num(values, nan=0.0, posinf=1.0, neginf=0.0)
+    beyond = float(np.mean((whole < -1e-3) | (whole > 1.0 + 1e-3)))
+    if beyond > 0.0:
+        notes.append(f"{name} is outside 0 … 1 in {100.0 * beyond:.2g} % of the texels, and clamped")
+    return np.ascontiguousarray(np.clip(whole, 0.0, 1.0), np.float32)
+
+
+def _height(values: Map | None) -> Map | None:
+    """Heights about their mean; their unit is not known, and nothing is drawn of them."""
+    if values is None:
+        return None
+    values = np.nan_to_num(values[..., 0] if values.ndim == 3 else values)
+    return np.ascontiguousarray(values - values.mean(dtype=np.float64), np.float32)
+
+
+def _normals(described: Described, values: Map | None, size: tuple[int, int], notes: list[str]) -> Map:
+    """(H, W, 3) unit vectors with y up."""
+    flat = np.zeros((*size, 3), np.float32)
+    flat[..., 2] = 1.0
+    if values is None or values.ndim != 3:
+        return flat
+    values = np.nan_to_num(values)
+    vectors = values if values.min() < -0.01 else 2.0 * values - 1.0
+    if float(vectors[..., 2].max()) < 0.01:  # two channels alone are stored: the third follows
+        squared = np.clip(1.0 - vectors[..., 0] ** 2 - vectors[..., 1] ** 2, 0.0, None)
+        vectors = np.dstack([vectors[..., :2], np.sqrt(squared)])
+    vectors = vectors * np.array([described.normal_scale, described.normal_scale, 1.0], np.float32)
+    length = np.sqrt(np.einsum("ijk,ijk->ij", vectors, vectors))[..., None]
+    normal = np.where((length > 0.05) & (vectors[..., 2:] > 0.0), vectors / np.maximum(length, 1e-6), flat)
+    sense = _agreement(normal)
+    upwards = described.upwards
+    seen: Upwards = "directx" if sense < -TELLING else "opengl" if sense > TELLING else ""
+    if not upwards:
+        upwards = seen or "opengl"
+        words = {"opengl": "up (OpenGL)", "directx": "down (DirectX)"}[upwards]
+        why = "by its slopes" if seen else "because nothing says otherwise"
+        notes.append(f"y of the normals is taken to point {words}, {why}")
+    elif seen and seen != upwards:
+        notes.append(f"the normals are called {upwards}, but their slopes look like those of {seen}")
+    if upwards == "directx":
+        normal = normal * np.array([1.0, -1.0, 1.0], np.float32)
+    length = np.sqrt(np.einsum("ijk,ijk->ij", normal, normal))[..., None]
+    return np.ascontiguousarray(normal / length, np.float32)
+
+
+def _agreement(normal: Map) -> float:
+    """Correlation, in [−1, 1], of ∂p/∂y and ∂q/∂x for the slopes p and q of normals with y up; 0 where all is flat.
+
+    The slopes of a height h are p = ∂h/∂x and q = ∂h/∂y, so both are ∂²h/∂x∂y.
+    """
+    if min(normal.shape[:2]) < 3:
+        return 0.0
+    steep = np.maximum(normal[..., 2], 1.0 / STEEPEST)
+    p, q = -normal[..., 0] / steep, -normal[..., 1] / steep
+    # rows run down, y runs up
+    one, other = -np.diff(p, axis=0)[:, :-1], np.diff(q, axis=1)[:-1]
+    whole = float(np.sqrt(np.sum(one.astype(np.float64) ** 2) * np.sum(other.astype(np.float64) ** 2)))
+    return float(np.sum(one.astype(np.float64) * other)) / whole if whole > 1e-12 else 0.0
+
+
+def only(path: Path, values: Sequence[object], what: str, remedy: str) -> None:
+    """InputError where there is not exactly one."""
+    if len(values) != 1:
+        names = ", ".join(os.fspath(each) if isinstance(each, os.PathLike) else str(each) for each in values[:3])
+        problem = f"holds no {what}" if not values else f"holds several of {what} ({names})"
+        raise InputError(path, problem, remedy)

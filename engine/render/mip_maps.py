@@ -1,0 +1,96 @@
+"""The images of a material at falling sizes, and their filtered values at points: the mip-maps of OpenGL, in numpy.
+
+A material's images are layers of three channels: the slices of a shading map, the pair of a power law and its kept
+tiles, the planes of a directional map by three, or PBR maps (base colour; roughness, metallic and f0; normals). Bound
+by memory: some 40 ns for each point and layer.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.core.directions import dot
+from engine.scene.scene import Scene
+from engine.shading.directional.planes import DirectionalMap
+from engine.shading.lookup import neighbours
+from engine.shading.power_law import PowerLawMap
+from engine.shading.shading_map import ShadingMap
+from engine.surface.pbr_maps import PbrMaps
+
+Array = NDArray[np.float64]
+
+#: The images that are looked up, (layers, H, W, 3), at falling sizes.
+Levels = list[NDArray[np.float32]]
+
+
+def level_of_detail(levels: Levels, along: list[Array]) -> Array:
+    """(N,) the mip level for the change of coordinates between pixels, `along` is d(uv) / d(pixel) in x and in y."""
+    height, width = levels[0].shape[1:3]
+    texels = [step * (width, height) for step in along]
+    squared = np.maximum(np.maximum(dot(texels[0], texels[0]), dot(texels[1], texels[1])), 1e-30)
+    return np.clip(0.5 * np.log2(squared), 0.0, len(levels) - 1)
+
+
+def filtered(levels: Levels, layer: int, uv: Array, detail: Array) -> Array:
+    """One layer, bilinear in the two mip levels nearest to `detail`, (N, 3)."""
+    value = np.zeros((len(uv), 3))
+    for number, level in enumerate(levels):
+        weight = np.maximum(1.0 - np.abs(detail - number), 0.0)
+        used = np.flatnonzero(weight)
+        rows, columns = level.shape[1:3]
+        for row, column, share in neighbours(uv[used, 1] * rows, uv[used, 0] * columns, rows, columns):
+            value[used] += (weight[used] * share)[:, None] * level[layer, row, column]
+    return value
+
+
+def mip_levels_of(scene: Scene) -> Levels:
+    """The images that a scene looks up; none where it has one BRDF everywhere."""
+    return mip_levels(scene.pbr or scene.shading)
+
+
+def mip_levels(shading: ShadingMap | PowerLawMap | DirectionalMap | PbrMaps | None) -> Levels:
+    """The map at full size, at half, at a quarter … down to one texel, as OpenGL makes mip-maps."""
+    if shading is None:
+        return []
+    if isinstance(shading, DirectionalMap):
+        levels: Levels = [planes_by_three(shading)]
+    elif isinstance(shading, PbrMaps):
+        levels = [pbr_layers(shading)]
+    else:
+        levels = [shading.slices if isinstance(shading, ShadingMap) else _layers(shading)]
+    while max(levels[-1].shape[1:3]) > 1:
+        levels.append(np.stack([_half(image) for image in levels[-1]]))
+    return levels
+
+
+def planes_by_three(directional: DirectionalMap) -> NDArray[np.float32]:
+    """(ceil(K / 3), H, W, 3) the codes of planes as the channels of layers, the last filled up with 0."""
+    planes = directional.planes
+    filled = np.concatenate([planes, np.zeros((-len(planes) % 3, *planes.shape[1:]), np.uint8)])
+    layers = filled.reshape(-1, 3, *planes.shape[1:])
+    return np.ascontiguousarray(np.moveaxis(layers, 1, 3), np.float32)
+
+
+def pbr_layers(maps: PbrMaps) -> NDArray[np.float32]:
+    """(3, H, W, 3): base colour; roughness, metallic and f0; the components of normals."""
+    return np.stack([maps.base_colour, np.stack([maps.roughness, maps.metallic, maps.f0], axis=2), maps.normal])
+
+
+def _layers(power_law: PowerLawMap) -> NDArray[np.float32]:
+    """Scale and exponent, and where tiles are kept their coverage and their slices, which are 0 elsewhere."""
+    pair = np.stack([power_law.scale, power_law.exponent])
+    if power_law.kept is None:
+        return pair
+    height, width = power_law.error_map.shape
+    covered = np.repeat(power_law.kept.covers(height, width)[None, ..., None].astype(np.float32), 3, axis=3)
+    return np.concatenate([pair, covered, power_law.kept.slice_images(height, width)])
+
+
+def _half(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    import cv2
+
+    height, width = image.shape[:2]
+    size = (max(1, width // 2), max(1, height // 2))
+    half: NDArray[np.float32] = cv2.resize(np.ascontiguousarray(image), size, interpolation=cv2.INTER_LINEAR)
+    return half.reshape(size[1], size[0], 3)

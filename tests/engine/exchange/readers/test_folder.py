@@ -1,0 +1,151 @@
+"""Folders of textures: names of many programs, packing, coding, the direction of y, and what is refused."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.core.errors import InputError
+from engine.core.steps import drain
+from engine.exchange.coding import CODINGS, Coding
+from engine.exchange.readers.folder import holds_textures, kind_of
+from engine.exchange.readers.read import open_material
+from engine.exchange.subject import Settings, Subject
+from engine.exchange.textures import PRESETS, contents
+from engine.scene.material import Material, material_of_maps
+from engine.surface.pbr_maps import PbrMaps
+
+from .pictures import SIZE, grey, known, png, relief
+
+
+def opened(path: Path) -> tuple[PbrMaps, list[str]]:
+    material = open_material(path)
+    assert material.pbr is not None
+    return material.pbr, material.health.warnings
+
+
+def written(folder: Path, maps: PbrMaps, preset: str, coding: Coding = "png8") -> Path:
+    subject = Subject(material_of_maps(maps, "rock"), maps, 1.0 / np.pi)
+    folder.mkdir()
+    for name, content in drain(contents(subject, Settings(preset, coding), "")).files.items():
+        (folder / name).write_bytes(content)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("Bricks076_1K-JPG_Color.jpg", "base_colour"),
+        ("Bricks076_1K-JPG_NormalGL.jpg", "normal"),
+        ("Bricks076_1K-JPG_AmbientOcclusion.jpg", "occlusion"),
+        ("brick_wall_02_diff_2k.png", "base_colour"),
+        ("brick_wall_02_nor_gl_2k.exr", "normal"),
+        ("brick_wall_02_arm_2k.png", "orm"),
+        ("brick_wall_02_disp_4k.png", "height"),
+        ("T_Rock_BC.tga", "base_colour"),
+        ("T_Rock_N.tga", "normal"),
+        ("T_Rock_ORM.tga", "orm"),
+        ("Rock_MaskMap.png", "mask"),
+        ("Rock_MetallicSmoothness.png", "metallic_smoothness"),
+        ("RockBaseColor.png", "base_colour"),
+        ("rock_occlusionRoughnessMetallic.png", "orm"),
+        ("Metal_Roughness.png", "roughness"),
+        ("metallic.exr", "metallic"),
+        ("base_colour_sigma.exr", ""),
+        ("preview.png", ""),
+        ("n.png", ""),
+    ],
+)
+def test_names_of_programs(name: str, kind: str) -> None:
+    assert kind_of(name)[0] == kind
+
+
+@pytest.mark.parametrize("coding", CODINGS)
+@pytest.mark.parametrize("preset", sorted(PRESETS))
+def test_own_textures_come_back_within_their_rounding(tmp_path: Path, preset: str, coding: Coding) -> None:
+    if preset == "unity" and coding == "exr":
+        pytest.skip("smoothness is read from the alpha of PNG alone")
+    maps = known()
+    found, _ = opened(written(tmp_path / "rock", maps, preset, coding))
+    step = {"png8": 0.5 / 255, "png16": 0.5 / 65535, "exr": 2.0**-11}[coding] * 1.01
+    assert np.abs(found.roughness - maps.roughness).max() <= step + 1e-7
+    assert np.abs(found.metallic - maps.metallic).max() <= step + 1e-7
+    # sRGB is steepest at 1, where a step of the code is 2.4 / 1.055 steps of light
+    assert np.abs(found.base_colour - maps.base_colour).max() <= step * 2.4 / 1.055 + 1e-6
+    # x and y are rounded by twice a step, and what that does to the length is of second order
+    assert np.abs(found.normal - maps.normal).max() <= 4.0 * step
+
+
+def test_slopes_tell_the_direction_of_y(tmp_path: Path) -> None:
+    """The same relief with y up and y down, under a name that says neither: the gradient of a height has no curl."""
+    up = np.rint(255.0 * (0.5 + 0.5 * relief())).astype(np.uint8)
+    down = up.copy()
+    down[..., 1] = 255 - down[..., 1]
+    for name, codes in (("up", up), ("down", down)):
+        png(tmp_path / name / "rock_color.png", grey(128, SIZE))
+        png(tmp_path / name / "rock_normal.png", codes)
+        found, notes = opened(tmp_path / name)
+        assert np.abs(found.normal - relief()).max() < 0.02
+        assert any(f"({'OpenGL' if name == 'up' else 'DirectX'}), by its slopes" in note for note in notes)
+
+
+def test_a_name_that_contradicts_the_slopes_is_said(tmp_path: Path) -> None:
+    png(tmp_path / "rock_color.png", grey(128, SIZE))
+    png(tmp_path / "rock_normal_dx.png", np.rint(255.0 * (0.5 + 0.5 * relief())))
+    found, notes = opened(tmp_path)
+    assert "called directx" in " ".join(notes)
+    assert found.normal[0, 0, 1] == pytest.approx(-relief()[0, 0, 1], abs=0.02)
+
+
+def test_of_two_normals_the_one_with_y_up_is_taken(tmp_path: Path) -> None:
+    png(tmp_path / "R_1K_Color.png", grey(255))
+    png(tmp_path / "R_1K_NormalDX.png", np.tile(np.array([128, 0, 255], np.uint8), (4, 4, 1)))
+    png(tmp_path / "R_1K_NormalGL.png", np.tile(np.array([128, 255, 255], np.uint8), (4, 4, 1)))
+    assert opened(tmp_path)[0].normal[0, 0, 1] > 0.5
+
+
+def test_base_colour_is_srgb_and_the_rest_is_not(tmp_path: Path) -> None:
+    png(tmp_path / "r_color.png", grey(188))
+    png(tmp_path / "r_gloss.png", grey(51))
+    found, notes = opened(tmp_path)
+    assert found.base_colour[0, 0, 0] == pytest.approx(0.5029, abs=1e-3)  # IEC 61966-2-1
+    assert found.roughness[0, 0] == pytest.approx(0.8, abs=1e-6)
+    assert any("metallic 0, normal flat" in note for note in notes)
+
+
+def test_sizes_are_brought_to_the_largest_and_said(tmp_path: Path) -> None:
+    png(tmp_path / "r_color.png", grey(255, 8))
+    png(tmp_path / "r_rough.png", grey(102, 4))
+    found, notes = opened(tmp_path)
+    assert found.size == (8, 8)
+    assert np.allclose(found.roughness, 0.4)
+    assert any("r_rough.png: another size than 8 × 8" in note for note in notes)
+
+
+def test_one_brdf_stands_for_the_maps_at_their_mean(tmp_path: Path) -> None:
+    maps = known()
+    material = material_of_maps(maps, "rock")
+    mean = material.reflectance
+    assert dataclasses.asdict(mean)["roughness"] == pytest.approx(maps.roughness.mean(), abs=1e-5)  # type: ignore[call-overload]
+    assert isinstance(material, Material)
+    assert material.has_map
+    assert material.size == maps.size
+
+
+def test_refusals_name_cause_and_remedy(tmp_path: Path) -> None:
+    png(tmp_path / "two" / "a_color.png", grey(1))
+    png(tmp_path / "two" / "b_color.png", grey(1))
+    png(tmp_path / "two" / "a_rough.png", grey(1))
+    with pytest.raises(InputError, match=r"several pictures for base colour \(a_color.png, b_color.png\)"):
+        open_material(tmp_path / "two")
+    png(tmp_path / "one" / "a_color.png", grey(1))
+    assert not holds_textures(tmp_path / "one")
+    for side in "nsd":  # photographs from the north, the south and above are no textures
+        png(tmp_path / "sides" / f"cat_{side}.png", grey(1))
+    assert not holds_textures(tmp_path / "sides")
+    (tmp_path / "one" / "a_rough.png").write_bytes(b"\x89PNG\r\n\x1a\nnonsense")
+    with pytest.raises(InputError, match=r"a_rough\.png: is an incomplete PNG"):
+        open_material(tmp_path / "one")

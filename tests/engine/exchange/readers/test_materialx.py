@@ -1,0 +1,162 @@
+"""MaterialX documents: our own come back, other surfaces and node graphs by hand, and what is hostile is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from engine.core.errors import InputError
+from engine.core.steps import drain
+from engine.exchange.materialx import contents
+from engine.exchange.readers.read import open_material
+from engine.exchange.subject import Settings, Subject
+from engine.scene.material import Material, material_of_maps
+from engine.surface.pbr_maps import PbrMaps
+
+from .pictures import grey, known, png
+
+
+def opened(path: Path) -> tuple[PbrMaps, list[str]]:
+    material = open_material(path)
+    assert material.pbr is not None
+    return material.pbr, material.health.warnings
+
+
+def document(folder: Path, body: str, root: str = 'colorspace="lin_rec709"') -> Path:
+    folder.mkdir(exist_ok=True)
+    path = folder / "m.mtlx"
+    path.write_text(f'<?xml version="1.0"?>\n<materialx version="1.39" {root}>{body}</materialx>')
+    return path
+
+
+def test_our_own_document_comes_back_within_its_rounding(tmp_path: Path) -> None:
+    maps = known()
+    subject = Subject(material_of_maps(maps, "rock"), maps, 1.0 / np.pi)
+    for name, content in drain(contents(subject, Settings(), "")).files.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_bytes(content)
+    found, notes = opened(tmp_path / "rock.mtlx")
+    step = 0.5 / 255 * 1.01
+    assert np.abs(found.roughness - maps.roughness).max() <= step
+    assert np.abs(found.metallic - maps.metallic).max() <= step
+    assert np.abs(found.base_colour - maps.base_colour).max() <= step * 2.4 / 1.055 + 1e-6
+    assert np.abs(found.normal - maps.normal).max() <= 4.0 * step
+    assert np.abs(found.f0 - 0.04).max() < 1e-5
+    assert any("of 2 surfaces" in note for note in notes)
+
+
+def test_standard_surface_through_a_graph(tmp_path: Path) -> None:
+    """base × picture × factor, one channel of a packed picture, an inverted one, and IOR 2 at half weight."""
+    png(tmp_path / "t" / "base.png", grey(255))
+    png(tmp_path / "t" / "packed.png", np.tile(np.array([0, 51, 102], np.uint8), (4, 4, 1)))
+    body = """
+      <nodegraph name="g">
+        <image name="b" type="color3"><input name="file" type="filename" value="t/base.png" colorspace="srgb_texture"/>
+        </image>
+        <multiply name="tinted" type="color3">
+          <input name="in1" type="color3" nodename="b"/><input name="in2" type="color3" value="0.5, 0.25, 1"/>
+        </multiply>
+        <image name="p" type="color3"><input name="file" type="filename" value="t/packed.png"/></image>
+        <separate3 name="s" type="multioutput"><input name="in" type="color3" nodename="p"/></separate3>
+        <invert name="rough" type="float"><input name="in" type="float" nodename="s" output="outg"/></invert>
+        <extract name="metal" type="float"><input name="in" type="color3" nodename="p"/>
+          <input name="index" type="integer" value="2"/></extract>
+        <output name="base_out" type="color3" nodename="tinted"/>
+        <output name="rough_out" type="float" nodename="rough"/>
+        <output name="metal_out" type="float" nodename="metal"/>
+      </nodegraph>
+      <standard_surface name="shader" type="surfaceshader">
+        <input name="base" type="float" value="0.5"/>
+        <input name="base_color" type="color3" nodegraph="g" output="base_out"/>
+        <input name="specular_roughness" type="float" nodegraph="g" output="rough_out"/>
+        <input name="metalness" type="float" nodegraph="g" output="metal_out"/>
+        <input name="specular" type="float" value="0.5"/><input name="specular_IOR" type="float" value="2"/>
+        <input name="coat" type="float" value="1"/>
+      </standard_surface>
+      <surfacematerial name="rock" type="material">
+        <input name="surfaceshader" type="surfaceshader" nodename="shader"/>
+      </surfacematerial>"""
+    path = document(tmp_path, body)
+    found, notes = opened(path)
+    np.testing.assert_allclose(found.base_colour[0, 0], (0.25, 0.125, 0.5), atol=1e-6)
+    assert found.roughness[0, 0] == pytest.approx(0.8, abs=1e-6)
+    assert found.metallic[0, 0] == pytest.approx(0.4, abs=1e-6)
+    assert found.f0[0, 0] == pytest.approx(1.0 / 18.0, abs=1e-6)
+    assert open_material(path).name == "rock"
+    assert "coat is not drawn" in notes
+
+
+def test_colour_spaces_are_inherited(tmp_path: Path) -> None:
+    png(tmp_path / "a.png", grey(188))
+    image = '<image name="i" type="color3"><input name="file" type="filename" value="a.png"{}/></image>'
+    surface = '<gltf_pbr name="s" type="surfaceshader"><input name="base_color" type="color3" nodename="i"/></gltf_pbr>'
+    for own, root, wanted in (
+        ("", 'colorspace="lin_rec709"', 188 / 255),
+        ("", 'colorspace="srgb_texture"', 0.5029),
+        ("", "", 0.5029),
+        (' colorspace="lin_rec709"', 'colorspace="srgb_texture"', 188 / 255),
+    ):
+        found, _ = opened(document(tmp_path, image.format(own) + surface, root))
+        assert found.base_colour[0, 0, 0] == pytest.approx(wanted, abs=1e-3)
+
+
+def test_a_node_that_is_not_read_is_said(tmp_path: Path) -> None:
+    body = (
+        '<noise2d name="n" type="float"/><open_pbr_surface name="s" type="surfaceshader">'
+        '<input name="specular_roughness" type="float" nodename="n"/></open_pbr_surface>'
+    )
+    found, notes = opened(document(tmp_path, body))
+    assert found.roughness[0, 0] == pytest.approx(0.3)
+    assert any("specular_roughness comes from nodes that are not read" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("", "no surface that is read"),
+        ("<gltf_pbr", "not valid XML"),
+        (
+            '<image name="i" type="color3"><input name="file" type="filename" value="../secret.png"/></image>'
+            '<gltf_pbr name="s"><input name="base_color" type="color3" nodename="i"/></gltf_pbr>',
+            "outside its folder",
+        ),
+        (
+            '<convert name="a"><input name="in" nodename="b"/></convert>'
+            '<convert name="b"><input name="in" nodename="a"/></convert>'
+            '<gltf_pbr name="s"><input name="roughness" type="float" nodename="a"/></gltf_pbr>',
+            "without end",
+        ),
+        ('<gltf_pbr name="s"><input name="roughness" type="float" value="nan"/></gltf_pbr>', "impossible value"),
+    ],
+)
+def test_refusals(tmp_path: Path, body: str, words: str) -> None:
+    png(tmp_path / "secret.png", grey(1))
+    with pytest.raises(InputError, match=words):
+        open_material(document(tmp_path / "m", body))
+
+
+def test_entities_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "m.mtlx"
+    path.write_text('<!DOCTYPE x [<!ENTITY a "aaaa">]><materialx><gltf_pbr name="&a;"/></materialx>')
+    with pytest.raises(InputError, match="entities"):
+        open_material(path)
+
+
+def test_library_of_materialx_reads_the_same_document(tmp_path: Path) -> None:
+    """A document that the library of MaterialX writes opens here."""
+    library = pytest.importorskip("MaterialX")
+    made = library.createDocument()
+    made.importLibrary(library.createDocument())
+    node = made.addNode("standard_surface", "shader", "surfaceshader")
+    node.setInputValue("specular_roughness", 0.35)
+    node.setInputValue("base", 1.0)
+    node.setInputValue("base_color", library.Color3(0.2, 0.4, 0.6))
+    made.addMaterialNode("plain", node)
+    path = tmp_path / "plain.mtlx"
+    library.writeToXmlFile(made, str(path))
+    material: Material = open_material(path)
+    assert material.pbr is not None
+    np.testing.assert_allclose(material.pbr.base_colour[0, 0], (0.2, 0.4, 0.6), atol=1e-6)
+    assert material.pbr.roughness[0, 0] == pytest.approx(0.35, abs=1e-6)

@@ -1,0 +1,140 @@
+"""PBR maps in pictures: what they must agree with, a case solved by hand, and OpenGL beside the processor."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from engine.brdf.models.microfacet import MetallicRoughness
+from engine.core.directions import normalize
+from engine.core.steps import drain
+from engine.geometry.camera import Camera, frame
+from engine.geometry.mesh import Mesh
+from engine.geometry.shapes import shape
+from engine.light.lamps import Lamp
+from engine.render.direct import radiance
+from engine.render.reference import reference
+from engine.scene.material import material_of_maps
+from engine.scene.scene import Scene
+from engine.surface.pbr_maps import PbrMaps
+
+Maps = NDArray[np.float32]
+
+
+def maps_like(brdf: MetallicRoughness, size: int = 4, tilt: tuple[float, float, float] = (0.0, 0.0, 1.0)) -> PbrMaps:
+    """The same BRDF and normal at all texels."""
+    return PbrMaps(
+        base_colour=np.tile(np.array(brdf.base_color, np.float32), (size, size, 1)),
+        normal=np.tile(normalize(np.array(tilt)).astype(np.float32), (size, size, 1)),
+        roughness=np.full((size, size), brdf.roughness, np.float32),
+        metallic=np.full((size, size), brdf.metallic, np.float32),
+        f0=np.full((size, size), 0.04, np.float32),
+    )
+
+
+def square() -> Mesh:
+    """Two units a side in the plane z = 0, texture coordinates from 0 to 1."""
+    corners = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)])
+    uv = (0.5 + 0.5 * corners[:, :2]).astype(np.float32)
+    faces = np.array([(0, 1, 2), (0, 2, 3)], np.int32)
+    return Mesh(corners, np.tile(np.array([0, 0, 1], np.float32), (4, 1)), uv, faces, "square")
+
+
+def scene_of(maps: PbrMaps, mesh: Mesh, **options: Any) -> Scene:
+    material = material_of_maps(maps, "maps")
+    return Scene(mesh, frame(mesh.positions, 1.0), material.reflectance, material, **options)
+
+
+def varied() -> PbrMaps:
+    random, size = np.random.default_rng(2), 16
+    normal = normalize(np.dstack([random.uniform(-0.4, 0.4, (size, size, 2)), np.ones((size, size))]))
+    return PbrMaps(
+        base_colour=random.random((size, size, 3)).astype(np.float32),
+        normal=normal.astype(np.float32),
+        roughness=random.uniform(0.2, 1.0, (size, size)).astype(np.float32),
+        metallic=random.random((size, size)).astype(np.float32),
+        f0=random.uniform(0.02, 0.08, (size, size)).astype(np.float32),
+    )
+
+
+BRDF = MetallicRoughness((0.7, 0.4, 0.1), 0.3, 0.4)
+
+
+def test_even_maps_are_one_brdf() -> None:
+    """In direct light to rounding, on the processor; and in the reference, within its own noise."""
+    scene = scene_of(maps_like(BRDF), shape("sphere"), lamps=(Lamp((0.0, 1.0, 0.2), (1.0, 2.0, 3.0)),))
+    plain = dataclasses.replace(scene, material=None, brdf=BRDF)
+    ours, theirs = (drain(radiance(each, (24, 24), samples=1)) for each in (scene, plain))
+    np.testing.assert_allclose(ours, theirs, rtol=1e-5, atol=1e-6)
+    # point lights alone have no noise but that of the place within a pixel, which both share
+    ours, theirs = (drain(reference(each, (16, 16), samples=4)).picture for each in (scene, plain))
+    np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize(("tilt", "light"), [((0.6, 0.0, 0.8), (0.6, 0.0, 0.8)), ((0.0, 0.6, 0.8), (0.0, 0.6, 0.8))])
+def test_normals_bend_towards_the_right_and_upwards(
+    tilt: tuple[float, float, float], light: tuple[float, float, float]
+) -> None:
+    """By hand: a diffuse texel whose normal (0.6, 0, 0.8) faces the lamp shows the most that any normal can.
+
+    With metallic 0, black f0 would be needed for pure Lambert; f = (1 − F) c / π + F L. Seen from straight above,
+    cos θo = 0.8 in the bent frame, cos θi = 1, h = (wi + wo) / |…|, so both terms follow from the text of glTF.
+    """
+    brdf = MetallicRoughness((0.5, 0.5, 0.5), 0.0, 1.0)
+    maps = maps_like(brdf, tilt=tilt)
+    eye = Camera((0.0, 0.0, 1e4), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 0.01)
+    scene = dataclasses.replace(scene_of(maps, square(), light=light), camera=eye)
+    found = drain(radiance(scene, (1, 1), samples=1))[0, 0, 0]
+    half_wo = np.sqrt((1.0 + 0.8) / 2.0)  # h·wi, half the angle between wi and wo, whose cosine is 0.8
+    fresnel = 0.04 + 0.96 * (1.0 - half_wo) ** 5
+    # alpha 1: D = 1/π, and G / (4 n·l n·v) = 1 / ((1 + 1)(0.8 + √(1 + 0 · 0.64))) with √ = 1
+    by_hand = (1.0 - fresnel) * 0.5 / np.pi + fresnel / np.pi / (2.0 * (0.8 + 1.0))
+    assert found == pytest.approx(by_hand, rel=1e-4)
+
+
+def test_rows_run_down_and_columns_to_the_right() -> None:
+    base = np.zeros((2, 2, 3), np.float32)
+    base[0, 1] = 1.0  # the upper right texel alone
+    maps = dataclasses.replace(maps_like(MetallicRoughness((0.0, 0.0, 0.0), 1.0, 1.0), 2), base_colour=base)
+    scene = scene_of(maps, square(), light=(0.0, 0.0, 1.0), repeats=1.0)
+    picture = drain(radiance(scene, (32, 32), samples=1))[..., 0]
+    rows, columns = np.unravel_index(int(picture.argmax()), picture.shape)
+    assert rows < 16
+    assert columns > 16
+
+
+def test_reference_agrees_with_direct_light_where_nothing_casts_a_shadow() -> None:
+    """A flat square under one lamp; the pictures differ by what pixels average of fine texels."""
+    maps = dataclasses.replace(varied(), normal=maps_like(BRDF, 16).normal)
+    scene = scene_of(maps, square(), repeats=1.0)
+    direct = drain(radiance(scene, (24, 24), samples=4))[4:-4, 4:-4, :3]
+    traced = drain(reference(scene, (24, 24), samples=64)).picture[4:-4, 4:-4, :3]
+    assert np.abs(direct - traced).mean() < 0.03 * direct.mean()
+
+
+def test_opengl_shows_what_the_processor_shows(gl: Any) -> None:
+    from engine.gl.direct import DirectRenderer
+
+    scene = scene_of(varied(), shape("cloth"), lamps=(Lamp((-0.5, 0.7, 0.5), (0.5, 0.5, 1.0)),))
+    renderer = DirectRenderer(gl)
+    try:
+        theirs = renderer.radiance(scene, (48, 48))
+    finally:
+        renderer.release()
+    ours = drain(radiance(scene, (48, 48)))
+    assert np.abs(ours - theirs).mean() < 1e-5 * ours.mean() + 1e-6
+    assert np.quantile(np.abs(ours - theirs), 0.999) < 1e-3
+
+
+def test_ground_beside_maps_stays_what_it_is() -> None:
+    from engine.geometry.ground import Ground
+
+    scene = scene_of(varied(), shape("sphere"), ground=Ground(albedo=0.5))
+    plain = dataclasses.replace(scene, material=None)
+    ours, theirs = (drain(reference(each, (24, 24), samples=4)).picture for each in (scene, plain))
+    np.testing.assert_allclose(ours[-2:, :4], theirs[-2:, :4], rtol=1e-5, atol=1e-6)
+    assert np.abs(ours - theirs).max() > 0.01
