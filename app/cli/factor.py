@@ -125,13 +125,14 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         show(Step(0.99, "writing"))
         found = write_factors(arguments.output, found)
     factors = found.factors
+    is_sum = hasattr(factors, "hemisphere_map")
     return {
         "brdf": text,
         "output": arguments.output,
         "method": found.method,
         "parametrisation": factors.parametrisation,
-        "map": factors.hemisphere_map.kind if settings.separable else None,
-        "size": factors.hemisphere_map.size if settings.separable else len(factors.textures[0]),
+        "map": factors.hemisphere_map.kind if is_sum else None,
+        "size": factors.hemisphere_map.size if is_sum else len(factors.textures[0]),
         "reciprocal": bool(factors.reciprocal),
         "asymmetry": found.asymmetry,
         "condition_number": found.condition_number if math.isfinite(found.condition_number) else None,
@@ -146,7 +147,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "best_terms": found.best_terms,
         "held_out_by": found.held_out_by or None,
         "unmeasured": found.unmeasured or None,
-        "terms_share_time": settings.separable,
+        "choice": found.choice or None,
+        "terms_share_time": is_sum,
         "elevation_bands_deg": np.linspace(0.0, 90.0, BANDS + 1).tolist(),
         "samples": settings.samples,
         "max_theta_deg": settings.max_theta_deg,
@@ -190,6 +192,9 @@ def _settings(arguments: argparse.Namespace) -> FactorSettings:
     settings: FactorSettings = settings_from(
         arguments, FactorSettings, without=HOMOMORPHIC_KNOBS if separable else SEPARABLE_KNOBS
     )
+    if settings.method == "auto":  # bounds of a sum are those of a product too
+        settings = settings.with_terms(settings.products) if arguments.terms else settings
+        settings = settings.with_texels(settings.side) if arguments.size else settings
     if settings.why_not:
         raise UsageError(settings.why_not)
     return settings
@@ -219,6 +224,8 @@ def report(result: dict[str, Any]) -> str:
         f"{result['max_theta_deg']:g}° of a formula, or the measured ones"
     )
     lines += _on_held_out(result)
+    if result["choice"]:
+        lines.append(result["choice"])
     if result["terms"]:
         bands = "  ".join(number(rms, 3) for rms in result["terms"][-1]["rms_by_elevation_band"])
         lines.append(f"RMS of all terms by the viewer's elevation, from 0° upwards in bands of 10°: {bands}")

@@ -29,7 +29,7 @@ from app.widgets.panels import Panel, button, enable, text
 from app.widgets.plots import Plot
 from app.widgets.status_bar import waiting_text
 from app.widgets.theme import ROW, STEP
-from engine.core.figure_text import local, size_text
+from engine.core.figure_text import number, size_text, time_text
 from engine.factor.settings import MOST_PRODUCTS, MOST_TEXTURES
 
 NUMBER = Qt.ItemDataRole.UserRole
@@ -173,7 +173,7 @@ class FactorInspector(Panel):
                 why = f"{METHODS[run.choices.method]} has no further terms"
             elif live.brdf is None or (live.why and not live.ladder):
                 why = live.why or "It ended before it began"
-            most = MOST[run.choices.separable] if run.choices is not None else MOST[True]
+            most = MOST[live.is_sum if live.factorisation is not None or run.choices is None else run.choices.separable]
             have = live.ladder[-1].terms if live.ladder else 0
             self.terms.high = float(most)
             if not why and have >= most and not (live.factorisation is not None and live.factorisation.searching):
@@ -206,10 +206,10 @@ class FactorInspector(Panel):
             f"{rung.terms} of {live.ladder[-1].terms} · {rung.textures} texture{'s'[: rung.textures != 1]}"
         )
         self.bytes.setText(size_text(rung.size_bytes))
-        self.time.setText(local(f"{rung.time_s:.2f} s"))
+        self.time.setText(time_text(rung.time_s, 3))
         for name, figure in self.errors.items():
             value, unit = rung.error(name), METRICS[name][1]
-            figure.setText("–" if value is None else local(f"{value:.3g} {unit}".strip()))
+            figure.setText("–" if value is None else f"{number(value, 3)} {unit}".strip())
         self.remark.setText(remark_of(live.factorisation))
         self.bands.show_bands(rung.rms_by_elevation_band, run.colour)
 
@@ -300,7 +300,7 @@ def state_of(live: Live) -> str:
         last = live.ladder[-1] if live.ladder else None
         if last is None:
             return live.state or "nothing found"
-        return f"{live.state}, {local(f'{last.time_s:.1f}')} s" if live.state != "opened" else live.state
+        return f"{live.state}, {time_text(last.time_s)}" if live.state != "opened" else live.state
     if job.stopping:
         return "stopping…"
     if job.state in ("queued", "paused"):
@@ -315,11 +315,11 @@ def remark_of(factorisation: Any) -> str:
     """Further properties of a factorisation, in one line each."""
     lines = []
     if factorisation.optimum_ratio:
-        lines.append(f"Error over the optimum of Eckart and Young: {local(f'{factorisation.optimum_ratio:.6g}')}")
+        lines.append(f"Error over the optimum of Eckart and Young: {number(factorisation.optimum_ratio, 6)}")
     if hasattr(factorisation.factors, "hemisphere_map"):
-        lines.append(f"Asymmetry of the matrix: {local(f'{factorisation.asymmetry:.2g}')}")
+        lines.append(f"Asymmetry of the matrix: {number(factorisation.asymmetry)}")
     if factorisation.condition_number > 1.0:
-        lines.append(f"Condition number: {local(f'{factorisation.condition_number:.2g}')}")
+        lines.append(f"Condition number: {number(factorisation.condition_number)}")
     if factorisation.evaluations:
         tried = f"{factorisation.evaluations:,}".replace(",", " ")
         lines.append(f"{tried} projections tried")
@@ -331,6 +331,8 @@ def remark_of(factorisation: Any) -> str:
     if best is not None:
         further = "; more make it worse and are not stored" if factorisation.left_out else ""
         lines.append(f"Held-out errors are best with {best} term{'s'[: best != 1]}{further}")
+    if factorisation.choice:
+        lines.append(factorisation.choice)
     if factorisation.unmeasured:
         lines.append(factorisation.unmeasured)
     return "\n".join(lines)

@@ -66,6 +66,16 @@ class Live:
         return self.factorisation is None or self.factorisation.searching
 
     @property
+    def is_sum(self) -> bool:
+        """True unless what was found is a product of projections."""
+        return self.factorisation is None or hasattr(self.factorisation.factors, "hemisphere_map")
+
+    @property
+    def searched(self) -> Factorisation | None:
+        """Factors that a search can go on from."""
+        return self.factorisation if self.factorisation is not None and self.factorisation.method == "search" else None
+
+    @property
     def ladder(self) -> tuple[TermError, ...]:
         """The errors of each number of terms."""
         return self.factorisation.ladder if self.factorisation is not None else ()
@@ -142,7 +152,7 @@ class FactorRuns(QObject):
         live = self.of(run)
         if live.may_go_on and run.choices is not None:
             given = live.brdf if live.brdf is not None else run.given
-            self._begin(run, given, live.factorisation if run.choices.method == "search" else None)
+            self._begin(run, given, live.searched)
 
     def go_on(self, number: int) -> None:
         """As `again`, once it is known what the run of this number has found."""
@@ -159,7 +169,7 @@ class FactorRuns(QObject):
             return
         longer = replace(run, choices=run.choices.with_terms(terms))
         document.change(f"{terms} terms of {run.name}", factoring=document.project.factoring.changed(longer))
-        self._begin(longer, live.brdf, live.factorisation if run.choices.method == "search" else None)
+        self._begin(longer, live.brdf, live.searched)
 
     def open(self, path: Path) -> Job:
         """Read factors that were exported; they are compared with the BRDF chosen then."""

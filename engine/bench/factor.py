@@ -60,7 +60,7 @@ def whole_search(settings: SearchSettings, name: str, max_theta_deg: float) -> M
     The limit is the time that as many inner evaluations of full size would take, one after the other.
     """
     data = factor_data(brdf_from_text(BRDF), max_theta=np.radians(max_theta_deg))
-    fixed = mccool(data, settings.size, settings.reciprocal).ladder[-1].metrics.sq_log
+    fixed = drain(mccool(data, settings.size, settings.reciprocal)).ladder[-1].metrics.sq_log
     inner = inner_evaluation()
     found = drain(search(data, settings))
     errors = [rung.metrics.sq_log for rung in found.ladder]

@@ -65,7 +65,7 @@ def factors(
 
 def row(name: str, brdf: Brdf, settings: FactorSettings) -> Steps[Accuracy]:
     """The default, McCool's textures and singular values on one BRDF."""
-    searched = yield from factor(brdf, replace(settings, method="search"))
+    searched = yield from factor(brdf, replace(settings, method="auto"))
     fixed = yield from factor(brdf, replace(settings, method="homomorphic"))
     size_bytes = searched.ladder[-1].size_bytes
     products = min(max(1, size_bytes // (2 * SIDE**2 * 3 * 4)), MOST_PRODUCTS)

@@ -126,6 +126,12 @@ class Reference:
         bands = np.sqrt(sums / np.maximum(counts, 1))
         return float(np.sqrt(square.mean())), tuple(map(float, bands))
 
+    def seen(self, approximation: Brdf) -> float:
+        """The cosine-weighted RMS in 1/sr with pairs weighted by n · wo too: about what pixels show."""
+        difference = (approximation.f(self.wi, self.wo) - self.value) * self.wi[:, 2:]
+        weight = np.maximum(self.wo[:, 2], 0.0)
+        return float(np.sqrt(weight @ (difference * difference).mean(axis=1) / weight.sum()))
+
     def missed(self, rms_by_band: tuple[float, ...]) -> float:
         """Errors in bands relative to the BRDF itself: their median.
 
@@ -209,6 +215,7 @@ class Factorisation:
         values at texel centres alone, all pairs "between texels"; "" where there are none.
     best_terms : the number of terms that is best by held-out errors; None where they are not known.
     unmeasured : a sentence on pairs of directions near which nothing was measured; else "".
+    choice : a sentence on why the method `auto` took this one, of a measurement; else "".
     asymmetry : ‖M − Mᵀ‖/‖M‖ of the BRDF's matrix; 0 where no matrix is formed.
     condition_number : of the last least-squares problem, as far as it is known, else 0.
     optimum_ratio : truncation error over the Eckart–Young optimum; 0 where there is no such optimum.
@@ -235,6 +242,7 @@ class Factorisation:
     left_out: tuple[TermError, ...] = ()
     held_out_by: str = ""
     unmeasured: str = ""
+    choice: str = ""
     best_terms: int | None = None
 
 

@@ -1,20 +1,25 @@
 """Factor a BRDF by any method, with its error for every number of terms, live while it runs.
 
-symmetric, svd, power     sums of products of two textures (`separable`); auto is symmetric where the matrix is
+symmetric, svd, power     sums of products of two textures (`separable`)
 normalised                one such product, positive (`normalised`)
 homomorphic               products of textures of McCool's fixed projections (`homomorphic`)
 search                    products of textures of the projections that Cole's search finds
+auto                      of a formula, symmetric where its matrix is, otherwise svd; of a measurement, these only if in
+                          no held-out error worse than a search and than McCool's at equal count, else the search
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_to_text
+from engine.brdf.readers.rgl import RglBrdf
 from engine.brdf.scattered import ScatteredBrdf
 from engine.brdf.table import DirectionTable, HalfDifferenceTable
 from engine.core.errors import UsageError
+from engine.core.figure_text import number
 from engine.core.steps import Step, Steps, part
 from engine.factor.data import FactorData, factor_data
 from engine.factor.errors import Factorisation, HeldOut, Reference, TermError, held_out_errors, metrics, reference
@@ -22,11 +27,15 @@ from engine.factor.held_out import SIZES, chosen, ladder_judged, sums_foretold
 from engine.factor.hemisphere_map import KINDS, HemisphereMap, MapKind
 from engine.factor.normalised import normalised
 from engine.factor.projection_search import search
-from engine.factor.separable import METHODS, SeparableMethod, Separated, separate
+from engine.factor.separable import METHODS, SeparableMethod, Separated, in_norms, norms_of
 from engine.factor.separable_factors import PARAMETRISATIONS, Parametrisation, SeparableFactors
-from engine.factor.settings import DEFAULT, FactorSettings
+from engine.factor.settings import DEFAULT, MOST_TEXTURES, FactorSettings
 from engine.factor.solvers.regions import Parts, gaps, parts_of
 from engine.factor.textures import THESIS, SearchSettings, mccool
+
+#: Measurements that are factored from their own samples, and all measurements.
+SAMPLED = (ScatteredBrdf, HalfDifferenceTable, DirectionTable)
+MEASURED = (*SAMPLED, RglBrdf)
 
 
 def factor(brdf: Brdf, settings: FactorSettings = DEFAULT, resume: Factorisation | None = None) -> Steps[Factorisation]:
@@ -42,7 +51,9 @@ def factor(brdf: Brdf, settings: FactorSettings = DEFAULT, resume: Factorisation
     data = factor_data(brdf, settings.samples, settings.max_theta, settings.seed)
     pairs = reference(brdf, seed=settings.seed)
     parts = parts_of(data.wi, data.wo, data.measurement)
-    if settings.separable:
+    if settings.method == "auto" and isinstance(brdf, MEASURED) and parts is not None:
+        found = yield from _automatic(brdf, settings, data, pairs, parts, resume)
+    elif settings.separable:
         found = yield from _separable(brdf, settings, data, pairs, parts)
     elif settings.method == "homomorphic":
         found = yield from _fixed(settings, data, pairs, parts)
@@ -54,15 +65,53 @@ def factor(brdf: Brdf, settings: FactorSettings = DEFAULT, resume: Factorisation
 
 def _unmeasured(brdf: Brdf, data: FactorData, pairs: Reference) -> str:
     """A sentence on pairs of directions that a measurement leaves out; "" for formulas."""
-    if not isinstance(brdf, (ScatteredBrdf, HalfDifferenceTable, DirectionTable)):
+    if not isinstance(brdf, SAMPLED):
         return ""
     found = gaps((data.wi, data.wo, data.measurement), pairs.wi, pairs.wo)
     return found.sentence if found is not None else ""
 
 
+def _automatic(
+    brdf: Brdf, settings: FactorSettings, data: FactorData, pairs: Reference, parts: Parts, resume: Factorisation | None
+) -> Steps[Factorisation]:
+    """A search of a measurement, or sums of products where they are better; `choice` says why."""
+    form = "in-out" if settings.parametrisation == "auto" else settings.parametrisation
+    searching = replace(settings, method="search", preset="default", parametrisation=form)
+    before = resume if resume is not None and resume.method == "search" else None
+    if before is not None:
+        return (yield from _searched(_name(brdf), searching, data, pairs, parts, before))
+    sums = yield from part(_separable(brdf, settings, data, pairs, parts), 0.0, 0.2)
+    searched = yield from part(_searched(_name(brdf), searching, data, pairs, parts, None), 0.2, 0.95)
+    ours, others = searched.ladder[-1].held_out, sums.ladder[-1].held_out
+    if ours is None or others is None:
+        return sums
+    if others.no_worse(ours):
+        fixed = yield from part(_fixed(replace(searching, textures=MOST_TEXTURES), data, pairs, parts), 0.95, 1.0)
+        if _no_worse_than(sums, (*fixed.ladder, *fixed.left_out)):
+            return replace(sums, choice=_choice("Sums of products", others, "a search", ours))
+    return replace(searched, choice=_choice("The search", ours, "sums of products", others))
+
+
+def _no_worse_than(sums: Factorisation, sets: Sequence[TermError]) -> bool:
+    """True if no number of terms is in either held-out error worse than the set of as many textures, or than all."""
+    fixed = [rung.held_out for rung in sets]
+    pairs = [(rung.held_out, fixed[min(rung.textures, len(fixed)) - 1]) for rung in sums.ladder]
+    return all(one is not None and other is not None and one.no_worse(other) for one, other in pairs)
+
+
+def _choice(chosen: str, its: HeldOut, other: str, errors: HeldOut) -> str:
+    rms, log = (f"{number(getattr(its, name), 3)}" for name in ("rms_cosine_weighted", "sq_log"))
+    other_rms, other_log = (f"{number(getattr(errors, name), 3)}" for name in ("rms_cosine_weighted", "sq_log"))
+    return (
+        f"{chosen} was taken by its held-out errors: RMS {rms} and squared logarithm {log}, "
+        f"where {other} had {other_rms} and {other_log}."
+    )
+
+
 def _fixed(settings: FactorSettings, data: FactorData, pairs: Reference, parts: Parts | None) -> Steps[Factorisation]:
     """McCool's textures, up to the number that is best."""
-    found = mccool(data, settings.size, settings.reciprocal, epsilon=settings.epsilon, reference=pairs)
+    steps = mccool(data, settings.size, settings.reciprocal, epsilon=settings.epsilon, reference=pairs)
+    found = yield from part(steps, 0.0, 0.5)
     terms = min(settings.textures, len(found.ladder))
     found = replace(found, factors=found.factors.truncated(terms), ladder=found.ladder[:terms])
     if parts is None:
@@ -136,14 +185,19 @@ def _separable(
     started = time.perf_counter()
     forms = PARAMETRISATIONS if settings.parametrisation == "auto" else (settings.parametrisation,)
     hemisphere_maps = [(kind, form) for form in forms for kind in _maps(settings, form)]
-    tried: list[tuple[float, Separated]] = []
+    tried: list[list[tuple[float, Separated]]] = []
     for index, (kind, form) in enumerate(hemisphere_maps):
         share = 0.5 / len(hemisphere_maps)
-        steps = _one(brdf, settings, HemisphereMap(kind, settings.side), form, pairs)
-        found = yield from part(steps, index * share, (index + 1) * share)
-        tried.append((pairs.rms(found.factors)[0], found))
-    found = min(tried, key=lambda one: one[0])[1]
+        steps = _in_norms(brdf, settings, HemisphereMap(kind, settings.side), form, pairs)
+        norms = yield from part(steps, index * share, (index + 1) * share)
+        tried.append([(pairs.rms(one.factors)[0], one) for one in norms])
+    best = min(tried, key=lambda norms: min(rms for rms, _ in norms))
+    found = min(best, key=lambda one: one[0])[1]
+    errors: Sequence[HeldOut | None] | None = None
+    if isinstance(brdf, MEASURED):
+        found, errors = yield from part(_norm_judged(brdf, settings, [one for _, one in best], data, parts), 0.5, 0.7)
     made = time.perf_counter() - started
+    held_out_by = "between texels" if not isinstance(brdf, ScatteredBrdf) else "regions" if errors and errors[0] else ""
     result = Factorisation(
         found.factors,
         found.method,
@@ -154,22 +208,39 @@ def _separable(
         weighting=found.weighting,
         converged=found.converged,
         negative_energy=found.factors.negative_energy(pairs.wi, pairs.wo),
-        held_out_by="between texels",
+        held_out_by=held_out_by,
     )
     for terms in range(1, found.factors.terms + 1):
         rung = _rung(result.factors.truncated(terms), data, pairs, made, settings)
+        if errors is not None:
+            rung = _with(rung, errors[terms - 1])
         result = replace(result, ladder=(*result.ladder, rung))
-        yield Step(0.5 + 0.2 * terms / found.factors.terms, f"comparing {terms} terms", result)
-    if isinstance(brdf, ScatteredBrdf):
-        errors: list[HeldOut | None] = [None] * len(result.ladder)
-        if parts is not None and found.method != "normalised":
-            words = found.method, found.weighting
-            foretold = yield from part(sums_foretold(brdf, found.factors, *words, data, parts, settings.seed), 0.7, 1.0)
-            errors = [held_out_errors(values, data, settings.epsilon) for values in foretold]
-        ladder = tuple(_with(rung, each) for rung, each in zip(result.ladder, errors, strict=True))
-        result = replace(result, ladder=ladder, held_out_by="regions" if errors[0] is not None else "")
+        yield Step(0.7 + 0.3 * terms / found.factors.terms, f"comparing {terms} terms", result)
     result = _cut(result)
     return replace(result, negative_energy=result.factors.negative_energy(pairs.wi, pairs.wo))
+
+
+def _norm_judged(
+    brdf: Brdf, settings: FactorSettings, norms: Sequence[Separated], data: FactorData, parts: Parts | None
+) -> Steps[tuple[Separated, Sequence[HeldOut | None]]]:
+    """The one of `norms` whose best number of terms has the least product of both held-out errors, and its errors.
+
+    Of samples these are errors in regions that are left out; tables and adaptive measurements are read between texels.
+    """
+    if not isinstance(brdf, ScatteredBrdf):
+        errors = []
+        for one in norms:
+            yield Step(0.0, "comparing norms")
+            sums = [one.factors.truncated(terms) for terms in range(1, one.factors.terms + 1)]
+            errors.append([held_out_errors(each.f(data.wi, data.wo), data, settings.epsilon) for each in sums])
+    elif parts is None or norms[0].method == "normalised":
+        return norms[0], [None] * norms[0].factors.terms
+    else:
+        foretold = yield from sums_foretold(brdf, norms, data, parts, settings.seed)
+        errors = [[held_out_errors(values, data, settings.epsilon) for values in each] for each in foretold]
+    best = [min(each, key=lambda one: one.rms_cosine_weighted).score for each in errors]
+    chosen = best.index(min(best))
+    return norms[chosen], errors[chosen]
 
 
 def _with(rung: TermError, errors: HeldOut | None) -> TermError:
@@ -208,25 +279,25 @@ def _maps(settings: FactorSettings, form: Parametrisation) -> tuple[MapKind, ...
     return (settings.map or ("polar" if form == "half-diff" else "orthographic"),)
 
 
-def _one(
+def _in_norms(
     brdf: Brdf, settings: FactorSettings, hemisphere_map: HemisphereMap, form: Parametrisation, pairs: Reference
-) -> Steps[Separated]:
+) -> Steps[list[Separated]]:
+    """The sums in each norm that is to be tried."""
     if settings.method == "normalised":
         factors = yield from normalised(brdf, hemisphere_map, form, pairs)
-        return Separated(factors, "normalised", "cosine", 0.0, 1.0, 0.0, 1, True)
+        return [Separated(factors, "normalised", "cosine", 0.0, 1.0, 0.0, 1, True)]
     method: SeparableMethod = "auto"
     if settings.method in METHODS and not (settings.method == "symmetric" and form == "half-diff"):
         method = settings.method  # type: ignore[assignment]
     return (
-        yield from separate(
+        yield from in_norms(
             brdf,
             hemisphere_map,
             settings.products,
+            norms_of(settings.weighting),
             method=method,
             parametrisation=form,
-            weighting=settings.weighting,
             seed=settings.seed,
-            reference=pairs,
         )
     )
 

@@ -132,6 +132,7 @@ class _Record(_Strict):
     held_out_by: Literal["", "regions", "between texels"] = ""
     best_terms: Annotated[int, Field(ge=1, le=_MOST_TERMS)] | None = None
     unmeasured: _Text = ""
+    choice: _Text = ""
     sha256: dict[_Text, Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]]
 
 
@@ -158,6 +159,7 @@ def write_factors(folder: str | os.PathLike[str], factorisation: Factorisation) 
         held_out_by=factorisation.held_out_by,  # type: ignore[arg-type]
         best_terms=factorisation.best_terms,
         unmeasured=factorisation.unmeasured[:1000],
+        choice=factorisation.choice[:1000],
         sha256={name: _fingerprint(picture) for name, picture in pictures.items()},
     )
     text = json.dumps(record.model_dump(), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
@@ -306,6 +308,7 @@ def _factorisation(record: _Record, pictures: dict[str, NDArray[np.float32]]) ->
         held_out_by=record.held_out_by,
         best_terms=record.best_terms,
         unmeasured=record.unmeasured,
+        choice=record.choice,
     )
 
 

@@ -26,8 +26,7 @@ from engine.factor.errors import Factorisation, HeldOut, Reference, TermError, h
 from engine.factor.hemisphere_map import HemisphereMap
 from engine.factor.homomorphic import HomomorphicFactors, LogSpace
 from engine.factor.projections import FixedProjection, Projection, mccool_projections
-from engine.factor.separable import separate
-from engine.factor.separable_factors import SeparableFactors
+from engine.factor.separable import Separated, in_norms
 from engine.factor.solvers.least_squares import DENSE_LIMIT, Fit, solve
 from engine.factor.solvers.least_squares_rows import predicted
 from engine.factor.solvers.regions import PARTS, Parts
@@ -119,7 +118,7 @@ def fixed_sets(level: Level, data: FactorData, parts: Parts) -> Steps[list[Judge
     for number in range(1, len(fixed) + 1):
         other = level.beside()
         other.chosen = list(fixed[:number])
-        settled, _ = other.settled()
+        settled, _ = yield from other.settled()
         found.append((yield from judged(level, data, fixed[:number], settled.smoothing, parts)))
     return found
 
@@ -181,9 +180,11 @@ def _chosen(
         level, stored = yield from _sized(level, data, parts, sizes, stored, bar)
     fit: Fit | None = None
     for one in stored:
+        yield Step(0.0, "solving for all textures")
         fit = _add(level, one, ladder)
     beyond = Ladder(data, settings, ladder.reference, ladder.started)
     for one in more:
+        yield Step(0.0, "solving for all textures")
         _add(level, one, beyond)
     return replace(
         ladder.factorisation("search", fit, proposed.evaluations),
@@ -336,36 +337,41 @@ def _unpaused(steps: Steps[Result], ladder: Ladder, proposed: Factorisation) -> 
 
 
 def sums_foretold(
-    brdf: ScatteredBrdf, found: SeparableFactors, method: str, weighting: str, data: FactorData, parts: Parts, seed: int
-) -> Steps[Floats]:
-    """Values (K, N, 3) at the samples of `data` of the first 1 … K terms, made from the samples of other parts.
+    brdf: ScatteredBrdf, found: Sequence[Separated], data: FactorData, parts: Parts, seed: int
+) -> Steps[list[Floats]]:
+    """For each of `found`, values (K, N, 3) at the samples of `data` of its first 1 … K terms, made from other parts.
 
-    The smooth BRDF is made anew from these samples, in the coordinates and with the kernel of all of them. Maps have
-    `LARGEST_JUDGED` texels a side at most: sampling the matrix takes the time.
+    The sums differ in their norms alone. The smooth BRDF is made anew from the samples of other parts, in the
+    coordinates and with the kernel of all of them. Maps have `LARGEST_JUDGED` texels a side at most: sampling the
+    matrix takes the time.
     """
-    hemisphere_map = HemisphereMap(found.hemisphere_map.kind, min(found.hemisphere_map.size, LARGEST_JUDGED))
-    values = np.zeros((found.terms, *data.value.shape))
+    first = found[0].factors
+    hemisphere_map = HemisphereMap(first.hemisphere_map.kind, min(first.hemisphere_map.size, LARGEST_JUDGED))
+    most = max(each.factors.terms for each in found)
+    values = [np.zeros((each.factors.terms, *data.value.shape)) for each in found]
     measured = np.empty(brdf.measured.value.shape[0], np.intp)
     measured[data.measurement] = parts
     for part in range(PARTS):
         kept = brdf.measured.part(measured != part)
         smooth = yield from relayed(fit_scattered(kept, shape=brdf.shape), _still)
         again = yield from relayed(
-            separate(
+            in_norms(
                 smooth,
                 hemisphere_map,
-                found.terms,
-                method="svd" if method == "symmetric" else method,  # type: ignore[arg-type]
-                parametrisation=found.parametrisation,
-                weighting=weighting,  # type: ignore[arg-type]
+                most,
+                [each.weighting for each in found],
+                method="power" if found[0].method == "power" else "svd",
+                parametrisation=first.parametrisation,
                 seed=seed,
             ),
             _still,
         )
         out = parts == part
-        for terms in range(1, found.terms + 1):
-            factors = again.factors.truncated(min(terms, again.factors.terms))
-            values[terms - 1, out] = factors.f(data.wi[out], data.wo[out])
+        for value, each in zip(values, again, strict=True):
+            for terms in range(1, len(value) + 1):
+                factors = each.factors.truncated(min(terms, each.factors.terms))
+                value[terms - 1, out] = factors.f(data.wi[out], data.wo[out])
+                yield Step(0.0, "holding out regions")
     return values
 
 

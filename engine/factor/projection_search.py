@@ -28,7 +28,7 @@ import numpy as np
 
 from engine.core.errors import UsageError
 from engine.core.one_thread import one_thread
-from engine.core.steps import Step, Steps
+from engine.core.steps import Result, Step, Steps
 from engine.factor.data import FactorData
 from engine.factor.errors import Factorisation, Reference
 from engine.factor.homomorphic import HomomorphicFactors, LogSpace
@@ -154,7 +154,7 @@ class _Search:
             again = [one.pair for one in finalists] + starts[: int(settings.guesses)]
             finalists = yield from self._descend(self.full, again, number, 0.6, 0.4)
         candidates.extend((one.error, linear_of_pair(one.pair, settings.extent)) for one in finalists)
-        self._keep(number, min(candidates, key=lambda one: one[0])[1])
+        yield from self._keep(number, min(candidates, key=lambda one: one[0])[1])
         yield from self._step(number / settings.terms, f"term {number} of {settings.terms}")
 
     def _starts(self, number: int) -> Steps[list[Pair]]:
@@ -191,7 +191,8 @@ class _Search:
         asked = {index: next(each) for index, each in enumerate(searches)}
         found: dict[int, Minimum] = {}
         rounds, lowest, best = 0, float("inf"), None
-        with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        pool = ThreadPoolExecutor(os.cpu_count() or 1)
+        try:
             while asked:
                 tried = [linear_of_pair(pair, self.settings.extent) for pair in asked.values()]
                 every = pool.map if len(tried) > 1 else map  # another thread would cost more than it saves
@@ -209,6 +210,9 @@ class _Search:
                 if scan and best is not None and rounds % SHOWN_ROUNDS == 0:
                     self._show(number, [(lowest, best)])
                 yield from self._pause(number, begin + share * rounds / (rounds + 0.3 * expected))
+        finally:
+            # who cancels does not wait for errors that nobody wants
+            pool.shutdown(wait=False, cancel_futures=True)
         return [found[index] for index in range(len(starts))]
 
     def _error(self, level: Level, projection: Projection) -> float:
@@ -220,6 +224,15 @@ class _Search:
         if time.perf_counter() - self.breath >= PACE_S:
             terms = self.settings.terms
             yield from self._step((number - 1 + done) / terms, f"term {number} of {terms}, {self.evaluations} tried")
+
+    def _paused(self, steps: Steps[Result], number: int) -> Steps[Result]:
+        """The result of `steps`, at each of which a step of the search may be due."""
+        while True:
+            try:
+                next(steps)
+            except StopIteration as finished:
+                return finished.value
+            yield from self._pause(number, 1.0)
 
     def _step(self, done: float, note: str) -> Steps[None]:
         """A step; the time until the next one is asked for is not the search's."""
@@ -257,19 +270,19 @@ class _Search:
             searching=True,
         )
 
-    def _keep(self, number: int, projection: Projection) -> None:
+    def _keep(self, number: int, projection: Projection) -> Steps[None]:
         """End a term with `projection`, or with McCool's set where that is as large and better."""
         settings, full = self.settings, self.full
         self.fit = full.keep(projection)
         best = full
         if settings.refit:
-            best, self.fit = full.settled()
+            best, self.fit = yield from self._paused(full.settled(), number)
         fixed = mccool_projections(settings.reciprocal)
         if settings.mccool and number == len(fixed):
             other = full.beside()
             other.chosen = list(fixed)
             other.solve_all()
-            settled, fit = other.settled()
+            settled, fit = yield from self._paused(other.settled(), number)
             self.evaluations += 1
             if settled.chosen_error() < best.chosen_error():
                 full.chosen, full.textures = other.chosen, other.textures

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, get_args
@@ -117,23 +118,44 @@ def separate(
     is needed for it. Raises UsageError where `terms` < 1, the values are not finite numbers, or the method `symmetric`
     is asked for a matrix whose asymmetry exceeds 1e-12.
     """
-    if terms < 1:
-        raise UsageError(f"at least one term is needed, not {terms}")
     if weighting == "auto" and reference is None:
         raise ValueError("the automatic weighting needs pairs of directions to compare at")
-    matrix = yield from part(brdf_matrix(brdf, hemisphere_map, parametrisation), 0.0, 0.5)
-    # held from here to the end, and not taken anew by each part: changing the number of threads makes BLAS start them
-    with one_thread():
-        tried = yield from part(_tried(brdf, matrix, terms, method, weighting, seed), 0.5, 1.0)
+    steps = in_norms(
+        brdf, hemisphere_map, terms, norms_of(weighting), method=method, parametrisation=parametrisation, seed=seed
+    )
+    tried = yield from steps
     if len(tried) == 1 or reference is None:
         return tried[0]
     return min(tried, key=lambda found: reference.rms(found.factors)[0])
 
 
-def _tried(
-    brdf: Brdf, matrix: BrdfMatrix, terms: int, method: SeparableMethod, weighting: Weighting, seed: int
+def norms_of(weighting: Weighting) -> tuple[Weighting, ...]:
+    """The norms that a weighting stands for."""
+    return ("plain", "cosine") if weighting == "auto" else (weighting,)
+
+
+def in_norms(
+    brdf: Brdf,
+    hemisphere_map: HemisphereMap,
+    terms: int,
+    norms: Sequence[Weighting],
+    *,
+    method: SeparableMethod = "auto",
+    parametrisation: Parametrisation = "in-out",
+    seed: int = 1,
 ) -> Steps[list[Separated]]:
-    """The factors in each norm that is asked for."""
+    """Factors of `brdf` in each of `norms`, from one sampling of it; otherwise as `separate`."""
+    if terms < 1:
+        raise UsageError(f"at least one term is needed, not {terms}")
+    matrix = yield from part(brdf_matrix(brdf, hemisphere_map, parametrisation), 0.0, 0.5)
+    # held from here to the end, and not taken anew by each part: changing the number of threads makes BLAS start them
+    with one_thread():
+        return (yield from part(_tried(brdf, matrix, terms, method, norms, seed), 0.5, 1.0))
+
+
+def _tried(
+    brdf: Brdf, matrix: BrdfMatrix, terms: int, method: SeparableMethod, norms: Sequence[Weighting], seed: int
+) -> Steps[list[Separated]]:
     alpha = _asymmetry(matrix)
     square = matrix.parametrisation == "in-out"
     if method == "symmetric" and not square:
@@ -144,10 +166,9 @@ def _tried(
         )
     chosen = ("symmetric" if square and alpha <= ASYMMETRY else "svd") if method == "auto" else method
     tried: list[Separated] = []
-    wanted: tuple[Weighting, ...] = ("plain", "cosine") if weighting == "auto" else (weighting,)
-    for index, norm in enumerate(wanted):
+    for index, norm in enumerate(norms):
         steps = _separated(brdf, matrix, terms, chosen, norm, alpha, seed)
-        tried.append((yield from part(steps, index / len(wanted), (index + 1) / len(wanted))))
+        tried.append((yield from part(steps, index / len(norms), (index + 1) / len(norms))))
     return tried
 
 

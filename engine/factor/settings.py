@@ -41,7 +41,8 @@ class FactorSettings:
             ("homomorphic", "Fixed (McCool)"),
             ("search", "Search (Cole)"),
         ),
-        doc="auto: symmetric if the matrix is symmetric, otherwise svd",
+        doc="auto: of a formula, symmetric if its matrix is symmetric, otherwise svd; of a measurement these or a "
+        "search, whichever is better in regions of directions that are left out",
     )
     parametrisation: Literal["in-out", "half-diff", "auto"] = choice(
         "in-out",
@@ -105,7 +106,8 @@ class FactorSettings:
 
     @property
     def separable(self) -> bool:
-        """True if the method gives a sum of products of two maps."""
+        """True if the method gives a sum of products of two maps; `auto` gives one of formulas, and tries one of
+        measurements."""
         return self.method not in ("homomorphic", "search")
 
     @property
@@ -122,11 +124,15 @@ class FactorSettings:
         return self.products if self.separable else self.textures
 
     def with_texels(self, texels: int) -> FactorSettings:
-        """The same with other texels a side, of what the method makes."""
+        """The same with other texels a side, of what the method makes; of a search by `auto`, no more than it has."""
+        if self.method == "auto":
+            return replace(self, side=texels, size=min(max(texels, SMALLEST_SIZE), self.size))
         return replace(self, side=texels) if self.separable else replace(self, size=texels)
 
     def with_terms(self, terms: int) -> FactorSettings:
         """The same with other terms at most."""
+        if self.method == "auto":
+            return replace(self, products=terms, textures=min(terms, MOST_TEXTURES))
         return replace(self, products=terms) if self.separable else replace(self, textures=terms)
 
     @property

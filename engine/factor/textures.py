@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from engine.core.errors import UsageError
 from engine.core.params import check_values
+from engine.core.steps import Step, Steps
 from engine.factor.data import FactorData
 from engine.factor.errors import Factorisation, HeldOut, Reference, TermError, metrics
 from engine.factor.homomorphic import EPSILON, HomomorphicFactors, LogSpace
@@ -76,7 +77,7 @@ def smoothing_share(
     held: Sequence[Rows],
     held_target: Floats,
     measurement: NDArray[np.intp],
-) -> float:
+) -> Steps[float]:
     """Factor in [1e-4, 1] for the λ of `terms`, which were made for `target` (N, 3).
 
     `held` are the rows of the same textures for other samples, with `held_target` (M, 3), by which it is judged, and
@@ -95,6 +96,7 @@ def smoothing_share(
 
     best, before = 1.0, errors(1.0)
     for fall in range(1, FALLS + 1):
+        yield Step(0.0, "choosing the smoothness")
         after = errors(FALL**fall)
         gained = before - after
         doubt = CERTAIN * float(gained.std()) / np.sqrt(len(gained))
@@ -249,7 +251,7 @@ class Level:
         self.textures = [*self.textures[: len(self.chosen) - len(terms)], *fit.textures]
         return fit
 
-    def settled(self) -> tuple[Level, Fit]:
+    def settled(self) -> Steps[tuple[Level, Fit]]:
         """The same projections, with textures as smooth as samples that are left out ask for: those to be given away.
 
         Of more texels than `DENSE_LIMIT` none are left out: they stay as they are.
@@ -261,7 +263,9 @@ class Level:
             target, known = self.target[~held], [part_of(one, held) for one in rows]
             pairs = zip(self.chosen, rows, strict=True)
             terms = [self.term(each, part_of(one, ~held), target) for each, one in pairs]
-            other.smoothing *= smoothing_share(terms, target, known, self.target[held], self.measurement[held])
+            steps = smoothing_share(terms, target, known, self.target[held], self.measurement[held])
+            other.smoothing *= yield from steps
+        yield Step(0.0, "solving for all textures")
         return other, other.solve_all()
 
     def beside(self) -> Level:
@@ -351,7 +355,7 @@ def mccool(
     held_out: float = HELD_OUT,
     epsilon: float = EPSILON,
     reference: Reference | None = None,
-) -> Factorisation:
+) -> Steps[Factorisation]:
     """McCool's fixed projections, wi, h and wo, all textures solved together (McCool2001).
 
     `smoothing`, `held_out` and `epsilon` are as in `SearchSettings`.
@@ -373,6 +377,6 @@ def mccool(
     fit: Fit | None = None
     for projection in mccool_projections(reciprocal):
         level.chosen.append(projection)
-        settled, fit = level.settled()
+        settled, fit = yield from level.settled()
         ladder.add(settled)
     return ladder.factorisation("mccool", fit, 0)

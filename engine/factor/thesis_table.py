@@ -147,7 +147,7 @@ def _rows(
         for reciprocal in (True, False):
             textures = len(mccool_projections(reciprocal))
             size = settings.size if size_bytes is None else math.isqrt(size_bytes // (textures * _TEXEL_BYTES))
-            fixed = mccool(
+            steps = mccool(
                 data,
                 min(max(size, SMALLEST_SIZE), LARGEST_SIZE),
                 reciprocal,
@@ -156,6 +156,7 @@ def _rows(
                 epsilon=settings.epsilon,
                 reference=pairs,
             )
+            fixed = yield from relayed(steps, lambda _: Step(0.0, f"{name}: fixed projections", tuple(rows)))
             rows.append(of_search(fixed, "", reciprocal))
             yield Step(0.0, f"{name}: fixed projections", tuple(rows))
 

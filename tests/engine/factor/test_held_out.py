@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from engine.brdf.brdf import brdf_from_text
 from engine.brdf.samples import BrdfSamples
 from engine.brdf.scattered import ScatteredBrdf, fit_scattered
 from engine.core.directions import surface_direction
-from engine.core.steps import drain
+from engine.core.steps import Step, drain
 from engine.factor.data import FactorData
 from engine.factor.errors import Factorisation, HeldOut, held_out_errors
 from engine.factor.factor import factor
@@ -159,3 +160,48 @@ def test_sums_end_where_more_terms_make_them_worse(measured: ScatteredBrdf) -> N
     assert found.held_out_by == "regions"
     assert "Nothing was measured" in found.unmeasured
     assert found.ladder[0].metrics.sq_log != found.ladder[0].held_out_sq_log
+
+
+def test_of_a_measurement_the_automatic_method_is_a_search_where_it_is_better(measured: ScatteredBrdf) -> None:
+    found, searched = (found_by(measured, method=method, products=4) for method in ("auto", "search"))
+    assert found.method == "search"
+    assert [rung.held_out for rung in found.ladder] == [rung.held_out for rung in searched.ladder]
+    assert found.choice.startswith("The search was taken by its held-out errors")
+
+
+@pytest.mark.parametrize("as_good", [True, False])
+def test_sums_are_taken_where_they_are_as_good_as_the_search_and_as_mccool(
+    measured: ScatteredBrdf, as_good: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    errors = iter([HeldOut(0.2, 0.2), HeldOut(0.1, 0.1)])  # of the search and of McCool's set
+    if as_good:
+        errors = iter([HeldOut(99.0, 99.0), HeldOut(99.0, 99.0)])
+
+    def known(found: Factorisation) -> Factorisation:
+        error = next(errors)
+        rung = replace(
+            found.ladder[0],
+            held_out_rms_cosine_weighted=error.rms_cosine_weighted,
+            held_out_sq_log=error.sq_log,
+        )
+        return replace(found, ladder=(rung,), left_out=())
+
+    def quick(*_: Any) -> Any:
+        yield Step(0.0, "")
+        return known(fixed)
+
+    fixed = found_by(measured, method="homomorphic")
+    monkeypatch.setattr("engine.factor.factor._searched", quick)
+    monkeypatch.setattr("engine.factor.factor._fixed", quick)
+    found = found_by(measured, products=2)
+    assert (found.method == "symmetric") is as_good
+    assert found.choice.startswith("Sums of products" if as_good else "The search")
+
+
+def test_the_norm_of_sums_is_that_of_the_least_held_out_errors(measured: ScatteredBrdf) -> None:
+    found, *norms = (
+        found_by(measured, method="svd", products=4, weighting=norm) for norm in ("auto", "plain", "cosine")
+    )
+    scores = [norm.ladder[-1].held_out.score for norm in norms]  # type: ignore[union-attr]
+    assert found.weighting == norms[int(np.argmin(scores))].weighting
+    assert found.ladder[-1].held_out.score == min(scores)  # type: ignore[union-attr]

@@ -38,7 +38,7 @@ def unseen(level: Level, data: FactorData) -> float:
 
 def test_dense_samples_of_a_formula_need_little() -> None:
     level = level_of(blue_paint(12_000, 55.0))
-    settled, _ = level.settled()
+    settled, _ = drain(level.settled())
     assert settled.smoothing <= FALL * level.smoothing
     assert settled.smoothing >= FALL**FALLS * (1.0 - 1e-9) * level.smoothing
     fresh = factor_data(brdf_from_text("lafortune:preset=blue-paint"), 12_000, np.radians(55.0), seed=9)
@@ -56,16 +56,16 @@ def test_few_measurements_need_all_however_often_they_are_turned() -> None:
     turn = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1.0], axis=-1).reshape(-1, 3, 3)
     wi, wo = (np.einsum("nij,nj->ni", turn, np.tile(side, (100, 1))) for side in (wi, wo))
     data = FactorData(wi, wo, np.tile(value, (100, 1)), np.tile(np.arange(60), 100))
-    settled, _ = level_of(data).settled()
+    settled, _ = drain(level_of(data).settled())
     assert settled.smoothing == SETTINGS.smoothing
     alone = FactorData(data.wi, data.wo, data.value)
-    assert level_of(alone).settled()[0].smoothing < SETTINGS.smoothing
+    assert drain(level_of(alone).settled())[0].smoothing < SETTINGS.smoothing
 
 
 @pytest.mark.parametrize("share", [0.0, 1e-9])
 def test_without_a_share_to_hold_out_nothing_changes(share: float) -> None:
     level = level_of(blue_paint(500), replace(SETTINGS, held_out=share))
-    settled, _ = level.settled()
+    settled, _ = drain(level.settled())
     assert settled.smoothing == level.smoothing
     np.testing.assert_array_equal(settled.textures[0], level.textures[0])
 
