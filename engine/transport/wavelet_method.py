@@ -13,6 +13,7 @@ from engine.brdf.brdf import Brdf
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.factor.factor_file import open_reflectance
+from engine.factor.separable_factors import SeparableFactors
 from engine.light.environment import EnvironmentMap
 from engine.transport.baking.blend import blend_from_text, mixture, together
 from engine.transport.baking.file import TransportFile
@@ -23,7 +24,7 @@ from engine.transport.method import Relight, Subject
 from engine.transport.relit import Illuminated, Light, RelitWavelets
 from engine.transport.shared_rays import Make, wavelet_maker
 from engine.transport.wavelet import bake as wavelet_bake
-from engine.transport.wavelet.error import wavelet_error
+from engine.transport.wavelet.error import best_terms, wavelet_error
 from engine.transport.wavelet.lighting import Lighting, dark, lighting_of, tuples
 from engine.transport.wavelet.relight import Relighter
 from engine.transport.wavelet.transfer import WaveletTransport, radiance_from, remixed, vectors_of
@@ -37,16 +38,19 @@ def bake_settings(settings: WaveletSettings) -> wavelet_bake.BakeSettings:
 
 
 def prepare(
-    subject: Subject, settings: WaveletSettings, _tested: EnvironmentMap | None = None
+    subject: Subject, settings: WaveletSettings, tested: EnvironmentMap | None = None
 ) -> Steps[wavelet_bake.Work]:
-    """Factor the BRDFs and lay the bake out."""
+    """Factor the BRDFs and lay the bake out, without terms that make the error under `tested` larger."""
     asked = bake_settings(settings)
     brdfs, sources = _brdfs(subject.brdf, settings)
     yield Step(0.0, "factoring the BRDF")
     bases = []
     for number, brdf in enumerate(brdfs):
         steps = wavelet_bake.factors_for(brdf, settings.terms, kind=settings.map, weighting=settings.weighting)
-        bases.append((yield from part(steps, number / len(brdfs), (number + 1) / len(brdfs))))
+        base = yield from part(steps, number / len(brdfs), (number + 1) / len(brdfs))
+        if tested is not None:
+            base = base.truncated((yield from part(best_terms(base, brdf, tested), 1.0, 1.0)))
+        bases.append(base)
     mixed = None
     if settings.blend or settings.albedo:
         mixed = mixture(subject.mesh, [each.terms for each in bases], sources, settings.albedo)
@@ -77,11 +81,13 @@ def knobs(work: wavelet_bake.Work, settings: WaveletSettings) -> dict[str, Any]:
 def measured(
     work: wavelet_bake.Work, subject: Subject, settings: WaveletSettings, tested: EnvironmentMap | None
 ) -> Steps[dict[str, Any]]:
-    """The error of the vertices under `tested` (`wavelet_error`), and of a simplified occluder."""
+    """The error of the vertices under `tested` (`wavelet_error`) and of a simplified occluder, and terms left out."""
     brdfs = _brdfs(subject.brdf, settings)[0] if tested is not None else []
     measure = lambda cube: wavelet_error(work, brdfs, cube.radiance)  # noqa: E731
     found = yield from error_record(tested, work.settings.edge, measure)
-    return {**found, **(_occluder(work) if work.settings.occluder_cells else {})}
+    asked = subject.brdf.terms if isinstance(subject.brdf, SeparableFactors) else settings.terms
+    left_out = max(0, asked - work.factors.terms)
+    return {**found, "terms_not_stored": left_out, **(_occluder(work) if work.settings.occluder_cells else {})}
 
 
 def _occluder(work: wavelet_bake.Work) -> dict[str, Any]:
@@ -108,6 +114,10 @@ def figures(_work: wavelet_bake.Work, baked: wavelet_bake.Baked, _prepared_s: fl
 def lines(result: dict[str, Any]) -> list[str]:
     """The errors in sentences."""
     found = error_lines(result)
+    left_out = result.get("terms_not_stored", 0)
+    if left_out:
+        asked = left_out + result["knobs"]["terms"]
+        found.append(f"{left_out} of the {asked} terms are not stored: they make no picture better")
     if "occluder_faces" in result:
         found.append(
             f"shadows from {result['occluder_faces']:,} triangles: the open share of the sky is off by "

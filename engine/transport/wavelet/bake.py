@@ -145,8 +145,9 @@ def factors_of_each(
     """The same for several numbers of terms, in one decomposition.
 
     They are the first terms of the same ones, at least `NESTED` of which choose the norm: a norm for each number may
-    let more terms be worse. A single term is the better of the first and Kautz and McCool's normalised term, by their
-    errors in most bands of the viewer's elevation.
+    let more terms be worse. Of a measurement, whose highlights may lie between the texels of a map, more may be worse
+    in pictures although they meet the matrix better: then these are left out. A single term is the better of the first
+    and Kautz and McCool's normalised term, by their errors in most bands of the viewer's elevation.
     """
     if isinstance(brdf, SeparableFactors):
         check_factors(brdf)
@@ -157,6 +158,9 @@ def factors_of_each(
     name = brdf_to_text(brdf) if type(brdf) in MODELS.values() else str(getattr(brdf, "name", ""))
     every = replace(found.factors, name=name)
     first = {terms: every.truncated(min(terms, every.terms)) for terms in counts}
+    if type(brdf) not in MODELS.values():
+        errors = [pairs.seen(every.truncated(terms)) for terms in range(1, min(max(counts), every.terms) + 1)]
+        first = {terms: every.truncated(1 + int(np.argmin(errors[:terms]))) for terms in counts}
     if 1 in counts:
         positive = yield from part(normalised(brdf, hemisphere_map, "in-out", pairs), share, 1.0)
         other = replace(positive, name=name)

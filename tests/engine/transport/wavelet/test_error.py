@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from engine.geometry.shapes import open_mesh
 from engine.light.cube_map import cube_of
 from engine.light.environment_file import open_environment
 from engine.transport.wavelet.bake import BakeSettings, factors_for, prepare
-from engine.transport.wavelet.error import wavelet_error
+from engine.transport.wavelet.error import best_terms, wavelet_error
 
 
 @cache
@@ -64,3 +65,14 @@ def test_errors_are_those_to_expect(
     assert abs(found.mean_rel) < found.rmse_rel
     if coefficients == 32:  # few coefficients smear Grace's lights over vertices that they hardly reach
         assert found.mean_rel > 0.01
+
+
+def test_a_term_that_makes_pictures_worse_is_not_counted() -> None:
+    brdf = brdf_from_text("phong:kd=0.3,ks=0.4,exponent=8")
+    good = drain(factors_for(brdf, 3))
+    noise = np.random.default_rng(2).random(size=good.first[:1].shape, dtype=np.float32)
+    spoiled = replace(good, first=np.concatenate([good.first, noise]), second=np.concatenate([good.second, noise]))
+    light = open_environment("sunset")
+    assert drain(best_terms(good, brdf, light)) == 3
+    assert drain(best_terms(spoiled, brdf, light)) == 3
+    assert drain(best_terms(spoiled, spoiled, light)) == 4
