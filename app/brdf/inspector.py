@@ -34,7 +34,7 @@ from app.widgets.panels import Panel, Rows, Segments, button, enable, text
 from app.widgets.param_form import ParamForm
 from app.widgets.theme import ROW, STEP, role
 from engine.brdf.brdf import MODELS, model_name
-from engine.core.figure_text import local, percent
+from engine.core.figure_text import number, percent
 from engine.core.params import parameters
 from engine.core.steps import Step
 
@@ -300,7 +300,7 @@ class Inspector(Panel):
             samples += f", {_count(brdf.invalid_samples)} unusable" if brdf.invalid_samples else ""
         self._row(self.samples, samples)
         condition, left_out = getattr(brdf, "condition_number", None), getattr(brdf, "leave_one_out", None)
-        self._row(self.condition, None if condition is None else local(f"{condition:.2g}"))
+        self._row(self.condition, None if condition is None else number(condition))
         self._row(self.left_out, None if left_out is None else percent(left_out, 3))
         warnings = brdf.health.warnings if brdf is not None else []
         self.warnings.setText("\n".join(warnings))
@@ -314,7 +314,7 @@ class Inspector(Panel):
             self.reciprocity.setText("–")
             return
         largest = facts.largest
-        self.largest.setText(f"{local(f'{max(largest.albedo):.3f}')} at {np.degrees(largest.theta):.0f}°")
+        self.largest.setText(f"{number(max(largest.albedo), 3)} at {np.degrees(largest.theta):.0f}°")
         role(self.largest, "warning" if max(largest.albedo) > 1.005 else "")
         error = facts.reciprocity.rms
         self.reciprocity.setText("exact" if error < 1e-12 else f"{percent(error, 3)} off")

@@ -18,7 +18,7 @@ from app.commands.brdf_figures import NEAR_HORIZON
 from app.widgets import theme
 from app.widgets.number_field import plain
 from app.widgets.plots import Plot, colour_table
-from engine.core.figure_text import local
+from engine.core.figure_text import number
 
 Floats = NDArray[np.float64]
 
@@ -189,7 +189,7 @@ class HalfDifferencePlot(Plot):
             return ""
         highest = self._highest()
         lowest = max(float(self.values.min()), highest * 10.0**-DECADES)
-        return local(f"{lowest:.2g}–{highest:.3g} sr⁻¹")
+        return f"{number(lowest)}–{number(highest, 3)} sr⁻¹"
 
     def _pointed(self, place: QPointF) -> None:
         if self.values is None:

@@ -27,12 +27,12 @@ from app.jobs.newest import Latest
 from app.viewport.gl_surface import why_no_gl
 from app.widgets import theme
 from app.widgets.empty_state import EmptyState
-from app.widgets.number_field import plain
 from app.widgets.panels import Segments, side_by_side, text, tool
 from app.widgets.param_form import NumberEditor
 from app.widgets.theme import PADDING, STEP, role
 from app.widgets.tiles import Tile, Tiles
 from engine.core.errors import MissingCapability
+from engine.core.figure_text import number
 from engine.core.params import Parameter
 
 LIGHT_DEG = 45.0
@@ -332,10 +332,10 @@ class BrdfTab(QWidget):
         if entry is not None and not entry.visible:
             wanted.append((entry.identity, entry.brdf))
         missing = []
-        for number, brdf in wanted:
-            known = self.known.get(number)
+        for identity, brdf in wanted:
+            known = self.known.get(identity)
             if known is None or known.brdf != brdf or known.theta_i != theta:
-                missing.append((number, brdf, known))
+                missing.append((identity, brdf, known))
         if missing:
             self.evaluating.ask(lambda: curves(missing, theta), self._evaluated)
         on_screen = (self.current, [(one.number, one.live) for one in self.shown()])
@@ -400,9 +400,9 @@ class BrdfTab(QWidget):
         entry = self.entry
         known = self.known.get(entry.identity) if entry is not None else None
         self.slice.show_values(known.half_difference if known is not None else None)
-        words = f"{plain(float(f'{highest:.3g}'))} sr⁻¹" if pairs else ""
+        words = f"{number(highest, 3)} sr⁻¹" if pairs else ""
         self.tile_of["polar"].say(words)
-        self.tile_of["lobe"].say(f"light at {self.light_deg:.0f}°, longest {plain(float(f'{highest:.3g}'))} sr⁻¹")
+        self.tile_of["lobe"].say(f"light at {self.light_deg:.0f}°, longest {number(highest, 3)} sr⁻¹")
         self._show_albedos()
 
     def _show_albedos(self) -> None:

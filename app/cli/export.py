@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import EXPORT, Input, Output
-from engine.core.figure_text import percent, size_text
+from engine.core.figure_text import number, percent, size_text
 from engine.core.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ def report(result: dict[str, Any]) -> str:
     lines = [f"{'target':<11}{'size':>10}{'photographs':>13}{'reference':>11}{'FLIP':>8}"]
     for made in result["targets"]:
         errors = [_percent(made[name]) for name in ("rmse_rel", "rmse_rel_reference")]
-        flip = "–" if made["flip"] is None else f"{made['flip']:.3f}"
+        flip = "–" if made["flip"] is None else number(made["flip"], 3)
         lines.append(f"{made['target']:<11}{size_text(made['bytes']):>10}{errors[0]:>13}{errors[1]:>11}{flip:>8}")
     if "auto" in result:
         for other in result["auto"]["candidates"]:

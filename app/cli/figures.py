@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, figures_in
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent_within
+from engine.core.figure_text import percent_within, time_text
 from engine.core.steps import Step, drain, part
 from engine.figures.papers.catalogue import FIGURES
 
@@ -87,7 +87,7 @@ def report(result: dict[str, Any]) -> str:
     lines = []
     for figure in result["figures"]:
         folder = Path(result["output"]) / figure["name"]
-        lines.append(f"{folder / figure['picture']}: {figure['title']}, {figure['time_s']:.0f} s")
+        lines.append(f"{folder / figure['picture']}: {figure['title']}, {time_text(figure['time_s'])}")
         lines += [_line(picture) for picture in result["pictures"] if picture["name"] == figure["name"]]
     end = ["Cancelled; the figures above are complete."] if result["cancelled"] else []
     return "\n".join([*filter(None, lines), *end])

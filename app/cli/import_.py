@@ -10,7 +10,7 @@ from typing import Any
 
 from app.arguments.results import STACK, Input, Output
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent
+from engine.core.figure_text import percent, time_text
 from engine.core.steps import Step, drain
 
 HELP = "Import photographs of a material under a moving lamp: decode, align, crop and report."
@@ -208,7 +208,7 @@ def report(result: dict[str, Any]) -> str:
     )
     lines = [
         f"{result['images']} photographs of {result['width_px']} × {result['height_px']} px, "
-        f"angles from {result['angle_source']}, {result['time_s']:.1f} s",
+        f"angles from {result['angle_source']}, {time_text(result['time_s'])}",
         "elevation   mean radiance   clipped     black   residual",
         *(
             f"{angle:8.1f}°   {mean:13.5f}   {percent(clipped):>7}   {percent(black):>7}   "

@@ -29,7 +29,7 @@ from app.widgets.controls import ComboBox
 from app.widgets.labels import LEAST_ERROR, NAMES
 from app.widgets.panels import button, enable, sheet, text
 from app.widgets.theme import ROW, STEP
-from engine.core.figure_text import local, percent, percent_range, size_text, time_text
+from engine.core.figure_text import percent, percent_range, size_text, time_text
 
 if TYPE_CHECKING:
     from engine.planning.plan import Beyond, Effect, EffectsPlan
@@ -232,7 +232,9 @@ def _beyond_text(beyond: Beyond) -> str:
     """The setting that keeps within the budget beyond the ceilings of a plan, and its cost."""
     cost = beyond.cost
     takes = [f"{time_text(cost.frame_s)} a picture"]
-    takes += [f"{cost.bake_s:.0f} s to bake", f"{size_text(cost.memory_bytes)} of memory"] if cost.bake_s > 0.0 else []
+    takes += (
+        [f"{time_text(cost.bake_s)} to bake", f"{size_text(cost.memory_bytes)} of memory"] if cost.bake_s > 0.0 else []
+    )
     return f"{setting_text(beyond.setting)} keeps within it, but takes {', '.join(takes)}."
 
 
@@ -249,7 +251,7 @@ def row_forms(effect: Effect) -> tuple[str, ...]:
         return (f"{effect.decision}, {error} without it", *short)
     saved = []
     if effect.saves_s >= LEAST_S:
-        saved.append(local(f"{effect.saves_s:.2g} s") if effect.saves_s < 100.0 else f"{effect.saves_s:.0f} s")
+        saved.append(time_text(effect.saves_s))
     if effect.saves_bytes >= LEAST_BYTES:
         saved.append(size_text(effect.saves_bytes))
     longer = [" and ".join(saved[:count]) for count in range(len(saved), 0, -1)]

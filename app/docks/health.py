@@ -31,7 +31,7 @@ from app.widgets import theme
 from app.widgets import theme as icons
 from app.widgets.panels import button, sheet, text
 from app.widgets.status_bar import VERDICTS
-from engine.core.figure_text import local, number, size_text
+from engine.core.figure_text import number, size_text
 from engine.core.health import Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.storage.untrusted import protection
@@ -261,7 +261,7 @@ class HealthDock(QDockWidget):
         top = self._line(None, "Self-test", words, WORDS[verdict], verdict)
         for case in cases:
             own = Verdict.GOOD if case.passed else Verdict.BAD
-            value = case.problem or case.skipped or local(f"{case.measured:.3g} ≤ {case.bound:.3g}")
+            value = case.problem or case.skipped or f"{number(case.measured, 3)} ≤ {number(case.bound, 3)}"
             self._line(top, "", f"{case.id}  {case.text}", value[:60], own)
         top.setExpanded(bool(failed))
 

@@ -22,7 +22,7 @@ from app.jobs.jobs import Job, Jobs
 from app.widgets import theme
 from app.widgets.status_bar import describe
 from app.widgets.theme import ROW
-from engine.core.figure_text import local
+from engine.core.figure_text import time_text
 
 JOBS_KEPT = 200
 LINES_KEPT = 5000
@@ -74,7 +74,7 @@ class JobsDock(QDockWidget):
             self._insert(job)
         place = self.rows.index(job)
         now = describe(job) if not job.over else STATES[job.state]
-        for column, words in ((1, now), (2, local(f"{job.time_s:.1f} s") if job.over else "")):
+        for column, words in ((1, now), (2, time_text(job.time_s, 3) if job.over else "")):
             item = self.table.item(place, column)
             assert item is not None
             item.setText(words)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from app.document.bake_request import BakeChoices, setting_for
 from app.document.document import Look
 from app.document.modes import mode_named
-from engine.core.figure_text import percent_within, size_text, time_text
+from engine.core.figure_text import number, percent_within, size_text, time_text
 from engine.core.steps import Step, Steps, part
 from engine.planning.costs.setting import Setting, knobs_of
 from engine.scene.scene import Scene
@@ -140,9 +140,9 @@ def describe(point: Point, accuracy: Accuracy | None = None) -> str:
     error = f"error {percent_within(point.error_rmse_rel, point.error_uncertainty)}"
     lines = [
         setting_text(point.setting),
-        f"{error}, FLIP {point.error_flip:.3f}",
-        f"frame {1e3 * point.frame_s:.1f} ms, relighting {1e3 * point.relight_s:.1f} ms",
-        f"bake {point.bake_s:.1f} s, memory {size_text(point.memory_bytes)}",
+        f"{error}, FLIP {number(point.error_flip, 3)}",
+        f"frame {time_text(point.frame_s, 3)}, relighting {time_text(point.relight_s, 3)}",
+        f"bake {time_text(point.bake_s, 3)}, memory {size_text(point.memory_bytes)}",
     ]
     if point.predicted:
         lines.append(f"predicted: {_predicted_text(point)}")

@@ -25,7 +25,7 @@ from app.widgets.number_field import plain
 from app.widgets.panels import text
 from app.widgets.theme import STEP, role
 from engine.core.directions import world_direction
-from engine.core.figure_text import local
+from engine.core.figure_text import number
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
 from engine.scene.scene import Scene
@@ -178,7 +178,7 @@ class FactorPreview(QWidget):
         self.difference.show_difference(found)
         words = ""
         if found is not None:
-            words = f"±{plain(found.scale)}, RMS {local(f'{found.rms:.2g}')}"
+            words = f"±{plain(found.scale)}, RMS {number(found.rms)}"
         self.say("difference", words)
 
 

@@ -23,7 +23,7 @@ from app.widgets.panels import Panel, Segments, button, enable, side_by_side, te
 from app.widgets.plots import ColourBar, RadiancePlot, TexelPlot, colour_table
 from app.widgets.report import Report
 from app.widgets.theme import PADDING, STEP, role
-from engine.core.figure_text import percent, size_text
+from engine.core.figure_text import number, percent, size_text
 from engine.core.health import Health
 from engine.core.steps import Step, Steps
 from engine.figures.contact_sheet import repeated
@@ -243,23 +243,23 @@ class MaterialTab(QWidget):
             return
         height, width = (power_law.scale if power_law is not None else shading_map.slices[0]).shape[:2]  # type: ignore[union-attr]
         self.resolution.setText(f"{width} × {height} px")
-        self.r_max.setText(f"{either.r_max:.4f}")
+        self.r_max.setText(number(either.r_max, 4))
         pair_bytes = power_law.size_bytes if power_law is not None else 0
         self._show_compression(power_law)
         seams = shading_map.health.figures.get("seam_error") if shading_map is not None else None
-        self.seams.setText("not tileable" if seams is None else f"{seams:.2f} × inside")
+        self.seams.setText("not tileable" if seams is None else f"{number(seams, 3)} × inside")
         self.size_pair.setText(size_text(pair_bytes) if power_law is not None else "–")
         self.size_slices.setText(size_text(shading_map.slices.nbytes) if shading_map is not None else "–")
         both = shading_map is not None and power_law is not None
-        self.saved.setText(f"{percent(1 - pair_bytes / shading_map.slices.nbytes)}" if both else "–")  # type: ignore[union-attr]
+        self.saved.setText(percent(1 - pair_bytes / shading_map.slices.nbytes) if both else "–")  # type: ignore[union-attr]
         if shading_map is not None:
             deviation = np.abs(shading_map.mean_radiance - shading_map.target_radiance).max() / shading_map.r_max
-            self.deviation.setText(f"{percent(deviation)}" if deviation > 5e-7 else "exact")
+            self.deviation.setText(percent(deviation) if deviation > 5e-7 else "exact")
         else:
             self.deviation.setText("–")
-        self.rms.setText(f"{power_law.rms:.4f}" if power_law is not None else "–")
-        self.relative.setText(f"{percent(power_law.rms / power_law.r_max, 3)}" if power_law is not None else "–")
-        self.worst.setText(f"{float(power_law.error_map.max()):.3f}" if power_law is not None else "–")
+        self.rms.setText(number(power_law.rms, 3) if power_law is not None else "–")
+        self.relative.setText(percent(power_law.rms / power_law.r_max, 3) if power_law is not None else "–")
+        self.worst.setText(number(float(power_law.error_map.max()), 3) if power_law is not None else "–")
         self.show_what.disable("slices", "" if shading_map is not None else "The bundle holds no slices")
         for value in ("power-law", "error"):
             self.show_what.disable(value, "" if power_law is not None else "The bundle holds no power law")
@@ -269,7 +269,7 @@ class MaterialTab(QWidget):
     def _show_compression(self, power_law: PowerLawMap | None) -> None:
         storage = power_law.storage if power_law is not None else None
         rounded = storage is not None and storage.exponent_bits < 32
-        self.rounding.setText(f"≤ {storage.bound:.2g}" if storage is not None and rounded else "none")
+        self.rounding.setText(f"≤ {number(storage.bound)}" if storage is not None and rounded else "none")
         kept = power_law.kept if power_law is not None else None
         self.kept.setText("none" if kept is None else percent(float((kept.place >= 0).mean()), 3))
 
@@ -336,7 +336,7 @@ class MaterialTab(QWidget):
         r = self.share * either.r_max
         self.radiance.show_current(r if what != "error" else None)
         self._show_place()
-        self.r_figure.setText(f"{r:.4f} of {either.r_max:.4f}")
+        self.r_figure.setText(f"{number(r, 4)} of {number(either.r_max, 4)}")
         high = _error_scale(project) if what == "error" else 0.0
         self.bar.show_scale(high, "RMS error")
         self.latest.ask(lambda: _picture(project, what, r, high), self.image.show_picture)

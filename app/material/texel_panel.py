@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLabel
 
 from app.widgets.panels import Rows, button, text
+from engine.core.figure_text import number
 from engine.core.steps import Step, Steps
 from engine.scene.material import Material
 from engine.shading.power_law import PowerLawMap
@@ -46,7 +47,7 @@ class WorstTexels(Rows):
                 texel = self.texels[place]
                 link.setText(f"{texel.column}, {texel.row}")
                 link.setAccessibleName(f"Texel in column {texel.column}, row {texel.row}")
-                error.setText(f"{texel.error:.4f}")
+                error.setText(number(texel.error, 3))
 
     def _clicked(self, place: int) -> None:
         self.chosen.emit(self.texels[place].column, self.texels[place].row)
@@ -72,7 +73,7 @@ class TexelFigures(Rows):
             return
         tiles = power_law.kept
         kept = tiles is not None and tiles.place[row // tiles.size, column // tiles.size] >= 0
-        self.residual.setText("0, slices kept" if kept else f"{float(power_law.error_map[row, column]):.4f}")
+        self.residual.setText("0, slices kept" if kept else number(float(power_law.error_map[row, column]), 3))
         _show_three(self.scale, power_law.scale[row, column], 3)
         _show_three(self.exponent, power_law.exponent[row, column], 2)
 

@@ -11,9 +11,8 @@ from app.document.document import Look, Project
 from app.document.modes import mode_of, modes, why_not
 from app.view.picture_error import PictureError
 from app.widgets.controls import ComboBox
-from app.widgets.number_field import plain
 from app.widgets.panels import Rows, Segments
-from engine.core.figure_text import local
+from engine.core.figure_text import number
 
 BOUNCES = ((0, "Direct light only"), (1, "1 bounce"), (2, "2 bounces"), (4, "4 bounces"), (8, "8 bounces"))
 
@@ -79,8 +78,8 @@ class ComparePanel(Rows):
     def show_error(self, error: PictureError | None) -> None:
         """The figures, or that there are none."""
         self.error.setText(error.text if error else "–")
-        self.flip.setText(local(f"≈ {error.flip:.2g}") if error and error.flip is not None else "–")
-        self.largest.setText(plain(float(f"{error.max_abs:.3g}")) if error else "–")
+        self.flip.setText(f"≈ {number(error.flip)}" if error and error.flip is not None else "–")
+        self.largest.setText(number(error.max_abs, 3) if error else "–")
 
 
 def why_not_compared(project: Project) -> str:

@@ -23,7 +23,7 @@ from app.widgets.plots import colour_table
 from app.widgets.theme import PADDING, ROW, STEP, role
 from engine.brdf.brdf import Brdf
 from engine.core.directions import normalize
-from engine.core.figure_text import local, percent
+from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps, part
 from engine.geometry.camera import Camera
 from engine.geometry.ground import Ground
@@ -90,8 +90,8 @@ class LobeInspector(QDockWidget):
         self.words.say(ASK, SHORT[ASK])
         self.towards = ComboBox()
         self.towards.addItem("The camera", None)
-        for number in range(VIEWS):
-            self.towards.addItem(f"View {number + 1}", number)
+        for direction in range(VIEWS):
+            self.towards.addItem(f"View {direction + 1}", direction)
         self.towards.setAccessibleName("View")
         self.towards.setToolTip("Direction of the view: the camera, or one of the 92 stored views")
         self.towards.activated.connect(lambda _index: self._ask())
@@ -186,7 +186,7 @@ class LobeInspector(QDockWidget):
         start = f"Vertex {answer.vertex:,}".replace(",", " ")
         self.words.say(f"{start}, {angle}; {source}", f"{start}, {angle}", start)
         self.pictures[0].show_values(
-            found.picture, found.highest, "Tabulated transport", local(f"to {found.highest:.3g} / sr")
+            found.picture, found.highest, "Tabulated transport", f"to {number(found.highest, 3)} / sr"
         )
         for picture, each in zip(self.pictures[1:], found.approximations, strict=True):
             error = f"error {percent(each.error_rel)}"

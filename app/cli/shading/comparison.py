@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from engine.core.errors import InputError
-from engine.core.figure_text import number
+from engine.core.figure_text import number, time_text
 from engine.core.steps import Step, drain, part
 
 if TYPE_CHECKING:
@@ -61,8 +61,8 @@ def report(result: dict[str, Any]) -> str:
     units = "errors in codes of 8-bit sRGB, products of a fragment and a light"
     lines = [f"{'':16} {'left out':>9} {'in sample':>9} {'bytes':>6} {'products':>8} {'fit':>7}   {units}"]
     for each in result["candidates"]:
-        errors = f"{each['leave_one_out_rmse_srgb8']:9.2f} {each['in_sample_rmse_srgb8']:9.2f}"
-        seconds = f"{number(each['fit_s'])} s"
+        errors = f"{number(each['leave_one_out_rmse_srgb8'], 3):>9} {number(each['in_sample_rmse_srgb8'], 3):>9}"
+        seconds = time_text(each["fit_s"])
         products = "–" if each["products_per_fragment"] is None else each["products_per_fragment"]
         costs = f"{each['bytes_per_texel']:6} {products:>8} {seconds:>7}"
         lines.append(f"{each['representation']:16} {errors} {costs}")

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from engine.core.figure_text import number, percent, size_text
+from engine.core.figure_text import number, percent, size_text, time_text
 
 if TYPE_CHECKING:
     from engine.shading.fidelity import Fidelity
@@ -19,20 +19,24 @@ def report_of(result: dict[str, Any]) -> str:
         size = size_text(result["size_bytes"])
         first = f"{result['planes']} planes of {result['photographs']} photographs, {size}"
         return "\n".join(
-            [f"{first}, fitted in {result['fit_s']:.2f} s", *_tile_line(result), *_errors(result), _where(result)]
+            [f"{first}, fitted in {time_text(result['fit_s'])}", *_tile_line(result), *_errors(result), _where(result)]
         )
     size = size_text(result["size_bytes_slices"])
-    lines = [f"{len(result['slice_mean_radiance'])} slices, {size}, linearised in {result['linearise_s']:.2f} s"]
+    lines = [f"{len(result['slice_mean_radiance'])} slices, {size}, linearised in {time_text(result['linearise_s'])}"]
     lines += _tile_line(result)
     if result["rms"] is not None:
         compressed = size_text(result["size_bytes_compressed"])
-        lines.append(f"power law, {compressed}, fitted in {result['fit_s']:.2f} s, RMS error {result['rms']:.4f}")
+        lines.append(
+            f"power law, {compressed}, fitted in {time_text(result['fit_s'])}, RMS error {number(result['rms'])}"
+        )
     if result["exponent_bits"] not in (None, 32):
-        change = f"{result['quantisation_error_radiance']:.2g}, at most {result['quantisation_bound_radiance']:.2g}"
+        change = (
+            f"{number(result['quantisation_error_radiance'])}, at most {number(result['quantisation_bound_radiance'])}"
+        )
         lines.append(f"exponents in {result['exponent_bits']} bits change radiance by {change}")
     if result["kept_tile_fraction"] is not None:
         kept = f"{percent(result['kept_tile_fraction'], 3)} of the tiles keep their slices"
-        lines.append(f"{kept}, no texel's error reaches {result['max_error_radiance']:.3g}")
+        lines.append(f"{kept}, no texel's error reaches {number(result['max_error_radiance'], 3)}")
     if result["brdf_fit_rmse_rel"] is not None:
         lines.append(
             f"the model in place of the measured BRDF is {percent(result['brdf_fit_rmse_rel'], 3)} away from it"
@@ -63,7 +67,7 @@ def _tile_line(result: dict[str, Any]) -> list[str]:
     if result.get("seam_error") is None:
         return []
     tile = f"{result['tile_width_px']} x {result['tile_height_px']} texels"
-    return [f"tile of {tile}, steps across its seams are {result['seam_error']:.2f} times those within"]
+    return [f"tile of {tile}, steps across its seams are {number(result['seam_error'])} times those within"]
 
 
 def _errors(result: dict[str, Any]) -> list[str]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.arguments.results import Input
 from engine.core.errors import UsageError
+from engine.core.figure_text import number
 
 if TYPE_CHECKING:
     from engine.light.environment import EnvironmentMap
@@ -89,7 +90,7 @@ def _check_brightness(environment: EnvironmentMap, factor: float) -> None:
     radiance = factor * float(environment.radiance.max())
     if radiance > BRIGHTEST:
         raise UsageError(
-            f"{environment.name} is as bright as {radiance:.3g}, above the limit for baked transport "
+            f"{environment.name} is as bright as {number(radiance, 3)}, above the limit for baked transport "
             f"({BRIGHTEST:g}); choose a smaller --intensity"
         )
 

@@ -22,7 +22,7 @@ from app.cli.transport.render_output import (
 )
 from app.commands.pictures import write_picture
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent, size_text
+from engine.core.figure_text import percent, size_text, time_text
 from engine.core.steps import Step, drain
 from engine.transport import method as transport
 
@@ -234,12 +234,12 @@ def _setup(arguments: argparse.Namespace) -> Setup | None:
 
 def report(result: dict[str, Any]) -> str:
     if "frames" in result:
-        return f"{result['image']}: {result['frames']} frames, {result['time_s']:.1f} s"
+        return f"{result['image']}: {result['frames']} frames, {time_text(result['time_s'])}"
     if "noise" in result:
         noise = "unknown" if result["noise"] is None else percent(result["noise"])
-        return f"{result['image']}: {result['samples']} samples, noise {noise}, {result['frame_s']:.1f} s"
+        return f"{result['image']}: {result['samples']} samples, noise {noise}, {time_text(result['frame_s'])}"
     device = "the processor" if result["gl_renderer"].startswith("none") else result["gl_renderer"]
-    return f"{result['image']}: {1e3 * result['frame_s']:.0f} ms a frame on {device}"
+    return f"{result['image']}: {time_text(result['frame_s'])} a frame on {device}"
 
 
 def _check(arguments: argparse.Namespace) -> None:

@@ -10,6 +10,7 @@ from PySide6.QtCore import QPoint, Qt
 
 from app.material.texel_panel import WORST_SHOWN
 from app.window.main_window import MainWindow
+from engine.core.figure_text import number
 from engine.shading.power_law_error import worst_texels
 from tests.app.window.test_main_window import fill
 from tests.present import present
@@ -56,7 +57,7 @@ def test_fewer_bits_take_fewer_bytes_and_say_how_far_they_round(filled: MainWind
     assert filled.bench.document.project.material.power_law is not None
     storage = filled.bench.document.project.material.power_law.storage
     assert storage.exponent_bits == 8
-    assert tab.rounding.text() == f"≤ {storage.bound:.2g}"
+    assert tab.rounding.text() == f"≤ {number(storage.bound)}"
     assert tab.size_pair.text() != before
 
 
@@ -67,7 +68,7 @@ def test_a_tileable_material_repeats_and_its_seams_are_measured(filled: MainWind
     rebuild(filled, qtbot)
     shading_map = filled.bench.document.project.material.shading_map
     assert shading_map is not None
-    assert tab.seams.text() == f"{shading_map.health.figures['seam_error']:.2f} × inside"
+    assert tab.seams.text() == f"{number(shading_map.health.figures['seam_error'], 3)} × inside"
     qtbot.mouseClick(tab.show_what.buttons["tiles"], Qt.MouseButton.LeftButton)
     height, width = shading_map.slices.shape[1:3]
     qtbot.waitUntil(lambda: present(tab.image.picture).size == (3 * width, 3 * height), timeout=60_000)
@@ -94,7 +95,7 @@ def test_the_list_of_worst_texels_leads_to_them(filled: MainWindow, qtbot: Any) 
     assert tab.image.probe == (worst.column, worst.row)
     middle = QPoint(tab.image.width() // 2, tab.image.height() // 2)
     assert tab.image.texel_at(middle.toPointF()) == (worst.column, worst.row)
-    assert tab.texel_figures.residual.text() == f"{worst.error:.4f}"
+    assert tab.texel_figures.residual.text() == number(worst.error, 3)
     exponent = "   ".join(f"{value:.2f}" for value in power_law.exponent[worst.row, worst.column])
     assert tab.texel_figures.exponent.text() == exponent
 
