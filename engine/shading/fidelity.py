@@ -69,7 +69,9 @@ def fidelity(stack: ImageStack, used: NDArray[np.int64], shading_map: ShadingMap
         for line, row in enumerate(rows):
             radiance[place, line] = stack.radiance[int(photograph), row : row + 1, columns][0]
         yield Step(place / len(used), "comparing with the photographs")
-    wanted = _codes(radiance)
+    wanted = np.empty_like(radiance)
+    for place in range(len(used)):  # one by one, since encoding takes several copies
+        wanted[place] = _codes(radiance[place])
     slices = np.stack([shading_map.slices[:, row, columns] for row in rows], axis=1)
     release(shading_map.slices)
     sampled = replace(shading_map, slices=slices, clipped=None)

@@ -21,7 +21,7 @@ Roughness and F have priors, a mean and a deviation, which speak where the photo
 Both lobes of all lamps and their derivatives are one evaluation. All sums over lamps are the products of pairs of its
 columns, from which reflectance, gradient and normal equations follow without the lamps; an iteration ends where a step
 is small beside the standard deviation of what it moves.
-Bound by arithmetic, roots and quotients of the lobes above all: some 0.045 ms of one core for 40 to 64 lamps.
+Bound by arithmetic, roots and quotients of the lobes above all: 0.023 ms of one core for 40 lamps, 0.042 ms for 64.
 """
 
 from __future__ import annotations
