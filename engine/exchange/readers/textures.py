@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from engine.core.colour import luminance
 from engine.core.errors import InputError
+from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps
 from engine.images.decode import TransferChoice, image_from_reply
@@ -218,7 +219,7 @@ def _limited(values: Map, name: str, notes: list[str]) -> Map:
     whole = np.nan_to_num(values, nan=0.0, posinf=1.0, neginf=0.0)
     beyond = float(np.mean((whole < -1e-3) | (whole > 1.0 + 1e-3)))
     if beyond > 0.0:
-        notes.append(f"{name} is outside 0 … 1 in {100.0 * beyond:.2g} % of the texels, and clamped")
+        notes.append(f"{name} is outside 0 … 1 in {percent(beyond)} of the texels, and clamped")
     return np.ascontiguousarray(np.clip(whole, 0.0, 1.0), np.float32)
 
 
