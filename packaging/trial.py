@@ -1,4 +1,4 @@
-"""A new user's day with the program, killed at ten moments: nothing that was done may be missing afterwards.
+"""A new user's day with the program, killed at twelve moments: nothing that was done may be missing afterwards.
 
     python packaging/trial.py FOLDER --photographs CAPTURE
 
@@ -387,7 +387,7 @@ def collected(person: Person) -> None:
     """File: collected through the menu and the dialogs; the copy opens where the photographs are not."""
     target = person.folder / "collected" / "Felt.lap"
     target.parent.mkdir(exist_ok=True)
-    person.keys("alt+f", *"co")
+    person.keys("alt+f", "Down", "Down", "Down", "Return")
     person.click("With results")
     person.answer("Collect", target)
     before = person.rest()
