@@ -226,7 +226,8 @@ class Workbench(QObject):
         if parts.get("sources") is now.sources:
             parts = {}  # what a person set meanwhile stays
         excluded = now.excluded & frozenset(stack.sources)
-        words, made = "Import photographs", {"stack": stack, "excluded": excluded, "name": name}
+        gone = {"surface": None, "surface_from": None}
+        words, made = "Import photographs", {"stack": stack, "excluded": excluded, "name": name, **gone}
         self.document.change(words, **{**made, "imported_with": choices, **parts})
         self.said.emit(f"{len(stack.sources)} photographs imported")
         self.build_material()
@@ -334,6 +335,8 @@ class Workbench(QObject):
                 "sources": None,
                 "excluded": frozenset(),
                 "built_from": (),
+                "surface": None,
+                "surface_from": None,
                 "name": bundle.name,
                 "look": with_view(now.look, bundle.provenance),
                 "came_from": {**now.came_from, **found.parts.get("came_from", {})},

@@ -42,6 +42,7 @@ from engine.shading.representation import Representation
 if TYPE_CHECKING:
     from app.document.measured import Accuracy
     from engine.capture.registration.framing import Framing
+    from engine.surface.recover import Surface
 
 #: Arrangements of two pictures.
 Comparing = Literal["", "wipe", "difference"]
@@ -153,6 +154,8 @@ class Project:
     `bakes` are the settings of bakes in the View workspace by method, those that are not its defaults, by name.
     `accuracy` is what was measured of settings there. `came_from` are files of models and environments by their names.
     `camera` is where the model is seen from; None where it is framed. `notes` are a person's own words.
+    `surface` are the maps of the surface behind the photographs, and `surface_from` the stack and the photographs left
+    out of which they were made.
     """
 
     sources: Sources | None = None
@@ -170,6 +173,8 @@ class Project:
     material: Material = field(default_factory=lambda: Material(None, None, brdf=BRDF, name="Untitled"))
     built_from: tuple[Any, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    surface: Surface | None = None
+    surface_from: tuple[Any, ...] | None = None
     mesh: Mesh | None = None
     environment: EnvironmentMap | None = None
     look: Look = field(default_factory=Look)

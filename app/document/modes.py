@@ -37,9 +37,9 @@ class Mode:
 UNBAKED = (
     Mode(
         "shading-map",
-        "Shading map",
+        "Material",
         "M",
-        "The material's photographs, looked up under every light",
+        "The photographs of the material, by its shading map or directional map, under every light",
         ("d", "◆"),
         3,
     ),

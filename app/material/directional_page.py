@@ -10,12 +10,14 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 from app.document.document import Project
 from app.jobs.jobs import Jobs
 from app.jobs.newest import Latest
+from app.material.candidates import Candidates
 from app.material.light_pad import LightPad
+from app.material.surface_page import page_switch
 from app.widgets.controls import ComboBox
 from app.widgets.image_view import ImageView, Picture, photograph
-from app.widgets.panels import Panel, button, side_by_side, text
+from app.widgets.panels import Panel, button, side_by_side
 from app.widgets.report import Report
-from engine.core.figure_text import number, size_text
+from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps
 from engine.shading.directional.planes import DirectionalMap
 
@@ -50,6 +52,8 @@ class DirectionalPage(QWidget):
 
     def _make_right(self) -> QWidget:
         panel = Panel()
+        self.switch = page_switch("material")
+        panel.column.addWidget(self.switch)
         light = panel.section("Light")
         light.wide(self.pad)
         self.angles = light.figure("Direction", "Elevation and azimuth of the light; dots are the lamps of the capture")
@@ -61,12 +65,8 @@ class DirectionalPage(QWidget):
         self.planes = settings.figure("Planes", "Pictures in 8 bits, whose weighted sum is the picture under a light")
         self.lamps = settings.figure("Photographs")
         self.byte_count = settings.figure("Bytes")
-        errors = panel.section("Errors in codes of 255")
-        errors.wide(text("Of photographs that are left out in turn", "secondary", wrap=True))
-        self.left_out = errors.figure("This map")
-        self.other = errors.figure("Not chosen", "The other representation, under the same test")
-        self.mean = errors.figure("Mean picture", "The mean of the other photographs in place of each")
-        self.in_sample = errors.figure("In sample", "This map against the photographs that it was made of")
+        self.candidates = Candidates()
+        panel.add(self.candidates)
         report = panel.section("Report")
         self.report = Report()
         report.wide(self.report)
@@ -88,11 +88,7 @@ class DirectionalPage(QWidget):
         self.planes.setText(str(count))
         self.lamps.setText(str(len(found.lights)))
         self.byte_count.setText(f"{size_text(found.planes.nbytes)}, {count} a texel")
-        self.left_out.setText(number(found.leave_one_out))
-        self.in_sample.setText(number(found.in_sample))
-        self.mean.setText(number(found.mean_picture))
-        other = material.health.figures.get("shading_map_leave_one_out_rmse_srgb8")
-        self.other.setText("–" if other is None else f"{number(other)}, shading map")
+        self.candidates.show_material(material)
         self.pad.show_lamps(found.lights)
         self._relight()
 

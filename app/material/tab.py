@@ -12,8 +12,10 @@ from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.jobs.newest import Latest
+from app.material.candidates import Candidates
 from app.material.directional_page import DirectionalPage, representation_box
 from app.material.maps_page import MapsPage
+from app.material.surface_page import SurfacePage, page_switch
 from app.material.texel_panel import TexelFigures, WorstTexels, worst
 from app.widgets.controls import ComboBox, Slider
 from app.widgets.empty_state import EmptyState, with_empty_state
@@ -55,6 +57,7 @@ class MaterialTab(QWidget):
         self.latest = Latest(bench.jobs, "Preparing the picture")
         self.share = 1.0
         self.place: tuple[int, int] | None = None
+        self.page = "material"
         self.image = ImageView()
         self.image.picked.connect(self._picked)
         self.bar = ColourBar(colour_table())
@@ -73,6 +76,11 @@ class MaterialTab(QWidget):
         self.pages.addWidget(self.directional)
         self.maps = MapsPage(bench.jobs)
         self.pages.addWidget(self.maps)
+        self.surface = SurfacePage(bench)
+        self.pages.addWidget(self.surface)
+        self.switches = (self.switch, self.directional.switch, self.surface.switch)
+        for switch in self.switches:
+            switch.chosen.connect(self.show_page)
         bench.document.changed.connect(self._changed)
         bench.jobs.changed.connect(lambda _job: self._update_buttons())
         self._changed(Project(), bench.document.project)
@@ -139,6 +147,8 @@ class MaterialTab(QWidget):
 
     def _make_right(self) -> QWidget:
         panel = Panel()
+        self.switch = page_switch("material")
+        panel.column.addWidget(self.switch)
         settings = panel.section("Shading map")
         self.representation = representation_box()
         self.representation.activated.connect(lambda _index: self._represent(self.representation.currentData()))
@@ -197,6 +207,8 @@ class MaterialTab(QWidget):
         self.size_slices = sizes.figure("Slices")
         self.size_pair = sizes.figure("Power law")
         self.saved = sizes.figure("Saved")
+        self.candidates = Candidates()
+        panel.add(self.candidates)
         panel.section("Texel").wide(self.texel_figures)
         panel.section("Worst texels").wide(self.worst_texels)
         report = panel.section("Report")
@@ -208,12 +220,29 @@ class MaterialTab(QWidget):
 
     def fit(self) -> None:
         """Show the whole picture."""
-        {2: self.directional.image, 3: self.maps.image}.get(self.pages.currentIndex(), self.image).fit()
+        shown = self.pages.currentWidget()
+        (shown.image if isinstance(shown, DirectionalPage | MapsPage | SurfacePage) else self.image).fit()
+
+    def show_page(self, page: str) -> None:
+        """Show the 'material' or the maps of its 'surface'."""
+        self.page = page
+        self._turn_to_page(self.bench.document.project)
+
+    def _turn_to_page(self, project: Project) -> None:
+        material = project.material
+        is_pbr = material.pbr is not None
+        if is_pbr or not (project.has_map or project.surface is not None):
+            self.page = "material"
+        made = 3 if is_pbr else 2 if material.directional is not None else 1 if project.has_map else 0
+        self.pages.setCurrentIndex(4 if self.page == "surface" else made)
+        for switch in self.switches:
+            switch.choose(self.page)
 
     def _changed(self, old: Project, new: Project) -> None:
         is_directional = new.material.directional is not None
         is_pbr = new.material.pbr is not None
-        self.pages.setCurrentIndex(3 if is_pbr else 2 if is_directional else 1 if new.has_map else 0)
+        self._turn_to_page(new)
+        self.surface.show_project(new)
         self.representation.setCurrentIndex(max(0, self.representation.findData(new.representation)))
         if self.slices.findData(new.slices) < 0:
             self.slices.addItem(str(new.slices), new.slices)
@@ -229,6 +258,7 @@ class MaterialTab(QWidget):
             self.directional.show_project(new)
         elif old.material.maps != new.material.maps:
             self._show_figures(new)
+            self.candidates.show_material(new.material)
             self._show_plots(new)
             self._load_picture()
             self.finding.ask(lambda: worst(new.material.power_law), self.worst_texels.show_texels)
@@ -376,6 +406,7 @@ class MaterialTab(QWidget):
             why_not = "The material is being built"
         elif project.built_from == project.recipe:
             why_not = "The material is up to date"
+        self.surface.update_buttons(project)
         for each in (self.build, self.directional.build):
             enable(each, why_not, "Make the material again with these settings")
         no_stack = "Needs the photographs of the capture" if project.stack is None else ""
@@ -393,6 +424,7 @@ class MaterialTab(QWidget):
         self.empty.apply_theme()
         self.directional.apply_theme()
         self.maps.apply_theme()
+        self.surface.apply_theme()
         self.report.show_health(self.report.health)
         for plot in (self.radiance, self.texel):
             plot.apply_theme()

@@ -74,7 +74,9 @@ CLASSES = {
     "engine.shading.kept_tiles": ("KeptTiles",),
     "engine.shading.power_law": ("PowerLawMap", "Storage"),
     "engine.shading.shading_map": ("ShadingMap",),
+    "engine.surface.lamps": ("Lamps",),
     "engine.surface.pbr_maps": ("MapErrors", "ObservedSlopes", "PbrMaps", "Uncertainty"),
+    "engine.surface.recover": ("Surface",),
     "engine.tradeoff.point": ("Point",),
 }
 

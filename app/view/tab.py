@@ -137,7 +137,7 @@ class ViewTab(QWidget):
 
     def _make_centre(self) -> QWidget:
         labels = [(mode.value, mode.label, f"{mode.hint} ({mode.key})") for mode in modes()]
-        self.mode = Segments(labels, {"shading-map": "Map", "reference": "Ref."})
+        self.mode = Segments(labels, {"reference": "Ref."})
         self.mode.chosen.connect(self.choose_mode)
         bar = role(QWidget(), "bar")
         bar.setFixedHeight(36)

@@ -61,14 +61,19 @@ def photograph(
     marks: tuple[QImage, ...] = ()
     if saturated is not None and saturated.any():
         marks = tuple(_mark_image(level) for level in _halved_marks(np.asarray(saturated, np.uint8)))
-    return Picture(tuple(rgb_image(level) for level in _halved(coded)), marks)
+    return Picture(pixels_picture(coded).levels, marks)
+
+
+def pixels_picture(pixels: NDArray[np.uint8]) -> Picture:
+    """The picture of (H, W, 3) codes as they are."""
+    return Picture(tuple(rgb_image(level) for level in _halved(pixels)))
 
 
 def scalar_map(values: NDArray[np.float32], high: float, table: NDArray[np.uint8]) -> Steps[Picture]:
     """The picture of (H, W) values in [0, high] through a colour `table` (256, 3)."""
     yield Step(0.0, "preparing the map")
     index = np.clip(np.nan_to_num(values) * (255.0 / max(high, 1e-30)), 0, 255).astype(np.uint8)
-    return Picture(tuple(rgb_image(level) for level in _halved(table[index])))
+    return pixels_picture(table[index])
 
 
 def rgb_image(pixels: NDArray[np.uint8]) -> QImage:

@@ -22,8 +22,10 @@ class Report(QWidget):
 
     show_source = Signal(str)
 
-    def __init__(self) -> None:
+    def __init__(self, before: str = "Follows the import.") -> None:
+        """`before` is said where there is no result yet."""
         super().__init__()
+        self.before = before
         self.column = QVBoxLayout(self)
         self.column.setContentsMargins(0, 0, 0, 0)
         self.column.setSpacing(2 * STEP)
@@ -38,7 +40,7 @@ class Report(QWidget):
                 old.hide()
                 old.deleteLater()
         if health is None:
-            self.column.addWidget(text("Follows the import.", "secondary"))
+            self.column.addWidget(text(self.before, "secondary", wrap=True))
             return
         findings = sorted(health.findings, key=lambda finding: -finding.verdict)
         for finding in findings[:SHOWN]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from engine.capture.stack import ImageStack
 from engine.core.steps import Result, Step, Steps, part
 from engine.shading.directional import interpolation
+from engine.shading.directional.left_out import Predict, by_brightness, by_photographs, by_planes
 from engine.shading.directional.moments import moments
 from engine.shading.directional.planes import directions, fitted
 from engine.shading.fidelity import fidelity
@@ -33,7 +34,7 @@ class Candidate:
     """A representation: errors in codes of 8-bit sRGB (NaN where not known), bytes of a texel, and what it costs.
 
     `products` are the multiplications of a fragment for each light once its values are fetched (None where they are
-    not the whole of it), `fit_s` seconds.
+    not the whole of it), `fit_s` seconds. `predict` shows a photograph as it is made of the others.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Candidate:
     bytes_per_texel: int
     products: int | None
     fit_s: float
+    predict: Predict
 
 
 def compare(stack: ImageStack, used: NDArray[np.int64], slices: int = 8) -> Steps[list[Candidate]]:
@@ -54,13 +56,17 @@ def compare(stack: ImageStack, used: NDArray[np.int64], slices: int = 8) -> Step
         planes, seconds = yield from _timed(part(fitted(stack, used, found, most), first, first + 0.15))
         errors = (planes.leave_one_out, planes.in_sample)
         count = len(planes.planes)
-        rows.append(Candidate(f"planes-{count}", *errors, planes.bytes_per_texel, 3 * count, moments_s + seconds))
+        name, predict = f"planes-{count}", by_planes(lights, found, planes.kernel, count)
+        took = moments_s + seconds
+        rows.append(Candidate(name, *errors, planes.bytes_per_texel, 3 * count, took, predict))
     excluded = [name for place, name in enumerate(stack.sources) if place not in used]
     started = time.perf_counter()
     shading_map = yield from part(build(stack, slices, excluded=excluded), 0.75, 0.9)
     seconds = time.perf_counter() - started
     shown = yield from part(fidelity(stack, used, shading_map), 0.9, 1.0)
-    rows.append(Candidate("shading-map", shown.leave_one_out, shown.in_sample, 12 * slices, 6, seconds))
+    errors = (shown.leave_one_out, shown.in_sample)
+    predict = by_brightness(stack.mean_radiance[used])
+    rows.append(Candidate("shading-map", *errors, 12 * slices, 6, seconds, predict))
     unique = {row.name: row for row in rows}
     return sorted(unique.values(), key=lambda row: row.leave_one_out)
 
@@ -78,14 +84,17 @@ def _fits(lights: Array, second: Array, moments_s: float) -> list[Candidate]:
         values = functions(lights)
         if values.shape[1] >= count:
             continue
-        error = interpolation.rms(interpolation.left_out_of_fit(values), second)
+        out = interpolation.left_out_of_fit(values)
+        error = interpolation.rms(out, second)
         inside = interpolation.rms(values @ np.linalg.pinv(values) - np.eye(count), second)
         terms = 3 * values.shape[1]
-        rows.append(Candidate(name, error, inside, terms, 0 if name == "mean" else terms, moments_s))
+        products = 0 if name == "mean" else terms
+        rows.append(Candidate(name, error, inside, terms, products, moments_s, by_photographs(out)))
     kernel = interpolation.best_kernel(lights, second)
     inside = interpolation.rms(interpolation.weights(lights, lights, kernel) - np.eye(count), second)
-    error = interpolation.rms(interpolation.left_out(lights, kernel), second)
-    rows.append(Candidate("kriging-of-all", error, inside, 3 * count, 3 * count, moments_s))
+    out = interpolation.left_out(lights, kernel)
+    error, size = interpolation.rms(out, second), 3 * count
+    rows.append(Candidate("kriging-of-all", error, inside, size, size, moments_s, by_photographs(out)))
     return rows
 
 

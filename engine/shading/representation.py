@@ -30,6 +30,10 @@ Representation = Literal["auto", "shading-map", "directional"]
 REPRESENTATIONS: tuple[Representation, ...] = ("auto", "shading-map", "directional")
 
 
+#: Bytes of a texel of one slice: three channels in single precision.
+SLICE_BYTES = 12
+
+
 @dataclass(frozen=True)
 class Chosen:
     """The map of a material and what was weighed.
@@ -39,12 +43,14 @@ class Chosen:
     map : the representation that was chosen.
     shown : its errors; `others` those of the candidates that were not chosen, by name.
     fit_s : seconds that its fit took.
+    bytes_per_texel : of all candidates by name, before compression.
     """
 
     map: ShadingMap | DirectionalMap
     shown: Fidelity
     others: dict[str, Fidelity]
     fit_s: float
+    bytes_per_texel: dict[str, int]
 
     @property
     def name(self) -> str:
@@ -54,9 +60,12 @@ class Chosen:
     def health(self) -> Health:
         """The verdict in words, and the errors of what was chosen and of what was not."""
         knows = "the direction of the light" if self.name == "directional" else "brightness alone"
-        figures: dict[str, float] = {}
+        figures: dict[str, float] = {"mean_picture_rmse_srgb8": self.shown.mean_picture}
         for name, shown in {self.name: self.shown, **self.others}.items():
-            figures[f"{name.replace('-', '_')}_leave_one_out_rmse_srgb8"] = shown.leave_one_out
+            stem = name.replace("-", "_")
+            figures[f"{stem}_leave_one_out_rmse_srgb8"] = shown.leave_one_out
+            figures[f"{stem}_in_sample_rmse_srgb8"] = shown.in_sample
+            figures[f"{stem}_bytes_per_texel"] = self.bytes_per_texel[name]
         return Health(MappingProxyType(figures), (self.shown.finding(knows),))
 
 
@@ -77,12 +86,13 @@ def choose(
     shading_map = yield from part(build(stack, slices, excluded=excluded), 0.0, 0.6 * share)
     fit_s = time.perf_counter() - started
     shown = yield from part(fidelity(stack, used, shading_map), 0.6 * share, share)
-    plain = Chosen(shading_map, shown, {}, fit_s)
+    plain = Chosen(shading_map, shown, {}, fit_s, {"shading-map": SLICE_BYTES * len(shading_map.slices)})
     if wanted == "shading-map" or not sides:
         return plain
     planes = yield from part(_directional(stack, used), share, 1.0)
     best, other = (planes, plain) if planes.shown.leave_one_out < shown.leave_one_out else (plain, planes)
-    return Chosen(best.map, best.shown, {other.name: other.shown}, best.fit_s)
+    byte_counts = {**best.bytes_per_texel, **other.bytes_per_texel}
+    return Chosen(best.map, best.shown, {other.name: other.shown}, best.fit_s, byte_counts)
 
 
 def has_sides(stack: ImageStack, used: NDArray[np.int64]) -> bool:
@@ -120,4 +130,4 @@ def _directional(stack: ImageStack, used: NDArray[np.int64]) -> Steps[Chosen]:
     planes = yield from fit(stack, used)
     fit_s = time.perf_counter() - started
     shown = Fidelity(planes.leave_one_out, planes.in_sample, planes.mean_picture, len(used))
-    return Chosen(planes, shown, {}, fit_s)
+    return Chosen(planes, shown, {}, fit_s, {"directional": planes.bytes_per_texel})

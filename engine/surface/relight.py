@@ -17,6 +17,7 @@ from engine.capture.stack import ImageStack
 from engine.core.colour import srgb_encode
 from engine.core.kernels import parallel, prange
 from engine.core.steps import Step, Steps
+from engine.shading.directional.left_out import Predict, Texels
 from engine.surface.lamps import Lamps, lamps
 from engine.surface.pbr_maps import PbrMaps
 from engine.surface.reflectance import Array, Kinds, fit, kinds, metallic_roughness, texels
@@ -71,6 +72,21 @@ def errors(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool = Fal
     seen = lamps(stack, used)
     alike = yield from kinds(stack, used, seen)
     return (yield from relit_errors(stack, used, seen, alike, lambertian=lambertian))
+
+
+def predicting(stack: ImageStack, used: NDArray[np.int64], *, lambertian: bool = False) -> Steps[Predict]:
+    """A function that shows a photograph as maps that are made of the others do, for some texels."""
+    seen = lamps(stack, used)
+    alike = yield from kinds(stack, used, seen)
+    height, width = stack.radiance.shape[1:3]
+
+    def predict(texels: Texels, out: int) -> Array:
+        others = np.flatnonzero(np.arange(len(used)) != out)
+        towards = seen.seen_from(texels.rows, texels.columns, height, width)
+        found = fit(texels.radiance[others], texels.usable[others], towards[others], seen, alike, lambertian)
+        return np.asarray(_codes(_predicted(found, towards[out : out + 1], alike, lambertian))[0], np.float64)
+
+    return predict
 
 
 def relit_errors(

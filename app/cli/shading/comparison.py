@@ -1,4 +1,4 @@
-"""`lightarc shade --compare`: representations of a capture beside each other, as a table, as JSON and as a plot."""
+"""`lightarc shade --compare`: representations of a capture beside each other: table, JSON, plot, worst places."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.arguments.results import software
 from engine.core.errors import InputError
 from engine.core.figure_text import number, time_text
 from engine.core.steps import Step, drain, part
@@ -29,10 +30,12 @@ STEM = "comparison"
 def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None]) -> dict[str, Any]:
     """Compare, write and tell."""
     from engine.figures.plot import Dot, save, scatter_front
+    from engine.figures.worst_places import seen_places, worst_places, worst_sheet
+    from engine.images.encode import encode_png
     from engine.shading.compare import compare
     from engine.shading.fidelity import FEWEST
     from engine.shading.shading_map import included
-    from engine.storage.atomic import make_folder, write_json
+    from engine.storage.atomic import make_folder, write_bytes, write_json
 
     used = included(stack, arguments.exclude)
     where = stack.folder or "the stack"
@@ -40,7 +43,7 @@ def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step],
         raise InputError(where, "its lamps have no azimuth", "Import it with a light list (.lp) or a capture.toml")
     if len(used) < FEWEST:
         raise InputError(where, f"{len(used)} photographs are too few to leave one out", f"Import {FEWEST} or more")
-    found = drain(part(compare(stack, used, arguments.slices), 0.0, 0.5), show)
+    found = drain(part(compare(stack, used, arguments.slices), 0.0, 0.4), show)
     found = sorted([*found, *_surfaces(stack, used, show)], key=lambda each: each.leave_one_out)
     folder = Path(arguments.output)
     make_folder(folder)
@@ -52,9 +55,18 @@ def run(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step],
     words = ("Bytes of a texel", "Leave-one-out error / 8-bit sRGB codes")
     note = f"{len(used)} photographs of {stack.radiance.shape[2]} × {stack.radiance.shape[1]} texels."
     save(scatter_front(dots, *words, log_y=False, note=note), folder / f"{STEM}.png")
-    record = {"photographs": len(used), "candidates": [_record(each) for each in found]}
+    own = next(each for each in found if each.name.startswith("planes-"))
+    places = drain(part(worst_places(stack, used, own.predict), 0.9, 0.95), show)
+    seen = drain(part(seen_places(stack, used, found, places), 0.95, 1.0), show)
+    write_bytes(folder / f"{STEM}-worst.png", encode_png(worst_sheet(seen, own.name), software=software("shade")))
+    record = {
+        "photographs": len(used),
+        "candidates": [_record(each) for each in found],
+        "worst_of": own.name,
+        "worst": [each.record for each in seen],
+    }
     write_json(folder / f"{STEM}.json", {"lightarc_comparison": 1, **record})
-    return {**record, "files": [f"{STEM}.json", f"{STEM}.png", f"{STEM}.svg"]}
+    return {**record, "files": [f"{STEM}.json", f"{STEM}.png", f"{STEM}.svg", f"{STEM}-worst.png"]}
 
 
 def report(result: dict[str, Any]) -> str:
@@ -66,6 +78,7 @@ def report(result: dict[str, Any]) -> str:
         products = "–" if each["products_per_fragment"] is None else each["products_per_fragment"]
         costs = f"{each['bytes_per_texel']:6} {products:>8} {seconds:>7}"
         lines.append(f"{each['representation']:16} {errors} {costs}")
+    lines.append(f"where {result['worst_of']} is worst, and what the others show there: {STEM}-worst.png")
     return "\n".join(lines)
 
 
@@ -73,16 +86,16 @@ def _surfaces(stack: ImageStack, used: NDArray[np.int64], show: Callable[[Step],
     """PBR maps and diffuse photometric stereo, where the lamps tell a slope and are enough to leave one out."""
     from engine.shading.compare import Candidate
     from engine.surface.lamps import FEWEST, apart
-    from engine.surface.relight import errors
+    from engine.surface.relight import errors, predicting
 
     if len(used) < FEWEST + 2 or apart(stack, used) < FEWEST:
         return []
     rows = []
     for place, (name, (byte_count, products)) in enumerate(SURFACES.items()):
-        first = 0.5 + 0.25 * place
-        finding = errors(stack, used, lambertian=name == "lambertian")
-        found = drain(part(finding, first, first + 0.25), show)
-        rows.append(Candidate(name, found.left_out, found.in_sample, byte_count, products, found.fit_s))
+        first, plain = 0.4 + 0.25 * place, name == "lambertian"
+        found = drain(part(errors(stack, used, lambertian=plain), first, first + 0.2), show)
+        predict = drain(part(predicting(stack, used, lambertian=plain), first + 0.2, first + 0.25), show)
+        rows.append(Candidate(name, found.left_out, found.in_sample, byte_count, products, found.fit_s, predict))
     return rows
 
 

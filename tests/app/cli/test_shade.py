@@ -408,6 +408,9 @@ def test_representations_are_compared_in_a_folder(
     assert min(relit, key=lambda name: relit[name]).startswith(("planes-", "kriging", "ptm"))
     assert errors["mean"] < errors["shading-map"]
     assert sorted(path.name for path in folder.iterdir()) == sorted(result["files"])
+    assert result["worst_of"].startswith("planes-")
+    assert all(set(each["rmse_srgb8"]) == set(errors) for each in result["worst"])
+    assert result["worst"][0]["rmse_srgb8"][result["worst_of"]] > errors[result["worst_of"]]
     again = lightarc("shade", dome, "--compare", "-o", folder)
     assert again.code == 0
     assert "errors in codes of 8-bit sRGB" in again.out

@@ -196,7 +196,7 @@ def test_frames_of_all_lengths_are_reported_in_plain_digits(seconds: float, word
 
 def test_settings_are_reported_in_words() -> None:
     assert setting_text(Setting("sh", {"order": 15, "interreflection": 1})) == "SH, order 15, interreflection"
-    assert setting_text(Setting("shading-map", {"directions": 16})) == "Shading map, directions 16"
+    assert setting_text(Setting("shading-map", {"directions": 16})) == "Material, directions 16"
 
 
 def test_before_anything_is_measured_the_axes_have_no_numbers(view: MainWindow) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
+from app.material.candidates import verdict
 from app.window.main_window import MainWindow
 from engine.core.figure_text import number
 from engine.shading.directional.planes import DirectionalMap
@@ -34,9 +35,12 @@ def planes_of(window: MainWindow) -> DirectionalMap:
 def test_a_dome_becomes_a_directional_material_with_its_errors(filled: MainWindow) -> None:
     page, found = filled.material.directional, planes_of(filled)
     assert filled.material.pages.currentWidget() is page
-    assert page.left_out.text() == number(found.leave_one_out)
-    assert page.mean.text() == number(found.mean_picture)
-    assert page.other.text().endswith("shading map")
+    shown = [[cell.text() for cell in line] for line in page.candidates.lines]
+    assert [line[0] for line in shown] == ["Directional map", "Shading map", "Mean picture"]
+    assert shown[0][1:] == [number(found.leave_one_out, 3), number(found.in_sample, 3), str(len(found.planes))]
+    assert shown[1][3] == str(12 * filled.bench.document.project.slices)
+    assert shown[2][1] == number(found.mean_picture, 3)
+    assert page.candidates.verdict.text() == verdict(page.candidates.rows)[0]
     assert page.planes.text() == str(len(found.planes))
     assert len(page.pad.lamps) == 12
     assert page.image.picture is not None
@@ -68,6 +72,8 @@ def test_a_shading_map_can_be_wished_for_and_the_wish_undone(filled: MainWindow,
     assert filled.material.pages.currentIndex() == 1
     warnings = filled.bench.document.project.material.health.warnings
     assert any("brightness alone does not tell" in each for each in warnings)
+    assert [each.name for each in filled.material.candidates.rows] == ["Shading map", "Mean picture"]
+    assert filled.material.candidates.verdict.text().startswith("Worse than the mean picture")
     filled.undo.trigger()
     filled.undo.trigger()
     assert planes_of(filled) is before

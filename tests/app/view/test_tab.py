@@ -261,7 +261,7 @@ def test_the_error_of_two_modes_is_that_of_their_pictures(view: MainWindow, qtbo
     assert error.uncertainty == 0.0
     assert view.view.compare.error.text() == error.text
     assert view.status.error.text() == f"error {view.view.compare.error.text()}"
-    assert "Shading map against Direct" in view.status.error.toolTip()
+    assert "Material against Direct" in view.status.error.toolTip()
     assert float(view.view.compare.flip.text().strip("≈ ")) > 0.01
     qtbot.wait(100)
     assert view.view.viewport.overlay.scale == error.scale

@@ -1,0 +1,69 @@
+"""Maps of the surface behind the photographs: made of the stack, kept in the document, written to a folder.
+
+The engine is the one of `lightarc normals`, which compiles kernels and is imported inside the jobs.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.arguments.results import MAPS, software
+from app.document.document import Project
+from app.jobs.jobs import Job
+from engine.core.steps import Step, Steps, part
+
+if TYPE_CHECKING:
+    from app.commands.workbench import Workbench
+    from engine.surface.recover import Surface
+
+
+def make_maps(bench: Workbench) -> Job:
+    """Find the maps of the photographs in use; one undo step when they are found."""
+    project = bench.document.project
+    job = bench.jobs.submit("Making surface maps", lambda: surface_of(project))
+    job.succeeded.connect(lambda surface: _made(bench, project, surface))
+    return job
+
+
+def recipe(project: Project) -> tuple[object, ...]:
+    """The parts of a project that its maps depend on; they are out of date where these are not `surface_from`."""
+    return (project.stack, project.excluded)
+
+
+def surface_of(project: Project) -> Steps[Surface]:
+    """The maps of the photographs of `project` that are in use. Raises InputError where its lamps tell no slope."""
+    yield Step(0.0, "preparing kernels")
+    from engine.shading.shading_map import included
+    from engine.surface.recover import recover
+
+    assert project.stack is not None
+    return (yield from recover(project.stack, included(project.stack, project.excluded)))
+
+
+def _made(bench: Workbench, project: Project, surface: Surface) -> None:
+    if bench.document.project.stack is not project.stack:
+        return  # undone, or another capture was opened in the meantime
+    bench.document.change("Make surface maps", surface=surface, surface_from=recipe(project))
+    bench.said.emit("Surface maps made")
+
+
+def save_maps(bench: Workbench, folder: Path) -> Job:
+    """Write the maps of the document into `folder`, which is new or holds maps already."""
+    project = bench.document.project
+    job = bench.jobs.submit("Writing surface maps", lambda: saved(project, folder))
+    job.succeeded.connect(lambda files: bench.said.emit(f"{len(files)} files written to {folder}"))
+    return job
+
+
+def saved(project: Project, folder: Path) -> Steps[list[str]]:
+    """Write maps, previews and record; names of the files. Raises OutputError where `folder` cannot become theirs."""
+    yield Step(0.0, "writing maps")
+    from engine.storage.outputs import check_outputs
+    from engine.surface.write import write_surface
+
+    assert project.surface is not None
+    stack, excluded = project.surface_from or (None, frozenset())
+    provenance = {} if stack is None else {**stack.provenance, "excluded_photographs": sorted(excluded)}
+    check_outputs([(str(folder), MAPS)], ())
+    return (yield from part(write_surface(folder, project.surface, provenance, software("normals")), 0.0, 1.0))

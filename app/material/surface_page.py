@@ -1,0 +1,226 @@
+"""The Material workspace of the surface behind the photographs: its maps, how uncertain they are, and their error."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
+
+from app.commands import surface as commands
+from app.commands.workbench import Workbench
+from app.document.document import Project
+from app.jobs.jobs import Job
+from app.jobs.newest import Latest
+from app.material.surface_maps import GREY, MAPS, Shown, shown
+from app.widgets.empty_state import EmptyState
+from app.widgets.image_view import ImageView
+from app.widgets.panels import Pages, Panel, Segments, button, enable, side_by_side, text
+from app.widgets.plots import ColourBar
+from app.widgets.report import Report
+from app.widgets.theme import PADDING, role
+from engine.core.figure_text import number
+from engine.surface.pbr_maps import ObservedSlopes
+from engine.surface.recover import Surface
+
+#: Pages of the workspace.
+PAGES = (
+    ("material", "Material", "The material as it is drawn under light"),
+    ("surface", "Surface maps", "Normals, height, base colour, roughness and specular, found from the photographs"),
+)
+
+#: Pictures of a map.
+SHOWS = (
+    ("map", "Map", "The map itself"),
+    ("error", "Uncertainty", "One standard deviation of the map in each texel"),
+)
+
+#: Words for the slopes that lamps tell.
+SLOPES = {"both": "both directions", "along the arc": "along the arc", "none": "none"}
+
+
+class SurfacePage(QWidget):
+    """Shows the maps of the project. `switch` chooses between this page and the material."""
+
+    def __init__(self, bench: Workbench) -> None:
+        super().__init__()
+        self.bench = bench
+        self.latest = Latest(bench.jobs, "Preparing the map")
+        self.surface: Surface | None = None
+        self.making: Job | None = None
+        self.saving: Job | None = None
+        self.image = ImageView()
+        self.bar = ColourBar(GREY)
+        outer = QHBoxLayout(self)
+        outer.setContentsMargins(0, 0, 0, 0)
+        outer.addWidget(side_by_side(self._make_centre(), self._make_right(), stretch=0))
+        self._show_nothing()
+
+    def _make_centre(self) -> QWidget:
+        self.which = Segments(MAPS, {"base_colour": "Colour", "occlusion": "Sky"})
+        self.which.choose("normal")
+        self.which.chosen.connect(lambda _value: self._load())
+        top = role(QWidget(), "bar")
+        top.setFixedHeight(36)
+        row = QHBoxLayout(top)
+        row.setContentsMargins(PADDING, 0, PADDING, 0)
+        row.addWidget(self.which)
+        row.addStretch(1)
+        self.empty = EmptyState(
+            "material",
+            "No surface maps yet",
+            "Photographs under lamps on several sides tell which way the surface faces, how high it is, and how it "
+            "reflects. Each map comes with its uncertainty. Make surface maps, on the right.",
+            (),
+        )
+        filled = QWidget()
+        column = QVBoxLayout(filled)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(top)
+        picture = QHBoxLayout()
+        picture.setSpacing(0)
+        picture.addWidget(self.image, 1)
+        picture.addWidget(self.bar)
+        column.addLayout(picture, 1)
+        self.pages = Pages()
+        self.pages.addWidget(self.empty)
+        self.pages.addWidget(filled)
+        return self.pages
+
+    def _make_right(self) -> QWidget:
+        panel = Panel()
+        self.switch = page_switch("surface")
+        panel.column.addWidget(self.switch)
+        chosen = panel.section("Map")
+        self.show_what = Segments(SHOWS)
+        self.show_what.choose("map")
+        self.show_what.chosen.connect(lambda _value: self._load())
+        chosen.row("Show", self.show_what)
+        self.values = chosen.figure("Values", "Those of all but two in a thousand texels")
+        self.error = text("", wrap=True)
+        chosen.wide(self.error)
+        seen = panel.section("Surface")
+        self.resolution = seen.figure("Size")
+        self.lamps = seen.figure("Photographs")
+        self.slopes = seen.figure("Slopes", "The slopes that the lamps of the capture can tell")
+        self.one_arc = text("", "warning", wrap=True)
+        seen.wide(self.one_arc)
+        errors = panel.section("Errors in codes of 255")
+        errors.wide(text("Of photographs as the maps show them", "secondary", wrap=True))
+        self.left_out = errors.figure("Left out", "Photographs that the maps were made without, each in turn")
+        self.in_sample = errors.figure("In sample", "Photographs that the maps were made of")
+        self.mean = errors.figure("Mean picture", "The mean of the other photographs in place of each")
+        report = panel.section("Report")
+        self.report = Report("Follows the maps.")
+        report.wide(self.report)
+        self.save = button("Save maps…")
+        self.save.clicked.connect(self._choose_folder)
+        self.make = button("Make surface maps", "primary")
+        self.make.clicked.connect(self._make)
+        foot = QWidget()
+        column = QVBoxLayout(foot)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.save)
+        column.addWidget(self.make)
+        panel.finish(foot)
+        return panel
+
+    def show_project(self, project: Project) -> None:
+        """Show the maps of `project`, or that there are none."""
+        found = project.surface
+        self.pages.setCurrentIndex(0 if found is None else 1)
+        if found is self.surface:
+            return
+        self.surface = found
+        if found is None:
+            self._show_nothing()
+            return
+        maps, errors = found.maps, found.maps.errors
+        height, width = maps.size
+        self.resolution.setText(f"{width} × {height} px")
+        self.lamps.setText(str(len(found.lamps.direction)))
+        self.slopes.setText(SLOPES[maps.observed.kind])
+        self.one_arc.setText(arc_words(maps.observed))
+        self.one_arc.setVisible(bool(self.one_arc.text()))
+        for label, value in ((self.left_out, errors.left_out), (self.in_sample, errors.in_sample)):
+            label.setText(number(value) if math.isfinite(value) else "–")
+        self.mean.setText(number(errors.mean_picture) if math.isfinite(errors.mean_picture) else "–")
+        self.report.show_health(found.health)
+        why = arc_words(maps.observed)
+        for name, values in (("height", maps.height), ("occlusion", maps.occlusion)):
+            self.which.disable(name, why if values is None else "")
+        if not self.which.buttons[self.which.value].isEnabled():
+            self.which.choose("normal")
+        self._load()
+
+    def _show_nothing(self) -> None:
+        self.latest.drop()
+        self.image.show_picture(None)
+        labels = (self.values, self.resolution, self.lamps, self.slopes, self.left_out, self.in_sample, self.mean)
+        for label in labels:
+            label.setText("–")
+        self.error.hide()
+        self.one_arc.hide()
+        self.report.show_health(None)
+
+    def _load(self) -> None:
+        found, name, of_error = self.surface, self.which.value, self.show_what.value == "error"
+        if found is not None:
+            self.latest.ask(lambda: shown(found, name, of_error), self._show)
+
+    def _show(self, made: Shown) -> None:
+        self.image.show_picture(made.picture)
+        self.bar.table = made.table
+        self.bar.setVisible(made.high > 0.0)
+        self.bar.show_scale(made.high, made.caption)
+        self.values.setText(made.values)
+        self.error.setText(made.error)
+        self.error.show()
+
+    def _make(self) -> None:
+        self.making = commands.make_maps(self.bench)
+        self.update_buttons(self.bench.document.project)
+
+    def _choose_folder(self) -> None:
+        name = f"{self.bench.document.project.name} maps"
+        chosen, _ = QFileDialog.getSaveFileName(self, "Save maps in a new folder", name)
+        if chosen:
+            self.saving = commands.save_maps(self.bench, Path(chosen))
+
+    def update_buttons(self, project: Project) -> None:
+        """Disable what cannot be done now, and say why."""
+        why_not = ""
+        if project.stack is None:
+            why_not = "Needs the photographs of the capture"
+        elif self.making is not None and not self.making.over:
+            why_not = "The maps are being made"
+        elif project.surface is not None and project.surface_from == commands.recipe(project):
+            why_not = "The maps are up to date"
+        enable(self.make, why_not, "Find the surface behind the photographs that are in use")
+        self.make.setText("Make surface maps" if project.surface is None else "Make them again")
+        enable(self.save, "" if project.surface is not None else "There are no maps yet", "As EXR and PNG, with errors")
+
+    def fit(self) -> None:
+        """Show the whole picture."""
+        self.image.fit()
+
+    def apply_theme(self) -> None:
+        """Redraw what does not follow the palette by itself."""
+        self.empty.apply_theme()
+        self.report.show_health(self.report.health)
+
+
+def page_switch(page: str) -> Segments:
+    """The choice between the pages of the workspace, as it stands on `page`."""
+    switch = Segments(PAGES)
+    switch.choose(page)
+    return switch
+
+
+def arc_words(observed: ObservedSlopes) -> str:
+    """A sentence on the slope that lamps of one arc leave unknown; empty where they stood on several sides."""
+    if observed.azimuth is None:
+        return ""
+    azimuth = number(math.degrees(observed.azimuth))
+    return f"The lamps stand on one arc: only the slope along {azimuth}° is observed, so there is no height."

@@ -1,0 +1,182 @@
+"""Surface maps in the window: made, looked at with their uncertainty, kept in the project, written to a folder."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFileDialog
+
+from app.document.document import Project
+from app.material.surface_maps import error_words
+from app.project.project_file import History, Writer, read
+from app.window.main_window import MainWindow
+from engine.capture.stack import ImageStack
+from engine.core.directions import surface_direction
+from engine.core.figure_text import number
+from engine.core.steps import drain
+from engine.surface.recover import Surface, recover
+from engine.surface.write import known_maps
+from tests.app.project.test_project_file import shading_map
+from tests.engine.domes import dome
+from tests.present import present
+
+
+def arc() -> ImageStack:
+    """A slope that rises to the right, under lamps of one arc from the right to the left."""
+    stack = dome(6)
+    elevation, azimuth = np.radians([30.0, 50.0, 70.0, 80.0, 60.0, 40.0]), np.radians([0.0] * 3 + [180.0] * 3)
+    normal = np.array([-0.3, 0.0, 1.0]) / np.hypot(0.3, 1.0)
+    shaded = surface_direction(0.5 * np.pi - elevation, azimuth) @ normal
+    radiance = np.broadcast_to(0.5 * shaded[:, None, None, None], stack.radiance.shape).astype(np.float32)
+    return dataclasses.replace(stack, radiance=radiance, elevation=elevation, azimuth=azimuth)
+
+
+def found(window: MainWindow) -> Surface:
+    return present(window.bench.document.project.surface)
+
+
+def filled(window: MainWindow, stack: ImageStack) -> None:
+    """A capture with a material in the document, and the Material workspace in front."""
+    material = dataclasses.replace(window.bench.document.project.material, shading_map=shading_map())
+    window.bench.document.change("Import", stack=stack, material=material)
+    window.show_workspace("material")
+
+
+@cache
+def of_dome() -> tuple[ImageStack, Surface]:
+    """A dome and its maps."""
+    stack = dome()
+    return stack, drain(recover(stack, np.arange(len(stack.sources))))
+
+
+def given(window: MainWindow, qtbot: Any) -> None:
+    """A dome and its maps in the document, on screen."""
+    stack, surface = of_dome()
+    filled(window, stack)
+    window.bench.document.change("Maps", surface=surface, surface_from=(stack, frozenset()))
+    qtbot.mouseClick(window.material.switch.buttons["surface"], Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: window.material.surface.image.picture is not None, timeout=60_000)
+
+
+def make(window: MainWindow, qtbot: Any) -> None:
+    qtbot.mouseClick(window.material.switch.buttons["surface"], Qt.MouseButton.LeftButton)
+    with qtbot.waitSignal(window.bench.document.changed, timeout=240_000):
+        qtbot.mouseClick(window.material.surface.make, Qt.MouseButton.LeftButton)
+        assert not window.material.surface.make.isEnabled()
+    qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
+
+
+def test_maps_are_made_and_shown_with_their_errors(window: MainWindow, qtbot: Any) -> None:
+    filled(window, dome())
+    page = window.material.surface
+    assert not page.save.isEnabled()
+    make(window, qtbot)
+    assert window.material.pages.currentWidget() is page
+    assert window.bench.document.undo_stack.undoText() == "Make surface maps"
+    maps = found(window).maps
+    assert page.left_out.text() == number(maps.errors.left_out)
+    assert page.slopes.text() == "both directions"
+    assert not page.one_arc.isVisible()
+    assert "up to date" in page.make.toolTip()
+    for name, button in page.which.buttons.items():
+        for what in ("map", "error"):
+            before = page.image.picture
+            qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+            qtbot.mouseClick(page.show_what.buttons[what], Qt.MouseButton.LeftButton)
+            qtbot.waitUntil(lambda before=before: page.image.picture is not before, timeout=60_000)
+            qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
+            assert page.bar.isVisible() == (what == "error" or name not in ("normal", "base_colour"))
+            assert page.error.text() == error_words(name, known_maps(maps)[f"{name}_sigma"])
+    window.undo.trigger()
+    assert window.bench.document.project.surface is None
+    assert page.pages.currentWidget() is page.empty
+    window.redo.trigger()
+    assert found(window).maps is maps
+
+
+def test_what_a_normal_map_shows_is_the_normal(window: MainWindow, qtbot: Any) -> None:
+    given(window, qtbot)
+    normal = found(window).maps.normal
+    shown = present(window.material.surface.image.picture).levels[0].pixelColor(3, 2)
+    wanted = np.rint(255.0 * (0.5 + 0.5 * normal[2, 3]))
+    assert np.abs(np.array([shown.red(), shown.green(), shown.blue()]) - wanted).max() <= 1.0
+
+
+def test_lamps_of_one_arc_tell_one_slope_and_no_height(window: MainWindow, qtbot: Any) -> None:
+    filled(window, arc())
+    make(window, qtbot)
+    page = window.material.surface
+    assert page.slopes.text() == "along the arc"
+    assert "only the slope along 0° is observed" in page.one_arc.text()
+    assert not page.which.buttons["height"].isEnabled()
+    assert "no height" in page.which.buttons["height"].toolTip()
+
+
+def test_maps_are_out_of_date_when_a_photograph_is_left_out(window: MainWindow, qtbot: Any) -> None:
+    given(window, qtbot)
+    window.bench.set_excluded(["3"], True)
+    page = window.material.surface
+    assert page.make.isEnabled()
+    assert page.make.text() == "Make them again"
+    window.bench.document.change("No photographs", stack=None)
+    assert "Needs the photographs" in page.make.toolTip()
+
+
+def test_cancelled_maps_leave_nothing(window: MainWindow, qtbot: Any) -> None:
+    filled(window, dome())
+    window.material.show_page("surface")
+    page = window.material.surface
+    qtbot.mouseClick(page.make, Qt.MouseButton.LeftButton)
+    job = present(page.making)
+    with qtbot.waitSignal(job.cancelled, timeout=120_000):
+        window.bench.jobs.cancel(job)
+    assert window.bench.document.project.surface is None
+    assert page.make.isEnabled()
+
+
+def test_maps_are_written_to_a_folder(
+    window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given(window, qtbot)
+    folder = tmp_path / "dome maps"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(folder), ""))
+    page = window.material.surface
+    qtbot.mouseClick(page.save, Qt.MouseButton.LeftButton)
+    with qtbot.waitSignal(present(page.saving).succeeded, timeout=60_000):
+        pass
+    record = json.loads((folder / "surface.json").read_text())
+    assert record["leave_one_out_rmse_srgb8"] == pytest.approx(found(window).maps.errors.left_out)
+    assert (folder / "normal.exr").is_file()
+    assert (folder / "height_sigma.png").is_file()
+
+
+def test_maps_are_read_from_a_project_as_they_were_written(tmp_path: Path) -> None:
+    _, surface = of_dome()
+    path = tmp_path / "dome.lap"
+    writer = Writer(path)
+    writer.write(History(Project(surface=surface, name="Coin")))
+    writer.close()
+    opened = read(path)
+    again = present(opened.current.surface)
+    assert not opened.missing
+    assert (again.white, again.health.findings) == (surface.white, surface.health.findings)
+    assert again.maps.errors == surface.maps.errors
+    before, after = known_maps(surface.maps), known_maps(again.maps)
+    assert before.keys() == after.keys()
+    assert all(np.array_equal(before[name], after[name]) for name in before)
+
+
+def test_errors_are_said_in_words() -> None:
+    sigma = np.full((10, 10), np.radians(2.0), np.float32)
+    assert error_words("normal", sigma).startswith("Half of the normals are known to 2°, 95 % to 2°")
+    sigma[0] = np.inf
+    assert "more than 5 % are not known" in error_words("normal", sigma)
+    sigma[:6] = np.inf
+    assert error_words("normal", sigma) == "The normals are not known."
