@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QFileDialog
@@ -47,7 +47,17 @@ FRAMES = {
     "flat": ("Flat field", "A photograph of an even white surface, which is divided out"),
 }
 
-CALIBRATION = ("dark", "flat", "lamp_distance", "sphere")
+#: Rows of the calibration that are lists.
+LISTS = {
+    "equalise": (
+        "Intensity",
+        (("", "Lamps as they are"), ("object", "Equal, by the object"), ("patch", "Equal, by grey patch")),
+        "Lamps of a dome differ in intensity, which is divided out: by the smooth change of the object over the lamps, "
+        "or by a white or grey patch, the one of the white balance",
+    ),
+}
+
+CALIBRATION = ("second_sphere", "equalise", "dark", "flat", "lamp_distance", "sphere")
 POINTS_HINT = "In the reference and in a photograph that is not aligned correctly"
 SPHERE_HINT = "Its outline, and the lamp's reflection in each photograph"
 FRAMINGS = (("all", "All that they share"), ("crop", "Crop"), ("corners", "Four corners"))
@@ -83,14 +93,26 @@ class ImportPanel(Rows):
         calibration = self.fold.rows
         for name, (label, hint) in FRAMES.items():
             self._box(name, label, hint, calibration)
+        for name, (label, choices, hint) in LISTS.items():
+            box = self._box(name, label, hint, calibration)
+            for value, words in choices:
+                box.addItem(words, value)
         self.sphere = Segments(
             (
                 ("stated", "As stated", "From capture.toml, an .lp file, the file names, or entered"),
                 ("sphere", "Sphere", "Measured on a mirror sphere that is seen in the picture"),
             )
         )
-        self.sphere.chosen.connect(lambda value: self.chosen.emit("Lights", {"sphere": value == "sphere"}))
+        self.sphere.chosen.connect(self._lights_chosen)
         calibration.row("Lights", self.sphere)
+        self.spheres = Segments(
+            (
+                ("one", "One", "Tells the direction of each lamp"),
+                ("two", "Two", "Tell where near lamps stand; the second is found in the picture"),
+            )
+        )
+        self.spheres.chosen.connect(lambda value: self.chosen.emit("Mirror spheres", {"second_sphere": value == "two"}))
+        calibration.row("Spheres", self.spheres)
         self.correct = button("Correct by hand…")
         self.correct.clicked.connect(lambda: self.tool_wanted.emit("sphere"))
         calibration.row("Sphere", self.correct)
@@ -137,6 +159,7 @@ class ImportPanel(Rows):
             box = self.boxes["white_balance"]
             box.setCurrentIndex(box.findData("patch"))
         self.sphere.choose("sphere" if choices.sphere else "stated")
+        self.spheres.choose("two" if choices.second_sphere else "one")
         self.lamp.choose("stated" if choices.lamp_distance is None else "near")
         if choices.lamp_distance is not None:
             self.distance.show_value(choices.lamp_distance)
@@ -171,7 +194,8 @@ class ImportPanel(Rows):
         enable(self.points, why_not)
         enable(self.correct, why_not or ("" if measured else "The lights are not measured on a sphere"), SPHERE_HINT)
         for name, box in self.boxes.items():
-            enable(box, why_not, (IMPORT_CHOICES.get(name) or FRAMES[name])[-1])
+            enable(box, why_not, _words(name)[-1])
+        enable(self.spheres, why_not or ("" if measured else "The lights are not measured on a sphere"))
         for segments in (self.sphere, self.lamp):
             enable(segments, why_not)
         enable(self.framing, why_not, "What becomes the picture: drag the handles on the photograph")
@@ -191,17 +215,25 @@ class ImportPanel(Rows):
         box.setCurrentIndex(2 if isinstance(value, Path) else 1 if value == "none" else 0)
 
     def _box_chosen(self, name: str) -> None:
-        value, label = self.boxes[name].currentData(), (IMPORT_CHOICES.get(name) or FRAMES[name])[0]
+        value, label = self.boxes[name].currentData(), str(_words(name)[0])
         if value == "choose":
             path, _ = QFileDialog.getOpenFileName(self, label)
             value = Path(path) if path else getattr(self.choices, name)
-        if value == "patch":
+        if value == "patch" and name == "white_balance":
             self.patch_wanted.emit()
         elif name == "white_balance":
-            self.chosen.emit("White balance", {"white_balance": value, "patch": None})
+            by_patch = {"equalise": ""} if self.choices.equalise == "patch" else {}
+            self.chosen.emit("White balance", {"white_balance": value, "patch": None, **by_patch})
+        elif value == "patch" and self.choices.patch is None:
+            self.chosen.emit(label, {name: value})
+            self.patch_wanted.emit()
         else:
             self.chosen.emit(label, {name: value})
         self.show_choices(self.choices, None)
+
+    def _lights_chosen(self, how: str) -> None:
+        alone = {} if how == "sphere" else {"second_sphere": False}
+        self.chosen.emit("Lights", {"sphere": how == "sphere", **alone})
 
     def _lamp_chosen(self, how: str) -> None:
         self.chosen.emit("Lamp", {"lamp_distance": self.distance.value if how == "near" else None})
@@ -213,6 +245,11 @@ class ImportPanel(Rows):
     def _width_edited(self, width: float, final: bool) -> None:
         if final:
             self.framing_wanted.emit(self.framing.currentData(), max(1, round(width)))
+
+
+def _words(name: str) -> tuple[Any, ...]:
+    """Label and hint of a list, the hint last."""
+    return IMPORT_CHOICES.get(name) or LISTS.get(name) or FRAMES[name]
 
 
 def is_upright(framing: Framing | None) -> bool:

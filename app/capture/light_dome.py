@@ -27,6 +27,12 @@ from engine.core.figure_text import percent
 #: Radius of a dot, distance at which a click still meets one, and distance after which a drag is a lasso, in pixels.
 DOT, REACH, DRAG = 4.5, 9.0, 4.0
 
+#: Words where the mouse rests beside the lamps.
+LEGEND = (
+    "Blue: the other photographs predict this one. Red: they are the farthest from it. Hollow: left out\n"
+    "Click a lamp to see its photograph; Ctrl adds one; draw a line round several to select them"
+)
+
 #: Relative error of predicting a photograph from the others below which no dot has the last colour.
 LEAST_WORST = 0.1
 
@@ -130,7 +136,7 @@ class DomePicture(QWidget):
     def event(self, event: QEvent) -> bool:
         if isinstance(event, QHelpEvent):
             place = self.at(QPointF(event.pos()))
-            QToolTip.showText(event.globalPos(), "" if place is None else self._words(self.lamps[place]), self)
+            QToolTip.showText(event.globalPos(), LEGEND if place is None else self._words(self.lamps[place]), self)
             return True
         return super().event(event)
 

@@ -65,6 +65,8 @@ class ImportChoices:
     sphere : measure the lights on a mirror sphere in the picture.
     outline, highlights : column, row and radius of the sphere, and column and row of the lamp's reflection by file
         name, where a person corrected what was found (pixels, the upper left corner of the picture is (0, 0)).
+    second_sphere : a second mirror sphere is in the picture, which tells where near lamps stand.
+    equalise : lamps differ in intensity, which is divided out by the 'object' or by the grey 'patch'; '' for not.
     reference : file name of the photograph that the others are aligned to, None for what the sources say.
     control_points : by file name, x and y in the reference and in the photograph (pixel centres at integers).
     patch : (left, top, width, height) in pixels of a grey patch, which then decides the white balance.
@@ -82,6 +84,8 @@ class ImportChoices:
     sphere: bool = False
     outline: tuple[float, float, float] | None = None
     highlights: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    second_sphere: bool = False
+    equalise: Literal["", "object", "patch"] = ""
     reference: str | None = None
     control_points: Mapping[str, tuple[Pair, ...]] = field(default_factory=dict)
     patch: tuple[int, int, int, int] | None = None

@@ -30,13 +30,16 @@ def settings_of(choices: ImportChoices) -> ImportSettings:
     from engine.capture.import_stack import ImportSettings
     from engine.capture.photograph.grey_patch import GreyPatch
 
+    patch = GreyPatch(*choices.patch) if choices.patch is not None else None
     return ImportSettings(
         motion=choices.motion,
-        white_balance=choices.white_balance if choices.patch is None else GreyPatch(*choices.patch),
+        white_balance=patch or choices.white_balance,
         transfer=choices.transfer,
         dark=choices.dark,
         flat=choices.flat,
         lamp_distance=choices.lamp_distance,
+        second_sphere="auto" if choices.second_sphere else None,
+        equalise="object" if choices.equalise == "object" else patch if choices.equalise == "patch" else None,
         framing=choices.framing,
         reference=choices.reference,
         control_points=choices.control_points,

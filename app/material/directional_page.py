@@ -15,6 +15,7 @@ from app.material.light_pad import LightPad
 from app.material.surface_page import page_switch
 from app.widgets.controls import ComboBox
 from app.widgets.image_view import ImageView, Picture, photograph
+from app.widgets.number_field import NumberField
 from app.widgets.panels import Panel, button, side_by_side
 from app.widgets.report import Report
 from engine.core.figure_text import size_text
@@ -57,6 +58,9 @@ class DirectionalPage(QWidget):
         light = panel.section("Light")
         light.wide(self.pad)
         self.angles = light.figure("Direction", "Elevation and azimuth of the light; dots are the lamps of the capture")
+        self.exposure = NumberField(0.0, -10.0, 10.0, unit="EV")
+        self.exposure.edited.connect(lambda _value, _final: self._relight())
+        light.row("Exposure", self.exposure, "Brightness of this picture alone; the material stays as it is")
         settings = panel.section("Directional map")
         self.representation = representation_box()
         self.representation.activated.connect(lambda _index: self.chosen.emit(self.representation.currentData()))
@@ -93,11 +97,11 @@ class DirectionalPage(QWidget):
         self._relight()
 
     def _relight(self) -> None:
-        found, light = self.directional, self.pad.direction
+        found, light, exposure_ev = self.directional, self.pad.direction, self.exposure.value
         elevation, azimuth = np.degrees([np.arcsin(light[2]), np.arctan2(light[1], light[0])])
         self.angles.setText(f"{elevation:.0f}° up, {azimuth % 360.0:.0f}° round")
         if found is not None:
-            self.latest.ask(lambda: _relit(found, light), self.image.show_picture)
+            self.latest.ask(lambda: _relit(found, light, exposure_ev), self.image.show_picture)
 
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
@@ -105,6 +109,6 @@ class DirectionalPage(QWidget):
         self.pad.update()
 
 
-def _relit(directional: DirectionalMap, light: NDArray[np.float64]) -> Steps[Picture]:
+def _relit(directional: DirectionalMap, light: NDArray[np.float64], exposure_ev: float) -> Steps[Picture]:
     yield Step(0.0, "relighting the material")
-    return (yield from photograph(directional.picture(light)))
+    return (yield from photograph(directional.picture(light), exposure_ev=exposure_ev))

@@ -10,9 +10,11 @@ from PySide6.QtCore import QPoint, Qt
 
 from app.material.candidates import verdict
 from app.window.main_window import MainWindow
+from engine.core.colour import srgb_encode
 from engine.core.figure_text import number
 from engine.shading.directional.planes import DirectionalMap
 from tests.engine.domes import dome
+from tests.present import present
 
 
 @pytest.fixture
@@ -60,6 +62,22 @@ def test_dragging_the_light_relights_the_picture(filled: MainWindow, qtbot: Any)
     assert page.pad.direction[1] == pytest.approx(0.05)
     page.pad.move_to(3.0, 0.0)
     assert page.pad.direction == pytest.approx([1.0, 0.0, 0.0])
+
+
+def test_exposure_brightens_the_picture_alone(filled: MainWindow, qtbot: Any) -> None:
+    page, steps = filled.material.directional, filled.bench.document.undo_stack.count()
+    before = present(page.image.picture)
+    page.exposure.setFocus()
+    page.exposure.selectAll()
+    qtbot.keyClicks(page.exposure, "2")
+    qtbot.keyClick(page.exposure, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: page.image.picture is not before, timeout=60_000)
+    qtbot.waitUntil(lambda: not filled.bench.jobs.active, timeout=60_000)
+    found, height = planes_of(filled), before.size[1]
+    wanted = np.clip(255.0 * srgb_encode(4.0 * found.picture(page.pad.direction)), 0.0, 255.0)
+    shown = [present(page.image.picture).levels[0].pixelColor(3, row).green() for row in range(height)]
+    assert np.abs(wanted[:, 3, 1] - shown).max() <= 1.0
+    assert filled.bench.document.undo_stack.count() == steps
 
 
 def test_a_shading_map_can_be_wished_for_and_the_wish_undone(filled: MainWindow, qtbot: Any) -> None:

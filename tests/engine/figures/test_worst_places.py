@@ -1,4 +1,4 @@
-"""Where a representation is worst: found where it was made so, and shown with the error that is told."""
+"""The worst places of a representation: found as they were made, and shown with the error that is told."""
 
 from __future__ import annotations
 

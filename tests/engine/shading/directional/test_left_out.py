@@ -1,4 +1,4 @@
-"""What representations show of a photograph that is left out, against their errors, which follow from moments."""
+"""Photographs that are left out, as representations show them, against errors that follow from moments."""
 
 from __future__ import annotations
 
