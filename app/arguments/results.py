@@ -239,7 +239,7 @@ DEMO = _folder(
     *(f"capture/{name}" for name in CAPTURE.members),
 )
 ARCS = _folder("materials of arcs", "arcs.json", "arc-*.lightarc")
-COMPARISON = _folder("a comparison", "comparison.json", "comparison.png", "comparison.svg")
+COMPARISON = _folder("a comparison", "comparison.json", "comparison.png", "comparison.svg", "comparison-worst.png")
 EXPORT = _folder("an export", "export.json", "*/*")
 MAPS = _folder(
     "a folder of maps",
