@@ -90,7 +90,7 @@ def test_without_an_environment_it_says_what_is_needed(planned: MainWindow) -> N
         (Effect("glossy", "needed", "", 0.12, 3.0, 10**7), "needed, 12 % without it"),
         (Effect("glossy", "skipped", "", 0.002, 41.0, 0), "skipped, 0.2 % for 41 s"),
         (Effect("glossy", "skipped", "", 0.0, 0.0, 0), "skipped, no loss"),
-        (Effect("glossy", "forced off", "", 0.5, 250.0, 2 * 10**6), "forced off, 50 % for 250 s and 2 MB"),
+        (Effect("glossy", "forced off", "", 0.5, 250.0, 2 * 10**6), "forced off, 50 % for 4.2 min and 2 MB"),
     ],
 )
 def test_rows_say_what_is_lost_and_saved(effect: Effect, words: str) -> None:
