@@ -240,7 +240,7 @@ DEMO = _folder(
 )
 ARCS = _folder("materials of arcs", "arcs.json", "arc-*.lightarc")
 COMPARISON = _folder("a comparison", "comparison.json", "comparison.png", "comparison.svg", "comparison-worst.png")
-EXPORT = _folder("an export", "export.json", "*/*")
+EXPORT = _folder("an export", "export.json", "proof.png", "proof.json", "*/*")
 MAPS = _folder(
     "a folder of maps",
     "surface.json",

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import EXPORT, Input, Output
+from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text
 from engine.core.steps import Step, drain
 
@@ -31,7 +32,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MATERIAL|PROJECT",
         help="a bundle, a project (.lap), a folder of PBR textures, a MaterialX document (.mtlx) or a glTF file",
     )
-    parser.add_argument("--to", nargs="+", action="extend", required=True, choices=TARGETS, help="targets, one or more")
+    parser.add_argument("--to", nargs="+", action="extend", choices=TARGETS, help="targets, one or more")
+    parser.add_argument(
+        "--proof",
+        action="store_true",
+        help="write all targets, and a sheet with the picture that each of their programs on this machine draws beside "
+        "ours (MaterialX, three.js in Chromium, Mitsuba, RTI files; USD, glTF validator and glslang check)",
+    )
     parser.add_argument(
         "-o", "--output", required=True, type=Output(EXPORT), metavar="FOLDER", help="folder, a folder in it per target"
     )
@@ -63,19 +70,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """`targets`, a list of objects with `target`, `files`, `bytes`, `rmse_rel`, `rmse_rel_reference`, `flip`,
-    `by_environment` and `warnings`; `material`, the errors before leaving."""
+    `by_environment` and `warnings`; `material`, the errors before leaving; `proof`, the sheet and its consumers."""
+    if arguments.proof == bool(arguments.to):
+        raise UsageError("give either --to with one or more targets, or --proof, which writes all of them")
     show(Step(0.0, "reading the material"))
     from engine.exchange.export import export
     from engine.exchange.subject import Settings
 
     material, stack = _opened(arguments)
+    if arguments.proof:
+        from engine.proof.proof import prove
+
+        return _reported(material, drain(prove(arguments.output, material, stack), show))
     settings = Settings(arguments.preset, arguments.coding, arguments.normal)
     names = list(dict.fromkeys(arguments.to))
     record = drain(
         export(arguments.output, material, names, settings=settings, stack=stack, error=arguments.error), show
     )
+    return _reported(material, record)
+
+
+def _reported(material: Material, record: dict[str, Any]) -> dict[str, Any]:
+    """The part of a record that scripts and people are told."""
+    names = ("folder", "material", "targets", "auto", "proof")
     return {
-        **{name: record[name] for name in ("folder", "material", "targets", "auto") if name in record},
+        **{name: record[name] for name in names if name in record},
         "warnings": [
             *(material.health.warnings if material.pbr is not None else ()),
             *(f"{made['target']}: {each}" for made in record["targets"] for each in made["warnings"]),
@@ -117,8 +136,12 @@ def report(result: dict[str, Any]) -> str:
     if own["brdf_fit_rmse_rel"] is not None:
         error = percent(own["brdf_fit_rmse_rel"], 3)
         lines.append(f"Shaders and pages hold a model in place of the measured BRDF, {error} away from it.")
-    lines += [f"{warning}." for warning in result["warnings"]]
     lines.append(f"Written to {result['folder']}.")
+    if "proof" in result:
+        for row in result["proof"]["consumers"]:
+            error = "" if row["rmse_rel"] is None else f"{percent(row['rmse_rel'], 3)} from our picture. "
+            lines.append(f"{row['consumer']}: {error}{row['words']}")
+        lines.append(f"The sheet is {result['proof']['sheet']}.")
     return "\n".join(lines)
 
 

@@ -44,6 +44,9 @@ class Preset:
 #: Reflectance of a dielectric that the specular level 1 stands for, in Blender, Unreal and Substance.
 FULL_SPECULAR = 0.08
 
+#: Mean product of metallic and roughness from which programs that add light between facets differ by a tenth and more.
+ROUGH_METAL = 0.35
+
 _ORM = ("occlusion", "roughness", "metallic")
 
 PRESETS: dict[str, Preset] = {
@@ -180,11 +183,14 @@ def ior_of(f0: float) -> float:
 
 def common_warnings(maps: PbrMaps) -> tuple[str, ...]:
     """Sentences about maps that every target of them has to say."""
+    said: tuple[str, ...] = ()
     if maps.observed.kind == "none":
-        return ("normals are flat: lamps on one arc do not show the side that a slope faces",)
+        said = ("normals are flat: lamps on one arc do not show the side that a slope faces",)
     if maps.observed.kind == "along the arc":
-        return ("normals tilt along the arc of the lamps alone",)
-    return ()
+        said = ("normals tilt along the arc of the lamps alone",)
+    if float(np.mean(maps.metallic * maps.roughness, dtype=np.float64)) > ROUGH_METAL:
+        said = (*said, "rough metal looks up to half brighter where light between facets is added, as three.js does")
+    return said
 
 
 def source(subject: Subject, name: str) -> Map | None:

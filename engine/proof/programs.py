@@ -1,0 +1,141 @@
+"""Programs of others that read our files: three.js in Chromium draws, Khronos' validator and glslang check.
+
+Chromium is that of the machine; three and gltf-validator are looked for where `npm install --prefix build/node` puts
+them, in this folder or beside the program. The page is served on this machine alone, for a page of a disk may not load
+modules.
+"""
+
+from __future__ import annotations
+
+import base64
+import functools
+import http.server
+import json
+import re
+import shutil
+import subprocess
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from engine.proof.libraries import PATIENCE_S, absent
+from engine.proof.square import Drawn, lamp, windows
+from engine.storage.atomic import write_bytes
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+ARGUMENTS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--hide-scrollbars", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update", "--use-gl=angle",
+    "--use-angle=swiftshader-webgl", "--virtual-time-budget=60000", "--dump-dom",
+)  # fmt: skip
+
+RESOURCES = Path(__file__).resolve().parents[2] / "resources"
+NODE = (Path.cwd() / "build" / "node" / "node_modules", RESOURCES.parent / "build" / "node" / "node_modules")
+
+_VALIDATE = """
+const validator = require(process.argv[2]);
+validator.validateBytes(new Uint8Array(require('fs').readFileSync(process.argv[1]))).then(
+  (report) => console.log(JSON.stringify(report.issues)));
+"""
+_PIXELS = re.compile(r'<pre id="pixels">([A-Za-z0-9+/=]+)</pre>')
+_FAILED = re.compile(r'<pre id="failure">([^<]+)</pre>')
+
+
+def three(folder: Path, size: tuple[int, int]) -> Drawn:
+    """The material of a `.glb` in `folder` on the square, as three.js draws it, of maps of `size` (H, W)."""
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    package = _package("three")
+    if browser is None:
+        return absent("gltf", "three.js", "no Chromium is installed")
+    if package is None:
+        return absent("gltf", "three.js", "npm install --prefix build/node three was not run")
+    version = json.loads((package / "package.json").read_text(encoding="utf-8"))["version"]
+    name = f"three.js {version} in Chromium"
+    (file,) = folder.glob("*.glb")
+    (height, width), shares = windows(size)
+    asked = {"width": width, "height": height, "across": shares[1], "up": shares[0], "lamp": lamp().tolist()}
+    with tempfile.TemporaryDirectory() as place:
+        site = Path(place)
+        (site / "material.glb").symlink_to(file.resolve())
+        (site / "three").symlink_to(package.resolve())
+        page = (RESOURCES / "proof" / "three.html").read_text(encoding="utf-8")
+        write_bytes(site / "index.html", page.replace("@ASKED@", json.dumps(asked)).encode())
+        with served(site) as address:
+            words = [browser, *ARGUMENTS, f"--user-data-dir={site / 'profile'}", f"{address}/index.html"]
+            try:
+                done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+            except subprocess.TimeoutExpired:
+                return Drawn("gltf", name, None, f"It draws nothing: no answer within {PATIENCE_S} s.", False)
+    found = _PIXELS.search(done.stdout)
+    if found is None:
+        failed = _FAILED.search(done.stdout)
+        return Drawn("gltf", name, None, f"It draws nothing: {failed[1] if failed else 'it says nothing'}.", False)
+    values = np.frombuffer(base64.b64decode(found[1]), "<f4").reshape(height, width, 4)[::-1, :, :3]
+    return Drawn("gltf", name, values.astype(np.float64), "It loads the file with GLTFLoader.")
+
+
+def validator(folder: Path) -> Drawn:
+    """Khronos' validator on the `.glb` of `folder`."""
+    node, package = shutil.which("node"), _package("gltf-validator")
+    if node is None or package is None:
+        return absent("gltf", "glTF validator", "npm install --prefix build/node gltf-validator was not run")
+    version = json.loads((package / "package.json").read_text(encoding="utf-8"))["version"]
+    (file,) = folder.glob("*.glb")
+    done = subprocess.run(
+        [node, "-e", _VALIDATE, str(file), str(package)],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+    name = f"Khronos glTF validator {version}"
+    if done.returncode:
+        return Drawn("gltf", name, None, f"It ends with code {done.returncode}.", False)
+    issues = json.loads(done.stdout)
+    count = issues["numErrors"] + issues["numWarnings"]
+    words = f"{issues['numErrors']} errors and {issues['numWarnings']} warnings. It draws no pictures."
+    return Drawn("gltf", name, None, words, count == 0)
+
+
+def glslang(folder: Path) -> Drawn:
+    """The shaders of `folder` compiled by glslang, each with an entry point that calls it."""
+    compiler = shutil.which("glslangValidator")
+    if compiler is None:
+        return absent("shaders", "glslang", "the Debian package glslang-tools is not installed")
+    version = subprocess.run([compiler, "--version"], capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    number = next((line for line in version.stdout.splitlines() if "Glslang" in line), "glslang").split(":")[-1]
+    (source,) = folder.glob("*.glsl")
+    text = f"#version 330 core\n{source.read_text(encoding='utf-8')}\nvoid main() {{}}\n"
+    with tempfile.TemporaryDirectory() as place:
+        whole = Path(place) / "whole.frag"
+        write_bytes(whole, text.encode())
+        words = [compiler, str(whole)]
+        done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
+    complaint = next((line for line in done.stdout.splitlines() if "ERROR" in line), "")
+    words_of_it = complaint[:160] if done.returncode else f"{source.name} compiles"
+    return Drawn("shaders", f"glslang {number}", None, f"{words_of_it}. It draws no pictures.", not done.returncode)
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """The address at which this machine, and no other, finds the files of a folder."""
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(folder)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        yield f"http://127.0.0.1:{server.server_address[1]}"
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+class _Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_words: object) -> None:
+        """Say nothing of each request."""
+
+
+def _package(name: str) -> Path | None:
+    return next((place / name for place in NODE if (place / name / "package.json").is_file()), None)

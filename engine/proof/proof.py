@@ -1,0 +1,170 @@
+"""The proof of an export: what each consumer on this machine drew of it, beside our own picture, on one sheet.
+
+The export is written to the folder first (`engine.exchange.export`), then each consumer reads its files as any person
+has them. `proof.png` shows ours, theirs, and the difference four times enlarged, with the relative RMSE; who draws
+nothing, complains or is absent is named with the reason. `proof.json` has the same as values. Consumers that draw take
+some seconds each; MaterialX on a processor in place of a graphics card a minute for half a million texels.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from engine.core.colour import to_display8
+from engine.core.figure_text import percent
+from engine.core.steps import Step, Steps, part
+from engine.exchange.export import NAMES, departure, written
+from engine.exchange.rti import has_sides
+from engine.exchange.rti import shown as rti_shown
+from engine.exchange.subject import Settings, Subject
+from engine.figures.contact_sheet import Panel, Row, draw_sheet
+from engine.images.encode import encode_png
+from engine.proof.formats import rti
+from engine.proof.libraries import absent, materialx, mitsuba, on_a_ball, usd
+from engine.proof.programs import glslang, three, validator
+from engine.proof.square import Drawn, Floats, drawn_by_us, middle, relative_rmse
+from engine.scene.material import Material
+from engine.storage.atomic import write_bytes
+
+if TYPE_CHECKING:
+    from engine.capture.stack import ImageStack
+
+SHEET, RECORD = "proof.png", "proof.json"
+
+#: Times by which differences are enlarged.
+ENLARGED = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """A consumer with our picture of the same, None where it draws none."""
+
+    drawn: Drawn
+    ours: Floats | None
+
+    @property
+    def rmse_rel(self) -> float | None:
+        if self.ours is None or self.drawn.picture is None:
+            return None
+        return relative_rmse(self.drawn.picture, self.ours)
+
+
+def prove(folder: str | os.PathLike[str], material: Material, stack: ImageStack | None = None) -> Steps[dict[str, Any]]:
+    """Write all exports of `material` and the sheet into `folder`; the record of the export with `proof` added."""
+    leaving = yield from part(departure(material, stack), 0.0, 0.3)
+    subject = leaving.subject
+    names = [name for name in NAMES if _is_possible(name, subject)]
+    record = yield from part(written(folder, leaving, names, Settings()), 0.3, 0.6)
+    compared = yield from part(_asked(Path(folder), subject), 0.6, 0.95)
+    yield Step(0.95, "drawing the sheet")
+    errors = {entry["target"]: entry["rmse_rel_reference"] for entry in record["targets"]}
+    sheet = draw_sheet(material.name, _subtitle(compared), [_row(each, errors) for each in compared])
+    write_bytes(Path(folder) / SHEET, encode_png(sheet, software="Lightarc"))
+    rows = [_entry(each) for each in compared]
+    write_bytes(Path(folder) / RECORD, (json.dumps({"consumers": rows}, indent=2) + "\n").encode())
+    return {**record, "proof": {"sheet": str(Path(folder) / SHEET), "consumers": rows}}
+
+
+def _is_possible(name: str, subject: Subject) -> bool:
+    """True where the material can be written to the target: pages hold a power law or planes, shaders any map."""
+    material = subject.material
+    if name == "rti":
+        return has_sides(subject)
+    if name == "web":
+        return material.power_law is not None or material.directional is not None
+    return name != "shaders" or (material.has_map and material.pbr is None)
+
+
+def _asked(folder: Path, subject: Subject) -> Steps[list[Compared]]:
+    """Each consumer, one after the other."""
+    size = subject.maps.size
+    by_maps = _ours(subject, subject.mean_f0)
+    by_gltf = _ours(subject, None)
+    ball = _our_ball(subject)
+    asked: list[tuple[str, Callable[[], list[Drawn]], Floats | None]] = [
+        ("MaterialX, glTF PBR", lambda: [materialx(folder / "materialx", "gltf_pbr", size)], by_maps),
+        ("MaterialX, OpenPBR", lambda: [materialx(folder / "materialx", "open_pbr_surface", size)], by_maps),
+        ("three.js", lambda: [three(folder / "gltf", size)], by_gltf),
+        ("Mitsuba", lambda: [mitsuba(folder / "brdf")], ball),
+        ("RTI", lambda: _relit(folder, subject), _our_rti(subject)),
+        ("USD", lambda: [usd(folder / "usd")], None),
+        ("glTF validator", lambda: [validator(folder / "gltf")], None),
+        ("glslang", lambda: [_compiled(folder, subject)], None),
+    ]
+    found = []
+    for index, (name, ask, ours) in enumerate(asked):
+        yield Step(index / len(asked), f"asking {name}")
+        found += [Compared(drawn, ours) for drawn in ask()]
+    return found
+
+
+def _compiled(folder: Path, subject: Subject) -> Drawn:
+    if not _is_possible("shaders", subject):
+        return absent("shaders", "glslang", "the material has no map that a shader looks up")
+    return glslang(folder / "shaders")
+
+
+def _ours(subject: Subject, f0: float | None) -> Floats:
+    return middle(drawn_by_us(subject.shown_as("png8", f0), subject.maps.size, 1.0 / subject.white))
+
+
+def _our_rti(subject: Subject) -> Floats | None:
+    shown = rti_shown(subject, Settings())
+    return None if shown is None else middle(drawn_by_us(shown, subject.maps.size, 1.0))
+
+
+def _relit(folder: Path, subject: Subject) -> list[Drawn]:
+    if not has_sides(subject):
+        return [absent("rti", "RTI", "the lamps stood on one arc")]
+    return rti(folder / "rti")
+
+
+def _our_ball(subject: Subject) -> Floats:
+    wi, wo, mask = on_a_ball()
+    picture = np.zeros((*mask.shape, 3))
+    picture[mask] = np.pi * subject.material.reflectance.f(wi, wo) * wi[:, 2:]
+    return picture
+
+
+def _subtitle(compared: list[Compared]) -> str:
+    drew = sum(each.drawn.picture is not None for each in compared)
+    missing = sum(each.drawn.is_sound is None for each in compared)
+    wrong = sum(each.drawn.is_sound is False for each in compared)
+    return f"{drew} pictures by others beside ours, {wrong} complaints, {missing} not asked"
+
+
+def _row(each: Compared, errors: dict[str, float | None]) -> Row:
+    """Ours, theirs and the difference; exposed by ours."""
+    lost = errors.get(each.drawn.target)
+    heading = each.drawn.target if lost is None else f"{each.drawn.target}, {percent(lost, 3)} away from the material"
+    picture, ours, error = each.drawn.picture, each.ours, each.rmse_rel
+    if picture is None or ours is None or error is None:
+        return Row(f"{heading}: {each.drawn.name}", (Panel(None, each.drawn.words),), aspect=12.0)
+    bright = float(np.quantile(ours, 0.995)) or 1.0
+    panels = (
+        Panel(to_display8(ours / bright), "ours, of the same files"),
+        Panel(to_display8(picture / bright), f"{each.drawn.name}. {each.drawn.words}"),
+        Panel(
+            to_display8(ENLARGED * np.abs(picture - ours) / bright), f"difference x {ENLARGED:g}: {percent(error, 3)}"
+        ),
+    )
+    return Row(heading, panels)
+
+
+def _entry(each: Compared) -> dict[str, Any]:
+    drawn = each.drawn
+    return {
+        "target": drawn.target,
+        "consumer": drawn.name,
+        "is_sound": drawn.is_sound,
+        "drew": drawn.picture is not None,
+        "rmse_rel": each.rmse_rel,
+        "words": drawn.words,
+    }

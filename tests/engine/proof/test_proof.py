@@ -1,0 +1,137 @@
+"""The proof: what others draw of our files is our picture of them, and what is absent is named."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from engine.core.steps import drain
+from engine.exchange import gltf, loss, materialx, rti
+from engine.exchange.subject import Contents, Settings, Subject
+from engine.images.png import read_png
+from engine.light.environment import DistantLights
+from engine.proof import proof
+from engine.proof.formats import linear, relit_hsh, relit_ptm
+from engine.proof.libraries import absent
+from engine.proof.libraries import materialx as by_materialx
+from engine.proof.programs import BROWSERS, three
+from engine.proof.square import SIDE, Drawn, drawn_by_us, lamp, middle, relative_rmse, windows
+from engine.surface.pbr_maps import ObservedSlopes, PbrMaps
+from tests.engine.exchange.materials import dome_material, dome_stack, woven_material, woven_subject
+
+
+@pytest.fixture(scope="module")
+def plastic() -> Subject:
+    """A rough dielectric whose texels all differ: no model adds light to it that bounces between facets."""
+    rng = np.random.default_rng(5)
+    flat = np.zeros((9, 7, 3), np.float32)
+    flat[..., 2] = 1.0
+    maps = PbrMaps(
+        base_colour=rng.uniform(0.1, 0.9, (9, 7, 3)).astype(np.float32),
+        normal=flat,
+        roughness=rng.uniform(0.4, 0.9, (9, 7)).astype(np.float32),
+        metallic=np.zeros((9, 7), np.float32),
+        f0=np.full((9, 7), 0.04, np.float32),
+        observed=ObservedSlopes("none"),
+    )
+    return Subject(woven_material(9, 7), maps)
+
+
+def put(folder: Path, contents: Contents) -> Path:
+    for name, content in contents.files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    return folder
+
+
+def ours(subject: Subject) -> Any:
+    return drawn_by_us(subject.shown_as("png8"), subject.maps.size, 1.0 / subject.white)
+
+
+def test_a_white_square_shows_the_cosine_of_the_lamp() -> None:
+    """f = 1/pi and an irradiance of pi: the cosine, everywhere."""
+    size = (3, 4)
+
+    def white(view: Any, lights: DistantLights) -> Any:
+        (direction,), (irradiance,) = lights.direction, lights.irradiance
+        return np.tile(irradiance * direction[2] / np.pi, (len(view.row), 1))
+
+    picture = drawn_by_us(white, size, np.pi)
+    assert picture.shape == (3, 4, 3)
+    np.testing.assert_allclose(picture, lamp()[2])
+    assert relative_rmse(1.1 * picture, picture) == pytest.approx(0.1)
+
+
+def test_the_middle_of_large_maps_counts() -> None:
+    picture = np.zeros((SIDE + 10, 6, 3))
+    picture[5] = 1.0
+    assert middle(picture).shape == (SIDE, 6, 3)
+    assert middle(picture)[0, 0, 0] == 1.0
+    assert windows((SIDE + 10, 6)) == ((SIDE, 6), (SIDE / (SIDE + 10), 1.0))
+
+
+def test_materialx_draws_our_picture_of_the_same_maps(plastic: Subject, tmp_path: Path) -> None:
+    """Within 4 %: MaterialX leaves less light to the diffuse part; a flipped picture is off by far more."""
+    pytest.importorskip("MaterialX", reason="MaterialX is not installed")
+    if not os.environ.get("DISPLAY") and shutil.which("xvfb-run") is None:
+        pytest.skip("there is no display, and xvfb-run is not installed")
+    folder = put(tmp_path, drain(materialx.contents(plastic, Settings(), "")))
+    drawn = by_materialx(folder, "gltf_pbr", plastic.maps.size)
+    assert drawn.picture is not None, drawn.words
+    assert drawn.words == "The document is valid."
+    assert relative_rmse(drawn.picture, ours(plastic)) < 0.04
+    assert relative_rmse(drawn.picture[::-1], ours(plastic)) > 0.3
+
+
+def test_three_in_chromium_draws_our_picture_of_the_same_maps(plastic: Subject, tmp_path: Path) -> None:
+    folder = put(tmp_path, drain(gltf.contents(plastic, Settings(), "")))
+    drawn = three(folder, plastic.maps.size)
+    if drawn.is_sound is None:
+        pytest.skip(drawn.words)
+    assert any(map(shutil.which, BROWSERS))
+    assert drawn.picture is not None, drawn.words
+    assert relative_rmse(drawn.picture, ours(plastic)) < 0.06
+    assert relative_rmse(drawn.picture[::-1], ours(plastic)) > 0.3
+
+
+def test_rti_files_are_relit_as_we_show_them() -> None:
+    subject = Subject(dome_material(), woven_subject().maps, stack=dome_stack())
+    files = drain(rti.contents(subject, Settings(), "A loss that the header states.")).files
+    shown = rti.shown(subject, Settings())
+    assert shown is not None
+    wanted = drawn_by_us(shown, (8, 6), 1.0)
+    np.testing.assert_allclose(linear(relit_hsh(files["dome.rti"])), wanted, atol=1e-4)
+    assert relative_rmse(linear(relit_ptm(files["dome.ptm"])), wanted) < 0.1
+
+
+def test_the_sheet_has_all_that_drew_and_names_what_is_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def two_lamps(_name: str) -> DistantLights:
+        return DistantLights(np.array([[0.0, 0.6, 0.8], [0.8, 0.0, 0.6]]), np.ones((2, 3)))
+
+    monkeypatch.setattr(loss, "environment_lights", two_lamps)
+    brief = dataclasses.replace(woven_material(12, 10), brdf="lambert")
+    monkeypatch.setattr(proof, "NAMES", ("materialx", "gltf", "usd", "shaders"))
+    drew = Drawn("materialx", "MaterialX", np.full((12, 10, 3), 0.1), "The document is valid.")
+    monkeypatch.setattr(proof, "materialx", lambda *_given: drew)
+    monkeypatch.setattr(proof, "three", lambda *_given: absent("gltf", "three.js", "no Chromium is installed"))
+    wrong = Drawn("usd", "USD 1", None, "30 validators: a complaint.", False)
+    monkeypatch.setattr(proof, "usd", lambda _folder: wrong)
+    for name in ("validator", "glslang", "mitsuba"):
+        monkeypatch.setattr(proof, name, lambda _folder, name=name: absent("gltf", name, "it is not installed"))
+    result = drain(proof.prove(tmp_path / "out", brief))
+    rows = {row["consumer"]: row for row in result["proof"]["consumers"]}
+    assert rows["MaterialX"]["rmse_rel"] > 0.0
+    assert rows["USD 1"]["is_sound"] is False
+    assert rows["three.js"]["words"] == "Not asked: no Chromium is installed."
+    assert rows["RTI"]["words"] == "Not asked: the lamps stood on one arc."
+    assert json.loads((tmp_path / "out" / "proof.json").read_text())["consumers"] == result["proof"]["consumers"]
+    sheet = read_png((tmp_path / "out" / "proof.png").read_bytes(), "proof.png").samples
+    assert sheet.shape[1] == 2000
+    assert sheet.shape[0] > 1500
