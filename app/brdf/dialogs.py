@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtGui import QGuiApplication
@@ -39,6 +40,13 @@ def save(parent: QWidget, bench: Workbench, entry: Entry) -> None:
         if path.suffix.lower() not in (".binary", ".exr"):
             path = path.with_name(path.name + (".exr" if "exr" in kind else ".binary"))
         commands_brdf.save_table(bench, entry.brdf, path)
+
+
+def save_plots(parent: QWidget, save: Callable[[Path], object]) -> None:
+    """Ask for a folder, new or old, for the files of the plots."""
+    chosen, _ = QFileDialog.getSaveFileName(parent, "Save the plots to a folder", "brdf-plots")
+    if chosen:
+        save(Path(chosen))
 
 
 def copy_text(bench: Workbench, entry: Entry) -> None:

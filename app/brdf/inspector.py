@@ -5,7 +5,8 @@ The section that fits a model shows its target and settings, the error while it 
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PySide6.QtCore import QSize, Qt, Signal
@@ -21,6 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.brdf.plots import ResidualPlot, marker_icon
+from app.brdf.ranking import Ranking, all_models
 from app.commands.brdf import FULL, FitSoFar, add, fitted, is_model
 from app.commands.brdf_figures import Facts
 from app.commands.workbench import Workbench
@@ -37,6 +39,9 @@ from engine.brdf.brdf import MODELS, model_name
 from engine.core.figure_text import number, percent
 from engine.core.params import parameters
 from engine.core.steps import Step
+
+if TYPE_CHECKING:
+    from engine.brdf.ranking import Offer
 
 WEIGHTINGS = (
     ("log", "All parts", "Relative errors: dim parts weigh as much as the highlight"),
@@ -71,10 +76,14 @@ class FitSection(Rows):
         self.stop = button("Stop and keep", hint="The best parameters so far become an entry of the list")
         self.stop.clicked.connect(self.end)
         self.stop.hide()
+        self.rank = button("Rank all models", hint="Fit every model, and list them by their errors")
+        self.rank.clicked.connect(self.rank_all)
+        self.ranking: Ranking | None = None
         holder = QWidget()
         row = QHBoxLayout(holder)
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(self.start, 1)
+        row.addWidget(self.rank, 1)
         row.addWidget(self.stop, 1)
         self.wide(holder)
         self.error = text("", "secondary")
@@ -98,6 +107,7 @@ class FitSection(Rows):
         busy = "A fit is running" if self.running else ""
         hint = f"Find the parameters that bring the model nearest to {entry.name}" if entry is not None else ""
         enable(self.start, nothing or full or busy, hint)
+        enable(self.rank, nothing or busy)
         enable(self.model, busy)
         enable(self.weighting, busy)
 
@@ -116,6 +126,29 @@ class FitSection(Rows):
         job.cancelled.connect(lambda: self._finish(self.so_far))
         job.failed.connect(lambda _error: self._finish(None))
         self.changed.emit()
+
+    def rank_all(self) -> None:
+        """Fit every model to the current entry, and list them by their errors."""
+        if self.entry is None or self.running:
+            return
+        entry, weighting = self.entry, self.weighting.value
+        self.job = self.bench.jobs.submit(
+            f"Fitting all models to {entry.name}", lambda: all_models(entry.brdf, weighting)
+        )
+        self.job.succeeded.connect(lambda offers: self._show_ranking(entry, weighting, offers))
+        for ended in (self.job.succeeded, self.job.failed, self.job.cancelled):
+            ended.connect(lambda *_what: self._finish(None))
+        self.changed.emit()
+
+    def _show_ranking(self, entry: Entry, weighting: str, offers: Sequence[Offer]) -> None:
+        self.ranking = Ranking(self.window(), entry.name, offers)
+        self.ranking.wanted.connect(lambda offer: self._add_offer(entry, weighting, offer))
+        self.ranking.open()
+
+    def _add_offer(self, entry: Entry, weighting: str, offer: Offer) -> None:
+        name = BRDF_NAMES.get(model_name(offer.brdf), "")
+        note = Fitted(entry.name, weighting, offer.linear, offer.linear)
+        add(self.bench, f"{name} to {entry.name}", offer.brdf, fitted=note)
 
     def end(self) -> None:
         """Stop and keep the best result."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from math import radians
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,14 @@ from app.brdf.inspector import Inspector
 from app.brdf.library import Library, missing_files
 from app.brdf.lobe_view import Lobe, LobeView, lengths, surfaces
 from app.brdf.plots import AlbedoPlot, HalfDifferencePlot, Line, PolarPlot
+from app.brdf.save_plots import distinct, grid, saved, svg, table
 from app.brdf.sphere_preview import SpherePreview
 from app.commands import brdf as commands_brdf
 from app.commands.brdf_figures import ALBEDO_DEG, LIGHT_PHI, Curves, Facts, albedos, curves, facts
 from app.commands.workbench import Workbench
 from app.document.comparison import Comparison, Entry
 from app.document.document import Project
+from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.viewport.gl_surface import why_no_gl
 from app.widgets import theme
@@ -119,6 +122,9 @@ class BrdfTab(QWidget):
         row.addWidget(self.light, 1)
         row.addWidget(self.scale)
         row.addWidget(tool(self.view_action))
+        self.save_action = QAction(theme.icon("export"), "Save the plots as SVG and CSV…", self)
+        self.save_action.triggered.connect(lambda _on=False: dialogs.save_plots(self, self.save_plots))
+        row.addWidget(tool(self.save_action))
         row.addStretch(1)
         self.polar, self.slice, self.albedo = PolarPlot(), HalfDifferencePlot(), AlbedoPlot()
         self.sphere = SpherePreview(self.bench.jobs)
@@ -414,9 +420,32 @@ class BrdfTab(QWidget):
         x = np.array(ALBEDO_DEG)
         self.albedo.show_lines([Line(x, values, one.colour, one.marker) for one, values in found])
 
+    def save_plots(self, folder: Path) -> Job:
+        """Write the plots into `folder`: as SVG as they are on screen, as CSV with the values of all that is shown."""
+        plots = {"plane-of-incidence": self.polar, "half-difference": self.slice, "albedo": self.albedo}
+        files = {f"{name}.svg": svg(plot) for name, plot in plots.items()}
+        entries = [entry for entry in self.comparison.entries if entry.visible and entry.identity in self.known]
+        names = distinct([entry.name for entry in entries])
+        known = {name: self.known[entry.identity] for name, entry in zip(names, entries, strict=True)}
+        if known:
+            theta_deg = np.degrees(next(iter(known.values())).theta_o)
+            values = {name: each.polar for name, each in known.items()}
+            files["plane-of-incidence.csv"] = table("theta_o / °", theta_deg, values)
+            files |= {
+                f"half-difference-{at}.csv": grid(each.half_difference) for at, each in enumerate(known.values(), 1)
+            }
+        pairs = zip(names, entries, strict=True)
+        found = {name: self.albedos[entry.identity][1] for name, entry in pairs if entry.identity in self.albedos}
+        if found:
+            files["albedo.csv"] = table("theta_o / °", np.array(ALBEDO_DEG, np.float64), found)
+        job = self.bench.jobs.submit(f"Saving plots to {folder.name}", lambda: saved(folder, files), heavy=False)
+        job.succeeded.connect(self.bench.said.emit)
+        return job
+
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""
         self.view_action.setIcon(theme.icon("fit"))
+        self.save_action.setIcon(theme.icon("export"))
         for plot in (self.polar, self.slice, self.albedo):
             plot.apply_theme()
         for tile in self.tiles.places:

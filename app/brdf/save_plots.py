@@ -1,0 +1,69 @@
+"""The plots of the BRDF workspace as files: each as SVG, as on screen, and as CSV, with a column for each BRDF."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QBuffer
+from PySide6.QtGui import QPainter
+from PySide6.QtSvg import QSvgGenerator
+
+from engine.core.steps import Step, Steps
+from engine.storage.atomic import make_folder, write_bytes
+
+Floats = NDArray[np.float64]
+
+
+def svg(plot: Any) -> bytes:
+    """A plot as it is on screen."""
+    content, made = QBuffer(), QSvgGenerator()
+    content.open(QBuffer.OpenModeFlag.WriteOnly)
+    made.setOutputDevice(content)
+    made.setSize(plot.size())
+    made.setViewBox(plot.rect())
+    painter = QPainter(made)
+    plot.render(painter)
+    painter.end()
+    return bytes(content.data().data())
+
+
+def table(heading: str, x: Floats, columns: Mapping[str, Floats]) -> bytes:
+    """CSV in UTF-8: `x` under its heading, then a column (N,) for each name, with all digits."""
+    text = io.StringIO()
+    rows = csv.writer(text)
+    rows.writerow((heading, *columns))
+    rows.writerows(zip(x.tolist(), *(values.tolist() for values in columns.values()), strict=True))
+    return text.getvalue().encode()
+
+
+def grid(values: Floats) -> bytes:
+    """CSV of values (N, N), theta_h by column and theta_d by row from 0° up: degrees at the middles of cells."""
+    angles = 90.0 * (np.arange(len(values)) + 0.5) / len(values)
+    text = io.StringIO()
+    rows = csv.writer(text)
+    rows.writerow(("theta_d / ° by theta_h / °", *angles.tolist()))
+    for angle, row in zip(angles.tolist(), values[::-1].tolist(), strict=True):
+        rows.writerow((angle, *row))
+    return text.getvalue().encode()
+
+
+def distinct(names: Sequence[str]) -> list[str]:
+    """The same names, with a number behind those that come again."""
+    return [
+        name if name not in names[:at] else f"{name} ({names[:at].count(name) + 1})" for at, name in enumerate(names)
+    ]
+
+
+def saved(folder: Path, files: Mapping[str, bytes]) -> Steps[str]:
+    """Write `files` by their names into `folder`; a sentence. Raises OutputError where that cannot be done."""
+    yield Step(0.0, "writing")
+    make_folder(folder)
+    for name, content in files.items():
+        write_bytes(folder / name, content)
+    return f"{len(files)} files of plots written to {folder}"
