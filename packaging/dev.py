@@ -104,13 +104,15 @@ def main(words: Sequence[str] | None = None) -> int:
     verb, rest = parse(sys.argv[1:] if words is None else words)
     signal.signal(signal.SIGTERM, _stop)
     try:
-        set_up(verb)
+        is_new = set_up(verb)
     except SetupError as error:
         say(str(error))
         return MISSING
     except KeyboardInterrupt:
         say("Interrupted; the same command takes the set-up up again.")
         return CANCELLED
+    if is_new and verb == "run" and has_display():
+        prepare_sample()
     return test(rest) if verb == "test" else run(rest)
 
 
@@ -140,12 +142,15 @@ def say(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def set_up(purpose: str) -> None:
-    """Bring system libraries and `.venv` into the state that `purpose` ('run' or 'test') needs; quick when they are."""
+def set_up(purpose: str) -> bool:
+    """Bring system libraries and `.venv` into the state that `purpose` ('run' or 'test') needs; quick when they are.
+
+    True if something was installed.
+    """
     ready = is_ready(purpose)
     provide_system_packages(purpose, with_venv=not ready)
     if ready:
-        return
+        return False
     start = time.monotonic()
     make_environment()
     UNFINISHED.touch()
@@ -153,6 +158,7 @@ def set_up(purpose: str) -> None:
     UNFINISHED.unlink()
     stamp_of(purpose).write_text(key_of(purpose), encoding="ascii")
     say(f"Set up in {time.monotonic() - start:.0f} s.")
+    return True
 
 
 def is_ready(purpose: str) -> bool:
@@ -310,6 +316,12 @@ def run(words: Sequence[str]) -> int:
     if code == 0:
         say(f"The results are in {RESULTS}")
     return code
+
+
+def prepare_sample() -> None:
+    """Make the sample that the window opens at once; where that fails, the window makes it when it is asked for."""
+    say("Preparing the sample capture (the first time this takes a minute)")
+    call([str(PYTHON), "-m", "app.commands.sample"])
 
 
 def has_display() -> bool:

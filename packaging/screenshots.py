@@ -29,15 +29,18 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from PySide6.QtWidgets import QApplication, QDialog, QWidget
 
 from app.bench.faults import faults
+from app.bench.filled import fill, states
+from app.help.keys import show_about, show_keys
+from app.help.manual import Manual
+from app.help.mode_chooser import ModeChooser
 from app.viewport.gl_surface import request_format
 from app.widgets import theme
 from app.window.dialogs import show_history
-from app.window.help import show_about, show_help
 from app.window.main_window import MainWindow
+from app.window.preferences import Preferences
 from app.window.top_bar import WORKSPACES
 from engine.capture.lights.sources import find
 from engine.core.steps import drain
-from engine.factor.settings import FactorSettings
 from engine.figures.demo import built_in_sample
 from engine.light.lamps import LampSettings
 from engine.storage import atomic
@@ -58,7 +61,7 @@ STATES = (
     ("difference", "shading-map", "difference"),
 )
 
-PATIENCE_S = 400.0
+PATIENCE_S = 900.0
 
 
 def main() -> int:
@@ -72,7 +75,7 @@ def main() -> int:
     options.folder.mkdir(parents=True, exist_ok=True)
     if not options.doubled and not options.banners:
         doubled = {**os.environ, "QT_SCALE_FACTOR": "2"}
-        again = [sys.executable, __file__, str(options.folder), "--empty", "--doubled"]
+        again = [sys.executable, __file__, str(options.folder), "--doubled", *["--empty"] * options.empty]
         subprocess.run(again, env=doubled, check=True, timeout=3600)
     drive(options)
     if not options.doubled:
@@ -108,13 +111,18 @@ def drive(options: argparse.Namespace) -> None:
     if options.empty:
         window.close()
         return
-    window.bench.open_sample()
+    window.bench.make_sample_anew()
     wait_until(lambda: window.bench.importing is not None and window.bench.importing.step.done > 0.3)
     save(window, options.folder / "2-importing-capture.png")
     wait_until(lambda: window.bench.document.project.has_map and not window.bench.jobs.active)
     wait_for_model(window)
-    factored(window)
-    everywhere(window, options.folder, "3-filled")
+    fill(window, wait_until, method="sh")
+    walk(window, options.folder, "3-filled-dark", sizes)
+    if options.doubled:
+        window.set_theme("light")
+        walk(window, options.folder, "3-filled-light", sizes)
+        window.close()
+        return
     if options.readme is not None:
         window.resize(1280, 800)
         window.show_workspace("view")
@@ -130,7 +138,7 @@ def drive(options: argparse.Namespace) -> None:
     compared(window, options.folder, "6-dark")
     docks(window, options.folder, "8-dark")
     window.set_theme("light")
-    everywhere(window, options.folder, "7-light")
+    walk(window, options.folder, "7-filled-light", sizes)
     compared(window, options.folder, "7-light")
     docks(window, options.folder, "8-light")
     banners(window, options.folder)
@@ -146,6 +154,14 @@ def everywhere(window: MainWindow, folder: Path, state: str, sizes: Sequence[tup
             save(window, folder / f"{state}-{name}-{width}.png")
 
 
+def walk(window: MainWindow, folder: Path, state: str, sizes: Sequence[tuple[int, int]]) -> None:
+    """Every state of a window with work in it, at every size."""
+    for width, height in sizes:
+        window.resize(width, height)
+        for name in states(window):
+            save(window, folder / f"{state}-{name}-{width}.png")
+
+
 def dialogs(window: MainWindow, folder: Path, state: str) -> None:
     """The dialogs that the menus open."""
     window.show_workspace("view")
@@ -153,7 +169,10 @@ def dialogs(window: MainWindow, folder: Path, state: str) -> None:
     openers: dict[str, Callable[[], object]] = {
         "picture": lambda: window.view.save_picture("picture"),
         "turntable": lambda: window.view.save_picture("turntable"),
-        "help": lambda: show_help(window),
+        "keys": lambda: show_keys(window),
+        "manual": lambda: Manual(window).show_page("view", "Light"),
+        "modes": lambda: ModeChooser(window, window.bench.document.project).open(),
+        "preferences": lambda: Preferences(window, window.settings.now, window.bench.jobs).open(),
         "about": lambda: show_about(window),
         "history": lambda: show_history(window, window.bench),
     }
@@ -355,15 +374,6 @@ def wait_for_model(window: MainWindow) -> None:
     """The View workspace loads its model when it is first seen."""
     window.show_workspace("view")
     wait_until(lambda: window.view.default_mesh is not None)
-
-
-def factored(window: MainWindow) -> None:
-    """The BRDF of the material as textures, by two methods."""
-    window.show_workspace("factor")
-    for method in ("svd", "homomorphic"):
-        window.factor.settings.edited.emit(FactorSettings(method=method), True)
-        window.factor.start()
-    wait_until(lambda: not window.bench.jobs.active)
 
 
 def settle(seconds: float) -> None:

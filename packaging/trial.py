@@ -145,6 +145,7 @@ class Person:
         self.until(lambda seen: bool(seen), "the window")
         do("search", "--sync", "--onlyvisible", "--name", "Lightarc", "windowactivate", "--sync")
         time.sleep(4 * PAUSE_S)
+        do("key", "Escape")  # the first hints
 
     def until(self, is_so: Callable[[Seen], bool], what: str, within_s: float = PATIENCE_S) -> Seen:
         """Wait until what is seen `is_so`."""

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QAbstractSlider,
     QComboBox,
     QDockWidget,
+    QHeaderView,
     QLabel,
     QLineEdit,
     QPlainTextEdit,
@@ -86,12 +87,42 @@ def cut(window: QWidget) -> list[str]:
         needed, room = _room(widget)
         if needed > room + 1:
             found.append(f"{described(widget)} needs {needed} px and has {room}")
+        found += _cut_headings(widget) if isinstance(widget, QHeaderView) else ()
+        if isinstance(widget, QScrollArea) and _is_cut_by(widget):
+            widths = f"{_width_in(widget)} px and has {widget.viewport().width()}"
+            found.append(f"{described(widget)} does not scroll sideways; what it shows needs {widths}")
         around = widget.parentWidget()
         is_of_qt = isinstance(widget, (QScrollBar, QDockWidget)) or widget.objectName().startswith("qt_")
         if around is None or is_of_qt or _scrolls(around):
             continue
         if around.layout() is not None and not around.rect().adjusted(-1, -1, 1, 1).contains(widget.geometry()):
             found.append(f"{described(widget)} reaches beyond what is around it")
+    return found
+
+
+def _is_cut_by(area: QScrollArea) -> bool:
+    """True where an area that only scrolls up and down shows something wider than itself."""
+    return (
+        area.horizontalScrollBarPolicy() == Qt.ScrollBarPolicy.ScrollBarAlwaysOff
+        and _width_in(area) > area.viewport().width()
+    )
+
+
+def _width_in(area: QScrollArea) -> int:
+    inside = area.widget()
+    return inside.width() if inside is not None else 0
+
+
+def _cut_headings(header: QHeaderView) -> list[str]:
+    """Headings of a table that are wider than their columns."""
+    if header.orientation() != Qt.Orientation.Horizontal:
+        return []
+    found, model = [], header.model()
+    for place in range(header.count()):
+        words = str(model.headerData(place, header.orientation()) or "") if model is not None else ""
+        needed, room = header.fontMetrics().horizontalAdvance(words), header.sectionSize(place)
+        if words and not header.isSectionHidden(place) and needed > room:
+            found.append(f"The heading {words!r} of {described(header)} needs {needed} px and has {room}")
     return found
 
 
@@ -152,9 +183,9 @@ def faint(window: QWidget) -> list[str]:
         if not words.strip() or not any(letter.isalnum() for letter in words):
             continue
         seen = QRect(widget.mapTo(window, QPoint()), widget.size()).adjusted(2, 2, -2, -2)
-        seen &= widget.visibleRegion().boundingRect().translated(widget.mapTo(window, QPoint()))
-        if seen.height() < 10 or seen.width() < 6:
-            continue
+        part = widget.visibleRegion().boundingRect()
+        if part != widget.rect() or seen.height() < 10 or seen.width() < 6:
+            continue  # its words are seen in part, or there is no room for any
         left, top = round(scale * seen.left()), round(scale * seen.top())
         right, bottom = round(scale * seen.right()), round(scale * seen.bottom())
         contrast = _contrast(image[top:bottom, left:right])
@@ -230,7 +261,7 @@ def _chain(window: QWidget) -> Iterator[QWidget]:
 
 
 def _takes_tab(widget: QWidget) -> bool:
-    on_screen = widget.isVisible() and widget.isEnabled() and not widget.visibleRegion().isEmpty()
+    on_screen = widget.isVisible() and widget.isEnabled() and widget.visibleRegion().boundingRect() == widget.rect()
     kinds = (QAbstractButton, QComboBox, QLineEdit, QAbstractSlider)
     return on_screen and isinstance(widget, kinds) and bool(widget.focusPolicy() & Qt.FocusPolicy.TabFocus)
 

@@ -61,7 +61,7 @@ def main() -> int:
         if len(sys.argv) > 1:
             window.open([Path(sys.argv[1])])
         else:
-            bench.open_sample()
+            bench.make_sample_anew()
         bench.jobs.failed.connect(lambda job, error: _give_up(f"{job.title}: {error}"))
         watch = QTimer()
         watch.timeout.connect(

@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 
 HEADINGS = ("Photograph", "Reflection", "Elevation", "Azimuth", "Source")
 
+#: Words beside the fields, where they are shorter than what the fields are.
+SHORT = {"Column": "x", "Row": "y"}
+
 #: Radius of the outline that waits in the middle if no sphere is found, as a share of the shorter side.
 WAITING_SHARE = 0.15
 
@@ -110,7 +113,8 @@ class SphereTool(QWidget):
         foot = QHBoxLayout()
         foot.setSpacing(2 * STEP)
         for label, field in self.fields.items():
-            caption = text(label, "secondary")
+            caption = text(SHORT.get(label, label), "secondary")
+            caption.setToolTip(f"{label} of the sphere")
             caption.setBuddy(field)
             foot.addWidget(caption)
             foot.addWidget(field)

@@ -31,15 +31,16 @@ from app.commands.export_bundle import Exported, exported
 from app.commands.making import kept_material_of, kept_stack_of
 from app.commands.opening import load_environment, load_shape
 from app.commands.recognise import Recognised, recognise
+from app.commands.sample import NAME as SAMPLE
+from app.commands.sample import Sample, capture_of_sample, ready_sample, samples_folder
 from app.document.document import Document, ImportChoices, Project
 from app.jobs.jobs import Job, Jobs
 from app.process.packages import load_shared
-from app.project.photographs import INSIDE, keep, photographs, taken
-from app.project.places import projects_folder
+from app.project.photographs import INSIDE, Mark, keep, photographs, taken
 from app.project.project_file import path_of, state_name
 from app.project.report import chain_of
 from engine.capture.lights.joined import joined
-from engine.capture.lights.sources import Sources, find, find_packed
+from engine.capture.lights.sources import Sources, find_packed
 from engine.capture.stack import ImageStack, open_stack
 from engine.core.errors import FileError
 from engine.core.steps import Step, Steps, part
@@ -98,12 +99,25 @@ class Workbench(QObject):
         job.succeeded.connect(self._open_recognised)
 
     def open_sample(self) -> None:
-        """The capture that the program brings along."""
+        """The capture that the program brings along, with its material ready made."""
+        target = self._free("stack")
+        job = self.jobs.submit("Opening the sample", lambda: _marked_sample(target))
+        job.succeeded.connect(self._sample_opened)
+
+    def make_sample_anew(self) -> None:
+        """The same capture, imported and built as any other, so that the whole way can be seen."""
         self.wanted.emit("capture")
-        job = self.jobs.submit(
-            "Preparing the sample capture", lambda: _sample(projects_folder().parent / "sample capture")
-        )
-        job.succeeded.connect(lambda sources: self._import_others(sources, "Woven sample"))
+        job = self.jobs.submit("Preparing the sample capture", lambda: capture_of_sample(samples_folder()))
+        job.succeeded.connect(lambda sources: self._import_others(sources, SAMPLE))
+
+    def _sample_opened(self, sample: Sample) -> None:
+        if self.importing is not None:
+            self.jobs.cancel(self.importing)
+        look = self.document.project.material
+        material = dataclasses.replace(sample.material, brdf=look.brdf, measured=look.measured, sigma=look.sigma)
+        self.document.change("Open the sample", material=material, **sample.parts)
+        self.wanted.emit("capture")
+        self.said.emit("The sample is open, ready made. File > Make the sample anew shows how")
 
     def _open_recognised(self, found: Recognised) -> None:
         if found.kind == "mesh":
@@ -358,11 +372,12 @@ def _joined(one: Sources, other: Sources) -> Steps[Sources]:
     return joined(one, other)
 
 
-def _sample(folder: Path) -> Steps[Sources]:
-    from engine.figures.demo import built_in_sample
-
-    place = yield from built_in_sample(folder)
-    return find([place])
+def _marked_sample(target: Path) -> Steps[Sample]:
+    """The sample, its stack in `target`; the project keeps the marks of its photographs."""
+    sample = yield from part(ready_sample(samples_folder(), target), 0.0, 0.9)
+    marks = yield from part(taken(sample.sources.photographs), 0.9, 1.0)
+    _keep_marks(target.parent, marks)
+    return sample
 
 
 def _marked_stack(
@@ -375,11 +390,15 @@ def _marked_stack(
     """As `kept_stack_of`; the project keeps the marks of `files`, by which they are known again."""
     marks = yield from part(taken(files), 0.0, 0.1)
     stack = yield from part(kept_stack_of(sources, choices, marks, folders, now), 0.1, 1.0)
+    _keep_marks(folders[-1], marks)
+    return stack
+
+
+def _keep_marks(folder: Path, marks: Mapping[Path, Mark]) -> None:
     try:
-        keep(path_of(folders[-1]), marks)
+        keep(path_of(folder), marks)
     except FileError as error:
         log.info("photographs could not be marked: %s", error)
-    return stack
 
 
 def _stack(folder: Path) -> Steps[ImageStack]:

@@ -6,7 +6,17 @@ from typing import Any
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QBoxLayout, QDockWidget, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QDockWidget,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.commands.workbench import Workbench
 from app.docks.tradeoff_plot import AXES, TradeoffPlot, colour_of
@@ -42,6 +52,12 @@ WIDE = 480
 
 CONTROLS = 300
 
+#: Width of the dock below which its controls would be cut.
+NARROWEST = 320
+
+#: Least height of the plot, and while there is nothing in it.
+PLOT_PX, EMPTY_PX = 120, 40
+
 
 class AccuracyDock(QDockWidget):
     """Keeps what it measures in the project. `applied(Setting)` asks the View workspace for a setting."""
@@ -58,7 +74,13 @@ class AccuracyDock(QDockWidget):
         self.plot = TradeoffPlot()
         self.plot.picked.connect(self.applied)
         self.legend = Legend()
-        self.setWidget(self._inside())
+        scroll = QScrollArea()  # rather than squeezes its rows where the dock is low
+        scroll.setWidgetResizable(True)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setFrameShape(QFrame.Shape.NoFrame)
+        scroll.setWidget(self._inside())
+        scroll.setMinimumWidth(NARROWEST)
+        self.setWidget(scroll)
         self.applied.connect(view.apply_setting)
         bench.document.changed.connect(self._changed)
         for changed in (view.setting_changed, view.model_ready, view.brdf_panel.ready):
@@ -161,6 +183,7 @@ class AccuracyDock(QDockWidget):
         accuracy = self.accuracy
         self.plot.show_points(accuracy, self.axis.currentData(), self.view.setting)
         self.plot.setEnabled(accuracy is not None)
+        self.plot.setMinimumHeight(PLOT_PX if accuracy is not None else EMPTY_PX)
         self.legend.show_modes(
             [mode.value for mode in modes() if accuracy and any(p.mode == mode.value for p in accuracy.points)]
         )
@@ -210,6 +233,12 @@ class AccuracyDock(QDockWidget):
     def _apply_choice(self) -> None:
         if self.choice is not None and self.choice.point is not None:
             self.applied.emit(self.choice.point.setting)
+
+    def measure(self) -> None:
+        """Measure all modes, unless something is being measured."""
+        if self.job is None:
+            self.modes.setCurrentIndex(0)
+            self._start_or_stop()
 
     def _start_or_stop(self) -> None:
         if self.job is not None:

@@ -70,6 +70,12 @@ class Docks(QObject):
         self.health.show()
         self.health.raise_()
 
+    def measure_modes(self) -> None:
+        """Measure all modes on the scene of the View workspace."""
+        self.accuracy.show()
+        self.accuracy.raise_()
+        self.accuracy.measure()
+
     def follow_width(self) -> None:
         """Place those of the View workspace anew where the window has become wide, or narrow."""
         wanted = RIGHT if self.window.width() >= WIDE else BOTTOM

@@ -60,11 +60,11 @@ class Part:
 
     @property
     def summary(self) -> str:
-        """The worst finding, or that there is none."""
+        """The worst finding; empty where there is none, which the verdict beside it says."""
         worst = [each.text for each in self.health.findings if each.verdict == self.health.verdict]
         if worst and self.health.verdict > Verdict.GOOD:
             return worst[0] + (f" (and {len(worst) - 1} more)" if len(worst) > 1 else "")
-        return "Nothing to report"
+        return ""
 
 
 def parts_of(project: Project, brdf: Any, bakings: Iterable[tuple[str, Any]]) -> list[Part]:
@@ -127,8 +127,8 @@ def _named(name: str) -> tuple[str, str]:
     return f"{words[:1].upper()}{words[1:]}", unit
 
 
-#: Height of a line in pixels.
-LINE = 24
+#: Height of a line, and width of the dock below which its words would be cut, in pixels.
+LINE, NARROWEST = 24, 380
 
 WORDS = {Verdict.GOOD: "good", Verdict.NOTE: "note", Verdict.WARNING: "check", Verdict.BAD: "problem"}
 
@@ -157,6 +157,7 @@ class HealthDock(QDockWidget):
 
     def _inside(self) -> QWidget:
         holder, column = sheet()
+        holder.setMinimumWidth(NARROWEST)
         self.tree = QTreeWidget()
         self.tree.setColumnCount(3)
         self.tree.setHeaderHidden(True)

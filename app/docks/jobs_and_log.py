@@ -46,6 +46,7 @@ class JobsDock(QDockWidget):
         self.jobs = jobs
         self.rows: list[Job] = []
         self.table = QTableWidget(0, 4)
+        self.table.setAccessibleName("Jobs")
         self.table.setHorizontalHeaderLabels(["Job", "Now", "Time", ""])
         self.table.verticalHeader().hide()
         self.table.verticalHeader().setDefaultSectionSize(ROW)

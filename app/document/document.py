@@ -47,6 +47,9 @@ if TYPE_CHECKING:
 #: Arrangements of two pictures.
 Comparing = Literal["", "wipe", "difference"]
 
+#: Appearances of the environment behind the model.
+Behind = Literal["", "sharp", "soft", "blurred"]
+
 #: A point in two photographs: x and y in the one, x and y in the other.
 Pair = tuple[float, float, float, float]
 
@@ -111,6 +114,7 @@ class Look:
     lamps : lights beside the one or the environment; `only_lamps` puts out the one.
     forced, skipped : effects that the plan works out, or leaves out, whatever they add (`engine.planning`).
     plan_budget : what the plan keeps within, as a person writes it: '1 %' or '8 ms'.
+    behind : the environment behind the model, and how blurred it is; '' for the plain canvas.
     """
 
     light_theta_deg: float = param(55.0, 0.0, 180.0, unit="°", doc="Angle of the light from straight up.")
@@ -136,6 +140,7 @@ class Look:
     forced: tuple[str, ...] = ()
     skipped: tuple[str, ...] = ()
     plan_budget: str = "1 %"
+    behind: Behind = ""
 
     def __post_init__(self) -> None:
         check(self)
@@ -157,7 +162,8 @@ class Project:
 
     `bakes` are the settings of bakes in the View workspace by method, those that are not its defaults, by name.
     `accuracy` is what was measured of settings there. `came_from` are files of models and environments by their names.
-    `camera` is where the model is seen from; None where it is framed. `notes` are a person's own words.
+    `camera` is where the model is seen from; None where it is framed. `views` are those that a person keeps, by name.
+    `notes` are a person's own words.
     `surface` are the maps of the surface behind the photographs, and `surface_from` the stack and the photographs left
     out of which they were made.
     """
@@ -183,6 +189,7 @@ class Project:
     environment: EnvironmentMap | None = None
     look: Look = field(default_factory=Look)
     camera: Camera | None = None
+    views: Mapping[str, Camera] = field(default_factory=dict)
     bakes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     comparison: Comparison = field(default_factory=Comparison)
     factoring: Factoring = field(default_factory=Factoring)
@@ -293,9 +300,9 @@ class Document(QObject):
         commands = (cast(_Change, stack.command(at)) for at in range(stack.count()))
         return tuple(Step(each.text(), each.gesture, each.old, each.new) for each in commands)
 
-    def clear(self) -> None:
-        """Begin anew, without history."""
-        self.restore(Project())
+    def clear(self, first: Project | None = None) -> None:
+        """Begin anew, without history, with `first` or with nothing chosen."""
+        self.restore(first or Project())
 
     def restore(
         self,

@@ -103,6 +103,7 @@ class FactorInspector(Panel):
         self.failed = text("", "warning", wrap=True)
         chosen.wide(self.failed)
         self.of = chosen.figure("Of", "The run and the method")
+        self.of.setWordWrap(True)
         self.many = chosen.figure("Terms", "Click a point of the plot for others; and how many textures these are")
         self.bytes = chosen.figure("Size", "Of all textures, as 32-bit floats")
         self.time = chosen.figure(
@@ -200,7 +201,7 @@ class FactorInspector(Panel):
             self.bands.show_bands((), "")
             self.uses.setText("–")
             return
-        self.of.setText(_elided(f"{run.name}, {method_of(run, live)}"))
+        self.of.setText(f"{run.name}, {method_of(run, live)}")
         self.of.setToolTip(f"{run.name}, {method_of(run, live)}")
         self.many.setText(
             f"{rung.terms} of {live.ladder[-1].terms} · {rung.textures} texture{'s'[: rung.textures != 1]}"
@@ -352,7 +353,3 @@ def _where(name: str) -> str:
     if name.startswith("held_out"):
         return "at samples of regions of directions that were left out in turn, or between texels"
     return "over random pairs of directions" if name == "rms_cosine_weighted" else "over the samples and channels"
-
-
-def _elided(words: str, most: int = 25) -> str:
-    return words if len(words) <= most else f"{words[: most - 1]}…"

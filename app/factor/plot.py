@@ -99,10 +99,7 @@ class ErrorPlot(Plot):
     def _label(self, against: str, metric: str) -> None:
         words, unit = METRICS[metric]
         self.x_label, self.y_label = AGAINST[against], f"{words} / {unit}" if unit else words
-        colours = theme.current()
-        for side, label in (("bottom", self.x_label), ("left", self.y_label)):
-            axis = self.getPlotItem().getAxis(side)
-            axis.setLabel(label, siPrefixEnableRanges=(), **{"color": colours.secondary, "font-size": "11px"})
+        self.name_axes()
         bottom = self.getPlotItem().getAxis("bottom")
         bottom.setTicks(None)
         bottom.setTickSpacing(self._step(), 1)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
-from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.commands.drawable import Drawable
 from app.commands.factor import Difference, difference
@@ -22,7 +22,7 @@ from app.jobs.newest import Latest
 from app.viewport.viewport import Viewport
 from app.widgets import theme
 from app.widgets.number_field import plain
-from app.widgets.panels import text
+from app.widgets.panels import Fitting, text
 from app.widgets.theme import STEP, role
 from engine.core.directions import world_direction
 from engine.core.figure_text import number
@@ -61,15 +61,14 @@ class FactorPreview(QWidget):
         self.at_rest.timeout.connect(self._compare)
         self.views = {side: Viewport(jobs) for side in ("factored", "unfactored")}
         self.difference = DifferenceView()
-        self.captions: dict[str, Any] = {}
+        self.captions: dict[str, Fitting] = {}
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(1)
         titles = {"factored": "Factored", "unfactored": "Unfactored", "difference": "Difference"}
         parts: dict[str, QWidget] = {**self.views, "difference": self.difference}
         for side, title in titles.items():
-            self.captions[side] = text("", "secondary")
-            self.captions[side].setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+            self.captions[side] = Fitting()
             row.addWidget(_titled(title, self.captions[side], parts[side]), 1)
         for side, view in self.views.items():
             view.setAccessibleName(f"Model, {titles[side].lower()}")
@@ -87,7 +86,7 @@ class FactorPreview(QWidget):
         if (factors, brdf) == (self.factors, self.brdf):
             return
         self.factors, self.brdf = factors, brdf
-        self.say("factored", "" if factors is not None else "nothing found yet")
+        self.say("factored", *(() if factors is not None else ("nothing found yet", "nothing yet")))
         if factors is None:
             self.show_difference(None)
         self.refresh()
@@ -119,10 +118,9 @@ class FactorPreview(QWidget):
         self.sphere = mesh
         self.refresh()
 
-    def say(self, side: str, words: str) -> None:
-        """Set the caption of a picture."""
-        self.captions[side].setText(words)
-        self.captions[side].setToolTip(words)
+    def say(self, side: str, *forms: str) -> None:
+        """Set the caption of a picture to the first of `forms` that there is room for."""
+        self.captions[side].say(*forms)
 
     def scene(self, brdf: Any) -> Scene | None:
         """The model under the light with another BRDF."""
@@ -176,10 +174,11 @@ class FactorPreview(QWidget):
         """The picture of the difference, with its scale."""
         self.shown = found
         self.difference.show_difference(found)
-        words = ""
+        forms: tuple[str, ...] = ()
         if found is not None:
-            words = f"±{plain(found.scale)}, RMS {number(found.rms)}"
-        self.say("difference", words)
+            scale = f"±{plain(found.scale)}"
+            forms = (f"{scale}, RMS {number(found.rms)}", scale)
+        self.say("difference", *forms)
 
 
 def _titled(title: str, caption: QWidget, view: QWidget) -> QWidget:

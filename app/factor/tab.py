@@ -112,15 +112,9 @@ class FactorTab(QWidget):
         self.tile_of = {
             "plot": Tile("Error", self.plot),
             "projections": Tile("Projections", self.projections),
-            "textures": Tile("Textures", self.textures),
-            "preview": Tile("Preview", self.preview),
+            "textures": Tile("Textures", self.textures, self.exposure),
+            "preview": Tile("Preview", self.preview, self.model),
         }
-        for name, control in (("textures", self.exposure), ("preview", self.model)):
-            head = self.tile_of[name].head
-            head.setFixedHeight(34)
-            layout = head.layout()
-            assert isinstance(layout, QHBoxLayout)
-            layout.insertWidget(2, control)
         places = {
             "plot": (0, 0, 1, 3),
             "projections": (0, 3, 1, 2),

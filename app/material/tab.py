@@ -35,6 +35,11 @@ SLICE_CHOICES = (4, 6, 8, 12, 16, 24, 32)
 #: Abscissae of the curve of a texel, as shares of the largest r: denser where a power law bends.
 CURVE_SHARES = np.linspace(0.0, 1.0, 97) ** 2
 
+#: A warning where tiles keep so many slices that nothing is saved.
+COSTS_MORE = (
+    "This takes no less room than the slices alone. Raise the error bound, or use the power law for all texels."
+)
+
 EXPONENT_BITS = ((32, "32 bits"), (16, "16 bits"), (8, "8 bits"))
 
 SHOWS = (
@@ -207,6 +212,8 @@ class MaterialTab(QWidget):
         self.size_slices = sizes.figure("Slices")
         self.size_pair = sizes.figure("Power law")
         self.saved = sizes.figure("Saved")
+        self.costs_more = text("", "warning", wrap=True)
+        sizes.wide(self.costs_more)
         self.candidates = Candidates()
         panel.add(self.candidates)
         panel.section("Texel").wide(self.texel_figures)
@@ -282,6 +289,9 @@ class MaterialTab(QWidget):
         self.size_slices.setText(size_text(shading_map.slices.nbytes) if shading_map is not None else "–")
         both = shading_map is not None and power_law is not None
         self.saved.setText(percent(1 - pair_bytes / shading_map.slices.nbytes) if both else "–")  # type: ignore[union-attr]
+        costs_more = both and pair_bytes >= shading_map.slices.nbytes  # type: ignore[union-attr]
+        self.costs_more.setVisible(costs_more)
+        self.costs_more.setText(COSTS_MORE if costs_more else "")
         if shading_map is not None:
             deviation = np.abs(shading_map.mean_radiance - shading_map.target_radiance).max() / shading_map.r_max
             self.deviation.setText(percent(deviation) if deviation > 5e-7 else "exact")

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import logging
-import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import platformdirs
-
+from app.session.settings import cache_folder
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
 
@@ -26,8 +24,8 @@ NAME = "cost-model.json"
 
 def cost_path() -> Path | None:
     """The file of the machine profile; None if the system names no usable folder."""
-    folder = Path(os.path.expandvars(platformdirs.user_cache_dir("lightarc", appauthor=False)))
-    return folder / NAME if folder.is_absolute() else None
+    folder = cache_folder()
+    return folder / NAME if folder is not None else None
 
 
 def cost_model(*, anew: bool = False) -> Steps[CostModel]:

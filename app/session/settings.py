@@ -21,15 +21,22 @@ from typing import Any
 
 import platformdirs
 
+from engine.core.colour import OPERATORS
 from engine.core.errors import FileError, InputError
-from engine.storage.atomic import write_json
+from engine.storage.atomic import discard, write_json
 from engine.storage.untrusted import read_bytes
 from engine.storage.writer import is_gone, writer
 
 log = logging.getLogger(__name__)
 
 FILE_LIMIT_BYTES = 2**20
+
+#: No limit is larger: processors, and gigabytes of memory.
+MOST = 2**20
 RECENT = 8
+
+#: Decimal marks: that of the system, a point or a comma.
+NUMBERS = ("system", ".", ",")
 
 
 @dataclass(frozen=True)
@@ -39,6 +46,9 @@ class Settings:
     `closed_docks` are those of a workspace that the person has closed: Qt's description has them as they were last.
     `workspace` is the one that was in front, for the start after a crash.
     `measure_error` says whether the picture in the View workspace is compared with a reference in the background.
+    `numbers` is the decimal mark, one of `NUMBERS`; `tone_map` is that of new projects. `threads` and `memory_gb` are
+    the processors that the program uses and the memory that a plan may choose; 0 is no limit. `has_seen_hints` is
+    true once the first hints were shown.
     """
 
     theme: str = "dark"
@@ -49,6 +59,11 @@ class Settings:
     closed_docks: tuple[str, ...] = ()
     measure_error: bool = True
     workspace: str = ""
+    numbers: str = "system"
+    tone_map: str = "neutral"
+    threads: int = 0
+    memory_gb: float = 0.0
+    has_seen_hints: bool = False
 
 
 def config_folder() -> Path | None:
@@ -127,7 +142,8 @@ def _from_json(values: Any) -> Settings:
     """Known keys of the right type; ValueError for anything that is not an object."""
     if not isinstance(values, dict):
         raise ValueError("not an object")
-    texts = {key: values[key] for key in ("theme", "geometry", "layout", "last_folder", "workspace") if key in values}
+    names = ("theme", "geometry", "layout", "last_folder", "workspace", "numbers", "tone_map")
+    texts = {key: values[key] for key in names if key in values}
     for key, value in texts.items():
         if not isinstance(value, str):
             raise ValueError(f"{key} is not a text")
@@ -137,10 +153,16 @@ def _from_json(values: Any) -> Settings:
     for name, words in (("recent", recent), ("closed_docks", closed)):
         if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
             raise ValueError(f"{name} is not a list of texts")
-    measure = values.get("measure_error", True)
-    if not isinstance(measure, bool):
-        raise ValueError("measure_error is neither true nor false")
-    return Settings(**texts, recent=tuple(recent[:RECENT]), closed_docks=tuple(closed[:RECENT]), measure_error=measure)
+    if texts.get("numbers", "system") not in NUMBERS or texts.get("tone_map", "neutral") not in OPERATORS:
+        raise ValueError("numbers or tone_map is not one that there is")
+    flags = {name: values[name] for name in ("measure_error", "has_seen_hints") if name in values}
+    if not all(isinstance(flag, bool) for flag in flags.values()):
+        raise ValueError("measure_error or has_seen_hints is neither true nor false")
+    limits = {name: values[name] for name in ("threads", "memory_gb") if name in values}
+    if not all(type(limit) in (int, float) and 0 <= limit < MOST for limit in limits.values()):
+        raise ValueError("threads or memory_gb is no number from 0")
+    limits = {name: int(limit) if name == "threads" else float(limit) for name, limit in limits.items()}
+    return Settings(**texts, recent=tuple(recent[:RECENT]), closed_docks=tuple(closed[:RECENT]), **flags, **limits)
 
 
 PREFIX = "session-"
@@ -175,6 +197,20 @@ def remove_abandoned(base: Path) -> None:
     for folder in base.glob(f"{PREFIX}*"):
         if is_gone(folder):
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def cache_folder() -> Path | None:
+    """The folder of what can be made again; None if the system names no usable one."""
+    folder = Path(os.path.expandvars(platformdirs.user_cache_dir("lightarc", appauthor=False)))
+    return folder if folder.is_absolute() else None
+
+
+def empty_cache() -> None:
+    """Remove all of the cache but the working folders of windows that are open."""
+    folder = cache_folder()
+    for place in folder.glob("*") if folder is not None else ():
+        if not place.name.startswith(PREFIX) or is_gone(place):
+            discard(place)
 
 
 def _bases() -> tuple[Path, Path]:

@@ -23,7 +23,7 @@ from engine.core.params import parameters
 from engine.scene.scene import Scene
 
 LOOKUPS = (
-    ("radiance", "Inside the integral", "The slice is looked up with r = BRDF × cosine, as the method defines it"),
+    ("radiance", "In the integral", "The slice is looked up with r = BRDF × cosine, as the method defines it"),
     ("texture", "Texture", "The brightest slice, used as a texture"),
     ("outgoing", "By outgoing radiance", "The slice is looked up with the outgoing radiance"),
     ("angle", "By angle", "The slice is looked up with the angle of the light alone"),
@@ -117,7 +117,8 @@ class LookupPanel(Rows):
             (
                 ("slices", "Slices", "Look up the slices of the shading map"),
                 ("power-law", "Power law", "Look up the compressed pair, six numbers per texel"),
-            )
+            ),
+            {"power-law": "Power"},
         )
         self.source.chosen.connect(lambda value: self._set("Show from", source=value))
         self.row("From", self.source)

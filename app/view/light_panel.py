@@ -9,7 +9,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QWidget
 
 from app.commands.workbench import Workbench
-from app.document.document import Look, Project
+from app.document.document import Behind, Look, Project
 from app.viewport.overlay import SUN, Handle
 from app.widgets import theme
 from app.widgets.controls import ComboBox
@@ -23,6 +23,14 @@ from engine.scene.scene import MOST_LAMPS
 
 LIGHT_FIELDS = ("light_theta_deg", "light_phi_deg", "irradiance", "rotation_deg", "gain")
 DIRECTIONS = (16, 32, 64, 128, 256, 512)
+
+#: Words for what stands behind the model, and its blur in degrees.
+BEHIND: dict[Behind, tuple[str, float]] = {
+    "": ("Plain canvas", 0.0),
+    "sharp": ("Environment", 0.0),
+    "soft": ("Blurred a little", 4.0),
+    "blurred": ("Blurred", 16.0),
+}
 
 #: Values of the menu that are no environment.
 ONE_LIGHT, ONLY_LAMPS, OPEN = "", "only lamps", "open"
@@ -62,6 +70,11 @@ class LightPanel(Rows):
         self.directions.activated.connect(self._directions_chosen)
         hint = "Number of lights that represent the environment: more are more accurate and slower"
         self.surround.row("Directions", self.directions, hint)
+        self.behind = ComboBox()
+        for value, (words, _blur_deg) in BEHIND.items():
+            self.behind.addItem(words, value)
+        self.behind.activated.connect(self._behind_chosen)
+        self.surround.row("Behind", self.behind, "What is seen behind the model")
         self.error = self.surround.figure(
             "Error", "Error of these directions against the whole environment, on this picture"
         )
@@ -123,6 +136,7 @@ class LightPanel(Rows):
         for form in (self.light, self.surround):
             form.show_instance(look)
         self.directions.setCurrentIndex(max(0, self.directions.findData(look.directions)))
+        self.behind.setCurrentIndex(self.behind.findData(look.behind))
         self._show_lamps(look)
 
     def _show_lamps(self, look: Look) -> None:
@@ -186,6 +200,9 @@ class LightPanel(Rows):
 
     def _directions_chosen(self, _index: int) -> None:
         self.set_look.emit("Directions", dataclasses.replace(self.look, directions=self.directions.currentData()))
+
+    def _behind_chosen(self, _index: int) -> None:
+        self.set_look.emit("Behind the model", dataclasses.replace(self.look, behind=self.behind.currentData()))
 
     def _lighting_chosen(self, _index: int) -> None:
         chosen, document = self.lighting.currentData(), self.bench.document

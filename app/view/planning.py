@@ -76,6 +76,7 @@ class Planning(QObject):
         self._scene_of, self._size = scene_of, size
         self._watchers: set[str] = set()
         self._asked: Asked | None = None
+        self._most_memory: float | None = None
         self._latest = Latest(bench.jobs, "Planning effects", self._progressed, self._stopped)
         self.at_rest = QTimer(self)
         self.at_rest.setSingleShot(True)
@@ -92,6 +93,10 @@ class Planning(QObject):
         if self.plan is None or self.plan.setting != setting:
             return None
         return self.plan.predicted_error_rel, self.plan.error_interval_rel
+
+    def most_memory(self, most_bytes: float | None) -> None:
+        """Let plans choose nothing that takes more; None for half of what is free. A budget says it for one project."""
+        self._most_memory = most_bytes
 
     def watch(self, who: str, watches: bool) -> None:
         """Plan for as long as anybody watches."""
@@ -140,7 +145,7 @@ class Planning(QObject):
         elif wanted is not None and self.plan is None:
             width, height = self._size()
             self._latest.ask(
-                lambda: planned(wanted, width * height),
+                lambda: planned(wanted, width * height, self._most_memory),
                 lambda plan: self._take(wanted, plan),
                 lambda _error: self._take(wanted, FAILED),
             )
@@ -168,7 +173,7 @@ class Planning(QObject):
         self.changed.emit()
 
 
-def planned(asked: Asked, pixels: int) -> Steps[EffectsPlan | str]:
+def planned(asked: Asked, pixels: int, most_memory: float | None = None) -> Steps[EffectsPlan | str]:
     """The plan of a scene, or why there can be none; the first of a machine measures its costs."""
     yield Step(0.0, "preparing kernels")
     from app.session.machine_profile import cost_model
@@ -193,7 +198,7 @@ def planned(asked: Asked, pixels: int) -> Steps[EffectsPlan | str]:
             rotation=scene.environment_rotation,
             material=scene.material,
             pixels=max(1, pixels),
-            ceilings=usual(memory_bytes=budget.bytes),
+            ceilings=usual(memory_bytes=budget.bytes or most_memory),
         )
     except UsageError as reason:  # wishes that no mode can have, or a memory that none fits in
         return str(reason)

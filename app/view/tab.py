@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
+from math import radians
 from typing import Any
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QLineEdit, QMenu, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QHBoxLayout,
+    QLineEdit,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.commands.opening import load_shape
 from app.commands.pictures import Saving, saved
 from app.commands.workbench import Workbench
-from app.document.document import Look, Project
+from app.document.document import Behind, Look, Project
 from app.document.measured import choices_with, look_with, setting_of
 from app.document.modes import flipped, mode_of, modes, why_not
 from app.document.scene import DEFAULT_MODEL, scene_of_project
@@ -21,16 +30,17 @@ from app.view.bake_panel import BakePanel
 from app.view.baking import Baking
 from app.view.brdf_panel import BrdfPanel, LookupPanel
 from app.view.compare_panel import ComparePanel
-from app.view.light_panel import LIGHT_FIELDS, LightPanel
+from app.view.light_panel import BEHIND, LIGHT_FIELDS, LightPanel
 from app.view.picture_error import PictureError
 from app.view.pictures import ViewPictures
 from app.view.planning import Planning
 from app.view.save_dialog import SaveDialog
 from app.view.save_dialog import ask as ask_to_save
 from app.view.scene_panel import ScenePanel
+from app.view.views_menu import ViewsMenu
 from app.viewport.gl_surface import display_of
 from app.viewport.refining import same
-from app.viewport.viewport import VIEWS, Viewport
+from app.viewport.viewport import Viewport
 from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.panels import Fitting, Panel, Segments, enable, side_by_side, text, tool
@@ -41,11 +51,20 @@ from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
 from engine.geometry.camera import Camera, frame
 from engine.geometry.mesh import Mesh
+from engine.light.environment import EnvironmentMap
 from engine.planning.costs.setting import Setting
+from engine.render.background import blurred
 from engine.scene.scene import Scene
 from engine.transport import method as transport
 
 TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"))
+
+#: Names of modes where the window is too narrow for all of them.
+SHORTER = {"shading-map": "Mat.", "reference": "Ref.", "wavelet": "Wavel.", "gaussian": "Gauss"}
+
+#: Modes that sum over lights without looking what hides them, and the sentence that says so where a ground is seen.
+SHADOWLESS = ("shading-map", "direct")
+NO_SHADOW = "This mode casts no shadows on the ground: baked modes and the reference do."
 
 #: Pause after the last change before the error of the directions is measured, and the size of the picture it is for.
 AT_REST_MS = 800
@@ -74,6 +93,8 @@ class ViewTab(QWidget):
         self.bench = bench
         self.default_mesh: Mesh | None = None
         self.latest = Latest(bench.jobs, "Measuring the light's error")
+        self.blurring = Latest(bench.jobs, "Blurring the environment")
+        self._behind: tuple[EnvironmentMap | None, str] = (None, "")
         self.at_rest = QTimer(self)
         self.at_rest.setSingleShot(True)
         self.at_rest.setInterval(AT_REST_MS)
@@ -137,7 +158,8 @@ class ViewTab(QWidget):
 
     def _make_centre(self) -> QWidget:
         labels = [(mode.value, mode.label, f"{mode.hint} ({mode.key})") for mode in modes()]
-        self.mode = Segments(labels, {"reference": "Ref."})
+        self.mode = Segments(labels, SHORTER)
+        self.mode.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
         self.mode.chosen.connect(self.choose_mode)
         bar = role(QWidget(), "bar")
         bar.setFixedHeight(36)
@@ -146,9 +168,7 @@ class ViewTab(QWidget):
         row.setSpacing(STEP)
         row.addWidget(self.mode)
         framing = tool(self.frame_action)
-        self.views = QMenu(framing)
-        for view in VIEWS:
-            self.views.addAction(view).triggered.connect(lambda _on=False, view=view: self.viewport.look_along(view))
+        self.views = ViewsMenu(self.bench.document, self.viewport, framing)
         framing.setMenu(self.views)
         framing.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
         row.addWidget(framing)
@@ -249,6 +269,7 @@ class ViewTab(QWidget):
         self._setting_may_have_changed()
         for panel in (self.model, self.lights, self.brdf_panel, self.lookup, self.compare):
             panel.show_project(project)
+        self._want_behind(project.environment if project.look.behind else None, project.look.behind)
         scene = self.scene(project)
         if scene is None:
             return
@@ -257,11 +278,25 @@ class ViewTab(QWidget):
         if material.pbr is not None:
             alone = "Bakes and Direct light show the BRDF at the mean of the PBR maps."
         note = self.brdf_panel.drawable.note if material.measured is not None else ""
-        self.hint.setText("\n".join(filter(None, (alone, note and f"Measured BRDF: {note}"))))
+        ground = NO_SHADOW if look.has_ground and mode_of(look.mode, project).value in SHADOWLESS else ""
+        self.hint.setText("\n".join(filter(None, (alone, ground, note and f"Measured BRDF: {note}"))))
         self.planning.refresh()
         self._want_baked(project, scene)
         self.pictures.show(project, scene, self.lights.handles(project))
         self._see(project)
+
+    def _want_behind(self, environment: EnvironmentMap | None, behind: Behind) -> None:
+        """Have the environment behind the model, blurred in a job; until then there is what was there before."""
+        if (environment, behind) == self._behind:
+            return
+        self._behind, blur = (environment, behind), radians(BEHIND[behind][1])
+        if environment is None or not blur:
+            self.viewport.show_behind(environment)
+        else:
+            self.blurring.ask(
+                lambda: _blurred(environment, blur),
+                lambda found: self.viewport.show_behind(found) if self._behind == (environment, behind) else None,
+            )
 
     def _see(self, project: Project) -> None:
         """See the model as a project has it that was opened; a camera that moves meanwhile is left alone."""
@@ -480,6 +515,11 @@ class ViewTab(QWidget):
         self.lights.apply_theme()
         self._show_caption()
         self.viewport.redraw()
+
+
+def _blurred(environment: EnvironmentMap, radius: float) -> Steps[EnvironmentMap]:
+    yield Step(0.0, "blurring")
+    return blurred(environment, radius)
 
 
 def _directions_error(scene: Scene) -> Steps[float]:

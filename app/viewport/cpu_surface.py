@@ -18,6 +18,7 @@ from app.widgets import theme
 from app.widgets.image_view import rgb_image
 from engine.core.colour import luminance
 from engine.core.steps import Step, Steps
+from engine.render.background import Backdrop
 from engine.render.display import Display, displayed, diverging
 from engine.scene.scene import Scene
 
@@ -32,6 +33,7 @@ class ProcessorSurface(QWidget):
         self.scenes: tuple[Scene, ...] = ()
         self.split = Split()
         self.display = display_of(0.0, "neutral")
+        self.behind: Backdrop | None = None
         self.messages: tuple[str, ...] = ()
         self._rendering = [Latest(jobs, "Rendering", refines=True) for _side in range(2)]
         self._showing = Latest(jobs, "Showing a picture")
@@ -92,7 +94,9 @@ class ProcessorSurface(QWidget):
         chosen = [self._pictures[at] if self._over[at] is None else self._over[at] for at in range(len(self.scenes))]
         found = [picture for picture in chosen if picture is not None]
         if len(found) == len(self.scenes):
-            display, scale = self.display, self.split.difference
+            display, scale, behind = self.display, self.split.difference, self.behind
+            if behind is not None and scale is None:
+                found = [behind.behind(picture) for picture in found]
             self._showing.ask(lambda: _images(found, display, scale), self._show)
 
     def _show(self, images: tuple[QImage, ...]) -> None:

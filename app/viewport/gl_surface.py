@@ -21,6 +21,7 @@ from app.viewport.gl_widget import GlWidget
 from app.viewport.refining import MOVING_S, STILL_S, Quality, Refining, same
 from app.widgets import theme
 from engine.core.colour import srgb_decode
+from engine.render.background import Backdrop
 from engine.render.display import Display
 from engine.scene.scene import Scene
 
@@ -81,8 +82,8 @@ def display_of(exposure_ev: float, operator: Any) -> Display:
 class GlSurface(GlWidget):
     """Draws through `engine.gl`: coarsely at once, then finer and finer, in pieces that leave the thread free between.
 
-    The last pictures that are complete are on screen. `drawn(seconds)` follows each one, `broken` says that this scene
-    could not be drawn.
+    The last pictures that are complete are on screen, before `behind` where that is not None. `drawn(seconds)` follows
+    each one, `broken` says that this scene could not be drawn.
     """
 
     drawn = Signal(float)
@@ -94,6 +95,7 @@ class GlSurface(GlWidget):
         self.display = display_of(0.0, "neutral")
         self.split = Split()
         self.budget_s = STILL_S
+        self.behind: Backdrop | None = None
         self.messages: tuple[str, ...] = ()
         self._painted: tuple[QSize, float] | None = None
         self._sides: list[Refining] = []
@@ -238,14 +240,14 @@ class GlSurface(GlWidget):
         if not layers:
             self._clear(framebuffer)
         elif len(layers) < 2:
-            self._screen.show(layers[0], framebuffer, self.display)
+            self._screen.show(layers[0], framebuffer, self.display, behind=self.behind)
         elif self.split.difference is not None:
             self._screen.show_difference(*layers, framebuffer, self.display, self.split.difference)
         else:
             width = framebuffer.size[0]
             middle = width if self.split.wipe is None else round(self.split.wipe * width)
-            self._screen.show(layers[0], framebuffer, self.display, (0, middle))
-            self._screen.show(layers[1], framebuffer, self.display, (middle, width))
+            self._screen.show(layers[0], framebuffer, self.display, (0, middle), self.behind)
+            self._screen.show(layers[1], framebuffer, self.display, (middle, width), self.behind)
 
     def _layer(self, at: int) -> Any:
         """The picture of scene number `at`, and the picture over it."""

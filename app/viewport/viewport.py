@@ -24,6 +24,8 @@ from app.widgets.theme import PADDING, STEP, role
 from engine.core.errors import MissingCapability
 from engine.geometry.camera import Camera, frame, orbit, pan, zoom
 from engine.geometry.mesh import Mesh
+from engine.light.environment import EnvironmentMap
+from engine.render.background import Backdrop
 from engine.render.display import Display
 from engine.scene.scene import Scene
 
@@ -69,6 +71,7 @@ class Viewport(QWidget):
         self.other: Scene | None = None
         self.split = Split()
         self.display = Display()
+        self.environment: EnvironmentMap | None = None
         self.camera: Camera | None = None
         self.light_deg = (50.0, 35.0)
         self._mesh: Mesh | None = None
@@ -186,11 +189,23 @@ class Viewport(QWidget):
             return
         still_s = STILL_S if any(job.heavy for job in self.jobs.active) else IDLE_S
         display, budget_s = display_of(*self._exposure), MOVING_S if moving else still_s
+        self.surface.behind = self._behind(self.scene, self.camera)
         self.surface.show_scenes(self.on_screen(), self.split, display, budget_s)
         self.overlay.camera = self.camera
         self.overlay.update()
         if moving:
             self._still.start()
+
+    def show_behind(self, environment: EnvironmentMap | None) -> None:
+        """Show an environment, blurred already, behind the model; None for the plain canvas."""
+        if environment is not self.environment:
+            self.environment = environment
+            self._draw(moving=False)
+
+    def _behind(self, scene: Scene, camera: Camera) -> Backdrop | None:
+        if self.environment is None:
+            return None
+        return Backdrop(self.environment, camera, scene.environment_rotation, scene.irradiance)
 
     def on_screen(self) -> tuple[Scene, ...]:
         """The scenes that are shown, with the camera that they are seen with."""

@@ -6,6 +6,8 @@ pointer. Number fields do the same (`app.widgets.number_field`).
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFocusEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QWheelEvent
 from PySide6.QtWidgets import QComboBox, QSlider
@@ -13,34 +15,50 @@ from PySide6.QtWidgets import QComboBox, QSlider
 from app.widgets import theme
 from app.widgets.theme import ROW
 
+if TYPE_CHECKING:  # `ClickFirst` stands before a widget of Qt, to whose methods its own go on
+    from PySide6.QtWidgets import QWidget as _Control
+else:
+    _Control = object
+
 TICKS = 1000
 KNOB = 6
 
 
-class ComboBox(QComboBox):
-    """A combo box that ignores the wheel, so that the panel below scrolls, unless it was clicked and has the focus."""
+class ClickFirst(_Control):
+    """A second nature of controls: the wheel is left to the panel until the control was clicked and has the focus."""
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.clicked = False
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+    clicked = False
+
+    @property
+    def takes_wheel(self) -> bool:
+        """True after a click, as long as the focus stays or comes back by itself."""
+        return self.clicked and self.hasFocus()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self.clicked = True
         super().mousePressEvent(event)
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
-        self.clicked = self.clicked and keeps_focus(event)
+        moved = (Qt.FocusReason.MouseFocusReason, Qt.FocusReason.TabFocusReason, Qt.FocusReason.BacktabFocusReason)
+        self.clicked = self.clicked and event.reason() not in moved
         super().focusOutEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        if self.clicked and self.hasFocus():
+        if self.takes_wheel:
             super().wheelEvent(event)
         else:
             event.ignore()
 
 
-class Slider(QSlider):
+class ComboBox(ClickFirst, QComboBox):
+    """A combo box that the wheel changes only after a click."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+
+
+class Slider(ClickFirst, QSlider):
     """A horizontal slider that jumps to the click and asks for a reset on Ctrl+click; the wheel needs a click first."""
 
     reset = Signal()
@@ -50,18 +68,7 @@ class Slider(QSlider):
         self.setRange(0, TICKS)
         self.setSingleStep(TICKS // 100)
         self.setPageStep(TICKS // 10)
-        self.clicked = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        self.clicked = self.clicked and keeps_focus(event)
-        super().focusOutEvent(event)
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        if self.clicked and self.hasFocus():
-            super().wheelEvent(event)
-        else:
-            event.ignore()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         self.clicked = True
@@ -85,7 +92,7 @@ class Slider(QSlider):
         return QSize(80, ROW - 4)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(36, ROW - 4)
+        return QSize(28, ROW - 4)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QPainter(self)
@@ -101,9 +108,3 @@ class Slider(QSlider):
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(QColor(colours.disabled if not self.isEnabled() else colours.accent if lit else colours.text))
         painter.drawEllipse(QPointF(knob, middle), KNOB, KNOB)
-
-
-def keeps_focus(event: QFocusEvent) -> bool:
-    """True where the focus comes back by itself, from a menu of the control's own or another window."""
-    moved = (Qt.FocusReason.MouseFocusReason, Qt.FocusReason.TabFocusReason, Qt.FocusReason.BacktabFocusReason)
-    return event.reason() not in moved

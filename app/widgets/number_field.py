@@ -12,10 +12,10 @@ import operator
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QLineEdit, QToolTip, QWidget
 
-from app.widgets.controls import keeps_focus
+from app.widgets.controls import ClickFirst
 from app.widgets.theme import role
 from engine.core.errors import UsageError
 from engine.core.figure_text import local
@@ -59,7 +59,7 @@ def _evaluate(node: ast.expr) -> float:
     raise UsageError("not a number or a sum, product or quotient of numbers")
 
 
-class NumberField(QLineEdit):
+class NumberField(ClickFirst, QLineEdit):
     """Shows `value` with its unit. `edited(value, final)`: `final` is False while a drag goes on."""
 
     edited = Signal(float, bool)
@@ -73,7 +73,6 @@ class NumberField(QLineEdit):
         self._pressed_at: float | None = None
         self._from = value
         self._dragged = False
-        self._clicked = False
         role(self, "number")
         self.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.setCursor(Qt.CursorShape.SizeHorCursor)
@@ -131,20 +130,16 @@ class NumberField(QLineEdit):
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             event.accept()  # or else the main button of a dialog is pressed by it
 
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        self._clicked = self._clicked and keeps_focus(event)
-        super().focusOutEvent(event)
-
     def wheelEvent(self, event: QWheelEvent) -> None:
         """A notch is a press of an arrow key, but only after a click: or else the panel scrolls."""
-        if self._clicked and self.hasFocus() and event.angleDelta().y():
+        if self.takes_wheel and event.angleDelta().y():
             self._from = self.value
             self._set(self._moved(math.copysign(10.0, event.angleDelta().y())), final=True)
         else:
             event.ignore()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        self._clicked = True
+        self.clicked = True
         if event.modifiers() & Qt.KeyboardModifier.ControlModifier:
             self._set(self.default, final=True)
             return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import (
     QButtonGroup,
@@ -31,6 +31,9 @@ from app.widgets.theme import PADDING, ROW, STEP, role
 WIDTH, NARROWEST = 296, 0.83
 LABEL_WIDTH = 76
 
+#: Width of the bar that scrolls a panel, as the theme has it.
+SCROLL_BAR = 10
+
 
 class Panel(QWidget):
     """A column of sections beside the picture, which scrolls where the window is low, and a foot that stays."""
@@ -40,19 +43,18 @@ class Panel(QWidget):
         role(self, "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.usual_width = width
-        self.setMinimumWidth(round(NARROWEST * width))
         self.setMaximumWidth(width)
-        inside = role(QWidget(), "panel")
+        self.inside = role(_Inside(self), "panel")
         # scrolls rather than squeezes its rows
-        inside.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
-        self.column = QVBoxLayout(inside)
+        self.inside.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        self.column = QVBoxLayout(self.inside)
         self.column.setContentsMargins(PADDING, PADDING, PADDING, PADDING)
         self.column.setSpacing(STEP)
         scroll = QScrollArea()
         scroll.setWidgetResizable(True)
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         scroll.setFrameShape(QFrame.Shape.NoFrame)
-        scroll.setWidget(inside)
+        scroll.setWidget(self.inside)
         self.whole = QVBoxLayout(self)
         self.whole.setContentsMargins(0, 0, 0, 0)
         self.whole.setSpacing(0)
@@ -61,6 +63,12 @@ class Panel(QWidget):
     def sizeHint(self) -> QSize:
         """As wide as panels are; only where the window is too narrow for its picture they give way to it."""
         return QSize(self.usual_width, super().sizeHint().height())
+
+    def minimumSizeHint(self) -> QSize:
+        """Narrower than usual, but not so narrow that a row and the bar that scrolls it have no room."""
+        rows = self.inside.minimumSizeHint().width() + SCROLL_BAR
+        narrowest = max(round(NARROWEST * self.usual_width), min(rows, self.usual_width))
+        return QSize(narrowest, super().minimumSizeHint().height())
 
     def section(self, title: str) -> Rows:
         """A titled group of rows below what is there; a line parts it from the section above."""
@@ -86,6 +94,19 @@ class Panel(QWidget):
             self.whole.addLayout(holder)
 
 
+class _Inside(QWidget):
+    """The content that a panel scrolls; other rows may need another width of it."""
+
+    def __init__(self, panel: Panel) -> None:
+        super().__init__()
+        self.panel = panel
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.LayoutRequest:
+            self.panel.updateGeometry()
+        return super().event(event)
+
+
 def sheet() -> tuple[QWidget, QVBoxLayout]:
     """The content widget of a dock, and its column, still empty."""
     holder = role(QWidget(), "panel")
@@ -104,8 +125,21 @@ def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
     row.setContentsMargins(0, 0, 0, 0)
     row.setSpacing(1)
     for place, part in enumerate(parts):
-        row.addWidget(part, 1 if place == stretch else 0)
+        row.addWidget(_Rest(part) if place == stretch else part, 1 if place == stretch else 0)
     return holder
+
+
+class _Rest(QWidget):
+    """A picture between panels: it wishes for no more width than it needs at least, and takes what they leave."""
+
+    def __init__(self, picture: QWidget) -> None:
+        super().__init__()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(picture)
+
+    def sizeHint(self) -> QSize:
+        return QSize(self.minimumSizeHint().width(), super().sizeHint().height())
 
 
 class Pages(QStackedWidget):
@@ -139,6 +173,7 @@ class Rows(QWidget):
 
     def __init__(self, title: str = "") -> None:
         super().__init__()
+        self.title = title
         self.grid = QGridLayout(self)
         self.grid.setContentsMargins(0, 0, 0, 0)
         self.grid.setHorizontalSpacing(2 * STEP)
@@ -235,8 +270,6 @@ class Segments(QWidget):
             self.group.addButton(button)
             self.buttons[value] = button
             layout.addWidget(button)
-        if self.shorter:
-            self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
         """Room for the whole labels."""

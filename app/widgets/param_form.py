@@ -23,7 +23,8 @@ from app.widgets.theme import ROW, STEP
 from engine.core.colour import srgb_decode, srgb_encode
 from engine.core.params import Colour, Parameter, parameters
 
-FIELD_WIDTH = 72
+#: Widths of a number field, as it is and where its panel is narrow.
+FIELD_WIDTH, NARROW_FIELD = 72, 56
 
 
 class ParamForm(Rows):
@@ -78,7 +79,8 @@ class NumberEditor(QWidget):
             float(parameter.default), parameter.low, parameter.high, unit=parameter.unit, log=parameter.log
         )
         self.field.setAccessibleName(parameter.label)
-        self.field.setFixedWidth(FIELD_WIDTH)
+        self.field.setMinimumWidth(NARROW_FIELD)
+        self.field.setMaximumWidth(FIELD_WIDTH)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(2 * STEP)

@@ -9,7 +9,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import ArrayLike, NDArray
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QFontMetrics, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
 from app.widgets import theme
@@ -17,9 +17,14 @@ from app.widgets.number_field import plain
 
 pg.setConfigOptions(antialias=True)
 
+#: Pixels along an axis of a plot that are not its own: those of the other axis and the margins.
+BESIDE_AXIS = 56
+
 
 class Plot(pg.PlotWidget):
-    """A plot in the window's colours. Axes start at 0 where `from_zero`."""
+    """A plot in the window's colours."""
+
+    x_label = y_label = ""
 
     def __init__(self, x_label: str, y_label: str) -> None:
         super().__init__(enableMenu=False)
@@ -38,14 +43,34 @@ class Plot(pg.PlotWidget):
         """Take the colours of the current theme."""
         colours = theme.current()
         self.setBackground(colours.panel)
-        for side, label in (("bottom", self.x_label), ("left", self.y_label)):
+        for side in ("bottom", "left"):
             axis = self.getPlotItem().getAxis(side)
             axis.setPen(pg.mkPen(colours.line))
             axis.setTextPen(pg.mkPen(colours.secondary))
             axis.setTickFont(theme.font(11))
             axis.setStyle(tickLength=-4, maxTickLevel=1)
-            axis.setLabel(label, siPrefixEnableRanges=(), **{"color": colours.secondary, "font-size": "11px"})
+        self.name_axes()
         self.showGrid(x=False, y=True, alpha=0.12)
+
+    def name_axes(self) -> None:
+        """Name each axis in the longer of two forms that there is room for, or not at all."""
+        style = {"color": theme.current().secondary, "font-size": "11px"}
+        for side, words in self._fitting().items():
+            self.getPlotItem().getAxis(side).setLabel(words or None, siPrefixEnableRanges=(), **style)
+
+    def _fitting(self) -> dict[str, str]:
+        metrics, fitting = QFontMetrics(theme.font(11)), {}
+        for side, words, room in (("bottom", self.x_label, self.width()), ("left", self.y_label, self.height())):
+            forms = (words, words.split(" / ")[0].split(",")[0])
+            fits = (form for form in forms if metrics.horizontalAdvance(form) <= room - BESIDE_AXIS)
+            fitting[side] = next(fits, "")
+        return fitting
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        axis_of = self.getPlotItem().getAxis if self.y_label else None  # pyqtgraph resizes it before it is made
+        if axis_of is not None and any(axis_of(side).labelText != words for side, words in self._fitting().items()):
+            self.name_axes()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         self.getPlotItem().autoRange()

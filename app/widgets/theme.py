@@ -246,6 +246,10 @@ QToolButton[role="segment"]:focus {{ color: {theme.text}; border-color: {theme.a
 QToolButton[role="segment"]:checked {{ background: {theme.line}; color: {theme.text}; }}
 QToolButton[role="segment"]:disabled {{ color: {theme.disabled}; }}
 
+QToolButton[popupMode="1"] {{ padding-right: 18px; }}
+QToolButton::menu-button {{ border: none; width: 16px; }}
+QToolButton::menu-arrow {{ image: url({icons}/arrow-down.svg); width: 10px; height: 10px; }}
+
 QLineEdit, QComboBox {{ background: {theme.field}; border: 1px solid {theme.line}; border-radius: 4px; padding: 0 8px;
   min-height: {ROW - 2}px; selection-background-color: {theme.accent}; selection-color: {theme.on_accent}; }}
 QLineEdit:hover, QComboBox:hover {{ border-color: {theme.disabled}; }}

@@ -9,19 +9,23 @@ from app.widgets import theme
 from app.widgets.panels import text
 from app.widgets.theme import PADDING, STEP, role
 
+#: Heights of the line above a view, in pixels: with words alone, and with a control.
+HEAD, HEAD_WITH_CONTROL = 26, 34
+
 
 class Tile(QWidget):
     """A view under a line with its name, a caption on the right, and the button that enlarges it."""
 
     enlarge_wanted = Signal()
 
-    def __init__(self, title: str, view: QWidget) -> None:
+    def __init__(self, title: str, view: QWidget, control: QWidget | None = None) -> None:
+        """`control` stands in the line, before the button."""
         super().__init__()
         role(self, "panel")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.title = title
         self.head = QWidget()
-        self.head.setFixedHeight(26)
+        self.head.setFixedHeight(HEAD_WITH_CONTROL if control is not None else HEAD)
         self.head.setToolTip("Double-click to enlarge")
         self.head.installEventFilter(self)
         self.words = ""
@@ -29,14 +33,16 @@ class Tile(QWidget):
         self.caption.installEventFilter(self)
         self.caption.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.caption.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self.enlarge = QToolButton()
-        self.enlarge.setIconSize(QSize(theme.SMALL, theme.SMALL))
-        self.enlarge.clicked.connect(self.enlarge_wanted)
         row = QHBoxLayout(self.head)
         row.setContentsMargins(PADDING - 4, 0, STEP, 0)
         row.setSpacing(STEP)
         row.addWidget(text(title, "title"))
         row.addWidget(self.caption, 1)
+        if control is not None:
+            row.addWidget(control)
+        self.enlarge = QToolButton(self.head)
+        self.enlarge.setIconSize(QSize(theme.SMALL, theme.SMALL))
+        self.enlarge.clicked.connect(self.enlarge_wanted)
         row.addWidget(self.enlarge)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)

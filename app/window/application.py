@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import logging
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QLocale, QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QApplication
 
 from app.process import crash, ending
@@ -20,7 +21,6 @@ from app.viewport.gl_surface import request_format
 from app.widgets import theme
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
-from engine.core.figure_text import write_with
 
 log = logging.getLogger(__name__)
 
@@ -41,10 +41,20 @@ def start() -> QApplication:
     application = QApplication.instance() or QApplication(["lightarc"])
     assert isinstance(application, QApplication)
     application.setApplicationName("Lightarc")
-    write_with(QLocale.system().decimalPoint())
+    kept = settings.load(settings.config_folder())
+    _use_processors(kept.threads)
     collect_on_this_thread(application)
-    theme.apply(application, settings.load(settings.config_folder()).theme)
+    theme.apply(application, kept.theme)
     return application
+
+
+def _use_processors(count: int) -> None:
+    """Use no more than `count` processors from now on, in this process and in those that it starts; 0: all."""
+    if not count:
+        return
+    os.environ["NUMBA_NUM_THREADS"] = str(count)
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:count])
 
 
 def run(paths: Sequence[Path], *, sample: bool = False) -> int:
@@ -62,6 +72,8 @@ def run(paths: Sequence[Path], *, sample: bool = False) -> int:
         window.failures.install()
         window.show()
         left = interrupted(projects_folder(), map(Path, remembered.recent))
+        if not (window.settings.now.has_seen_hints or paths or left):
+            QTimer.singleShot(0, window.show_hints)
         if sample:
             QTimer.singleShot(0, window.bench.open_sample)
         elif not paths and left:

@@ -4,23 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from PySide6.QtCore import QByteArray, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
+from PySide6.QtCore import QByteArray, QLocale, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QCloseEvent, QCursor, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
 from app.brdf.tab import BrdfTab
 from app.capture.tab import CaptureTab
 from app.commands.workbench import Workbench
 from app.docks.arrangement import Docks
-from app.document.document import Project
+from app.document.document import Look, Project
 from app.export.tab import ExportTab
 from app.factor.tab import FactorTab
+from app.help.keys import show_about, show_keys
+from app.help.manual import show_for_pointer
+from app.help.mode_chooser import ModeChooser
+from app.help.tour import Tour, first_hints
 from app.jobs.jobs import Job
 from app.material.tab import MaterialTab
 from app.project.places import projects_folder
-from app.session.settings import Remembered, close_session, open_session
+from app.session.settings import NUMBERS, Remembered, close_session, open_session
 from app.view.error_line import ErrorLine
 from app.view.tab import ViewTab
 from app.widgets import theme
@@ -33,16 +37,18 @@ from app.window.dialogs import show_history
 from app.window.doings import Doings, show_reports
 from app.window.failures import Failures
 from app.window.files import Files
-from app.window.help import show_about, show_help
 from app.window.interrupted import Interrupted
 from app.window.menus import Menus
 from app.window.naming import Naming
+from app.window.preferences import Preferences
 from app.window.projects import Projects
 from app.window.recent import Picturing
 from app.window.top_bar import WORKSPACES, TopBar
 from app.window.whereabouts import Whereabouts
 from engine.capture.doubts import Doubtful
+from engine.core.colour import Operator
 from engine.core.errors import FileError
+from engine.core.figure_text import write_with
 
 FIRST, SMALLEST = QSize(1280, 800), QSize(1024, 700)
 
@@ -76,6 +82,7 @@ class MainWindow(QMainWindow):
             self._make_top_bar()
             self._make_centre()
         self._connect()
+        self._take_preferences()
         self._restore_layout()
         self.show_workspace("capture")
 
@@ -134,7 +141,11 @@ class MainWindow(QMainWindow):
         menus.measuring_wanted.connect(self._measure_or_not)
         menus.picture_wanted.connect(self._save_picture)
         menus.history_wanted.connect(lambda: show_history(self, bench))
-        menus.help_wanted.connect(lambda: show_help(self))
+        menus.help_wanted.connect(lambda: show_for_pointer(self, self.tabs, QCursor.pos()))
+        menus.keys_wanted.connect(lambda: show_keys(self))
+        menus.mode_chooser_wanted.connect(self._choose_mode)
+        menus.hints_wanted.connect(self.show_hints)
+        menus.preferences_wanted.connect(self._show_preferences)
         menus.self_test_wanted.connect(self.self_test)
         menus.reports_wanted.connect(self._show_reports)
         menus.about_wanted.connect(lambda: show_about(self))
@@ -211,7 +222,43 @@ class MainWindow(QMainWindow):
         assert isinstance(application, QApplication)
         theme.apply(application, name)
         self.settings.change(theme=name)
+        self.menus.show_theme(name)
         self._tint()
+
+    def _show_preferences(self) -> None:
+        preferences = Preferences(self, self.settings.now, self.bench.jobs)
+        preferences.changed.connect(self.prefer)
+        preferences.open()
+
+    def prefer(self, name: str, value: Any) -> None:
+        """Take a preference of the person, by its name in `Settings`, and keep it."""
+        self.settings.keep(**{name: value})
+        if name == "theme":
+            self.set_theme(value)
+        elif name == "threads":
+            self.status.say("Lightarc uses so many processors from its next start on")
+        self._take_preferences()
+        self._tint()
+
+    def _take_preferences(self) -> None:
+        now = self.settings.now
+        write_with(QLocale.system().decimalPoint() if now.numbers == NUMBERS[0] else now.numbers)
+        self.projects.first = Project(look=Look(tone_map=cast(Operator, now.tone_map)))
+        self.view.planning.most_memory(1e9 * now.memory_gb or None)
+
+    def _choose_mode(self) -> None:
+        self.show_workspace("view")
+        chooser = ModeChooser(self, self.bench.document.project)
+        chooser.mode_wanted.connect(self.view.choose_mode)
+        chooser.measuring_wanted.connect(self.docks.measure_modes)
+        chooser.open()
+
+    def show_hints(self) -> None:
+        """Point at six places of the window, one after the other."""
+        tour = Tour(self, first_hints(self.bar, self.tabs))
+        tour.workspace_wanted.connect(self.show_workspace)
+        tour.ended.connect(lambda: self.settings.keep(has_seen_hints=True))
+        tour.begin()
 
     def _measure_or_not(self, is_wanted: bool) -> None:
         """Work out the error of the picture on screen in the background, or leave it."""

@@ -25,7 +25,10 @@ class Menus(QMenuBar):
     workspace_wanted, theme_wanted : a workspace or a theme, by its name.
     picture_wanted : a 'picture' or a 'turntable' of the View workspace as a file.
     measuring_wanted : whether the error of the picture is measured.
-    history_wanted, help_wanted, self_test_wanted, reports_wanted, about_wanted : a dialog, a folder or a test.
+    history_wanted, preferences_wanted, help_wanted, keys_wanted, mode_chooser_wanted, reports_wanted, about_wanted :
+        a dialog or a folder.
+    hints_wanted : the first hints, again.
+    self_test_wanted : a test of the machine.
     """
 
     workspace_wanted = Signal(str)
@@ -34,6 +37,10 @@ class Menus(QMenuBar):
     measuring_wanted = Signal(bool)
     history_wanted = Signal()
     help_wanted = Signal()
+    keys_wanted = Signal()
+    mode_chooser_wanted = Signal()
+    hints_wanted = Signal()
+    preferences_wanted = Signal()
     self_test_wanted = Signal()
     reports_wanted = Signal()
     about_wanted = Signal()
@@ -60,6 +67,7 @@ class Menus(QMenuBar):
         self.recent = menu.addMenu("Open recent")
         self.recent.aboutToShow.connect(self._fill_recent)
         add(menu, "Sample capture", "", files.bench.open_sample)
+        add(menu, "Make the sample anew", "", files.bench.make_sample_anew)
         menu.addSeparator()
         add(menu, "Save picture…", "", partial(self.picture_wanted.emit, "picture"))
         add(menu, "Save turntable…", "", partial(self.picture_wanted.emit, "turntable"))
@@ -78,18 +86,21 @@ class Menus(QMenuBar):
         menu.addAction(self.undo)
         menu.addAction(self.redo)
         add(menu, "History…", "", self.history_wanted.emit)
+        menu.addSeparator()
+        add(menu, "Preferences…", "Ctrl+,", self.preferences_wanted.emit)
 
     def _fill_view(self, menu: QMenu, docks: Docks) -> None:
         menu.setToolTipsVisible(True)
         for place, (name, words) in enumerate(WORKSPACES.items()):
             add(menu, words, f"Ctrl+{place + 1}", partial(self.workspace_wanted.emit, name))
         menu.addSeparator()
-        themes = QActionGroup(self)
+        self.themes = QActionGroup(self)
         for name, words in (("dark", "Dark theme"), ("light", "Light theme")):
             choice = add(menu, words, "", partial(self.theme_wanted.emit, name))
             choice.setCheckable(True)
             choice.setChecked(name == theme.current().name)
-            themes.addAction(choice)
+            choice.setData(name)
+            self.themes.addAction(choice)
         menu.addSeparator()
         self.measure = add(menu, "Error of the picture", "", self._measure_or_not)
         self.measure.setCheckable(True)
@@ -98,11 +109,20 @@ class Menus(QMenuBar):
         menu.addSeparator()
         menu.addActions(docks.actions)
 
+    def show_theme(self, name: str) -> None:
+        """Mark the theme in use."""
+        for choice in self.themes.actions():
+            choice.setChecked(choice.data() == name)
+
     def _measure_or_not(self) -> None:
         self.measuring_wanted.emit(self.measure.isChecked())
 
     def _fill_help(self, menu: QMenu) -> None:
-        add(menu, "Mouse and keyboard", "F1", self.help_wanted.emit)
+        add(menu, "Help for this panel", "F1", self.help_wanted.emit)
+        add(menu, "Mouse and keyboard", "Shift+F1", self.keys_wanted.emit)
+        add(menu, "Which mode when…", "", self.mode_chooser_wanted.emit)
+        add(menu, "First hints", "", self.hints_wanted.emit)
+        menu.addSeparator()
         add(menu, "Self-test", "", self.self_test_wanted.emit)
         add(menu, "Crash reports…", "", self.reports_wanted.emit)
         add(menu, "About Lightarc", "", self.about_wanted.emit)

@@ -40,7 +40,7 @@ class Projects(QObject):
         """Projects without a place of their own lie in `folder`."""
         super().__init__(bench)
         self.bench, self.folder = bench, folder
-        self.path = Path()
+        self.path, self.first = Path(), Project()
         self.problem = ""
         self.is_read_only = False
         self.why_read_only = ""
@@ -206,7 +206,7 @@ class Projects(QObject):
         self.bench.own = open_session() if read_only else self.bench.folder
         document = self.bench.document
         if found is None:
-            document.clear()
+            document.clear(self.first)
         else:
             document.restore(found.current, found.steps, found.position, found.state)
         self._as_opened = document.project

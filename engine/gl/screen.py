@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 from engine.core.colour import srgb_decode
 from engine.gl.program import load_program, set_uniforms
 from engine.gl.tiles import uniforms_of
+from engine.light.environment import EnvironmentMap, reduced
+from engine.render.background import Backdrop
 from engine.render.display import BLUE, GREY, ORANGE, Display
+
+#: Exposure and tone mapping of a picture, and the environment behind it.
+Shown = tuple[Display, Backdrop | None]
+
+#: Rows of an environment behind a picture, at most: finer ones would be seen on no screen.
+MOST_ROWS = 1024
 
 
 class Picture:
@@ -24,7 +32,7 @@ class Picture:
 
     Attributes
     ----------
-    coded : the same as it was shown last, sRGB-coded in 8 bits, and for which display; None before.
+    coded : the same as it was shown last, sRGB-coded in 8 bits, and for which display and backdrop; None before.
     """
 
     def __init__(self, context: Any, size: tuple[int, int]) -> None:
@@ -33,7 +41,7 @@ class Picture:
         self.texture.filter = (context.LINEAR, context.LINEAR)
         self.texture.repeat_x = self.texture.repeat_y = False
         self.framebuffer = context.framebuffer([self.texture])
-        self.coded: tuple[Display, Any, Any] | None = None
+        self.coded: tuple[Shown, Any, Any] | None = None
 
     def write(self, pixels: NDArray[np.float32]) -> None:
         """Take (height, width, 4) float32, row 0 on top."""
@@ -49,13 +57,13 @@ class Picture:
             framebuffer.release()
             texture.release()
 
-    def target(self, display: Display) -> Any:
-        """A framebuffer of 8 bits and of the picture's size, for what `display` makes of it."""
+    def target(self, shown: Shown) -> Any:
+        """A framebuffer of 8 bits and of the picture's size, for the picture as it is `shown`."""
         self._forget_coded()
         texture = self.context.texture(self.size, 4)
         texture.filter = (self.context.LINEAR, self.context.LINEAR)
         texture.repeat_x = texture.repeat_y = False
-        self.coded = (display, texture, self.context.framebuffer([texture]))
+        self.coded = (shown, texture, self.context.framebuffer([texture]))
         return self.coded[2]
 
     def read(self, first: int = 0, count: int | None = None) -> NDArray[np.float32]:
@@ -96,28 +104,76 @@ class Screen:
     def __init__(self, context: Any) -> None:
         self.context = context
         self._shown = load_program(context, "screen.vert", "show.frag")
+        self._before: Any = None
+        self._sky: tuple[EnvironmentMap, Any] | None = None
         self._apart = load_program(context, "screen.vert", "show.frag", {"DIFFERENCE": "1"})
         self._copied = load_program(context, "screen.vert", "copy.frag")
         programs = (self._shown, self._apart, self._copied)
         self._arrays = {id(program): context.vertex_array(program, []) for program in programs}
 
-    def show(self, layer: Layer, framebuffer: Any, display: Display, columns: tuple[int, int] | None = None) -> None:
-        """Show `layer` over `framebuffer`, or only over its `columns` (first, end) of pixels."""
+    def show(
+        self,
+        layer: Layer,
+        framebuffer: Any,
+        display: Display,
+        columns: tuple[int, int] | None = None,
+        behind: Backdrop | None = None,
+    ) -> None:
+        """Show `layer` over `framebuffer`, or only over its `columns` (first, end) of pixels, before `behind`."""
         first, end = columns if columns is not None else (0, framebuffer.size[0])
         if end <= first:
             return
         share = layer.share if layer.over is not None else 0.0
         whole = layer.over if share >= 1.0 else layer.picture if share <= 0.0 else None
-        if whole is not None and (whole.coded is None or whole.coded[0] != display):
-            values = {**Layer(whole).uniforms("first", 0), **uniforms_of(display)}
-            self._draw(self._shown, whole.target(display), values)
+        program, shown = self._shown if behind is None else self._program_before(), (display, behind)
+        if whole is not None and (whole.coded is None or whole.coded[0] != shown):
+            values = {**Layer(whole).uniforms("first", 0), **uniforms_of(display), **self._behind(behind, whole.size)}
+            self._draw(program, whole.target(shown), values)
         framebuffer.scissor = (first, 0, end - first, framebuffer.size[1])
         if whole is not None and whole.coded is not None:
             whole.coded[1].use(0)
             self._draw(self._copied, framebuffer, {"picture": 0})
         else:
-            self._draw(self._shown, framebuffer, {**layer.uniforms("first", 0), **uniforms_of(display)})
+            values = {**layer.uniforms("first", 0), **uniforms_of(display), **self._behind(behind, framebuffer.size)}
+            self._draw(program, framebuffer, values)
         framebuffer.scissor = None
+
+    def _program_before(self) -> Any:
+        """The program that shows a picture before an environment, compiled when it is first wanted."""
+        if self._before is None:
+            self._before = load_program(self.context, "screen.vert", "show.frag", {"BEHIND": "1"})
+            self._arrays[id(self._before)] = self.context.vertex_array(self._before, [])
+        return self._before
+
+    def _behind(self, backdrop: Backdrop | None, size: tuple[int, int]) -> dict[str, Any]:
+        """Bind the environment, and what the shader has to know of it for a picture of `size`."""
+        if backdrop is None:
+            return {}
+        if self._sky is None or self._sky[0] is not backdrop.environment:
+            self._forget_sky()
+            radiance = reduced(backdrop.environment, MOST_ROWS).radiance
+            texture = self.context.texture(
+                radiance.shape[1::-1], 3, np.ascontiguousarray(radiance).tobytes(), dtype="f4"
+            )
+            texture.filter = (self.context.LINEAR, self.context.LINEAR)
+            texture.repeat_x, texture.repeat_y = True, False
+            self._sky = (backdrop.environment, texture)
+        self._sky[1].use(4)
+        camera, extent = backdrop.camera, np.tan(np.radians(backdrop.camera.fov_deg) / 2.0)
+        cosine, sine = np.cos(backdrop.rotation), np.sin(backdrop.rotation)
+        map_from_world = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+        map_from_camera = map_from_world @ camera.camera_from_world.T
+        return {
+            "environment": 4,
+            "environment_gain": backdrop.gain,
+            "map_from_camera": tuple(map_from_camera.T.ravel()),  # column by column
+            "extent": (extent * size[0] / size[1], extent),
+        }
+
+    def _forget_sky(self) -> None:
+        if self._sky is not None:
+            self._sky[1].release()
+            self._sky = None
 
     def show_difference(self, a: Layer, b: Layer, framebuffer: Any, display: Display, scale: float) -> None:
         """Show the luminance of `a` less that of `b` as `diverging` does, full at ±`scale`."""
@@ -134,5 +190,7 @@ class Screen:
         self._arrays[id(program)].render(vertices=3)
 
     def release(self) -> None:
-        for item in (*self._arrays.values(), self._shown, self._apart, self._copied):
+        self._forget_sky()
+        programs = (self._shown, self._apart, self._copied, *([self._before] if self._before is not None else []))
+        for item in (*self._arrays.values(), *programs):
             item.release()

@@ -9,6 +9,8 @@ Cost: one look-up with four texels for each pixel; a blur is one product of two 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,20 @@ ROWS = 64
 
 #: Rows of pixels that are looked up at a time, so that memory does not grow with the picture.
 STRIP = 64
+
+
+@dataclass(frozen=True)
+class Backdrop:
+    """An environment, blurred already, as a camera sees it; `rotation` in radians and `gain` are the light's."""
+
+    environment: EnvironmentMap
+    camera: Camera
+    rotation: float = 0.0
+    gain: float = 1.0
+
+    def behind(self, picture: NDArray[np.float32]) -> NDArray[np.float32]:
+        """`picture` (H, W, 4) before it."""
+        return in_front_of(picture, self.camera, self.environment, self.rotation, self.gain)
 
 
 def in_front_of(

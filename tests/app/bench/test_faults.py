@@ -10,10 +10,10 @@ from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QDialog, QGridLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from app.bench.faults import cut, faint, faults, nameless, out_of_order, overlapping
+from app.help.keys import show_about, show_keys
 from app.widgets.panels import Panel, text
 from app.widgets.param_form import ParamForm
 from app.window.dialogs import show_history
-from app.window.help import show_about, show_help
 from app.window.main_window import MainWindow
 from app.window.top_bar import WORKSPACES
 from engine.brdf.models.phong import Phong
@@ -122,7 +122,7 @@ def test_no_dialog_has_a_fault_or_is_higher_than_the_smallest_window(window: Mai
     window.show_workspace("view")
     qtbot.waitUntil(lambda: window.view.default_mesh is not None, timeout=60_000)
     openers = (
-        lambda: show_help(window),
+        lambda: show_keys(window),
         lambda: show_about(window),
         lambda: show_history(window, window.bench),
         lambda: window.view.save_picture("picture"),

@@ -44,8 +44,10 @@ def test_mixed_mode_keeps_slices_where_the_bound_is_reached(filled: MainWindow, 
     assert tab.kept.text() == "100 %"
     assert power_law.error_map.max() == 0.0
     assert tab.texel_figures.residual.text() == "0, slices kept"
+    assert "no less room" in tab.costs_more.text()
     filled.undo.trigger()
     assert tab.kept.text() == "none"
+    assert tab.costs_more.text() == ""
 
 
 def test_fewer_bits_take_fewer_bytes_and_say_how_far_they_round(filled: MainWindow, qtbot: Any) -> None:

@@ -52,7 +52,7 @@ Ctrl+click\treset"""
 HELP_PX = (520, 620)
 
 
-def show_help(window: QWidget) -> None:
+def show_keys(window: QWidget) -> None:
     """Keys and gestures, in a dialog that scrolls and is no higher than the smallest window."""
     dialog = QDialog(window)
     dialog.setWindowTitle("Mouse and keyboard")

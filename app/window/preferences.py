@@ -1,0 +1,145 @@
+"""Choices of the person that hold for every project, and the cache with its size; they are kept in the settings."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import psutil
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QComboBox, QDialog, QHBoxLayout, QVBoxLayout, QWidget
+
+from app.commands.sample import made_of_sample
+from app.jobs.jobs import Jobs
+from app.project.made import size_of
+from app.session.settings import NUMBERS, Settings, cache_folder, empty_cache
+from app.view.tab import TONE_MAPS
+from app.widgets.controls import ComboBox
+from app.widgets.panels import Rows, button, enable, line, text
+from app.widgets.theme import PADDING, STEP
+from engine.core.figure_text import size_text
+from engine.core.steps import Step, Steps
+from engine.storage.atomic import discard
+
+#: Width of the dialog in pixels.
+WIDTH_PX = 420
+
+THEMES = (("dark", "Dark"), ("light", "Light"))
+FORMS = tuple(zip(NUMBERS, ("As the system writes them", "1,234.5", "1 234,5"), strict=True))
+
+#: Memory that a plan may choose, in GB; 0 leaves it to what is free.
+MEMORIES_GB = (0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+
+
+class Preferences(QDialog):
+    """`changed(name, value)` follows each choice, by its name in `Settings`."""
+
+    changed = Signal(str, object)
+
+    def __init__(self, window: QWidget, now: Settings, jobs: Jobs) -> None:
+        super().__init__(window)
+        self.jobs = jobs
+        self.setWindowTitle("Preferences")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setMinimumWidth(WIDTH_PX)
+        self.column = QVBoxLayout(self)
+        self.column.setContentsMargins(PADDING, PADDING, PADDING, PADDING)
+        self.column.setSpacing(2 * STEP)
+        self.boxes: dict[str, QComboBox] = {}
+        window_rows = self._section("Window")
+        self._choice(window_rows, "theme", "Theme", THEMES, now.theme)
+        self._choice(window_rows, "numbers", "Numbers", FORMS, now.numbers, "The decimal mark of figures and fields")
+        self._choice(
+            window_rows,
+            "tone_map",
+            "Tone map",
+            TONE_MAPS,
+            now.tone_map,
+            "Of new projects; View > Picture has this one's",
+        )
+        self._make_limits(now)
+        self._make_cache()
+        close = button("Close", "primary")
+        close.clicked.connect(self.close)
+        self.column.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
+
+    def _section(self, title: str) -> Rows:
+        rows = Rows(title)
+        if self.column.count():
+            self.column.addWidget(line())
+        self.column.addWidget(rows)
+        return rows
+
+    def _choice(
+        self, rows: Rows, name: str, label: str, choices: tuple[tuple[object, str], ...], now: object, hint: str = ""
+    ) -> None:
+        box = ComboBox()
+        for value, words in choices:
+            box.addItem(words, value)
+        box.setCurrentIndex(max(0, box.findData(now)))
+        box.activated.connect(lambda _at: self.changed.emit(name, box.currentData()))
+        self.boxes[name] = box
+        rows.row(label, box, hint)
+
+    def _make_limits(self, now: Settings) -> None:
+        rows = self._section("Limits")
+        count = os.cpu_count() or 1
+        threads = tuple((each, f"{each}") for each in range(1, count))
+        hint = "Processors that the program uses, from its next start on"
+        self._choice(rows, "threads", "Processors", ((0, f"All {count}"), *threads), now.threads, hint)
+        total = psutil.virtual_memory().total / 1e9
+        memories = tuple(
+            (each, f"{each:.0f} GB" if each else "Half of what is free") for each in MEMORIES_GB if each < total
+        )
+        hint = "The most that a setting may take which a plan chooses"
+        self._choice(rows, "memory_gb", "Memory", memories, now.memory_gb, hint)
+
+    def _make_cache(self) -> None:
+        rows = self._section("Cache")
+        self.folder = text(str(cache_folder() or "none"), wrap=True)
+        self.folder.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        rows.row("Folder", self.folder)
+        self.size_words = text("…")
+        self.empty = button(
+            "Empty it", hint="Measured costs of this machine and the ready-made sample; both come again"
+        )
+        self.empty.clicked.connect(self._empty)
+        holder = QWidget()
+        row = QHBoxLayout(holder)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.size_words, 1)
+        row.addWidget(self.empty)
+        rows.row("Size", holder)
+        self._measure()
+
+    def _measure(self) -> None:
+        job = self.jobs.submit("Measuring the cache", _cached_bytes, heavy=False)
+        job.succeeded.connect(self._show_size)
+
+    def _show_size(self, size: int) -> None:
+        self.size_words.setText(size_text(size))
+        enable(self.empty, "" if size else "It is empty")
+
+    def _empty(self) -> None:
+        enable(self.empty, "It is being emptied")
+        self.jobs.submit("Emptying the cache", _emptied, heavy=False).succeeded.connect(self._show_size)
+
+
+def _places() -> list[Path]:
+    """Files and folders that can be made again: the cache, and what was made of the sample's photographs."""
+    folder = cache_folder()
+    return [*([folder] if folder is not None and folder.is_dir() else []), *made_of_sample()]
+
+
+def _cached_bytes() -> Steps[int]:
+    yield Step(0.0, "measuring")
+    return sum(size_of(place) for place in _places())
+
+
+def _emptied() -> Steps[int]:
+    """Remove all but what open windows use; the bytes that stay."""
+    yield Step(0.0, "emptying")
+    empty_cache()
+    for place in made_of_sample():
+        discard(place)
+    return sum(size_of(place) for place in _places())
