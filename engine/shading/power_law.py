@@ -147,8 +147,9 @@ def fit(
 
     Samples that are clipped in the photographs, and those marked in `excluded` (S, H, W) bool, do not enter the fit
     (they do enter the reported errors); negative samples count as 0. Where the last slice is black or excluded k_s
-    is the least-squares one. K is held between 0 (darker texels under more light cannot be described; the error map
-    shows them) and a cap at which darker slices are below k_s / 1024. A texel without light has k_s = 0 and K = 1.
+    is the least-squares one; where it is excluded, at most four times the brightest slice. K is held between 0 (darker
+    texels under more light cannot be described; the error map shows them) and a cap at which darker slices are below
+    k_s / 1024. A texel without light has k_s = 0 and K = 1.
     The health counts all of these.
     """
     if scale not in SCALES:
@@ -168,7 +169,7 @@ def fit(
     flat = np.ascontiguousarray(shading_map.slices).reshape(count, height, 3 * width)
     factor, exponent = (scratch_array((height, 3 * width), np.float32) for _ in range(2))
     error_map, sums = np.empty((height, width), np.float32), np.empty((height, 3))
-    outcomes = np.zeros((height, 4), np.int64)
+    outcomes = np.zeros((height, 5), np.int64)
     rows = max(1, TILE_TEXELS // width)
     squares = np.empty((rows, 3 * width), np.float32)
     for start in range(0, height, rows):
@@ -203,7 +204,7 @@ def _left_out(shading_map: ShadingMap, excluded: NDArray[np.bool_] | None) -> ND
 def _health(outcomes: NDArray[np.int64], left_out: NDArray[np.bool_]) -> Health:
     """Counts of texels and channels that a power law describes only by convention, with findings where many."""
     total = float(outcomes.sum())
-    names = ("black", "flat_or_darkening", "exponent_capped")
+    names = ("black", "flat_or_darkening", "exponent_capped", "extrapolation_held")
     figures = {f"{name}_fraction": float(count) / total for name, count in zip(names, outcomes[1:], strict=True)}
     figures["excluded_sample_fraction"] = float(left_out.mean()) if left_out.size else 0.0
     findings = []

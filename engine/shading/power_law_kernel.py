@@ -21,8 +21,12 @@ from numpy.typing import NDArray
 
 from engine.core.kernels import parallel, prange, scalar
 
-#: Outcome for a texel and channel: regular, black throughout, or K held at 0 or at its cap.
-REGULAR, BLACK, FLAT, CAPPED = range(4)
+#: Outcome for a texel and channel: regular, black throughout, K held at 0 or at its cap, or k held at its limit.
+REGULAR, BLACK, FLAT, CAPPED, HELD = range(5)
+
+#: Largest k in units of the brightest slice, clipped or not, where the last slice does not count: one dark sample below
+#: clipped ones would fit any k.
+MOST_EXTRAPOLATED = 4.0
 
 #: The grid starts at K = 0 with steps of START * RATIO; further on its steps are RATIO of K.
 START, RATIO = 0.05, 0.3
@@ -262,13 +266,14 @@ def polish_second(samples, counts, free, minima, grid, log_x, work):  # type: ig
 
 
 @scalar
-def fit_lanes(samples, counts, least_squares, grid, log_x, powers):  # type: ignore[no-untyped-def]
+def fit_lanes(samples, counts, held, least_squares, grid, log_x, powers):  # type: ignore[no-untyped-def]
     """Fit LANES texels and channels: (POLISHED,) with K, k and the SSE of what counts.
 
     Parameters
     ----------
     samples : (S - 1, LANES) float64 >= 0, the slices above the black one; 0 where a sample does not count.
     counts : (S - 1, LANES) float64, 1 where a sample counts and 0 elsewhere, at least one of each column.
+    held : (LANES,) bool, k is the last sample whatever the choice of k.
     least_squares : k minimises the SSE; else k is the last sample, unless that is 0 or does not count.
     grid, log_x : `exponent_grid`, `log_positions`. powers : (S - 1, G) float32, x_i^K on the grid.
     """
@@ -284,7 +289,7 @@ def fit_lanes(samples, counts, least_squares, grid, log_x, powers):  # type: ign
         for lane in range(LANES):
             normalised[i, lane] = samples[i, lane] / (brightest[lane] if brightest[lane] > 0.0 else 1.0)
     for lane in range(LANES):
-        free[lane] = 1.0 if least_squares or samples[last, lane] == 0.0 else 0.0
+        free[lane] = 1.0 if (least_squares and not held[lane]) or samples[last, lane] == 0.0 else 0.0
     minima = scan(normalised, counts.astype(np.float32), free, grid, powers)
     work = polish(samples, counts, free, minima[FIRST_PLACE : FIRST_PLACE + LANES], grid, log_x)
     polish_second(samples, counts, free, minima, grid, log_x, work)
@@ -325,6 +330,22 @@ def load(slices, excluded, row, left, samples, counts):  # type: ignore[no-untyp
 
 
 @scalar
+def hold(slices, row, left, samples, counts, held, work):  # type: ignore[no-untyped-def]
+    """Let k be its limit where it lies above and the last slice does not count; True where it is so anywhere."""
+    last = samples.shape[0] - 1
+    for lane in range(min(LANES, slices.shape[2] - left)):
+        brightest = np.float32(0.0)
+        for i in range(samples.shape[0]):
+            sample = slices[i + 1, row, left + lane]
+            if math.isfinite(sample) and sample > brightest:
+                brightest = sample
+        limit = MOST_EXTRAPOLATED * brightest
+        if counts[last, lane] == 0.0 and work[SCALE + lane] > limit:
+            samples[last, lane], counts[last, lane], held[lane] = limit, 1.0, True
+    return held.any()
+
+
+@scalar
 def measure(slices, row, left, log_x, work):  # type: ignore[no-untyped-def]
     """Replace the SSE of what counts by that of all slices."""
     for lane in range(min(LANES, slices.shape[2] - left)):
@@ -346,7 +367,7 @@ def fit_rows(slices, excluded, least_squares, grid, log_x, start, stop, scale, e
     scale, exponent : (H, 3 W) float32, written.
     squares : (>= stop - start, 3 W) float32, written: of each row that is fitted, the sum over all slices of
         (slice - k x^K)^2.
-    outcomes : (H, 4) int64, zero at first, written: how often each outcome occurs in a row.
+    outcomes : (H, 5) int64, zero at first, written: how often each outcome occurs in a row.
     """
     count, width = slices.shape[0] - 1, slices.shape[2]
     powers = np.empty((count, grid.size), np.float32)
@@ -357,12 +378,16 @@ def fit_rows(slices, excluded, least_squares, grid, log_x, start, stop, scale, e
         samples, counts = np.empty((count, LANES)), np.empty((count, LANES))
         for left in range(0, width, LANES):
             plain = load(slices, excluded, row, left, samples, counts)
-            work = fit_lanes(samples, counts, least_squares, grid, log_x, powers)
+            held = np.zeros(LANES, np.bool_)
+            work = fit_lanes(samples, counts, held, least_squares, grid, log_x, powers)
+            if not plain and hold(slices, row, left, samples, counts, held, work):
+                work = fit_lanes(samples, counts, held, least_squares, grid, log_x, powers)
             if not plain:
                 measure(slices, row, left, log_x, work)
             for lane in range(min(LANES, width - left)):
                 k, at = work[SCALE + lane], work[AT + lane]
                 outcome = BLACK if k == 0.0 else FLAT if at == 0.0 else CAPPED if at == grid[-1] else REGULAR
+                outcome = HELD if held[lane] else outcome
                 outcomes[row, outcome] += 1
                 scale[row, left + lane] = k
                 exponent[row, left + lane] = at

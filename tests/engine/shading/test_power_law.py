@@ -39,7 +39,8 @@ def fitted(samples: Any, scale: str = "last-slice") -> tuple[Any, Any]:
     found = []
     for left in range(0, padded.shape[1], LANES):
         block = np.ascontiguousarray(padded[:, left : left + LANES])
-        work = fit_lanes(block, np.ones_like(block), scale == "least-squares", grid, log_x, powers)
+        held = np.zeros(block.shape[1], np.bool_)
+        work = fit_lanes(block, np.ones_like(block), held, scale == "least-squares", grid, log_x, powers)
         found.append([work[part : part + LANES] for part in (SCALE, AT)])
     k, exponent = np.concatenate(found, axis=1)[:, :texels]
     return k, exponent
@@ -137,6 +138,30 @@ def test_P6_an_excluded_outlier_does_not_matter(scale: Any, bad: int) -> None:
     clipped = drain(fit(map_of(samples, clipped=excluded), scale))
     assert np.array_equal(clipped.exponent, power_law.exponent)
     assert np.all(power_law.error_map > 0.5)
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_P6_clipped_slices_extrapolate_no_further_than_two_stops(scale: Any) -> None:
+    generator = np.random.default_rng(1)
+    samples = generator.uniform(0.0, 1.0, (400, SLICES)) ** generator.integers(1, 9, (400, 1))
+    samples[:, 0] = 0.0
+    samples[0] = [0, 0, 0, 0, 0, 0.0486, 0.2153, 0.3564]
+    clipped = np.zeros((SLICES, 1, 400), np.bool_)
+    clipped[-2:] = True
+    power_law = drain(fit(map_of(samples, clipped=clipped), scale))
+    brightest = samples.max(axis=1)
+    k, exponent = power_law.scale[0, :, 0].astype(np.float64), power_law.exponent[0, :, 0].astype(np.float64)
+    assert np.all(k <= 4.0 * brightest * (1 + 1e-6))
+    assert np.all(power_law.error_map < 4.0)
+    held = k > 3.999 * brightest
+    assert held[0]
+    assert power_law.health.figures["extrapolation_held_fraction"] == pytest.approx(held.mean())
+    trials = np.linspace(0.0, 128.0, 20_001)
+    for texel in np.flatnonzero(held):
+        model = k[texel] * X[1:-2] ** trials[:, None]
+        best = ((model - samples[texel, 1:-2]) ** 2).sum(axis=1).min()
+        found = ((k[texel] * X[1:-2] ** exponent[texel] - samples[texel, 1:-2]) ** 2).sum()
+        assert found <= best * (1 + 1e-6) + 1e-12
 
 
 def test_P6_where_all_is_excluded_all_counts() -> None:
