@@ -32,8 +32,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.widgets.fitting import Fitting
 from app.widgets.number_field import NumberField
-from app.widgets.panels import Fitting
 
 #: Contrast of text with what is behind it that WCAG 2.1 asks for (level AA).
 LEAST_CONTRAST = 4.5

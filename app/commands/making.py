@@ -12,7 +12,7 @@ import engine
 from app.document.document import ImportChoices, Project
 from app.document.import_choices import lit_by, settings_of
 from app.project.made import built_before, key_of, note
-from app.project.photographs import Mark
+from app.project.photographs import Mark, keep, taken
 from app.project.project_file import path_of
 from engine.capture.lights.sources import Sources
 from engine.capture.stack import RECORD, ImageStack, open_stack
@@ -49,6 +49,28 @@ def kept_stack_of(
                 continue
             return now if now is not None and now.folder == found.folder else found
     return (yield from stack_of(sources, choices, folders[-1] / name))
+
+
+def marked_stack(
+    sources: Sources,
+    choices: ImportChoices,
+    folders: tuple[Path, Path],
+    files: tuple[Path, ...],
+    now: ImageStack | None,
+) -> Steps[ImageStack]:
+    """As `kept_stack_of`; the project keeps the marks of `files`, by which they are known again."""
+    marks = yield from part(taken(files), 0.0, 0.1)
+    stack = yield from part(kept_stack_of(sources, choices, marks, folders, now), 0.1, 1.0)
+    keep_marks(folders[-1], marks)
+    return stack
+
+
+def keep_marks(folder: Path, marks: Mapping[Path, Mark]) -> None:
+    """Let the project whose data lie in `folder` know these photographs again; where it cannot, the log says so."""
+    try:
+        keep(path_of(folder), marks)
+    except FileError as error:
+        log.info("photographs could not be marked: %s", error)
 
 
 def stack_of(sources: Sources, choices: ImportChoices, target: Path) -> Steps[ImageStack]:

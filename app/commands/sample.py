@@ -17,8 +17,9 @@ from typing import Any
 
 from app.arguments.usage import BAD_FILE, DONE
 from app.commands.bundle_view import SCALE_NOTE, settings_of_bundle
-from app.commands.making import material_of, stack_of
+from app.commands.making import keep_marks, material_of, stack_of
 from app.document.document import ImportChoices, Project
+from app.project.photographs import taken
 from app.project.places import projects_folder
 from engine.bundle.bundle import describe_bundle, open_bundle, save_bundle
 from engine.capture.lights.sources import Sources, find
@@ -55,6 +56,14 @@ class Sample:
 def samples_folder() -> Path:
     """The folder of the built-in capture and of what was made of it; it may not exist."""
     return projects_folder().parent / "sample capture"
+
+
+def marked_sample(target: Path) -> Steps[Sample]:
+    """The sample, its stack in `target`; the project keeps the marks of its photographs."""
+    sample = yield from part(ready_sample(samples_folder(), target), 0.0, 0.9)
+    marks = yield from part(taken(sample.sources.photographs), 0.9, 1.0)
+    keep_marks(target.parent, marks)
+    return sample
 
 
 def made_of_sample() -> list[Path]:

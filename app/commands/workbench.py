@@ -28,22 +28,21 @@ from app.commands.bundle_view import (
     with_view,
 )
 from app.commands.export_bundle import Exported, exported
-from app.commands.making import kept_material_of, kept_stack_of
+from app.commands.making import kept_material_of, marked_stack
 from app.commands.opening import load_environment, load_shape
 from app.commands.recognise import Recognised, recognise
 from app.commands.sample import NAME as SAMPLE
-from app.commands.sample import Sample, capture_of_sample, ready_sample, samples_folder
+from app.commands.sample import Sample, capture_of_sample, marked_sample, samples_folder
 from app.document.document import Document, ImportChoices, Project
 from app.jobs.jobs import Job, Jobs
 from app.process.packages import load_shared
-from app.project.photographs import INSIDE, Mark, keep, photographs, taken
+from app.project.photographs import INSIDE, photographs
 from app.project.project_file import path_of, state_name
 from app.project.report import chain_of
 from engine.capture.lights.joined import joined
 from engine.capture.lights.sources import Sources, find_packed
 from engine.capture.stack import ImageStack, open_stack
-from engine.core.errors import FileError
-from engine.core.steps import Step, Steps, part
+from engine.core.steps import Step, Steps
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import SHAPES
 from engine.light.environment import EnvironmentMap
@@ -101,7 +100,7 @@ class Workbench(QObject):
     def open_sample(self) -> None:
         """The capture that the program brings along, with its material ready made."""
         target = self._free("stack")
-        job = self.jobs.submit("Opening the sample", lambda: _marked_sample(target))
+        job = self.jobs.submit("Opening the sample", lambda: marked_sample(target))
         job.succeeded.connect(self._sample_opened)
 
     def make_sample_anew(self) -> None:
@@ -205,7 +204,7 @@ class Workbench(QObject):
         again = {"kind": "import", "name": name} if sources is self.document.project.sources else None
         folders, now = (self.folder, self.own), self.document.project.stack
         job = self.jobs.submit(
-            "Importing photographs", lambda: _marked_stack(sources, choices, folders, files, now), again=again
+            "Importing photographs", lambda: marked_stack(sources, choices, folders, files, now), again=again
         )
         job.progressed.connect(self._show_partial)
         parts = {"sources": sources, "import_choices": choices}
@@ -370,35 +369,6 @@ def _recognised(paths: tuple[Path, ...], lighting: bool) -> Steps[Recognised]:
 def _joined(one: Sources, other: Sources) -> Steps[Sources]:
     yield Step(0.0, "joining the photographs")
     return joined(one, other)
-
-
-def _marked_sample(target: Path) -> Steps[Sample]:
-    """The sample, its stack in `target`; the project keeps the marks of its photographs."""
-    sample = yield from part(ready_sample(samples_folder(), target), 0.0, 0.9)
-    marks = yield from part(taken(sample.sources.photographs), 0.9, 1.0)
-    _keep_marks(target.parent, marks)
-    return sample
-
-
-def _marked_stack(
-    sources: Sources,
-    choices: ImportChoices,
-    folders: tuple[Path, Path],
-    files: tuple[Path, ...],
-    now: ImageStack | None,
-) -> Steps[ImageStack]:
-    """As `kept_stack_of`; the project keeps the marks of `files`, by which they are known again."""
-    marks = yield from part(taken(files), 0.0, 0.1)
-    stack = yield from part(kept_stack_of(sources, choices, marks, folders, now), 0.1, 1.0)
-    _keep_marks(folders[-1], marks)
-    return stack
-
-
-def _keep_marks(folder: Path, marks: Mapping[Path, Mark]) -> None:
-    try:
-        keep(path_of(folder), marks)
-    except FileError as error:
-        log.info("photographs could not be marked: %s", error)
 
 
 def _stack(folder: Path) -> Steps[ImageStack]:

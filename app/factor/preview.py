@@ -21,8 +21,9 @@ from app.jobs.jobs import Jobs
 from app.jobs.newest import Latest
 from app.viewport.viewport import Viewport
 from app.widgets import theme
+from app.widgets.fitting import Fitting
 from app.widgets.number_field import plain
-from app.widgets.panels import Fitting, text
+from app.widgets.panels import text
 from app.widgets.theme import STEP, role
 from engine.core.directions import world_direction
 from engine.core.figure_text import number

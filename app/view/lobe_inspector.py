@@ -18,7 +18,8 @@ from PySide6.QtWidgets import QDockWidget, QHBoxLayout, QVBoxLayout, QWidget
 from app.jobs.newest import Latest
 from app.widgets import theme
 from app.widgets.controls import ComboBox
-from app.widgets.panels import Fitting, text
+from app.widgets.fitting import Fitting
+from app.widgets.panels import text
 from app.widgets.plots import colour_table
 from app.widgets.theme import PADDING, ROW, STEP, role
 from engine.brdf.brdf import Brdf

@@ -43,7 +43,8 @@ from app.viewport.refining import same
 from app.viewport.viewport import Viewport
 from app.widgets import theme
 from app.widgets.controls import ComboBox
-from app.widgets.panels import Fitting, Panel, Segments, enable, side_by_side, text, tool
+from app.widgets.fitting import Fitting
+from app.widgets.panels import Panel, Segments, enable, side_by_side, text, tool
 from app.widgets.param_form import ParamForm
 from app.widgets.theme import PADDING, STEP, role
 from engine.brdf.brdf import Brdf

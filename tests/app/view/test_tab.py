@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from app.document.modes import modes
 from app.view.pictures import reference_size
 from app.viewport.gl_surface import GlSurface
-from app.widgets.panels import Fitting
+from app.widgets.fitting import Fitting
 from app.window.main_window import MainWindow
 from engine.core.colour import srgb_encode
 from engine.geometry.mesh_repair import INSIDE_OUT
