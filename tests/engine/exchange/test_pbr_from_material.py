@@ -10,7 +10,7 @@ import pytest
 from engine.core.errors import UsageError
 from engine.core.steps import drain
 from engine.exchange import loss
-from engine.exchange.pbr_from_material import ROUGHNESSES, cavity, nearest_maps
+from engine.exchange.pbr_from_material import ROUGHEST_METAL, ROUGHNESSES, cavity, nearest_maps
 from engine.scene.material import Material
 from engine.surface.pbr_maps import PbrMaps
 
@@ -105,7 +105,16 @@ def test_a_white_card_is_as_bright_as_the_brightest_texels() -> None:
     bright = dataclasses.replace(law, scale=10.0 * law.scale)
     maps, white = drain(nearest_maps(dataclasses.replace(woven_material(), power_law=bright)))
     assert white == pytest.approx(float(np.quantile(bright.scale, 0.999)), rel=0.05)
-    assert 0.2 < maps.base_colour.mean() < 0.8
+    tenth, _ = drain(nearest_maps(woven_material(), white=0.1 * white))
+    np.testing.assert_allclose(maps.base_colour, tenth.base_colour, rtol=1e-4)
+    assert (maps.roughness == tenth.roughness).all()
+
+
+def test_no_maps_are_a_rough_metal_which_others_draw_brighter() -> None:
+    """Programs that add light between facets agree with the maps where these are no rough metal."""
+    rough = "metallic-roughness:base_color=0.5,metallic=1,roughness=0.9"
+    maps, _ = drain(nearest_maps(linear_material((np.pi, np.pi, np.pi), rough), white=1.0))
+    assert not (maps.metallic * (maps.roughness > ROUGHEST_METAL)).any()
 
 
 def test_a_material_without_maps_is_refused() -> None:
