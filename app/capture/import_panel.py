@@ -32,7 +32,7 @@ IMPORT_CHOICES = {
     ),
     "white_balance": (
         "White bal.",
-        (("camera", "As the camera set it"), ("none", "None"), ("patch", "Grey patch…")),
+        (("camera", "As shot"), ("none", "None"), ("patch", "Grey patch…")),
         "White balance of RAW files; a grey patch balances all files",
     ),
     "transfer": (

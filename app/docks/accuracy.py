@@ -53,7 +53,7 @@ WIDE = 480
 CONTROLS = 300
 
 #: Width of the dock below which its controls would be cut.
-NARROWEST = 320
+NARROWEST = 332
 
 #: Least height of the plot, and while there is nothing in it.
 PLOT_PX, EMPTY_PX = 120, 40

@@ -61,7 +61,7 @@ from engine.transport import method as transport
 TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"))
 
 #: Names of modes where the window is too narrow for all of them.
-SHORTER = {"shading-map": "Mat.", "reference": "Ref.", "wavelet": "Wavel.", "gaussian": "Gauss"}
+SHORTER = {"shading-map": "Mat.", "reference": "Ref.", "wavelet": "Wavel", "gaussian": "Gauss"}
 
 #: Modes that sum over lights without looking what hides them, and the sentence that says so where a ground is seen.
 SHADOWLESS = ("shading-map", "direct")

@@ -32,7 +32,7 @@ WIDTH, NARROWEST = 296, 0.83
 LABEL_WIDTH = 76
 
 #: The share that a panel takes at least where its rows ask for more: two of them leave room for a picture.
-MOST_LEAST = 0.9
+MOST_LEAST = 0.93
 
 #: Width of the bar that scrolls a panel, as the theme has it.
 SCROLL_BAR = 10
