@@ -136,6 +136,7 @@ def viewer(material: Material, loss: str = "") -> str:
         shown = _power_law_data(material.power_law)
     else:
         raise UsageError("the page shows the compressed pair or planes, which this material does not have")
+    written: set[str] = set()
     data = {
         "name": material.name,
         "brdf": model_name(brdf),
@@ -144,7 +145,7 @@ def viewer(material: Material, loss: str = "") -> str:
         "elevation_deg": _thinned(material.elevation_deg, 64),
         "fit": " ".join(filter(None, (fit_statement(material), loss))),
         **shown,
-        "sources": {name: _source(f"{name}.glsl") for name in sources},
+        "sources": {name: _source(f"{name}.glsl", written) for name in sources},
     }
     text = json.dumps(data, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
     return _filled((RESOURCES / "viewer" / "index.html").read_text(encoding="utf-8"), DATA=text)
@@ -284,10 +285,16 @@ def _brdf_source(name: str) -> str:
     return _source(f"brdf/{name}.glsl")
 
 
-def _source(name: str) -> str:
-    """A shader file with its includes written out."""
+def _source(name: str, written: set[str] | None = None) -> str:
+    """A shader file with its includes written out, each once; those in `written` stand before it, and are added to."""
+    written = set() if written is None else written
+    written.add(name)
     text = (RESOURCES / "shaders" / name).read_text(encoding="utf-8")
-    return _INCLUDE.sub(lambda include: _source(include[1]), text)
+
+    def included(include: re.Match[str]) -> str:
+        return "" if include[1] in written else _source(include[1], written)
+
+    return _INCLUDE.sub(included, text)
 
 
 def _coded(values: NDArray[np.float32]) -> dict[str, Any]:

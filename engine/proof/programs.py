@@ -11,7 +11,6 @@ import base64
 import functools
 import http.server
 import json
-import re
 import shutil
 import subprocess
 import tempfile
@@ -41,8 +40,6 @@ const validator = require(process.argv[2]);
 validator.validateBytes(new Uint8Array(require('fs').readFileSync(process.argv[1]))).then(
   (report) => console.log(JSON.stringify(report.issues)));
 """
-_PIXELS = re.compile(r'<pre id="pixels">([A-Za-z0-9+/=]+)</pre>')
-_FAILED = re.compile(r'<pre id="failure">([^<]+)</pre>')
 
 
 def three(folder: Path, size: tuple[int, int]) -> Drawn:
@@ -70,12 +67,17 @@ def three(folder: Path, size: tuple[int, int]) -> Drawn:
                 done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
             except subprocess.TimeoutExpired:
                 return Drawn("gltf", name, None, f"It draws nothing: no answer within {PATIENCE_S} s.", False)
-    found = _PIXELS.search(done.stdout)
-    if found is None:
-        failed = _FAILED.search(done.stdout)
-        return Drawn("gltf", name, None, f"It draws nothing: {failed[1] if failed else 'it says nothing'}.", False)
-    values = np.frombuffer(base64.b64decode(found[1]), "<f4").reshape(height, width, 4)[::-1, :, :3]
+    pixels = _element(done.stdout, "pixels")
+    if not pixels:
+        failure = _element(done.stdout, "failure") or "it says nothing"
+        return Drawn("gltf", name, None, f"It draws nothing: {failure}.", False)
+    values = np.frombuffer(base64.b64decode(pixels), "<f4").reshape(height, width, 4)[::-1, :, :3]
     return Drawn("gltf", name, values.astype(np.float64), "It loads the file with GLTFLoader.")
+
+
+def _element(page: str, name: str) -> str:
+    """What the page wrote into its element of that name; nothing where it has none."""
+    return page.partition(f'<pre id="{name}">')[2].partition("</pre>")[0]
 
 
 def validator(folder: Path) -> Drawn:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,8 @@ def test_a_dropped_archive_becomes_a_material_and_can_be_imported_again(
     assert document.project.stack.provenance["archive"] == "Red felt.zip"
     first = document.project.stack
     assert document.project.sources is not None
-    window.bench.import_photographs(document.project.sources)
+    otherwise = dataclasses.replace(document.project.import_choices, motion="none")
+    window.bench.import_photographs(document.project.sources, otherwise)
     qtbot.waitUntil(lambda: document.project.stack is not first, timeout=240_000)
     assert not window.failures.open_dialogs
     qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=240_000)
