@@ -76,7 +76,7 @@ def three(folder: Path, size: tuple[int, int]) -> Drawn:
 
 
 def _element(page: str, name: str) -> str:
-    """What the page wrote into its element of that name; nothing where it has none."""
+    """Text that the page wrote into its element of that name; nothing where it has none."""
     return page.partition(f'<pre id="{name}">')[2].partition("</pre>")[0]
 
 
