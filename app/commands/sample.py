@@ -21,7 +21,6 @@ from app.commands.making import keep_marks, material_of, stack_of
 from app.document.document import ImportChoices, Project
 from app.project.photographs import taken
 from app.project.places import projects_folder
-from engine.bundle.bundle import describe_bundle, open_bundle, save_bundle
 from engine.capture.lights.sources import Sources, find
 from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, open_stack
 from engine.core.errors import InputError, LightarcError
@@ -88,6 +87,8 @@ def ready_sample(folder: Path, target: Path) -> Steps[Sample]:
     place = sources.photographs[0].parent
     stack, bundle = place.with_name(f"{place.name}-stack"), place.with_name(f"{place.name}.lightarc")
     yield Step(0.4, "opening the sample")
+    from engine.bundle.bundle import describe_bundle, open_bundle
+
     try:
         material, provenance = open_bundle(bundle), describe_bundle(bundle)["provenance"]
         open_stack(stack)
@@ -104,6 +105,8 @@ def ready_sample(folder: Path, target: Path) -> Steps[Sample]:
 
 def _make(sources: Sources, stack_folder: Path, bundle: Path) -> Steps[None]:
     """Import the photographs and build the material, by the settings of a new project."""
+    from engine.bundle.bundle import save_bundle
+
     for place in (bundle, stack_folder):
         discard(place)
     stack = yield from part(stack_of(sources, ImportChoices(), stack_folder), 0.0, 0.6)

@@ -20,12 +20,13 @@ from engine.transport import method as transport
 class Mode:
     """A mode: `value` names it in the project; `key` chooses it while the View workspace is in front.
 
-    `mark` is that of its points in plots: pyqtgraph's name of it, and a sign like it. `colour` is the number of their
-    colour in the theme, negative for that of text.
+    `abbreviation` stands where the label has no room. `mark` is that of its points in plots: pyqtgraph's name of it,
+    and a sign like it. `colour` is the number of their colour in the theme, negative for that of text.
     """
 
     value: str
     label: str
+    abbreviation: str
     key: str
     hint: str
     mark: tuple[str, str]
@@ -38,15 +39,17 @@ UNBAKED = (
     Mode(
         "shading-map",
         "Material",
+        "Mat.",
         "M",
         "The photographs of the material, by its shading map or directional map, under every light",
         ("d", "◆"),
         3,
     ),
-    Mode("direct", "Direct", "D", "The BRDF alone under every light, without shadows", ("t", "▼"), 4),
+    Mode("direct", "Direct", "Direct", "D", "The BRDF alone under every light, without shadows", ("t", "▼"), 4),
     Mode(
         "reference",
         "Reference",
+        "Ref.",
         "R",
         "Path tracing with shadows; its noise falls with time",
         ("star", "★"),
@@ -62,7 +65,16 @@ _COLOURS = (0, 1, 2, 5)
 def modes() -> tuple[Mode, ...]:
     """All modes, as they stand beside each other: first those that are baked."""
     baked = (
-        Mode(method.name, method.short, method.key, method.hint, method.mark, _COLOURS[at % len(_COLOURS)], baked=True)
+        Mode(
+            method.name,
+            method.short,
+            method.abbreviation or method.short,
+            method.key,
+            method.hint,
+            method.mark,
+            _COLOURS[at % len(_COLOURS)],
+            baked=True,
+        )
         for at, method in enumerate(transport.METHODS)
     )
     return (*baked, *UNBAKED)

@@ -13,16 +13,6 @@ from app.widgets.theme import ROW, STEP
 from engine.core.figure_text import percent_within, size_text, time_text
 from engine.tradeoff.point import Point
 
-#: The use of each mode.
-GOOD_FOR = {
-    "sh": "Soft light, rough surfaces, interreflection",
-    "wavelet": "Sharp shadows under any light",
-    "gaussian": "Glossy surfaces, gloss that varies",
-    "shading-map": "The material itself, without shadows",
-    "direct": "The BRDF alone, at once",
-    "reference": "The truth that all are compared with",
-}
-
 HEADINGS = ("Mode", "Good for", "Error", "Frame", "Bake", "Memory")
 
 #: Width and height of the dialog, which fits the smallest window.
@@ -79,9 +69,7 @@ class ModeChooser(QDialog):
         self.table.setRowCount(len(known))
         for place, mode in enumerate(known):
             best = best_of(points, mode.value)
-            for column, words in enumerate(
-                (f"{mode.label} ({mode.key})", GOOD_FOR.get(mode.value, ""), *figures(best))
-            ):
+            for column, words in enumerate((f"{mode.label} ({mode.key})", mode.hint, *figures(best))):
                 item = QTableWidgetItem(words)
                 item.setToolTip(setting_text(best.setting) if best is not None else mode.hint)
                 if column > 1:

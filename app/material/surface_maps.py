@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,9 @@ from app.widgets.image_view import Picture, pixels_picture, scalar_map
 from app.widgets.plots import colour_table
 from engine.core.figure_text import number, percent
 from engine.core.steps import Step, Steps
-from engine.surface.recover import Surface
-from engine.surface.write import known_maps, preview
+
+if TYPE_CHECKING:
+    from engine.surface.recover import Surface
 
 #: Maps in the order in which they are offered: a name, its label, and what it is.
 MAPS = (
@@ -60,6 +62,8 @@ class Shown:
 def shown(surface: Surface, name: str, of_error: bool) -> Steps[Shown]:
     """The map `name`, or its standard deviation."""
     yield Step(0.0, "preparing the map")
+    from engine.surface.write import known_maps, preview
+
     known = known_maps(surface.maps)
     values, sigma = known[name], known[f"{name}_sigma"]
     _, unit, factor = WORDS[name]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
@@ -21,7 +22,9 @@ from app.widgets.report import Report
 from app.widgets.theme import PADDING, role
 from engine.core.figure_text import number
 from engine.surface.pbr_maps import ObservedSlopes
-from engine.surface.recover import Surface
+
+if TYPE_CHECKING:
+    from engine.surface.recover import Surface
 
 #: Pages of the workspace.
 PAGES = (

@@ -60,9 +60,6 @@ from engine.transport import method as transport
 
 TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"))
 
-#: Names of modes where the window is too narrow for all of them.
-SHORTER = {"shading-map": "Mat.", "reference": "Ref.", "wavelet": "Wavel", "gaussian": "Gauss"}
-
 #: Modes that sum over lights without looking what hides them, and the sentence that says so where a ground is seen.
 SHADOWLESS = ("shading-map", "direct")
 NO_SHADOW = "This mode casts no shadows on the ground: baked modes and the reference do."
@@ -159,7 +156,7 @@ class ViewTab(QWidget):
 
     def _make_centre(self) -> QWidget:
         labels = [(mode.value, mode.label, f"{mode.hint} ({mode.key})") for mode in modes()]
-        self.mode = Segments(labels, SHORTER)
+        self.mode = Segments(labels, {mode.value: mode.abbreviation for mode in modes()})
         self.mode.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
         self.mode.chosen.connect(self.choose_mode)
         bar = role(QWidget(), "bar")

@@ -149,6 +149,7 @@ class Method:
     ----------
     name : in files, options and records.
     title : its name for people. noun : the same within a sentence. short : the same where there is little room.
+    abbreviation : the same where there is hardly any; empty for `short`.
     key : chooses it in the View workspace; `hint` says there what it is for.
     settings, light : dataclasses of parameters (`engine.core.params`): of a bake, and of the light on it.
     baking, drawing, planning : modules. `Baking` bakes and lights; `drawing` has `Textures` for OpenGL
@@ -187,6 +188,7 @@ class Method:
     dear: str = ""
     mark: tuple[str, str] = ("+", "+")
     frames: Mapping[str, tuple[int, ...]] = field(default_factory=lambda: MappingProxyType({}))
+    abbreviation: str = ""
 
     @property
     def baking(self) -> Baking:
@@ -264,6 +266,7 @@ METHODS: tuple[Method, ...] = (
         dear="cube",
         mark=("s", "■"),
         frames=MappingProxyType({"wavelet": (1, 8)}),
+        abbreviation="Wavel",
     ),
     Method(
         "gaussian",
@@ -282,6 +285,7 @@ METHODS: tuple[Method, ...] = (
         variations=ANY_NUMBER,
         mark=("t1", "▲"),
         frames=MappingProxyType({"gaussian": (1, 6)}),
+        abbreviation="Gauss",
     ),
 )
 

@@ -120,14 +120,14 @@ def test_the_window_has_it_with_a_panel(window: MainWindow, qtbot: Any) -> None:
 
 
 def test_no_file_of_the_product_names_it() -> None:
-    """But for exports, whose textures of ambient occlusion are named so by the programs that read them."""
+    """But for the exchange with other programs, which name textures of ambient occlusion so."""
     words = re.compile(r"ambient.?occlusion", re.IGNORECASE)
     folders = (PROJECT / name for name in ("app", "engine", "resources"))
     files = [
         path
         for folder in folders
         for path in folder.rglob("*")
-        if path.suffix in (".py", ".glsl", ".vert", ".frag") and path.parent != PROJECT / "engine" / "exchange"
+        if path.suffix in (".py", ".glsl", ".vert", ".frag") and PROJECT / "engine" / "exchange" not in path.parents
     ]
     assert files
     assert [str(path) for path in files if words.search(path.read_text(encoding="utf-8"))] == []

@@ -93,7 +93,7 @@ def test_a_run_is_there_again_without_factoring(
     for old, new in zip(getattr(live.factors(None), textures), getattr(again.factors(None), textures), strict=True):
         assert np.array_equal(old.astype(np.float32), new.astype(np.float32))
     qtbot.waitUntil(lambda: window.factor.preview.factors is not None, timeout=60_000)
-    assert len(window.factor.plot.shown) == 1
+    qtbot.waitUntil(lambda: len(window.factor.plot.shown) == 1, timeout=60_000)
     assert {each["kind"]: each["present"] for each in described(first)["derived"]} == {"factors": True}
 
 

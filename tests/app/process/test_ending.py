@@ -199,8 +199,9 @@ show = main_window.MainWindow.show
 def shown(window):
     show(window)
     print(window.status.words.text())
-    window.bench.jobs.submit("endless", endless)
-    QTimer.singleShot(300, slot)
+    job = window.bench.jobs.submit("endless", endless)
+    job.progressed.connect(lambda _step: begun or begun.append(QTimer.singleShot(300, slot)))
+begun = []
 def endless():
     from engine.core.steps import Step
     try:
