@@ -18,7 +18,6 @@ from PySide6.QtWidgets import (
     QFileDialog,
     QFrame,
     QGridLayout,
-    QHBoxLayout,
     QLineEdit,
     QScrollArea,
     QVBoxLayout,
@@ -33,8 +32,8 @@ from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
-from app.widgets.panels import Panel, button, enable, side_by_side, text
-from app.widgets.theme import STEP, role
+from app.widgets.panels import Panel, button, enable, side_by_side, text, with_button
+from app.widgets.theme import role
 from engine.core.errors import OutputError
 from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, Steps, relayed
@@ -143,13 +142,7 @@ class Elsewhere(QWidget):
         self.place.setMinimumWidth(10)
         change = button("Change…")
         change.clicked.connect(self._choose_folder)
-        holder = QWidget()
-        where = QHBoxLayout(holder)
-        where.setContentsMargins(0, 0, 0, 0)
-        where.setSpacing(2 * STEP)
-        where.addWidget(self.place, 1)
-        where.addWidget(change)
-        place.row("Within", holder)
+        place.row("Within", with_button(self.place, change))
         result = panel.section("Result")
         self.verdict = text("Nothing written yet.", "secondary", wrap=True)
         self.files = text("", "secondary", wrap=True)

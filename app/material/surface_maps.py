@@ -22,7 +22,7 @@ MAPS = (
     ("normal", "Normals", "Directions of the surface: red to the right, green up, blue out of the picture"),
     ("height", "Height", "Height of the surface in widths of a texel, from its lowest to its highest"),
     ("base_colour", "Base colour", "Colour of the surface without light: of diffuse reflection, or of metal"),
-    ("roughness", "Roughness", "Width of highlights: 0 is a mirror, 1 is matt"),
+    ("roughness", "Roughness", "Roughness of the surface: 0 reflects like a mirror, 1 has the broadest highlights"),
     ("specular", "Specular", "Reflectance of a non-metal that is seen head-on; plastic has 0.04"),
     ("metallic", "Metallic", "1 where highlights have the colour of metal"),
     ("occlusion", "Open sky", "Share of the light of an even sky that relief leaves"),

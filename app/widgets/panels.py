@@ -132,6 +132,17 @@ def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
     return holder
 
 
+def with_button(words: QWidget, action: QWidget) -> QWidget:
+    """One row: what is chosen, with the button that changes it at its right."""
+    holder = QWidget()
+    row = QHBoxLayout(holder)
+    row.setContentsMargins(0, 0, 0, 0)
+    row.setSpacing(2 * STEP)
+    row.addWidget(words, 1)
+    row.addWidget(action)
+    return holder
+
+
 class _Rest(QWidget):
     """A picture between panels: it wishes for no more width than it needs at least, and takes what they leave."""
 
