@@ -140,6 +140,7 @@ def test_a_bundle_brings_the_view_back_that_it_was_exported_with(
     tab: Any, window: MainWindow, qtbot: Any, tmp_path: Path
 ) -> None:
     build(window, qtbot)
+    qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)  # a model that comes later is framed anew
     document = window.bench.document
     look = Look(light_theta_deg=12.0, light_phi_deg=-170.0, gain=3.0, exposure_ev=-1.5, tone_map="aces", mode="direct")
     document.change("View", look=look)
@@ -149,6 +150,7 @@ def test_a_bundle_brings_the_view_back_that_it_was_exported_with(
     assert "verified" in export(window, qtbot)
     window.new()
     assert document.project.look != look
+    qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
     window.open([tmp_path / "felt"])
     qtbot.waitUntil(lambda: document.project.has_map, timeout=30_000)
     assert document.project.look == look
