@@ -105,6 +105,7 @@ def marks(project: Any) -> dict[str, Any]:
         "stack": list(stack.radiance.shape) if stack is not None else None,
         "slices": project.slices,
         "map": list(material.shading_map.slices.shape) if material.shading_map is not None else None,
+        "planes": list(material.directional.planes.shape) if material.directional is not None else None,
         "power law": round(float(material.power_law.rms), 7) if material.power_law is not None else None,
         "brdf": str(material.brdf),
         "excluded": sorted(project.excluded),
@@ -276,7 +277,7 @@ def importing(person: Person, photographs: Path) -> None:
     )
     person.killed("import")
     person.go_on()
-    person.until(lambda seen: seen["marks"]["map"] is not None, "the material")
+    person.until(lambda seen: seen["marks"]["map"] is not None or seen["marks"]["planes"] is not None, "the material")
     person.rest()
 
 

@@ -1,7 +1,8 @@
-"""Factor runs and bakes of a project made anew, and compared bit by bit with those that lie beside it."""
+"""Fits, factor runs and bakes of a project made anew, and compared bit by bit with those that it has."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,9 +10,10 @@ from typing import Any
 import numpy as np
 
 import engine
-from app.commands.brdf import has_shader
+from app.commands.brdf import fitted, has_shader
 from app.commands.brdf_figures import drawable
 from app.document.bake_request import Wanted, baked, choices_for, estimated, setting_for
+from app.document.comparison import Entry
 from app.document.document import Project
 from app.document.factoring import METHODS, Run
 from app.document.scene import DEFAULT_MODEL
@@ -28,8 +30,34 @@ LOST = "its result is gone from the data folder"
 SAME = "every value is the same"
 OTHER_STATE = "it is of another state of the project, whose model, ground or BRDF was another one"
 NOT_AT_END = "the search had not come to its end"
+TARGET_GONE = "the BRDF that it was fitted to is compared no longer"
+EDITED = "parameters were turned by hand, the fit was stopped before its end, or the machine differs"
 
 Result = dict[str, Any]
+
+
+def fits_again(entries: Sequence[Entry]) -> Steps[list[Result]]:
+    """Fit each model among `entries` that is a fit again to its target, which is known by its name."""
+    results: list[Result] = []
+    for at, entry in enumerate(entries):
+        if entry.fitted is None:
+            continue
+        target = next((each for each in entries if each.name == entry.fitted.of and each is not entry), None)
+        if target is None:
+            verdict = _verdict(None, TARGET_GONE)
+        else:
+            steps = _fitted_again(entry, target)
+            verdict = yield from part(or_why_not(steps), at / len(entries), (at + 1) / len(entries))
+        results.append({"name": f"fit {entry.name}", **verdict})
+    return results
+
+
+def _fitted_again(entry: Entry, target: Entry) -> Steps[Result]:
+    from engine.brdf.brdf import model_name
+
+    assert entry.fitted is not None
+    found = yield from fitted(target.brdf, model_name(entry.brdf), entry.fitted.weighting)
+    return _compared(dataclasses.asdict(entry.brdf), dataclasses.asdict(found.brdf), EDITED)
 
 
 def factors_again(runs: Sequence[Run], kept: Path, folder: Path) -> Steps[list[Result]]:
@@ -39,7 +67,7 @@ def factors_again(runs: Sequence[Run], kept: Path, folder: Path) -> Steps[list[R
         assert run.choices is not None
         name = f"factors of {run.name}, {METHODS[run.choices.method]}"
         steps = _factored_again(run, kept, folder / f"factors-{at + 1}")
-        verdict = yield from part(_or_why_not(steps), at / len(runs), (at + 1) / len(runs))
+        verdict = yield from part(or_why_not(steps), at / len(runs), (at + 1) / len(runs))
         results.append({"name": name, **verdict})
     return results
 
@@ -65,12 +93,12 @@ def bakes_again(project: Project, made: Sequence[Made], kept: Path, folder: Path
             continue
         name = f"bake {setting_for(choices)}"
         steps = _baked_again(wanted, each, kept, folder / f"bake-{at + 1}.transport")
-        verdict = yield from part(_or_why_not(steps), at / len(made), (at + 1) / len(made))
+        verdict = yield from part(or_why_not(steps), at / len(made), (at + 1) / len(made))
         results.append({"name": name, **verdict})
     return results
 
 
-def _or_why_not(steps: Steps[Result]) -> Steps[Result]:
+def or_why_not(steps: Steps[Result]) -> Steps[Result]:
     """The verdict of `steps`; where a person's file or wish keeps them from one, the reason."""
     try:
         return (yield from steps)

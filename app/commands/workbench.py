@@ -142,7 +142,7 @@ class Workbench(QObject):
             job.succeeded.connect(self._bundle_opened)
         elif found.kind == "stack":
             job = self.jobs.submit("Opening the stack", lambda: _stack(found.paths[0]))
-            job.succeeded.connect(lambda stack: self._imported(stack, found.paths[0].stem))
+            job.succeeded.connect(lambda stack: self._imported(stack, found.paths[0].stem, parts={"sources": None}))
         elif self._has_capture:
             self.arrived.emit(found.paths)
         else:

@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from app.commands.brdf import fitted
 from app.commands.replay import replayed
-from app.commands.replay_made import LOST, NOT_AT_END, NOT_FOUND_YET, OTHER_STATE
+from app.commands.replay_made import EDITED, LOST, NOT_AT_END, NOT_FOUND_YET, OTHER_STATE, SAME, TARGET_GONE
 from app.document.bake_request import Wanted, choices_for, estimated
+from app.document.comparison import Comparison, Fitted
 from app.document.document import Project
 from app.document.factoring import Factoring, Run
 from app.project.bakes import bake_and_keep, place_of
@@ -106,3 +108,19 @@ def test_results_of_other_states_and_lost_ones_are_told_apart(
     saved(path, dataclasses.replace(made, material=Material(None, None, brdf="lambert", name="Ball"), factoring=runs))
     results = drain(replayed(path, tmp_path / "other"))
     assert [each["reason"] for each in results] == [NOT_FOUND_YET, OTHER_STATE]
+
+
+def test_fits_are_made_again_from_their_targets(project: tuple[Path, Project, Run], tmp_path: Path) -> None:
+    path, made, _ = project
+    target = brdf_from_text("lambert:albedo=0.4")
+    found = drain(fitted(target, "lambert", "cosine"))
+    note = Fitted("paper", "cosine", 1.0, 0.0)
+    compared = Comparison().added("paper", target).added("Lambert to paper", found.brdf, fitted=note)
+    turned = compared.added("turned", brdf_from_text("lambert:albedo=0.41"), fitted=note)
+    turned = turned.added("orphan", found.brdf, fitted=Fitted("gone", "cosine", 1.0, 0.0))
+    alone = dataclasses.replace(made, comparison=turned, factoring=Factoring(), bakes={})
+    results = drain(replayed(saved(path, alone), tmp_path / "again"))
+    verdict = {each["name"]: (each["bit_equal"], each["reason"]) for each in results}
+    assert verdict["fit Lambert to paper"] == (True, SAME)
+    assert verdict["fit turned"] == (False, f"albedo differ: {EDITED}")
+    assert verdict["fit orphan"] == (None, TARGET_GONE)
