@@ -151,11 +151,21 @@ def _free(path: Path, schema: int) -> Path:
     return next(other for name in names if not (other := path.with_name(name)).exists())
 
 
+#: Problems and remedies by the codes of SQLite, without their further details.
+_CAUSES = {
+    sqlite3.SQLITE_FULL: ("the disk is full", "Free some space or choose another disk"),
+    sqlite3.SQLITE_READONLY: ("writing here is not permitted", "Choose another folder or change its permissions"),
+    sqlite3.SQLITE_BUSY: ("another program keeps it locked", "Close that program"),
+}
+
+
 @contextlib.contextmanager
 def explained(path: Path) -> Iterator[None]:
     try:
         yield
     except sqlite3.DatabaseError as error:
         if isinstance(error, sqlite3.OperationalError):
-            raise OutputError(path, f"cannot be read or written ({error})", "Check the disk that it lies on") from error
+            said = f"cannot be read or written ({error})", "Check the disk that it lies on"
+            problem, remedy = _CAUSES.get(getattr(error, "sqlite_errorcode", 0) & 0xFF, said)
+            raise OutputError(path, problem, remedy) from error
         raise InputError(path, f"is damaged or no project ({error})", "Open a copy of it") from error

@@ -21,8 +21,6 @@ log = logging.getLogger(__name__)
 #: Milliseconds after a change until it is handed over; a drag changes the document many times in between.
 DELAY_MS = 150
 
-UNSAVED = "the latest changes from being saved"
-
 #: Seconds until what could not be written is tried again, and between two looks after the file.
 AGAIN_S = 3.0
 
@@ -36,12 +34,13 @@ class Recording(QObject):
     Signals
     -------
     written : all changes so far are on disk.
-    failed : a sentence, at the first attempt that fails; the changes are kept in memory and tried again.
+    failed : the cause in words, without the file, and all that is known, at the first attempt that fails; the changes
+        are kept in memory and tried again.
     restored : the file had been removed, and was written again.
     """
 
     written = Signal()
-    failed = Signal(str)
+    failed = Signal(str, str)
     restored = Signal()
 
     def __init__(self, document: Document, path: Path, parent: QObject | None = None) -> None:
@@ -121,7 +120,8 @@ class Recording(QObject):
                 if not reported:
                     is_expected = isinstance(error, FileError)
                     log.warning("%s", error, exc_info=None if is_expected else error)
-                    self.failed.emit(str(error) if is_expected else f"A fault of the program keeps {UNSAVED}: {error}")
+                    cause = error.problem if isinstance(error, FileError) else f"a fault of the program ({error})"
+                    self.failed.emit(cause, str(error))
                 reported = True
                 with self._wake:
                     self._failures += 1

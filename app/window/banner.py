@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QPixmap
@@ -10,6 +11,9 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVB
 
 from app.widgets.panels import button, text
 from app.widgets.theme import PADDING, STEP, role
+
+#: Letters of a path in a sentence, and of one name in it.
+MOST_LETTERS, MOST_OF_NAME = 60, 40
 
 #: Words of a button, and what it does.
 Offer = tuple[str, Callable[[], object]]
@@ -34,8 +38,12 @@ class Banner(QWidget):
         self._row.addWidget(self.words, 1)
         self.hide()
 
-    def say(self, words: str, offers: Sequence[Offer] = (), picture: QPixmap | None = None) -> None:
-        """Show `words` beside a picture, with a button for each of `offers`; nothing where there are no words."""
+    def say(self, words: str, offers: Sequence[Offer] = (), picture: QPixmap | None = None, details: str = "") -> None:
+        """Show `words` beside a picture, with a button for each of `offers`; nothing where there are no words.
+
+        `details` stand in the tool tip.
+        """
+        self.words.setToolTip(details)
         self.picture.setVisible(picture is not None)
         if picture is not None:
             self.picture.setPixmap(picture)
@@ -65,16 +73,37 @@ class Banners(QWidget):
         self._column.setSpacing(1)
         self.of: dict[str, Banner] = {}
 
-    def say(self, cause: str, words: str, *offers: Offer, picture: QPixmap | None = None) -> None:
+    def say(self, cause: str, words: str, *offers: Offer, picture: QPixmap | None = None, details: str = "") -> None:
         """Say `words` about `cause`; nothing any more where they are empty."""
         if cause not in self.of and not words:
             return
         if cause not in self.of:
             self.of[cause] = Banner()
             self._column.addWidget(self.of[cause])
-        self.of[cause].say(words, offers, picture)
+        self.of[cause].say(words, offers, picture, details)
 
     @property
     def words(self) -> dict[str, str]:
         """All that is said, by its cause."""
         return {cause: banner.words.text() for cause, banner in self.of.items() if banner.words.text()}
+
+
+def short_path(path: Path) -> str:
+    """A path in no more than `MOST_LETTERS` letters or so, on one line: folders in its middle are left out whole.
+
+    A name that is too long by itself loses its own middle.
+    """
+    parts = [_short_name(part) for part in path.parts]
+    for left_out in range(len(parts) - 2):
+        first = (len(parts) - left_out) // 2  # the middle, so that of drive, folder and name as much stays as can
+        kept = (*parts[:first], *(("…",) if left_out else ()), *parts[first + left_out :])
+        if len(shown := str(Path(*kept))) <= MOST_LETTERS:
+            return shown
+    return str(Path(*(("…",) if len(parts) > 2 else ()), *parts[-2:]))
+
+
+def _short_name(name: str) -> str:
+    """A name without line breaks, and without its middle where it is longer than `MOST_OF_NAME`."""
+    shown = "".join(letter if letter.isprintable() else "?" for letter in name)
+    half = MOST_OF_NAME // 2
+    return shown if len(shown) <= MOST_OF_NAME else f"{shown[:half]}…{shown[-half:]}"

@@ -32,7 +32,7 @@ from app.widgets.image_view import ImageView
 from app.widgets.panels import Pages
 from app.widgets.status_bar import StatusBar
 from app.window.arriving import ask_for_consent
-from app.window.banner import Banners
+from app.window.banner import Banners, short_path
 from app.window.dialogs import show_history
 from app.window.doings import Doings, show_reports
 from app.window.failures import Failures
@@ -51,6 +51,15 @@ from engine.core.errors import FileError
 from engine.core.figure_text import write_with
 
 FIRST, SMALLEST = QSize(1280, 800), QSize(1024, 700)
+
+#: Pixels that the frame around a window takes off the height of a screen, at most.
+FRAME = 40
+
+
+def first_size(screen: QSize) -> QSize:
+    """The size of a window that nobody has sized yet: with its frame on a `screen` that is large enough for one."""
+    fitting = FIRST.boundedTo(screen - QSize(0, FRAME))
+    return fitting if fitting == fitting.expandedTo(SMALLEST) else FIRST
 
 
 class MainWindow(QMainWindow):
@@ -316,13 +325,14 @@ class MainWindow(QMainWindow):
         projects, name = self.projects, self.projects.shown_name
         state = "read-only" if projects.is_read_only else "not saved" if projects.problem else ""
         self.bar.title.setText(" – ".join(filter(None, [name if self._has_title else "", state])))
-        self.bar.title.setToolTip(projects.problem or str(projects.path))
+        self.bar.title.setToolTip(projects.details if projects.problem else str(projects.path))
         self.setWindowTitle(f"{name} – Lightarc" if self._has_title else "Lightarc")
-        elsewhere = ("Save elsewhere…", self.files.save_as)
-        words = f"{projects.problem} Everything is kept in memory, and written as soon as that works."
-        self.banners.say("saving", words if projects.problem else "", elsewhere)
-        words = f"{projects.path.name} {projects.why_read_only}. Changes in this window are not kept in it."
-        self.banners.say("read-only", words if projects.is_read_only else "", ("Save as…", self.files.save_as))
+        place, elsewhere = short_path(projects.path), ("Save elsewhere…", self.files.save_as)
+        words = f"{place} is not saved: {projects.problem}. All changes stay in memory until they can be written."
+        self.banners.say("saving", words if projects.problem else "", elsewhere, details=projects.details)
+        words = f"{place} {projects.why_read_only}. Changes in this window are not kept in it."
+        as_new = ("Save as…", self.files.save_as)
+        self.banners.say("read-only", words if projects.is_read_only else "", as_new, details=str(projects.path))
 
     def _job_failed(self, job: Job, error: BaseException) -> None:
         if isinstance(error, Doubtful):
@@ -344,6 +354,8 @@ class MainWindow(QMainWindow):
         now = self.settings.now
         if now.geometry:
             self.restoreGeometry(QByteArray(bytes.fromhex(now.geometry)))
+        else:
+            self.resize(first_size(self.screen().availableSize()))
         self.docks.restore(now.layout, now.closed_docks)
 
     def _keep_settings(self) -> None:

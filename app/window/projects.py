@@ -37,11 +37,13 @@ class Projects(QObject):
     switched = Signal()
 
     def __init__(self, bench: Workbench, folder: Path) -> None:
-        """Projects without a place of their own lie in `folder`."""
+        """`problem` is why the document is not on disk, without the path, and `details` all that is known of it.
+
+        Projects without a place of their own lie in `folder`."""
         super().__init__(bench)
         self.bench, self.folder = bench, folder
         self.path, self.first = Path(), Project()
-        self.problem = ""
+        self.problem = self.details = ""
         self.is_read_only = False
         self.why_read_only = ""
         self.is_recovered = False
@@ -221,8 +223,8 @@ class Projects(QObject):
     def _restored(self) -> None:
         self.bench.said.emit(f"{self.path.name} had been removed, and was written again")
 
-    def _failed(self, words: str) -> None:
-        self.problem = words
+    def _failed(self, cause: str, details: str) -> None:
+        self.problem, self.details = cause, details
         self.changed.emit()
 
     def _written(self) -> None:

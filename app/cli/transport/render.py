@@ -182,7 +182,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     render_turntable.check(arguments)
     display = Display(arguments.exposure, arguments.tone_map)
     if setup is not None and arguments.mode in transport.names():
-        return render_transport.run_scene(setup.scene, arguments, display, show)
+        return render_transport.run_project(setup, arguments, display, show)
     if render_transport.is_baked(arguments):
         return render_transport.run(arguments, display, show)
     render_transport.check_absent(arguments)

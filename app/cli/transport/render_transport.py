@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from app.project.setup import Setup
     from engine.geometry.camera import Camera
     from engine.render.display import Display
-    from engine.scene.scene import Scene
     from engine.transport.relit import Illuminated, Relit
 
 
@@ -85,26 +85,34 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
     }
 
 
-def run_scene(
-    scene: Scene, arguments: argparse.Namespace, display: Display, show: Callable[[Step], None]
+def run_project(
+    setup: Setup, arguments: argparse.Namespace, display: Display, show: Callable[[Step], None]
 ) -> dict[str, Any]:
-    """The picture of a project in a baked mode: a bake with the usual settings, which is gone afterwards."""
+    """The picture of a project in a baked mode: of the bake that lies beside it, or of one with the settings that the
+    person chose, which is gone afterwards."""
     from app.document.bake_request import baked, choices_for, estimated, wanted_of
+    from app.project.bakes import kept
+    from app.project.project_file import data_folder
     from engine.transport.relit import light_of as light_of_scene
 
     if arguments.measure_error:
         raise UsageError("--measure-error needs chosen directions; baked transport uses the whole environment")
     if arguments.turntable:
         raise UsageError("--turntable of a baked mode needs a transport file; make one with lightarc bake")
+    scene = setup.scene
     behind = check_background(arguments, scene.environment)
     started = time.perf_counter()
-    choices = choices_for(arguments.mode)
+    choices = choices_for(arguments.mode, **setup.project.bakes.get(arguments.mode, {}))
     wanted = wanted_of(scene.mesh, scene.ground, scene.brdf, choices, None)
-    estimate = drain(part(estimated(wanted), 0.0, 0.1), show)
-    if estimate.why_not:
-        raise UsageError(estimate.why_not)
+    found = kept(wanted, data_folder(setup.path))
     with tempfile.TemporaryDirectory() as folder:
-        made = drain(part(baked(Path(folder) / "scene.transport", estimate), 0.1, 0.8), show)
+        if found is None:
+            estimate = drain(part(estimated(wanted), 0.0, 0.1), show)
+            if estimate.why_not:
+                raise UsageError(estimate.why_not)
+            made = drain(part(baked(Path(folder) / "scene.transport", estimate), 0.1, 0.8), show)
+        else:
+            made = found
         relighting = made.relighter(light_of_scene(scene), choices.light, scene.brdf)
         relit = drain(part(relighting, 0.8, 0.9), show)
         picture, drawn = _draw(relit, scene.camera, arguments, show)
@@ -115,6 +123,7 @@ def run_scene(
         "mode": arguments.mode,
         "vertices": len(relit.mesh.positions),
         "bake_s": made.bake_s,
+        "baked_before": found is not None,
         **drawn,
         **record_of(picture),
         "time_s": time.perf_counter() - started,

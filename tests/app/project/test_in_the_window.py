@@ -7,6 +7,7 @@ from typing import Any
 
 from app.project.project_file import data_folder, read
 from app.project.recording import DELAY_MS
+from app.window.banner import short_path
 from app.window.main_window import MainWindow
 
 
@@ -78,6 +79,10 @@ def test_a_project_that_cannot_be_written_is_said_kept_and_written_later(
     window.bench.load_model("sphere")
     qtbot.waitUntil(lambda: projects.problem != "", timeout=60_000)
     assert "not saved" in window.bar.title.text()
+    said = window.banners.words["saving"]
+    assert said.startswith(f"{short_path(projects.path)} is not saved: the disk is full")
+    assert said.endswith(". All changes stay in memory until they can be written.")
+    assert str(data_folder(projects.path)) in window.banners.of["saving"].words.toolTip()
     monkeypatch.setattr(atomic, "fault", None)
     qtbot.waitUntil(lambda: projects.problem == "" and projects.is_saved, timeout=60_000)
     assert read(projects.path).current.mesh is not None

@@ -10,12 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.document.bake_request import choices_for, estimated, wanted_of
 from app.document.document import Document, Look, Project
+from app.project.bakes import bake_and_keep
 from app.project.project_file import History, Writer, data_folder
 from app.project.report import identity
 from app.project.setup import set_up
+from engine.brdf.brdf import brdf_from_text
 from engine.bundle.bundle import describe_bundle, open_bundle
 from engine.core.errors import InputError
+from engine.core.steps import drain
 from engine.geometry.camera import Camera, frame
 from engine.geometry.shapes import shape
 from engine.images.decode import read_image
@@ -124,6 +128,22 @@ def test_a_bake_of_a_project_is_of_its_model_ground_and_mode(lightarc: Command, 
     assert found.code == 0, found.err
     assert json.loads(found.out)["vertices"] == len(shape("plane").positions) + 25
     assert open_transport(target).kind == "sh"
+
+
+def test_a_picture_is_drawn_from_the_bake_of_the_window_with_its_settings(lightarc: Command, tmp_path: Path) -> None:
+    """A project whose bake lies beside it is not baked again; one without is baked as the person chose."""
+    parts: dict[str, Any] = {"mesh": shape("plane"), "material": Material(None, None, brdf="lambert"), "camera": CAMERA}
+    path = saved(tmp_path / "a.lap", look=Look(mode="sh"), bakes={"sh": {"order": 3}}, **parts)
+    pictures = []
+    for name in ("anew", "kept"):
+        found = lightarc("render", path, *SMALL, "-o", tmp_path / f"{name}.exr", "--json")
+        assert found.code == 0, found.err
+        assert json.loads(found.out)["baked_before"] == (name == "kept")
+        pictures.append(read_image(tmp_path / f"{name}.exr").pixels)
+        choices = choices_for("sh", order=3)
+        wanted = wanted_of(shape("plane"), None, brdf_from_text("lambert"), choices, None)
+        drain(bake_and_keep(drain(estimated(wanted)), data_folder(path)))
+    assert np.array_equal(pictures[0], pictures[1])
 
 
 def test_the_camera_is_kept_beside_the_steps_and_undo_leaves_it() -> None:
