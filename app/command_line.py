@@ -160,6 +160,9 @@ def _print(options: argparse.Namespace, result: Any) -> None:
     if not isinstance(result, dict):
         return
     public = {key: value for key, value in result.items() if key != "exit_code"}
+    if not public:
+        return
+    health = health_text(public["warnings"])
     if options.json:
         print(json.dumps(public, allow_nan=False))
         return
@@ -168,8 +171,7 @@ def _print(options: argparse.Namespace, result: Any) -> None:
     else:
         for key, value in public.items():
             print(f"{key}: {value}")
-    if "warnings" in public:
-        print(health_text(public["warnings"]))
+    print(health)
 
 
 def health_text(warnings: Sequence[str]) -> str:

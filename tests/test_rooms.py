@@ -99,6 +99,7 @@ SHORT_FILES = {
     "app/cli/demo.py": "one verb of the command line",
     "app/cli/transport/method_options.py": "options of all methods, for verbs that bake",
     "app/cli/gui.py": "one verb of the command line",
+    "app/cli/doubts.py": "one idea of all verbs",
     "app/commands/drawable.py": "one idea that three workspaces share",
     "app/commands/opening.py": "models and lights by name or file, for the window and for bundles",
     "app/widgets/fitting.py": "one widget",

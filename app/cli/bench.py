@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import logging
 from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
@@ -13,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import SOAK_LOG, Input, Output
 from engine.core.errors import MissingCapability
+from engine.core.figure_text import number
 from engine.core.steps import Step, drain
+from engine.transport import method as transport
 
 if TYPE_CHECKING:
     from engine.bench.measure import Accuracy, Measure
@@ -148,14 +149,12 @@ ACCURACIES = {
 #: Options of the command line that a group of errors takes.
 OPTIONS = {
     "choices": ("scenes", "seed", "data"),
-    "predictions": ("scenes", "seed", "data"),
+    "predictions": ("scenes", "seed", "data", "modes"),
     "window-soak": ("runs", "run_s", "seed", "log"),
     "cancel": ("runs", "seed"),
     "large-memory": ("megapixels",),
     "factors": ("data", "samplings", "seed"),
 }
-
-log = logging.getLogger(__name__)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -178,6 +177,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--scenes", type=int, metavar="N", help="scenes of predictions (10)")
     parser.add_argument(
+        "--modes",
+        nargs="+",
+        choices=("reference", "direct", *transport.names()),
+        metavar="MODE",
+        help="modes that predictions draws in every scene that they can draw (all, but the dearest in one of six)",
+    )
+    parser.add_argument(
         "--data",
         type=Input(Path),
         metavar="FOLDER",
@@ -199,7 +205,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     chosen = arguments.only or [name for name in (*MEASURES, *ACCURACIES) if arguments.large or name not in LARGE]
-    measures = []
+    measures, warnings = [], []
     for index, name in enumerate(name for name in chosen if name in MEASURES):
         show(Step(index / len(chosen), f"measuring {name}"))
         try:
@@ -207,10 +213,15 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         except MissingCapability as missing:
             if arguments.only:
                 raise
-            log.warning("%s was left out. %s", name, missing)
+            warnings.append(f"{name} was left out. {missing}")
     names = [name for name in chosen if name in ACCURACIES]
     accuracies = [record for name in names for record in _accuracies(name, show, arguments)]
-    return {"measures": measures, "accuracies": accuracies}
+    warnings += [
+        f"{each['name']}: {number(each['error'])} is above its bound of {number(each['bound'])}"
+        for each in accuracies
+        if each["bound"] is not None and each["error"] > each["bound"]
+    ]
+    return {"measures": measures, "accuracies": accuracies, "warnings": warnings}
 
 
 def report(result: dict[str, Any]) -> str:

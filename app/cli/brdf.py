@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import FIT, TABLE, Input, Output
+from app.cli.doubts import doubts_of_brdf
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, shortened
 from engine.core.steps import Step, drain
@@ -134,6 +136,7 @@ def _list(_arguments: argparse.Namespace, _show: Callable[[Step], None]) -> dict
         ],
         "presets": [{"name": preset.name, "brdf": preset.text, "source": preset.source} for preset in PRESETS],
         "formats": [known.title for known in FORMATS],
+        "warnings": [],
     }
 
 
@@ -174,13 +177,12 @@ def _info(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[s
     for figure in ("condition_number", "leave_one_out", "leave_one_out_log"):
         if hasattr(brdf, figure):
             result[figure] = float(getattr(brdf, figure))
-    result["warnings"] = [*brdf.health.warnings, *doubts(brdf, error, largest)] if measured else []
+    result["warnings"] = [*doubts_of_brdf(brdf), *(doubts(brdf, error, largest) if measured else ())]
     return result
 
 
 def _evaluate(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """`values`: [R, G, B] for each pair of directions, linear sRGB in 1/sr without the cosine."""
-
     single = arguments.wi_deg is not None and arguments.wo_deg is not None
     if single == (arguments.directions is not None) or (arguments.wi_deg is None) != (arguments.wo_deg is None):
         raise UsageError("Give either --directions FILE, or --wi-deg and --wo-deg together")
@@ -188,7 +190,8 @@ def _evaluate(arguments: argparse.Namespace, show: Callable[[Step], None]) -> di
     show(Step(0.2, "reading"))
     brdf = _open(arguments.brdf)
     show(Step(0.6, "evaluating"))
-    return {"brdf": arguments.brdf, "values": brdf.f(wi, wo).tolist(), "unit": "1/sr", "cosine": False}
+    values = {"values": brdf.f(wi, wo).tolist(), "unit": "1/sr", "cosine": False}
+    return {"brdf": arguments.brdf, **values, "warnings": doubts_of_brdf(brdf)}
 
 
 def _directions(arguments: argparse.Namespace) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -226,7 +229,8 @@ def _ranking(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
     from engine.brdf.ranking import best, ranked
 
     show(Step(0.0, "reading"))
-    data = fit_data(_open(arguments.brdf), count=arguments.samples, seed=arguments.seed)
+    brdf = _open(arguments.brdf)
+    data = fit_data(brdf, count=arguments.samples, seed=arguments.seed)
     models = [model() for model in MODELS.values()]
     offers = drain(ranked(data, models, weighting=arguments.weighting, seed=arguments.seed), show)
     return {
@@ -235,6 +239,7 @@ def _ranking(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
         "samples": len(data.value),
         "ranking": [_offer(each) for each in offers],
         "best": {norm: _offer(each) for norm, each in best(offers).items()},
+        "warnings": doubts_of_brdf(brdf),
     }
 
 
@@ -251,7 +256,6 @@ def _offer(offer: Any) -> dict[str, Any]:
 
 def _fit_one(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     """The fitted model as text and numbers, errors before and after, and by angle; `best` where one norm grew."""
-    import numpy as np
 
     from engine.brdf.brdf import brdf_from_text, brdf_to_text, model_name
     from engine.brdf.fit import fit, fit_data
@@ -286,25 +290,20 @@ def _fit_one(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dic
         "rmse_rel_after": found.after.rmse_rel,
         "objective_before": found.before.objective,
         "objective_after": found.after.objective,
-        "residual_by_angle": {
-            name: [
-                {"from_deg": low, "to_deg": high, "rmse_rel": rms, "samples": count}
-                for low, high, rms, count in zip(
-                    np.degrees(remains.edges[:-1]).round(6).tolist(),
-                    np.degrees(remains.edges[1:]).round(6).tolist(),
-                    remains.rms.tolist(),
-                    remains.count.tolist(),
-                    strict=True,
-                )
-            ]
-            for name, remains in found.by_angle.items()
-        },
+        "residual_by_angle": {name: _bands(remains) for name, remains in found.by_angle.items()},
         "rmse_log_before": before.log,
         "rmse_log_after": after.log,
-        "warnings": [grown] if grown else [],
+        "warnings": [*doubts_of_brdf(brdf), *([grown] if grown else [])],
         "best": {norm: _offer(each) for norm, each in best.items()},
         "evaluations": found.evaluations,
     }
+
+
+def _bands(remains: Any) -> list[dict[str, Any]]:
+    """The error of a fit in each band of an angle."""
+    edges = [round(math.degrees(edge), 6) for edge in remains.edges]
+    rows = zip(edges[:-1], edges[1:], remains.rms.tolist(), remains.count.tolist(), strict=True)
+    return [{"from_deg": low, "to_deg": high, "rmse_rel": rms, "samples": count} for low, high, rms, count in rows]
 
 
 def _convert(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -343,7 +342,7 @@ def report(result: dict[str, Any]) -> str:
     if "models" in result:
         return _catalogue(result)
     if "values" in result:
-        rows = "\n".join("  ".join(f"{number:12.6g}" for number in value) for value in result["values"])
+        rows = "\n".join("  ".join(f"{number(each, 6):>12}" for each in value) for value in result["values"])
         return f"R, G, B in 1/sr, without the cosine:\n{rows}"
     if "ranking" in result:
         return _report_ranking(result)

@@ -63,18 +63,20 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "problems": list(verification.problems),
         "size_bytes": verification.size_bytes,
         "schema_version": verification.schema_version,
+        "warnings": [*verification.problems, *(describe_bundle(arguments.path)["warnings"] if verification.ok else ())],
         "exit_code": DONE if verification.ok else BAD_FILE,
     }
 
 
 def _extract(bundle: Path, folder: Path, show: Callable[[Step], None]) -> dict[str, Any]:
     """Write the members of a bundle, each as its manifest says, into a folder, which is a bundle again."""
-    from engine.bundle.bundle import extract_bundle
+    from engine.bundle.bundle import describe_bundle, extract_bundle
 
     if folder.suffix.lower() == ".lightarc":
         raise UsageError(f"extract writes a folder, and {folder.name} names a bundle file")
     show(Step(0.0, "reading the bundle"))
-    return {"folder": str(folder), "files": extract_bundle(bundle, folder)}
+    files = extract_bundle(bundle, folder)
+    return {"folder": str(folder), "files": files, "warnings": describe_bundle(folder)["warnings"]}
 
 
 def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -87,10 +89,12 @@ def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
     from engine.storage.atomic import write_bytes
 
     show(Step(0.0, "reading the bundle"))
-    text = viewer(open_bundle(bundle))
+    material = open_bundle(bundle)
+    text = viewer(material)
     page = Path(tempfile.mkdtemp(prefix="lightarc-view-")) / "index.html"
     write_bytes(page, text.encode())
-    return {"page": str(page), "opened": webbrowser.open(page.as_uri())}
+    opened = webbrowser.open(page.as_uri())
+    return {"page": str(page), "opened": opened, "warnings": material.health.warnings}
 
 
 def _make(project: Path, output: Path, show: Callable[[Step], None]) -> None:

@@ -29,6 +29,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "bundle": str(made.bundle) if made.bundle else None,
         "images": [str(image) for image in made.images],
         "stages": [{key: value for key, value in asdict(stage).items() if value is not None} for stage in made.stages],
+        "warnings": list(made.warnings),
     }
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from app.arguments.options import option, settings_from, words_of
 from app.arguments.results import FACTORS, Input, Output
 from app.cli.brdf import BRDF_HELP
+from app.cli.doubts import doubts_of_brdf
 from app.process import ending
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text, time_text
@@ -155,7 +156,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "epsilon": settings.epsilon,
         "seed": settings.seed,
         "time_s": time_s,
-        "warnings": brdf.health.warnings if hasattr(brdf, "health") else [],
+        "warnings": doubts_of_brdf(brdf),
         "uses": list(uses(found, brdf)),
         "cancelled": cancelled,
         "exit_code": CANCELLED if cancelled else DONE,
@@ -177,7 +178,10 @@ def _table(arguments: argparse.Namespace, settings: FactorSettings, show: Callab
         brdfs, settings=search, count=settings.samples, max_theta=settings.max_theta, seed=settings.seed
     )
     rows = drain(steps, show)
-    return {"table": [{**_flat(asdict(row)), "projections": list(row.projections)} for row in rows]}
+    return {
+        "table": [{**_flat(asdict(row)), "projections": list(row.projections)} for row in rows],
+        "warnings": [f"{text}: {each}" for text, brdf in brdfs.items() for each in doubts_of_brdf(brdf)],
+    }
 
 
 def _flat(values: dict[str, Any]) -> dict[str, Any]:

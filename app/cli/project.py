@@ -51,7 +51,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
             f"{arguments.action} needs -o, the {'project' if arguments.action == 'collect' else 'folder'} to write"
         )
     if arguments.action == "replay":
-        return {"results": drain(replayed(arguments.path, arguments.output), show), "output": str(arguments.output)}
+        results = drain(replayed(arguments.path, arguments.output), show)
+        different = [f"{each['name']}: {each['reason']}" for each in results if each["bit_equal"] is False]
+        return {"results": results, "output": str(arguments.output), "warnings": different}
     if arguments.action == "collect":
         for step in collect(arguments.path, arguments.output, not arguments.without_derived):
             show(step)
@@ -62,6 +64,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     if arguments.action == "verify":
         problems = drain(problems_of(arguments.path), show)
         result |= {"ok": not problems, "problems": problems, "exit_code": BAD_FILE if problems else DONE}
+        result["warnings"] = [*result["warnings"], *problems]
     return result
 
 

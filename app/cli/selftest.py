@@ -61,6 +61,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         **found,
         "failed": failed,
         "selftest_s": time.perf_counter() - started,
+        "warnings": [
+            f"{each['id']}: {each.get('problem') or each['text']}" for each in found["cases"] if not each["pass"]
+        ],
         "exit_code": FAILED if failed else 0,
     }
 

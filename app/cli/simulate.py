@@ -114,6 +114,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "turns_deg": [round(math.degrees(shot.turn), 9) for shot in capture.shots],
         "shifts_px": [[shot.right_px, shot.down_px] for shot in capture.shots],
         "truth": str(capture.folder / MARKER),
+        "warnings": capture.warnings,
         "time_s": time.perf_counter() - start,
     }
 

@@ -35,11 +35,13 @@ def described(path: Path) -> dict[str, Any]:
 
     `schema`, `name`, `photographs` (paths), `history_steps`, `position`, `missing` (photographs that are not there),
     `derived` (kind, bytes and presence of what can be made again, and the seconds that it took or None), `notes` (the
-    person's words) and `last_change` (ISO 8601, UTC).
+    person's words), `last_change` (ISO 8601, UTC) and `warnings` (photographs that are missing, doubts about the
+    material).
     Raises InputError where this is no project.
     """
     opened = read(path)
     files = photographs(opened.current)
+    missing = [str(file) for file in files if not file.is_file()]
     with connected(path) as connection:
         schema = schema_of(connection, path)
     changed = datetime.datetime.fromtimestamp(path.stat().st_mtime, datetime.UTC)
@@ -49,11 +51,18 @@ def described(path: Path) -> dict[str, Any]:
         "photographs": [str(file) for file in files],
         "history_steps": len(opened.steps),
         "position": opened.position,
-        "missing": [str(file) for file in files if not file.is_file()],
+        "missing": missing,
         "derived": list(_derived(path)),
         "notes": opened.current.notes,
         "last_change": changed.isoformat(timespec="seconds"),
+        "warnings": [*(f"{file} is missing" for file in missing), *_health(opened.current)],
     }
+
+
+def _health(project: Project) -> list[str]:
+    """Sentences on what is doubtful about the photographs and the material of a project, each once."""
+    made = (project.stack, project.material if project.has_map else None)
+    return list(dict.fromkeys(text for each in made if each is not None for text in each.health.warnings))
 
 
 def identity(path: Path) -> dict[str, Any]:

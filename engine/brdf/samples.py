@@ -30,6 +30,10 @@ Floats = NDArray[np.float64]
 #: Directions with a smaller cosine count as grazing: in files, 90° is a rounded number.
 HORIZON = 1e-6
 
+#: Share of the measurements of a file that may be unusable, or of its directions that may be negative, before it is
+#: a warning.
+DOUBTFUL_SHARE = 0.01
+
 #: The figure of health that counts measurements at or below it: a BRDF is 0 there, and they are no faults.
 BELOW_HORIZON = "dropped: at or below the horizon"
 
@@ -149,7 +153,9 @@ def samples_from_rows(
     invalid = int((~usable).sum())
     notes = list(findings)
     if invalid:
-        notes.append(Finding(Verdict.NOTE, _dropped(invalid, len(usable), figures)))
+        faults = invalid - figures[BELOW_HORIZON]
+        verdict = Verdict.WARNING if faults > DOUBTFUL_SHARE * len(usable) else Verdict.NOTE
+        notes.append(Finding(verdict, _dropped(invalid, len(usable), figures)))
     return BrdfSamples(
         wi / np.linalg.norm(wi, axis=1, keepdims=True),
         wo / np.linalg.norm(wo, axis=1, keepdims=True),

@@ -68,11 +68,15 @@ class Stage:
 
 @dataclass(frozen=True)
 class Demo:
-    """Files that the demo left in its folder; paths of what could not be made are absent."""
+    """Files that the demo left in its folder; paths of what could not be made are absent.
+
+    `warnings` are sentences of stages that failed, and of the health of the stack and the material.
+    """
 
     bundle: Path | None
     images: tuple[Path, ...]
     stages: tuple[Stage, ...]
+    warnings: tuple[str, ...] = ()
 
 
 def built_in_sample(folder: Path) -> Steps[Path]:
@@ -94,16 +98,21 @@ def demo(folder: Path, arc: LightArc | None = None) -> Steps[Demo]:
     reported to people become the `error` of their stage.
     """
     with atomic_folder(folder, MARKER) as making:
-        stages, bundle = yield from _stages(making, arc or LightArc())
+        stages, bundle, doubts = yield from _stages(making, arc or LightArc())
         stages = [replace(stage, error=_final(stage.error, making, folder)) for stage in stages]
         images = sorted(image.name for image in making.glob("*.png"))
         write_json(making / MARKER, {"images": images, "stages": [asdict(stage) for stage in stages]})
         yield Step(1.0, "Done")
-    return Demo(folder / bundle.name if bundle else None, tuple(folder / image for image in images), tuple(stages))
+    failed = [f"{stage.name}: {stage.error}" for stage in stages if stage.error]
+    paths = tuple(folder / image for image in images)
+    return Demo(folder / bundle.name if bundle else None, paths, tuple(stages), (*failed, *doubts))
 
 
-def _stages(folder: Path, arc: LightArc) -> Steps[tuple[list[Stage], Path | None]]:
-    """Run all stages in order; what a failed one should have made is None, and stages that need it are left out."""
+def _stages(folder: Path, arc: LightArc) -> Steps[tuple[list[Stage], Path | None, list[str]]]:
+    """Run all stages in order; what a failed one should have made is None, and stages that need it are left out.
+
+    The last that is returned is what is doubtful about the stack and the material.
+    """
     stages: list[Stage] = []
 
     def stage(name: str, until: float, work: Callable[..., Steps[Result]], *needed: object) -> Steps[Result | None]:
@@ -120,7 +129,8 @@ def _stages(folder: Path, arc: LightArc) -> Steps[tuple[list[Stage], Path | None
     bundle = yield from stage("bundle", 0.9, partial(_bundle, folder), material, stack, pictures or ())
     shown = Shown(arc.sample, capture, stack, shading_map, power_law, pictures)
     yield from stage("contact sheet", 1.0, partial(_drawn, folder, shown, tuple(stages)))
-    return stages, bundle
+    doubts = [text for made in (stack, material) if made is not None for text in made.health.warnings]
+    return stages, bundle, list(dict.fromkeys(doubts))
 
 
 def _attempt(

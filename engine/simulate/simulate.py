@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.colour import LUMINANCE
+from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, part
 from engine.images.encode import rgb_channels, write_exr
 from engine.simulate.arc import EXPOSURE_S, LightArc, Shot, calibration_file, degrees, radiance_file, shots, sphere
@@ -130,13 +131,27 @@ def record(
 CALIBRATION_FRAMES = 16
 FLAT_LEVEL = 0.8
 
+#: Share of clipped pixels above which a photograph is said to be clipped.
+CLIPPED = 0.01
+
 
 @dataclass(frozen=True)
 class Capture:
-    """A simulated capture on disk."""
+    """A simulated capture on disk, with the share of clipped pixels of each photograph."""
 
     folder: Path
     shots: tuple[Shot, ...]
+    clipped: tuple[float, ...]
+
+    @property
+    def warnings(self) -> list[str]:
+        """A sentence where photographs are clipped in more pixels than highlights have."""
+        many = [share for share in self.clipped if share > CLIPPED]
+        if not many:
+            return []
+        worst = self.shots[int(np.argmax(self.clipped))].file
+        words = f"{len(many)} of {len(self.shots)} photographs are clipped in more than {percent(CLIPPED)} of pixels"
+        return [f"{words}, {worst} in {percent(max(many))}"]
 
     @property
     def photographs(self) -> tuple[Path, ...]:
@@ -163,7 +178,7 @@ def simulate(arc: LightArc, folder: Path) -> Steps[Capture]:
         write_json(partial / MARKER, truth(arc, records, gain))
         write_bytes(partial / "capture.toml", capture_toml(arc).encode())
         yield Step(1.0, "Captured")
-    return Capture(Path(folder), shots(arc))
+    return Capture(Path(folder), shots(arc), tuple(each["clipped_fraction"] for each in records))
 
 
 def renderings(arc: LightArc, elevations: Sequence[float]) -> Steps[list[NDArray[np.float32]]]:

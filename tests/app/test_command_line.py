@@ -164,21 +164,21 @@ def test_a_singular_matrix_within_a_computation_is_no_wrong_usage(
 def test_json_is_one_object_and_nothing_else(stub: Callable[..., None], capfd: pytest.CaptureFixture[str]) -> None:
     def act() -> dict[str, Any]:
         logging.getLogger("engine").warning("a log line")
-        return {"time_s": 1.5, "name": "Köper", "exit_code": 0}
+        return {"time_s": 1.5, "name": "Köper", "exit_code": 0, "warnings": []}
 
     stub(act)
     assert command_line.main(["act", "--json"]) == 0
-    assert json.loads(capfd.readouterr().out) == {"time_s": 1.5, "name": "Köper"}
+    assert json.loads(capfd.readouterr().out) == {"time_s": 1.5, "name": "Köper", "warnings": []}
 
 
 def test_json_is_strict(stub: Callable[..., None]) -> None:
-    stub(lambda: {"rms": float("nan")})
+    stub(lambda: {"rms": float("nan"), "warnings": []})
     with pytest.raises(ValueError, match="JSON"):
         command_line.main(["act", "--json"])
 
 
 def test_a_verb_may_decide_its_exit_code(stub: Callable[..., None]) -> None:
-    stub(lambda: {"valid": False, "exit_code": 3})
+    stub(lambda: {"valid": False, "exit_code": 3, "warnings": []})
     assert command_line.main(["act"]) == 3
 
 
@@ -198,10 +198,17 @@ def test_health_is_one_line_and_the_first_warnings(
         assert words in capfd.readouterr().out
 
 
+@pytest.mark.parametrize("words", [["act"], ["act", "--json"]])
+def test_a_result_without_its_health_is_a_mistake(stub: Callable[..., None], words: Sequence[str]) -> None:
+    stub(lambda: {"images": 10})
+    with pytest.raises(KeyError, match="warnings"):
+        command_line.main(words)
+
+
 def test_people_read_the_report(stub: Callable[..., None], capfd: pytest.CaptureFixture[str]) -> None:
-    stub(lambda: {"images": 10}, lambda result: f"{result['images']} photographs")
+    stub(lambda: {"images": 10, "warnings": []}, lambda result: f"{result['images']} photographs")
     command_line.main(["act"])
-    assert capfd.readouterr().out == "10 photographs\n"
+    assert capfd.readouterr().out == "10 photographs\nHealth: no warnings.\n"
 
 
 @pytest.mark.parametrize("words", [["act"], ["act", "--json"]])
@@ -209,7 +216,7 @@ def test_names_that_no_encoding_knows_are_printed(
     stub: Callable[..., None], capfdbinary: pytest.CaptureFixture[bytes], words: Sequence[str]
 ) -> None:
     name = os.fsdecode(b"caf\xe9-\xf0\x9f\x8e\x83")
-    stub(lambda: {"folder": name})
+    stub(lambda: {"folder": name, "warnings": []})
     assert command_line.main(words) == 0
     assert b"caf\\udce9" in capfdbinary.readouterr().out
 
@@ -295,8 +302,8 @@ def test_progress_goes_to_standard_error_without_escape_codes(
     stub: Callable[..., None], capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cast(Any, command_line).time, "monotonic", iter(range(0, 1000, 10)).__next__)
-    stub(lambda: {"images": 1})
+    stub(lambda: {"images": 1, "warnings": []})
     command_line.main(["act", "--json"])
     printed = capfd.readouterr()
-    assert json.loads(printed.out) == {"images": 1}
+    assert json.loads(printed.out) == {"images": 1, "warnings": []}
     assert printed.err == " 50 %  halfway\n"

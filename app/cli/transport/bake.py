@@ -13,6 +13,7 @@ from typing import Any
 from app.arguments.options import settings_from
 from app.arguments.results import TRANSPORT, Input, Output
 from app.cli.brdf import BRDF_HELP
+from app.cli.doubts import doubts_of_brdf
 from app.cli.transport import bake_auto, project_input, scene_options
 from app.cli.transport import options as vary
 from app.cli.transport.bake_report import carry_out, subject_of
@@ -100,7 +101,8 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         made = bake_auto.run(arguments, show)
     else:
         made = _bake(transport.method_of(arguments.mode), arguments, show)
-    return {**made, **material, "warnings": [*made.get("warnings", ()), *material.get("warnings", ())]}
+    warnings = dict.fromkeys([*made.get("warnings", ()), *material.get("warnings", ())])
+    return {**made, **material, "warnings": list(warnings)}
 
 
 def _take_brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -173,7 +175,7 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
         **error,
         **figures,
         "skipped": [*figures["skipped"], *record["skipped"]],
-        "warnings": [*subject.mesh.health.warnings, *figures["warnings"]],
+        "warnings": [*subject.mesh.health.warnings, *doubts_of_brdf(subject.brdf), *figures["warnings"]],
     }
 
 

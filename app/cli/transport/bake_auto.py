@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.arguments.results import Input
+from app.cli.doubts import doubts_of_brdf, doubts_of_light
 from app.cli.transport import project_input
 from app.cli.transport.bake_report import carry_out, subject_of
 from app.cli.transport.options import variations_of
@@ -75,7 +76,11 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     left_out = [f"No {effect.effect}: {effect.reason}" for effect in found.effects if not effect.on]
     if found.decision("self-shadowing") == "needed":
         left_out += result["skipped"]
-    return {**result, "skipped": left_out, "warnings": list(mesh.health.warnings)}
+    return {
+        **result,
+        "skipped": left_out,
+        "warnings": [*mesh.health.warnings, *doubts_of_brdf(brdf), *doubts_of_light(environment)],
+    }
 
 
 def lines(result: dict[str, Any]) -> list[str]:

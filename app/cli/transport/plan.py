@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input
 from app.cli.brdf import BRDF_HELP
+from app.cli.doubts import doubts_of_scene
 from app.cli.transport import options as vary
 from app.cli.transport import project_input, scene_options
 from engine.core.errors import UsageError
@@ -105,7 +106,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "error": arguments.error if arguments.time_ms is None else None,
         "time_ms": arguments.time_ms,
         **record(found),
-        "warnings": [*mesh.health.warnings, *scene_options.material_warnings(scene)],
+        "warnings": doubts_of_scene(scene),
     }
 
 

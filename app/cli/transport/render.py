@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, software
+from app.cli.doubts import doubts_of_scene
 from app.cli.transport import project_input, render_auto, render_transport, render_turntable, scene_options
 from app.cli.transport.options import LIGHT_DEG, angles_argument, lamp_argument
 from app.cli.transport.render_output import (
@@ -328,7 +329,7 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
     options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
     found = drain(reference(scene, size, **options), show)
     frame_s = time.perf_counter() - start
-    warnings = _warnings(scene)
+    warnings = doubts_of_scene(scene)
     if found.rejected:
         warnings.append(f"{found.rejected} samples were not finite and count as black.")
     layers = {}
@@ -349,13 +350,6 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
     return found.picture, layers, figures
 
 
-def _warnings(scene: Scene) -> list[str]:
-    warnings = list(scene.mesh.health.warnings)
-    if scene.environment is not None:
-        warnings += [f"{scene.environment.name}: {text}" for text in scene.environment.health.warnings]
-    return [*warnings, *scene_options.material_warnings(scene)]
-
-
 def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], None]) -> Drawn:
     """The picture, and how it was made: frame_s, gl_renderer, warnings."""
     from engine.brdf.brdf import MODELS
@@ -364,7 +358,7 @@ def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], No
     from engine.render.direct import radiance
 
     size = (arguments.width, arguments.height)
-    warnings, renderer = _warnings(scene), arguments.renderer
+    warnings, renderer = doubts_of_scene(scene), arguments.renderer
     has_shader = type(scene.brdf) in MODELS.values() or factor_source(scene.brdf) is not None
     if renderer == "auto" and not scene.brdf.isotropic and not has_shader:
         renderer = "cpu"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.options import settings_from
 from app.arguments.results import software
+from app.cli.doubts import doubts_of_light, doubts_of_scene
 from app.cli.transport import render_turntable
 from app.cli.transport.method_options import add_options, strange_options
 from app.cli.transport.options import light_of, near_lamp_argument
@@ -80,7 +81,12 @@ def run(arguments: argparse.Namespace, display: Display, show: Callable[[Step], 
         **drawn,
         "negative_rel": negative_rel,
         **record_of(picture),
-        "warnings": [*found.warnings, *drawn["warnings"], *_negative(negative_rel, found.remedy)],
+        "warnings": [
+            *doubts_of_light(light.environment),
+            *found.warnings,
+            *drawn["warnings"],
+            *_negative(negative_rel, found.remedy),
+        ],
         "time_s": time.perf_counter() - started,
     }
 
@@ -126,6 +132,7 @@ def run_project(
         "baked_before": found is not None,
         **drawn,
         **record_of(picture),
+        "warnings": [*doubts_of_scene(scene), *drawn["warnings"]],
         "time_s": time.perf_counter() - started,
     }
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import FILM, FRAMES, picture_by, software
+from app.cli.doubts import doubts_of_light, doubts_of_scene
 from app.cli.transport.render_output import ON_PROCESSOR
 from app.commands.pictures import coded
 from engine.core.errors import MissingCapability, UsageError
@@ -104,7 +105,7 @@ def run(
     from engine.render.turntable import frames
 
     scenes = list(frames(scene, arguments.turntable, arguments.turns))
-    size, warnings = (arguments.width, arguments.height), list(scene.mesh.health.warnings)
+    size, warnings = (arguments.width, arguments.height), doubts_of_scene(scene)
 
     def on_processor() -> Iterator[NDArray[np.float32]]:
         from engine.render.direct import radiance
@@ -160,6 +161,8 @@ def run_baked(
         for angle in angles
     ]
 
+    warnings = doubts_of_light(light.environment)
+
     def relit() -> Iterator[tuple[Relit, Camera]]:
         found: Any = None
         for each, seen_from in zip(lights, cameras, strict=True):
@@ -182,7 +185,7 @@ def run_baked(
         for picture, each, seen_from in zip(pictures, lights, cameras, strict=True):
             yield picture if behind is None else in_front_of(picture, seen_from, behind, each.rotation, each.factor)
 
-    made = _written(arguments, display, show, [], arguments.renderer, on_device, on_processor, finished)
+    made = _written(arguments, display, show, warnings, arguments.renderer, on_device, on_processor, finished)
     return {**made, "mode": method.name}
 
 

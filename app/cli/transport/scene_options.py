@@ -75,13 +75,6 @@ def take_own_material(arguments: argparse.Namespace) -> None:
         arguments.mesh = SHOWN_ON
 
 
-def material_warnings(scene: Scene) -> list[str]:
-    """Sentences about what was assumed as PBR maps were read."""
-    if scene.pbr is None or scene.material is None:
-        return []
-    return [f"{scene.material.name}: {text}" for text in scene.material.health.warnings]
-
-
 def scene_of(arguments: argparse.Namespace, verb: str) -> Scene:
     """The model or the project of the arguments under its environment; `verb` says what needs one: "a plan"."""
     from engine.exchange.readers.read import open_material

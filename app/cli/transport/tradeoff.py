@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, sweep_in
 from app.cli.brdf import BRDF_HELP
+from app.cli.doubts import doubts_of_scene
 from app.cli.transport import project_input, scene_options
 from app.process import ending
 from engine.core.errors import UsageError
@@ -160,9 +161,14 @@ def _measured(
     }
     record = drain(write(found, arguments.output, _title(arguments), **about), show)
     chosen = _chosen(found, budget, arguments.axis)
-    warnings = [*scene.mesh.health.warnings, *scene_options.material_warnings(scene)]
     exit_code = CANCELLED if is_cancelled else DONE
-    return {"output": str(arguments.output), **record, **chosen, "warnings": warnings, "exit_code": exit_code}
+    return {
+        "output": str(arguments.output),
+        **record,
+        **chosen,
+        "warnings": doubts_of_scene(scene),
+        "exit_code": exit_code,
+    }
 
 
 def _planned(

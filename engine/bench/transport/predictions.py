@@ -122,18 +122,26 @@ def baked_modes(seed: int) -> tuple[str, ...]:
 
 
 def predictions(
-    _folder: Path, *, scenes: int = SCENES, seed: int = 0, data: Path | None = None
+    _folder: Path,
+    *,
+    scenes: int = SCENES,
+    seed: int = 0,
+    data: Path | None = None,
+    modes: Sequence[str] | None = None,
 ) -> Steps[list[Accuracy]]:
     """Errors of predictions of so many scenes, from `seed` on, against what is measured.
 
-    Files of the folder `data` join the models and the BRDFs. UsageError for no scene, InputError for no folder.
+    Files of the folder `data` join the models and the BRDFs. With `modes`, these alone are drawn, in every scene that
+    they can draw. UsageError for no scene and where none can be drawn, InputError for no folder.
     """
     check_campaign(scenes, data)
     found: list[Compared] = []
     with drawing((COMPARED, COMPARED)) as drawer:
         for number in range(scenes):
             yield Step(number / scenes, f"predicting and measuring scene {seed + number}")
-            found += compared(seed + number, drawer, data)
+            found += compared(seed + number, drawer, data, modes)
+    if not found:
+        raise UsageError(f"none of these {scenes} scenes can be drawn with {', '.join(modes or ())}: ask for more")
     return summary(found)
 
 
@@ -198,14 +206,17 @@ def _spread(mode: str, found: Sequence[Compared]) -> Accuracy:
     return Accuracy(f"predictions-spread-{mode}", high / low, f"{said}; {percent(outside)} outside their intervals")
 
 
-def compared(seed: int, drawer: Drawer, data: Path | None = None) -> list[Compared]:
-    """The scene of `seed`, predicted and measured."""
+def compared(seed: int, drawer: Drawer, data: Path | None = None, modes: Sequence[str] | None = None) -> list[Compared]:
+    """The scene of `seed`, predicted and measured: all of `modes` that can draw it, else what `baked_modes` names."""
     name, scene = generated(seed, data)
     errors = errors_of(scene)
     skipped = frozenset({LEFT_OUT})
     known = mode_errors(errors.scene)
-    modes = (*AT_ONCE, *(mode for mode in baked_modes(seed) if known.knows(mode)))
-    found = measured(scene, drawn_settings(seed, modes), drawer)
+    asked = (*AT_ONCE, *baked_modes(seed)) if modes is None else modes
+    drawn = [mode for mode in asked if mode in AT_ONCE or known.knows(mode)]
+    if not drawn:
+        return []
+    found = measured(scene, drawn_settings(seed, drawn), drawer)
     return [
         Compared(
             *(seed, name, each),

@@ -45,6 +45,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from engine.brdf.readers import rgl_kernel
 from engine.brdf.readers.tensor_file import looks_like_tensor_file, read_tensor_file
+from engine.brdf.samples import DOUBTFUL_SHARE
 from engine.brdf.spectrum import srgb_from_spectra
 from engine.core.directions import Vectors
 from engine.core.errors import InputError, UsageError
@@ -330,7 +331,8 @@ def _health(phi_i: Floats, theta_i: Floats, negative: int, broken: int, samples:
     findings = []
     if negative:
         text = f"{negative} of {samples} measured directions have a negative value; negative reflectance is taken as 0"
-        findings.append(Finding(Verdict.NOTE, text))
+        many = negative > DOUBTFUL_SHARE * samples
+        findings.append(Finding(Verdict.WARNING if many else Verdict.NOTE, text))
     if broken:
         text = f"{broken} of {samples} measured directions have a value that is not a finite number; it is taken as 0"
         findings.append(Finding(Verdict.WARNING, text))

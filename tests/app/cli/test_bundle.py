@@ -46,6 +46,7 @@ def test_a_sound_bundle(saved: Path, capsys: pytest.CaptureFixture[str]) -> None
         "problems": [],
         "size_bytes": saved.stat().st_size,
         "schema_version": 1,
+        "warnings": [],
     }
     assert run("verify", str(saved)) == 0
     assert capsys.readouterr().out.startswith(f"{saved} is sound: 5 members with the manifest")

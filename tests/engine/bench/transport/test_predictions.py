@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from engine.accuracy.compare import ErrorEstimate
+from engine.bench.transport import predictions as campaign
 from engine.bench.transport.generated_scenes import generated
 from engine.bench.transport.predictions import LEAST, Compared, drawn_settings, predictions, spread, summary
 from engine.core.directions import dot
@@ -101,6 +103,24 @@ def test_wrong_wishes_are_said(tmp_path: Path) -> None:
         drain(predictions(tmp_path, scenes=0))
     with pytest.raises(InputError, match="no folder"):
         drain(predictions(tmp_path, data=tmp_path / "absent"))
+
+
+def test_modes_that_are_asked_for_are_drawn_in_every_scene_that_they_can_draw(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Setting] = []
+
+    def draw(_scene: object, settings: list[Setting], _drawer: object) -> dict[Setting, ErrorEstimate]:
+        drawn.extend(settings)
+        return dict.fromkeys(settings, ErrorEstimate(0.1, 0.001))
+
+    monkeypatch.setattr(campaign, "measured", draw)
+    matt = next(seed for seed in range(100, 200) if generated(seed)[0].split(", ")[1].startswith("lambert"))
+    with pytest.raises(UsageError, match="none of these 1 scenes can be drawn with gaussian"):
+        drain(predictions(tmp_path, scenes=1, seed=matt, modes=["gaussian"]))
+    rows = drain(predictions(tmp_path, scenes=1, seed=matt, modes=["gaussian", "direct"]))
+    assert [each.mode for each in drawn] == ["direct"]
+    assert [each.name for each in rows if "spread" in each.name] == ["predictions-spread-direct"]
 
 
 @pytest.mark.long
