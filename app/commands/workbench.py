@@ -290,7 +290,7 @@ class Workbench(QObject):
     def load_model(self, name_or_path: str) -> None:
         """Show the material on a built-in model or on a mesh from a file, and cancel a model that is still loading."""
         if self.loading is not None:
-            self.jobs.cancel(self.loading)
+            self.jobs.drop(self.loading)
         job = self.jobs.submit("Loading the model", lambda: load_shape(name_or_path), heavy=name_or_path not in SHAPES)
         job.succeeded.connect(lambda mesh: self._model_loaded(mesh, name_or_path))
         self.loading = job
@@ -338,6 +338,8 @@ class Workbench(QObject):
 
     def _bundle_opened(self, bundle: OpenedBundle) -> None:
         now, found = self.document.project, bundle.referred
+        if self.loading is not None and "mesh" in found.parts:
+            self.jobs.drop(self.loading)
         self.document.change(
             f"Open {bundle.name}",
             **{

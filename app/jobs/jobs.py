@@ -63,6 +63,7 @@ class Job(QObject):
         self.title, self.again = title, again
         self.heavy = heavy
         self.refines = False
+        self.is_dropped = False
         self.waits_for = ""
         self.state: State = "queued"
         self.step = Step(0.0, "")
@@ -159,6 +160,11 @@ class Jobs(QObject):
             job._thread.go.set()
             self.changed.emit(job)
 
+    def drop(self, job: Job) -> None:
+        """Cancel `job`, whose result nobody wants any more: not even where it has been found and not told yet."""
+        job.is_dropped = True
+        self.cancel(job)
+
     def pause(self, job: Job) -> None:
         """Ask `job` for no further step until `resume`; one that waits keeps waiting. Once over, nothing happens."""
         if job.state not in ("queued", "running") or job.stopping:
@@ -217,6 +223,8 @@ class Jobs(QObject):
     def _end(self, job: Job, outcome: Outcome) -> None:
         if job.over:
             return
+        if job.is_dropped:
+            outcome = Outcome("cancelled")
         for jobs in (self._running, self._waiting, self._paused):
             if job in jobs:
                 jobs.remove(job)

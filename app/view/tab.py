@@ -25,6 +25,7 @@ from app.document.document import Behind, Look, Project
 from app.document.measured import choices_with, look_with, setting_of
 from app.document.modes import flipped, mode_of, modes, why_not
 from app.document.scene import DEFAULT_MODEL, scene_of_project
+from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.view.bake_panel import BakePanel
 from app.view.baking import Baking
@@ -102,6 +103,8 @@ class ViewTab(QWidget):
         self.camera_at_rest.setInterval(KEPT_AFTER_MS)
         self.camera_at_rest.timeout.connect(self._keep_camera)
         self._camera: Camera | None = None
+        self._seen: Mesh | None = None
+        self._loading: Job | None = None
         self._setting: Setting | None = None
         self._to_bake = ""
         self.dialog: SaveDialog | None = None
@@ -245,9 +248,10 @@ class ViewTab(QWidget):
 
     def want_model(self) -> None:
         """Load the model that a new project is shown on, the first time that somebody asks; `model_ready` follows."""
-        if self.default_mesh is None:
-            job = self.bench.jobs.submit("Loading the model", lambda: load_shape(DEFAULT_MODEL), heavy=False)
-            job.succeeded.connect(self._default_ready)
+        if self.default_mesh is None and (self._loading is None or self._loading.over):
+            self._loading = self.bench.jobs.submit("Loading the model", lambda: load_shape(DEFAULT_MODEL), heavy=False)
+            self._loading.succeeded.connect(self._default_ready)
+            self._loading.cancelled.connect(lambda: self.want_model() if self.isVisible() else None)
 
     def _default_ready(self, mesh: Mesh) -> None:
         self.default_mesh = mesh
@@ -270,6 +274,7 @@ class ViewTab(QWidget):
         self._want_behind(project.environment if project.look.behind else None, project.look.behind)
         scene = self.scene(project)
         if scene is None:
+            self.camera_at_rest.stop()  # what is on screen is of another project
             return
         self.lookup.show_scene(project, scene)
         alone = "" if project.has_map else "No material yet: the model shows the BRDF alone."
@@ -281,7 +286,7 @@ class ViewTab(QWidget):
         self.planning.refresh()
         self._want_baked(project, scene)
         self.pictures.show(project, scene, self.lights.handles(project))
-        self._see(project)
+        self._see(project, scene.mesh)
 
     def _want_behind(self, environment: EnvironmentMap | None, behind: Behind) -> None:
         """Have the environment behind the model, blurred in a job; until then there is what was there before."""
@@ -296,14 +301,23 @@ class ViewTab(QWidget):
                 lambda found: self.viewport.show_behind(found) if self._behind == (environment, behind) else None,
             )
 
-    def _see(self, project: Project) -> None:
-        """See the model as a project has it that was opened; a camera that moves meanwhile is left alone."""
-        if project.camera is not self._camera:
-            self._camera = project.camera
-            if project.camera is not None:
-                self.viewport.look_from(project.camera)
-            else:
-                self.viewport.frame()
+    def _see(self, project: Project, mesh: Mesh) -> None:
+        """See the model as a project has it that was opened; a camera that moves meanwhile is left alone.
+
+        Another mesh has been framed by the viewport, also where it is that of the same camera: flipped, or late.
+        """
+        is_elsewhere, is_framed = project.camera is not self._camera, mesh is not self._seen
+        self._camera, self._seen = project.camera, mesh
+        if project.camera is not None and (is_elsewhere or is_framed):
+            self.viewport.look_from(project.camera)
+        elif is_elsewhere:
+            self.viewport.frame()
+
+    def come_to_rest(self) -> None:
+        """The project keeps the camera now, where it still moves."""
+        if self.camera_at_rest.isActive():
+            self.camera_at_rest.stop()
+            self._keep_camera()
 
     def _keep_camera(self) -> None:
         """The camera has come to rest: the project keeps it."""

@@ -141,6 +141,7 @@ class MainWindow(QMainWindow):
         bench.document.changed.connect(self._changed)
         bench.document.unread.connect(lambda error: self.failures.report("This step cannot be read now", error))
         self.projects.changed.connect(self._show_title)
+        self.projects.leaving.connect(self.view.come_to_rest)
         self.projects.switched.connect(lambda: self.export.offer(self.projects.shown_name))
         bench.jobs.failed.connect(self._job_failed)
         bench.said.connect(self.status.say)

@@ -27,11 +27,13 @@ class Projects(QObject):
 
     Signals
     -------
+    leaving : the document is about to be that of another project: what still moves in it comes to rest now.
     changed : another project is open, or its state of saving has changed.
     opened : the path of a project that was opened or given a place.
     switched : the document is that of another project now, or was read again.
     """
 
+    leaving = Signal()
     changed = Signal()
     opened = Signal(object)
     switched = Signal()
@@ -159,6 +161,7 @@ class Projects(QObject):
 
         From then on its end is an ordinary one, also where jobs do not stop in time.
         """
+        self.leaving.emit()
         if self._recording is not None:
             self._waits = self._recording.wait(CLOSING_S)
             if self._waits:
@@ -166,8 +169,9 @@ class Projects(QObject):
 
     def finish(self) -> None:
         """Write what is missing and let go of the project; one that nobody put anything into is removed."""
+        self.leaving.emit()
         for job in self.bench.jobs.active:
-            self.bench.jobs.cancel(job)
+            self.bench.jobs.drop(job)
         seconds = CLOSING_S if self._waits else 0.0  # what just took nothing would keep the end of the window waiting
         written = self._recording.close(seconds) if self._recording is not None else not self._is_changed()
         if not written and not self._is_elsewhere:

@@ -62,8 +62,7 @@ class Whereabouts(QObject):
         self.missing = about.missing
         words = ""
         if about.missing:
-            them = "it" if len(about.missing) == 1 else "them"
-            words = f"{named(about.missing)} missing. What was made of {them} is here."
+            words = f"{named(about.missing)} missing{made_of(self.bench.document.project, len(about.missing))}."
         self.banners.say("missing", words, ("Find…", self.choose))
         words = ""
         if about.changed:
@@ -102,6 +101,14 @@ class Whereabouts(QObject):
         left = len(self.missing) - len(places)
         words = f"{len(places)} of {len(self.missing)} photographs found" if left else "All photographs found"
         self.bench.said.emit(words)
+
+
+def made_of(project: Project, count: int) -> str:
+    """The end of a sentence about `count` photographs that are missing: what is there of all that was made of them."""
+    them = "it" if count == 1 else "them"
+    if project.stack is not None:
+        return f". What was made of {them} is here"
+    return f". The material made of {them} is here" if project.has_map else f", and what was made of {them} as well"
 
 
 def looked_for(path: Path, project: Project, read_only: bool) -> Steps[Checked]:

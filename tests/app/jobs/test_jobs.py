@@ -159,6 +159,16 @@ def test_a_waiting_job_is_cancelled_without_running(qtbot: Any) -> None:
     assert not ran
 
 
+def test_a_dropped_job_keeps_its_result_to_itself_also_where_it_has_one() -> None:
+    """Its thread has ended with a result, and the window does not know that yet."""
+    jobs = Jobs()
+    job, reported = watched(jobs, lambda: counting(1))
+    job._thread.wait()
+    jobs.drop(job)
+    job._thread.finished.emit()
+    assert reported == ["cancelled"]
+
+
 def test_heavy_jobs_run_one_after_the_other_and_light_ones_at_once(qtbot: Any) -> None:
     jobs = Jobs()
     first, _ = watched(jobs, lambda: counting(60))

@@ -19,6 +19,7 @@ from app.document.document import Project
 from app.project import database, recording
 from app.project.places import claim, interrupted, projects_folder, release
 from app.project.project_file import History, Writer, data_folder, read
+from app.window.banner import short_path
 from app.window.main_window import MainWindow
 from app.window.projects import Projects
 from engine.geometry.shapes import shape
@@ -125,7 +126,7 @@ def test_a_project_that_cannot_be_written_opens_read_only_and_its_changes_are_sa
         other.execute("BEGIN IMMEDIATE")
         window.open_project(path)
         assert window.projects.path == path
-        assert window.banners.words["read-only"].startswith("Felt.lap cannot be written.")
+        assert window.banners.words["read-only"].startswith(f"{short_path(path)} cannot be written.")
         assert window.banners.of["read-only"].buttons[0].text() == "Save as…"
         assert window.bench.document.project.mesh is not None
         gain(window, 5.0)

@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.document.document import Project
 from app.project.photographs import marks_of, photographs
 from app.project.project_file import data_folder, read
 from app.window.main_window import MainWindow
+from app.window.whereabouts import made_of
 from engine.images.encode import encode_png
+from tests.engine.scenes import weave
 
 
 @pytest.fixture
@@ -34,6 +37,13 @@ def imported(window: MainWindow, qtbot: Any, paths: list[Path]) -> Path:
 def opened(window: MainWindow, qtbot: Any, path: Path) -> None:
     window.open_project(path)
     qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
+
+
+def test_what_is_there_of_all_that_was_made_is_said_and_no_more() -> None:
+    stack: Any = object()
+    assert made_of(Project(stack=stack), 2) == ". What was made of them is here"
+    assert made_of(Project(material=weave(16)), 1) == ". The material made of it is here"
+    assert made_of(Project(), 2) == ", and what was made of them as well"
 
 
 def test_photographs_that_moved_are_named_and_found_all_at_once(
