@@ -149,7 +149,6 @@ SHORT_FILES = {
     "engine/shading/mixed.py": "one formula with its bound",
     "engine/storage/partial_names.py": "names that three modules of the room share",
     "engine/storage/text.py": "one encoding, turned into another",
-    "engine/tradeoff/predict.py": "one idea of the sweep",
 }
 
 #: Files with more lines, and why. A file that comes here is divided first; the list only gets shorter.

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import SOAK_LOG, Input, Output
 from engine.core.errors import MissingCapability
-from engine.core.figure_text import number
+from engine.core.figure_text import number, time_text
 from engine.core.steps import Step, drain
 from engine.transport import method as transport
 
@@ -227,11 +227,13 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 def report(result: dict[str, Any]) -> str:
     lines = [f"{'':28}{'time':>12}{'limit':>12}{'ratio':>10}"]
     for measure in result["measures"]:
-        times = "".join(f"{measure[key] * 1000:9.1f} ms" for key in ("time_s", "limit_s"))
-        lines.append(f"{measure['name']:28}{times}{measure['ratio']:10.4g}   limit: {measure['limit']}")
+        times = "".join(f"{time_text(measure[key]):>12}" for key in ("time_s", "limit_s"))
+        lines.append(f"{measure['name']:28}{times}{number(measure['ratio'], 4):>10}   limit: {measure['limit']}")
     for found in result["accuracies"]:
-        bound = f"bound: {found['bound']:g}" if found["bound"] is not None else "no bound"
-        lines.append(f"{found['name']:28}{'error':>12}{found['error']:12.4f}{'':10}   {bound}; {found['what']}")
+        bound = f"bound: {number(found['bound'])}" if found["bound"] is not None else "no bound"
+        lines.append(
+            f"{found['name']:28}{'error':>12}{number(found['error'], 4):>12}{'':10}   {bound}; {found['what']}"
+        )
     return "\n".join(lines)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from app.arguments.results import DEMO, Output
+from engine.core.figure_text import time_text
 from engine.core.steps import Step, drain
 
 HELP = "Run all steps on the built-in sample; write every result and a contact sheet into a folder."
@@ -35,6 +36,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def report(result: dict[str, Any]) -> str:
     lines = [
-        f"{stage['name']:14}{stage['time_s']:6.1f} s  {stage.get('error', '')}".rstrip() for stage in result["stages"]
+        f"{stage['name']:14}{time_text(stage['time_s']):>8}  {stage.get('error', '')}".rstrip()
+        for stage in result["stages"]
     ]
     return "\n".join([*lines, *filter(None, [result["bundle"]]), *result["images"]])

@@ -238,7 +238,7 @@ def report(result: dict[str, Any]) -> str:
     if result["optimum_ratio"]:
         lines.append(
             f"asymmetry of the matrix {number(result['asymmetry'])}; truncation error over the optimum "
-            f"{result['optimum_ratio']:.9f} in the {result['weighting']} norm"
+            f"{number(result['optimum_ratio'], 10)} in the {result['weighting']} norm"
         )
     if not result["converged"]:
         lines.append("The iteration stopped before it converged; these are its best terms.")

@@ -10,7 +10,7 @@ from typing import Any
 
 from app.arguments.results import STACK, Input, Output
 from engine.core.errors import UsageError
-from engine.core.figure_text import percent, time_text
+from engine.core.figure_text import number, percent, time_text
 from engine.core.steps import Step, drain
 
 HELP = "Import photographs of a material under a moving lamp: decode, align, crop and report."
@@ -211,8 +211,8 @@ def report(result: dict[str, Any]) -> str:
         f"angles from {result['angle_source']}, {time_text(result['time_s'])}",
         "elevation   mean radiance   clipped     black   residual",
         *(
-            f"{angle:8.1f}°   {mean:13.5f}   {percent(clipped):>7}   {percent(black):>7}   "
-            + ("       –" if residual is None else f"{residual:5.2f} px")
+            f"{angle:8.1f}°   {number(mean, 4):>13}   {percent(clipped):>7}   {percent(black):>7}   "
+            + ("       –" if residual is None else f"{number(residual):>5} px")
             for angle, mean, clipped, black, residual in rows
         ),
     ]

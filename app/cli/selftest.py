@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import SELFTEST_CASES, Input, Output
 from engine.core.errors import MissingCapability, UsageError
+from engine.core.figure_text import number, time_text
 from engine.core.steps import Step, drain
 
 if TYPE_CHECKING:
@@ -73,8 +74,8 @@ def report(result: dict[str, Any]) -> str:
     for case in result["cases"]:
         mark = "skip" if case.get("skipped") else "    " if case["pass"] else "FAIL"
         what = case.get("problem") or case.get("skipped") or case["text"]
-        lines.append(f"{mark} {case['id']:5} {case['measured']:10.2g} {case['bound']:10.2g}  {what}")
-    seconds = f"{result['selftest_s']:.0f} s"
+        lines.append(f"{mark} {case['id']:5} {number(case['measured'], 2):>10} {number(case['bound'], 2):>10}  {what}")
+    seconds = time_text(result["selftest_s"])
     if "drawn" in result:
         return "\n".join([*(lines if result["failed"] else ()), *_about_drawn(result, seconds)])
     verdict = "all pass" if not result["failed"] else f"{result['failed']} fail"

@@ -5,17 +5,20 @@ from __future__ import annotations
 import logging
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from app.session.settings import cache_folder
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from engine.planning.costs.cost_model import CostModel
+    from engine.planning.costs.setting import Setting
+    from engine.scene.scene import Scene
     from engine.tradeoff.point import Point
+    from engine.transport.method import Method, Subject
 
 log = logging.getLogger(__name__)
 
@@ -65,16 +68,84 @@ def learn(method: str, predicted_s: float, bake_s: float) -> None:
             _keep(found, path)
 
 
+def learn_bake(subject: Subject, method: Method, settings: Any, bake_s: float) -> None:
+    """Tell the kept profile what a bake of these settings took; nothing of a bake that plans do not know.
+
+    Plans know one BRDF for the whole model, and settings whose knobs alone differ from the usual.
+    """
+    from dataclasses import replace
+
+    from engine.geometry.camera import frame
+    from engine.planning.costs.setting import Setting, knobs_of
+    from engine.scene.scene import Scene
+
+    chosen = {name: getattr(settings, name) for name in knobs_of(method.name)}
+    if subject.variations or settings != replace(method.settings(), **chosen):
+        return
+    knobs = {name: int(value) if isinstance(value, bool) else value for name, value in chosen.items()}
+    knobs = {name: value for name, value in knobs.items() if value is not None}
+    scene = Scene(subject.mesh, frame(subject.mesh.positions), subject.brdf, ground=subject.ground)
+    predicted = _predicted(scene, Setting(method.name, knobs), (1, 1), 1, 1)
+    learn(method.name, predicted.get("bake_s", 0.0), bake_s)
+
+
+def learn_frame(
+    scene: Scene, setting: Setting, size: tuple[int, int], frame_s: float, *, samples: int, depth: int, device: str
+) -> None:
+    """Tell the kept profile what a frame of `setting` took, drawn by `device`: the device that it has measured."""
+    path = cost_path()
+    if path is None or scene.environment is None:
+        return
+    from engine.planning.costs.cost_model import load_model
+
+    kept = load_model(path)
+    if kept is None or (setting.mode != "reference" and kept.renderer != device):
+        return
+    predicted = _predicted(scene, setting, size, samples, depth)
+    found = kept.learned_frame(setting.mode, predicted.get("frame_s", 0.0), frame_s)
+    if found is not kept:
+        _keep(found, path)
+
+
+def _predicted(scene: Scene, setting: Setting, size: tuple[int, int], samples: int, depth: int) -> dict[str, float]:
+    """Seconds by the kept profile, in a process that has baked nothing yet; nothing without a profile."""
+    from engine.planning.costs.cost_model import load_model
+    from engine.tradeoff.predict import Predictions
+
+    path = cost_path()
+    kept = load_model(path) if path is not None else None
+    if kept is None:
+        return {}
+    return Predictions(kept, scene, size, samples, depth, tables_made=False).of(setting)
+
+
 def learn_from(points: Sequence[Point]) -> None:
-    """Tell the kept profile what the bakes of a tradeoff took: of each method the one in the middle."""
+    """Tell the kept profile what bakes and frames of a tradeoff took: of each mode the one in the middle."""
+    from engine.planning.costs.cost_model import load_model
+
+    path = cost_path()
+    kept = load_model(path) if path is not None else None
+    if path is None or kept is None:
+        return
+    found = kept
+    for mode, predicted_s, bake_s in _middle(points, "bake_s"):
+        found = found.learned(mode, predicted_s, bake_s)
+    for mode, predicted_s, frame_s in _middle(points, "frame_s"):
+        found = found.learned_frame(mode, predicted_s, frame_s)
+    if found is not kept:
+        _keep(found, path)
+
+
+def _middle(points: Sequence[Point], figure: str) -> Iterator[tuple[str, float, float]]:
+    """Mode, predicted and measured seconds of the point of each mode whose ratio is in the middle."""
     ratios: dict[str, list[tuple[float, float, float]]] = {}
     for point in points:
-        predicted_s = point.predicted.get("bake_s", 0.0)
+        predicted_s, seconds = point.predicted.get(figure, 0.0), getattr(point, figure)
         if predicted_s > 0.0:
-            ratios.setdefault(point.mode, []).append((point.bake_s / predicted_s, predicted_s, point.bake_s))
-    for method, found in ratios.items():
-        _, predicted_s, bake_s = sorted(found)[len(found) // 2]
-        learn(method, predicted_s, bake_s)
+            ratios.setdefault(point.mode, []).append((seconds / predicted_s, predicted_s, seconds))
+    for mode, found in ratios.items():
+        _, predicted_s, seconds = sorted(found)[len(found) // 2]
+        yield mode, predicted_s, seconds
 
 
 def _keep(model: CostModel, path: Path) -> None:

@@ -22,8 +22,20 @@ from engine.transport.sh.transfer import is_diffuse
 class Predictions:
     """Asks a cost model about settings on one scene, in pictures of a `size` (width, height) as it is drawn."""
 
-    def __init__(self, costs: CostModel, scene: Scene, size: tuple[int, int], samples: int, max_depth: int) -> None:
-        """`samples` along each side of a pixel are drawn, but one by the reference for each of its own."""
+    def __init__(
+        self,
+        costs: CostModel,
+        scene: Scene,
+        size: tuple[int, int],
+        samples: int,
+        max_depth: int,
+        *,
+        tables_made: bool = True,
+    ) -> None:
+        """`samples` along each side of a pixel are drawn, but one by the reference for each of its own.
+
+        `tables_made` is that of `Load`.
+        """
         surface = of_surface(scene.mesh, scene.ground)
         of, (width, height) = receivers(surface), size
         rays, model = rays_of(of), len(scene.mesh.positions)
@@ -48,7 +60,7 @@ class Predictions:
             texels=texels,
             depth=max_depth,
             ground=len(surface.positions) - model,
-            tables_made=True,
+            tables_made=tables_made,
         )
 
     def of(self, setting: Setting) -> dict[str, float]:

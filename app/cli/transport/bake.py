@@ -146,6 +146,7 @@ def _settings(method: Method) -> type[Any]:
 
 
 def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    from app.session.machine_profile import learn_bake
     from engine.light.environment_file import open_environment
 
     settings = settings_from(arguments, method.settings)
@@ -169,6 +170,8 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
     )
     if baked is None:
         return record
+    if not baked.resumed_chunks and arguments.cluster is None:
+        learn_bake(subject, method, settings, baked.bake_s)
     figures = baking.figures(work, baked, prepared_s)
     return {
         **record,

@@ -20,6 +20,7 @@ from app.cli.transport.render_output import (
     lights_of,
     off_screen,
     record_of,
+    teach,
 )
 from app.commands.pictures import write_picture
 from engine.core.errors import UsageError
@@ -329,6 +330,7 @@ def _draw_reference(scene: Scene, arguments: argparse.Namespace, show: Callable[
     options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
     found = drain(reference(scene, size, **options), show)
     frame_s = time.perf_counter() - start
+    teach(scene, arguments, "reference", frame_s)
     warnings = doubts_of_scene(scene)
     if found.rejected:
         warnings.append(f"{found.rejected} samples were not finite and count as black.")
@@ -365,10 +367,12 @@ def _draw(scene: Scene, arguments: argparse.Namespace, show: Callable[[Step], No
         warnings.append("The measured BRDF is anisotropic and drawn on the processor, which shows it exactly.")
     drawn = off_screen(renderer, lambda context: draw_off_screen(context, scene, size, arguments.samples), warnings)
     if drawn is not None:
+        teach(scene, arguments, "direct", drawn[1]["frame_s"], drawn[1]["gl_renderer"])
         return drawn[0], {}, drawn[1]
     start = time.perf_counter()
     picture = drain(radiance(scene, size, samples=arguments.samples), show)
     frame_s = time.perf_counter() - start
+    teach(scene, arguments, "direct", frame_s)
     return picture, {}, {"frame_s": frame_s, "gl_renderer": ON_PROCESSOR, "warnings": warnings}
 
 

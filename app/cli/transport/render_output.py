@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 #: Value of `gl_renderer` if no device has drawn.
 ON_PROCESSOR = "none (drawn on the processor)"
 
+#: Name of the processor in a machine profile, and seconds of a frame from which the profile learns.
+PROCESSOR, LONG_S = "processor", 1.0
+
 #: Widest blur of a background: beyond it the environment is one colour.
 MOST_BLUR_DEG = 90.0
 
@@ -49,6 +52,27 @@ def off_screen(
     finally:
         context.release()
     return picture, {"frame_s": frame_s, "gl_renderer": name, "warnings": [*warnings, *messages]}
+
+
+def teach(scene: Scene, arguments: argparse.Namespace, mode: str, frame_s: float, device: str = PROCESSOR) -> None:
+    """Let the machine profile learn from a frame that took longer than it takes to predict it.
+
+    Plans know pictures without a shading map, and knobs in their own ranges.
+    """
+    from app.session.machine_profile import learn_frame
+    from engine.planning.costs.setting import Setting
+
+    if frame_s < LONG_S or scene.material is not None:
+        return
+    is_reference = mode == "reference"
+    knobs = {"samples": arguments.samples} if is_reference else {"directions": arguments.directions}
+    try:
+        setting = Setting(mode, knobs)
+    except ValueError:
+        return
+    samples, depth = (1, arguments.max_depth) if is_reference else (arguments.samples, 1)
+    size = (arguments.width, arguments.height)
+    learn_frame(scene, setting, size, frame_s, samples=samples, depth=depth, device=device)
 
 
 def record_of(picture: NDArray[np.float32]) -> dict[str, Any]:

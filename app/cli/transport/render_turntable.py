@@ -8,11 +8,12 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import FILM, FRAMES, picture_by, software
 from app.cli.doubts import doubts_of_light, doubts_of_scene
-from app.cli.transport.render_output import ON_PROCESSOR
+from app.cli.transport.render_output import ON_PROCESSOR, teach
 from app.commands.pictures import coded
 from engine.core.errors import MissingCapability, UsageError
 from engine.core.steps import Step, drain
@@ -107,6 +108,8 @@ def run(
     scenes = list(frames(scene, arguments.turntable, arguments.turns))
     size, warnings = (arguments.width, arguments.height), doubts_of_scene(scene)
 
+    seconds: list[float] = []
+
     def on_processor() -> Iterator[NDArray[np.float32]]:
         from engine.render.direct import radiance
         from engine.render.reference import reference
@@ -114,7 +117,10 @@ def run(
         for each in scenes:
             if arguments.mode == "reference":
                 options = {"samples": arguments.samples, "max_depth": arguments.max_depth, "seed": arguments.seed}
-                yield drain(reference(each, size, **options)).picture
+                begun = time.perf_counter()
+                picture = drain(reference(each, size, **options)).picture
+                seconds.append(time.perf_counter() - begun)
+                yield picture
             else:
                 yield drain(radiance(each, size, samples=arguments.samples))
 
@@ -127,7 +133,10 @@ def run(
         return (with_background(picture, each, behind) for picture, each in zip(pictures, scenes, strict=True))
 
     renderer = "cpu" if arguments.mode == "reference" else arguments.renderer
-    return _written(arguments, display, show, warnings, renderer, on_device, on_processor, finished)
+    made = _written(arguments, display, show, warnings, renderer, on_device, on_processor, finished)
+    if seconds:
+        teach(scene, arguments, "reference", median(seconds))
+    return made
 
 
 def run_baked(

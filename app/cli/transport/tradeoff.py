@@ -214,8 +214,8 @@ def report(result: dict[str, Any]) -> str:
         error = percent_within(point["error_rmse_rel"], point["error_uncertainty"])
         mark = "●" if point["on_front"] else " "
         lines.append(
-            f"{mark} {setting_of(point)!s:46} {error:>16} {1e3 * point['frame_s']:7.1f} ms "
-            f"{1e3 * point['relight_s']:7.1f} ms {point['bake_s']:7.1f} s {point['memory_bytes'] / 1e6:7.1f} MB"
+            f"{mark} {setting_of(point)!s:46} {error:>16} {time_text(point['frame_s']):>10} "
+            f"{_time(point['relight_s']):>10} {_time(point['bake_s']):>9} {size_text(point['memory_bytes']):>10}"
         )
     if result["break_even_frames"] is not None:
         frames, name = result["break_even_frames"], setting_of(result["break_even_setting"])
@@ -233,7 +233,9 @@ def report(result: dict[str, Any]) -> str:
         predicted = f"{percent(chosen['predicted_error_rel'])} ({percent_range(*chosen['error_interval_rel'])})"
         hidden = chosen["interreflection_error_rel"]
         beside = f", of which up to {percent(hidden)} is interreflection that these pictures lack" if hidden else ""
-        lines.append(f"A plan chooses {setting_of(chosen)}, with an error of {predicted}{beside}.")
+        costs = f"{time_text(chosen['predicted_frame_s'])} a frame, {time_text(chosen['predicted_bake_s'])} to bake"
+        certain = f"(times within a factor of {number(chosen['times_within_factor'])})"
+        lines.append(f"A plan chooses {setting_of(chosen)}, with an error of {predicted}{beside}; {costs} {certain}.")
     if "choice_reason" in result:
         chosen = setting_of(result["choice"]) if result["choice"] else "none"
         lines.append(f"Choice: {chosen} ({result['choice_reason']})")
@@ -242,6 +244,11 @@ def report(result: dict[str, Any]) -> str:
     lines += [f"Not measured: {len(left) - NAMED} more, see tradeoff.json"] if len(left) > NAMED else []
     lines += ["Cancelled; these are the results so far."] if result["cancelled"] else []
     return "\n".join([*lines, f"{result['output']}: {', '.join(result['files'])}"])
+
+
+def _time(seconds: float) -> str:
+    """Seconds in words, a dash where there is nothing to do."""
+    return time_text(seconds) if seconds > 0.0 else "–"
 
 
 def _ladders(found: list[dict[str, Any]]) -> str:
@@ -261,6 +268,9 @@ def _planned_record(planned: EffectsPlan) -> dict[str, Any]:
         **planned.setting.as_json(),
         "predicted_error_rel": planned.predicted_error_rel,
         "error_interval_rel": list(planned.error_interval_rel),
+        "predicted_frame_s": planned.cost.frame_s,
+        "predicted_bake_s": planned.cost.bake_s,
+        "times_within_factor": planned.times_within,
         "interreflection_error_rel": 0.0 if hidden.on else hidden.estimated_error_rel,
     }
 

@@ -39,7 +39,7 @@ from engine.transport.sh.bake import default_edge
 from engine.transport.wavelet.haar import FACES
 
 #: Changes when the rates of a kept model no longer mean what they did.
-FORMAT = 5
+FORMAT = 6
 
 #: Bytes of a kept model at most.
 FILE_LIMIT_BYTES = 1 << 16
@@ -51,8 +51,9 @@ HOLDS_S, BUSY, BUSY_HOLDS_S = 30 * 86_400.0, 0.2, 600.0
 #: Factor within which times of an idle machine are of predicted ones, as 110 of 117 bakes and frames were.
 WITHIN = 1.5
 
-#: A bake that teaches takes at least so many seconds; the last so many bakes count; no correction is more than this.
-TEACHES_S, REMEMBERED, MOST_CORRECTED = 0.5, 8, 4.0
+#: A bake, or a frame, that teaches takes at least so many seconds; the last so many count; no correction is more than
+#: this.
+TEACHES_S, FRAME_TEACHES_S, REMEMBERED, MOST_CORRECTED = 0.5, 2e-3, 8, 4.0
 
 #: Knobs and seconds of a rate are below this, knobs above its inverse, and nothing grows faster than the products of
 #: three spherical harmonics do.
@@ -101,6 +102,10 @@ NAMES = (
 )
 
 
+#: The mean logarithm of measured over predicted seconds of each mode, and how many were measured.
+Seen = Mapping[str, tuple[float, int]]
+
+
 @dataclass(frozen=True)
 class Cost:
     """Cost of a setting: seconds of bake, of a rotated environment and of a frame.
@@ -123,7 +128,8 @@ class CostModel:
     `renderer` is the name of the graphics device that frames are for, "processor" where there is none.
     `background_load` is the share of the processors that other programs had while it was measured, `measured_at_s`
     when that was, in seconds of POSIX. `bakes` has, for each method that was baked since, the mean logarithm of the
-    seconds of its last bakes over those that the rates predict, and their number.
+    seconds of its last bakes over those that the rates predict, and their number; `frames` has the same for the frames
+    of each mode.
     """
 
     machine: str
@@ -131,14 +137,15 @@ class CostModel:
     tables: Mapping[str, Rates] = field(hash=False)
     background_load: float = 0.0
     measured_at_s: float = 0.0
-    bakes: Mapping[str, tuple[float, int]] = field(default_factory=lambda: MappingProxyType({}), hash=False)
+    bakes: Seen = field(default_factory=lambda: MappingProxyType({}), hash=False)
+    frames: Seen = field(default_factory=lambda: MappingProxyType({}), hash=False)
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.background_load <= 1.0:
             raise ValueError(f"other programs cannot have had {self.background_load} of the processors")
-        for method, (mean, count) in self.bakes.items():
+        for mode, (mean, count) in (*self.bakes.items(), *self.frames.items()):
             if not (abs(mean) <= math.log(MOST_CORRECTED) and 1 <= count <= REMEMBERED):
-                raise ValueError(f"bakes of {method} cannot have taken e^{mean} of the predicted time {count} times")
+                raise ValueError(f"{mode} cannot have taken e^{mean} of the predicted time {count} times")
         missing = [name for name in NAMES if not self.tables.get(name)]
         if missing:
             raise ValueError(f"the rates of {missing[0]} are missing")
@@ -149,6 +156,7 @@ class CostModel:
                 raise ValueError(f"the rates of {name} are not rising knobs with finite seconds")
         object.__setattr__(self, "tables", MappingProxyType(dict(self.tables)))
         object.__setattr__(self, "bakes", MappingProxyType(dict(self.bakes)))
+        object.__setattr__(self, "frames", MappingProxyType(dict(self.frames)))
 
     @property
     def within(self) -> float:
@@ -167,12 +175,13 @@ class CostModel:
         """The model that has seen a bake of `method` take `bake_s` where it predicted `predicted_s`."""
         if min(predicted_s, bake_s) < TEACHES_S:
             return self
-        before, count = self.bakes.get(method, (0.0, 0))
-        now = before + math.log(bake_s / predicted_s)  # over what the rates alone predict
-        count = min(count + 1, REMEMBERED)
-        most = math.log(MOST_CORRECTED)
-        mean = min(max(before + (now - before) / count, -most), most)
-        return replace(self, bakes={**self.bakes, method: (mean, count)})
+        return replace(self, bakes=_with(self.bakes, method, bake_s / predicted_s))
+
+    def learned_frame(self, mode: str, predicted_s: float, frame_s: float) -> CostModel:
+        """The model that has seen a frame of `mode` take `frame_s` where it predicted `predicted_s`."""
+        if min(predicted_s, frame_s) < FRAME_TEACHES_S:
+            return self
+        return replace(self, frames=_with(self.frames, mode, frame_s / predicted_s))
 
     def rate(self, name: str, knob: float = 1.0) -> float:
         """Seconds at a knob: a power law between the two measured points, and beyond the ends as at the ends."""
@@ -186,11 +195,13 @@ class CostModel:
     def predict(self, setting: Setting, vertices: int, pixels: int, *, load: Load | None = None, **more: Any) -> Cost:
         """Cost of `setting` for so many vertices and pixels; `load`, or `more` of its fields, give the rest."""
         load = load or Load(vertices, pixels, **more)
+        found: Cost
         if setting.mode in transport.names():
-            found: Cost = transport.method_of(setting.mode).planning.cost(self, setting, load)
-            mean, _ = self.bakes.get(setting.mode, (0.0, 0))
-            return replace(found, bake_s=found.bake_s * math.exp(mean))
-        return self._reference(setting, load) if setting.mode == "reference" else self._direct(setting, load)
+            found = transport.method_of(setting.mode).planning.cost(self, setting, load)
+        else:
+            found = self._reference(setting, load) if setting.mode == "reference" else self._direct(setting, load)
+        bake, frame = (math.exp(seen.get(setting.mode, (0.0, 0))[0]) for seen in (self.bakes, self.frames))
+        return replace(found, bake_s=found.bake_s * bake, frame_s=found.frame_s * frame)
 
     def frame_s(self, mode: str, each: float, load: Load) -> float:
         """Seconds of a frame of one of `FRAMES`, with so many terms, lobes or coefficients."""
@@ -229,6 +240,14 @@ class CostModel:
         return self.rate(name, knob) + self.rate(f"{name}-texel", knob) * load.texels
 
 
+def _with(seen: Seen, mode: str, ratio: float) -> Seen:
+    """`seen` with one more measured time, `ratio` times the one that was predicted with what had been seen."""
+    before, count = seen.get(mode, (0.0, 0))
+    now = before + math.log(ratio)  # over what the rates alone predict
+    count, most = min(count + 1, REMEMBERED), math.log(MOST_CORRECTED)
+    return {**seen, mode: (min(max(before + (now - before) / count, -most), most), count)}
+
+
 def rate_at(rates: Rates, knob: float) -> float:
     """Rate of a table at `knob`, as `CostModel.rate` returns it."""
     if len(rates) == 1:
@@ -259,7 +278,7 @@ def save(model: CostModel, path: Path) -> None:
     """Keep a model in the file `path`; OutputError where that cannot be."""
     make_folder(path.parent)
     record = {name: getattr(model, name) for name in ("machine", "renderer", "background_load", "measured_at_s")}
-    write_json(path, {**record, "bakes": dict(model.bakes), "tables": dict(model.tables)})
+    write_json(path, {**record, "bakes": dict(model.bakes), "frames": dict(model.frames), "tables": dict(model.tables)})
 
 
 def load_model(path: Path) -> CostModel | None:
@@ -272,9 +291,12 @@ def load_model(path: Path) -> CostModel | None:
             str(name): tuple((float(knob), float(rate)) for knob, rate in rates)
             for name, rates in record["tables"].items()
         }
-        bakes = {str(method): (float(mean), int(count)) for method, (mean, count) in record["bakes"].items()}
+        seen = (
+            {str(mode): (float(mean), int(count)) for mode, (mean, count) in record[kind].items()}
+            for kind in ("bakes", "frames")
+        )
         load, at_s = float(record["background_load"]), float(record["measured_at_s"])
-        model = CostModel(str(record["machine"]), str(record["renderer"]), tables, load, at_s, bakes)
+        model = CostModel(str(record["machine"]), str(record["renderer"]), tables, load, at_s, *seen)
     except (FileError, ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError):
         return None
     return model if model.machine == machine_name() else None

@@ -20,7 +20,7 @@ from app.project.project_file import History, Writer
 from engine.geometry.camera import Camera
 from engine.geometry.shapes import shape
 from engine.light.sky import built_in
-from engine.planning.costs.cost_model import load_model, machine_name, save
+from engine.planning.costs.cost_model import CostModel, load_model, machine_name, save
 from engine.planning.effects.estimates import EFFECTS
 from engine.scene.material import Material
 from tests.engine.planning.conftest import every_rate
@@ -191,13 +191,45 @@ def test_a_bake_that_a_plan_laid_out_teaches_the_profile(kept_costs: Path) -> No
     assert not before.bakes
     app.session.machine_profile.learn("sh", 4.0, 8.0)
     points = [
-        SimpleNamespace(mode="wavelet", predicted={"bake_s": 2.0}, bake_s=seconds) for seconds in (2.0, 6.0, 600.0)
+        SimpleNamespace(mode="wavelet", predicted={"bake_s": 2.0}, bake_s=seconds, frame_s=0.0)
+        for seconds in (2.0, 6.0, 600.0)
     ]
-    points.append(SimpleNamespace(mode="direct", predicted={"frame_s": 2.0}, bake_s=0.0))
+    points.append(SimpleNamespace(mode="direct", predicted={"frame_s": 2.0}, bake_s=0.0, frame_s=1.0))
     app.session.machine_profile.learn_from(points)  # type: ignore[arg-type]
     after = load_model(kept_costs)
     assert after is not None
     assert dict(after.bakes) == {"sh": (pytest.approx(math.log(2.0)), 1), "wavelet": (pytest.approx(math.log(3.0)), 1)}
+    assert dict(after.frames) == {"direct": (pytest.approx(math.log(0.5)), 1)}
+
+
+def test_a_bake_of_a_named_mode_teaches_the_profile_unless_plans_do_not_know_it(
+    kept_costs: Path, mesh: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.planning.costs.cost_model.TEACHES_S", 1e-9)
+    line = ["bake", mesh, "--brdf", "lambert", "--mode", "sh", "--order", "3", "-o", str(tmp_path / "a.transport")]
+    record([*line, "--cube", "16"], capsys)
+    assert not loaded(kept_costs).bakes, "the edge of the cube map is none that a plan would choose"
+    record(line, capsys)
+    assert loaded(kept_costs).bakes["sh"][1] == 1
+
+
+def test_frames_that_are_rendered_teach_the_profile(
+    kept_costs: Path, mesh: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.planning.costs.cost_model.FRAME_TEACHES_S", 1e-9)
+    line = ["render", mesh, *LOOK, "--width", "16", "--height", "16", "--samples", "1", "--mode", "reference"]
+    record([*line, "-o", str(tmp_path / "a.png")], capsys)
+    assert not loaded(kept_costs).frames, "it took less time than its prediction"
+    monkeypatch.setattr("app.cli.transport.render_output.LONG_S", 0.0)
+    record([*line, "-o", str(tmp_path / "b.png")], capsys)
+    record([*line, "--turntable", "3", "-o", str(tmp_path / "c.webp")], capsys)
+    assert loaded(kept_costs).frames["reference"][1] == 2
+
+
+def loaded(path: Path) -> CostModel:
+    kept = load_model(path)
+    assert kept is not None
+    return kept
 
 
 def test_the_self_test_tells_its_cases(capsys: pytest.CaptureFixture[str]) -> None:

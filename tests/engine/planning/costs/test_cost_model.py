@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from engine.core.stopwatch import background_load, spent
 from engine.planning.costs.cost_model import (
+    FRAME_TEACHES_S,
     MOST_CORRECTED,
     NAMES,
     REMEMBERED,
@@ -71,7 +72,7 @@ def test_T5_open_vertices_cost_no_rays(model: CostModel) -> None:
 
 
 def test_a_kept_model_is_found_again(model: CostModel, tmp_path: Path) -> None:
-    busy = replace(model, background_load=0.4, measured_at_s=1e9, bakes={"sh": (0.3, 2)})
+    busy = replace(model, background_load=0.4, measured_at_s=1e9, bakes={"sh": (0.3, 2)}, frames={"direct": (-0.2, 3)})
     save(busy, tmp_path / "new" / "cost.json")
     assert load_model(tmp_path / "new" / "cost.json") == busy
 
@@ -101,6 +102,21 @@ def test_bakes_teach_what_they_take(model: CostModel) -> None:
     assert learned.bakes["sh"][1] == REMEMBERED
     wavelets = Setting("wavelet")
     assert learned.predict(wavelets, 1000, 1000) == model.predict(wavelets, 1000, 1000)
+
+
+def test_frames_teach_what_they_take(model: CostModel) -> None:
+    """Frames of half the predicted time are predicted by then, and nothing of a bake or of another mode changes."""
+    for mode in ("sh", "direct", "reference"):
+        asked = Setting(mode), 5000, 4_000_000
+        learned, usual = model, model.predict(*asked)
+        assert usual.frame_s > FRAME_TEACHES_S
+        for _ in range(12):
+            learned = learned.learned_frame(mode, learned.predict(*asked).frame_s, 0.5 * usual.frame_s)
+        found = learned.predict(*asked)
+        assert found == replace(usual, frame_s=found.frame_s)
+        assert found.frame_s == pytest.approx(0.5 * usual.frame_s)
+        assert learned.predict(Setting("wavelet"), 1000, 1000) == model.predict(Setting("wavelet"), 1000, 1000)
+    assert model.learned_frame("sh", 1e-3, 2e-3) is model
 
 
 def test_short_bakes_teach_nothing_and_odd_ones_little(model: CostModel) -> None:
