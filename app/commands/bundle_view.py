@@ -27,6 +27,7 @@ from engine.geometry.camera import Camera
 from engine.geometry.mesh import SUFFIXES
 from engine.geometry.shapes import SHAPES
 from engine.light.lamps import LampSettings
+from engine.light.near_lamps import NearLampSettings
 from engine.light.sky import SKIES
 from engine.scene.material import Material
 from engine.scene.scene import Lookup, Source
@@ -52,6 +53,9 @@ CHOICES = {
 }
 MODES = ("mode", "against")
 
+#: Lamps of a look, and their settings.
+LAMPS: dict[str, type[Any]] = {"lamps": LampSettings, "near_lamps": NearLampSettings}
+
 #: Lamps that are read, and bytes of a file that a reference leads to.
 MOST_LAMPS, MOST_BYTES = 64, 2**32
 
@@ -75,7 +79,8 @@ def view_of(project: Project, bundle: Path) -> dict[str, Any]:
     """The view of `project` as the provenance of `bundle` keeps it. Files of models and lights are hashed."""
     look, camera, files = project.look, project.camera, project.came_from
     said: dict[str, Any] = {name: getattr(look, name) for name in (*NUMBERS, *FLAGS, *WHOLE, *CHOICES, *MODES)}
-    said["lamps"] = [{**dataclasses.asdict(lamp), "colour": list(lamp.colour)} for lamp in look.lamps]
+    for kind in LAMPS:
+        said[kind] = [{**dataclasses.asdict(lamp), "colour": list(lamp.colour)} for lamp in getattr(look, kind)]
     said["camera"] = None if camera is None else {name: _listed(each) for name, each in vars(camera).items()}
     name = DEFAULT_MODEL if project.mesh is None else project.mesh.name
     said["model"] = _reference(name, files.get(name), bundle)
@@ -116,17 +121,18 @@ def with_view(look: Look, provenance: Mapping[str, Any]) -> Look:
     choices = {**CHOICES, **dict.fromkeys(MODES, tuple(mode.value for mode in modes()))}
     found |= {name: view[name] for name, known in choices.items() if view.get(name) in known}
     try:
-        if isinstance(view.get("lamps"), list):
-            found["lamps"] = tuple(_lamp(said) for said in view["lamps"][:MOST_LAMPS])
+        for kind, settings in LAMPS.items():
+            if isinstance(view.get(kind), list):
+                found[kind] = tuple(_lamp(said, settings) for said in view[kind][:MOST_LAMPS])
         return dataclasses.replace(look, **found)
     except (UsageError, KeyError, TypeError, ValueError):
         return look
 
 
-def _lamp(said: Any) -> LampSettings:
+def _lamp(said: Any, settings: type[Any]) -> Any:
     red, green, blue = (float(channel) for channel in said["colour"])
-    others = {each.name: float(said[each.name]) for each in dataclasses.fields(LampSettings) if each.name != "colour"}
-    return LampSettings(**others, colour=(red, green, blue))
+    others = {each.name: float(said[each.name]) for each in dataclasses.fields(settings) if each.name != "colour"}
+    return settings(**others, colour=(red, green, blue))
 
 
 def referred(provenance: Mapping[str, Any], bundle: Path) -> Steps[Referred]:

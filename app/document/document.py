@@ -33,6 +33,7 @@ from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
 from engine.light.lamps import LampSettings
+from engine.light.near_lamps import NearLampSettings
 from engine.scene.material import Material
 from engine.scene.scene import Lookup, Source
 from engine.shading.lookup import Above
@@ -111,7 +112,7 @@ class Look:
     mode, against : what is drawn, and what that is compared with (`app.document.modes`).
     comparing : two pictures side by side, their difference, or the first alone.
     bounces : interreflections in the reference: path segments after the first surface.
-    lamps : lights beside the one or the environment; `only_lamps` puts out the one.
+    lamps : lights beside the one or the environment; `only_lamps` puts out the one. near_lamps : lights near the model.
     forced, skipped : effects that the plan works out, or leaves out, whatever they add (`engine.planning`).
     plan_budget : what the plan keeps within, as a person writes it: '1 %' or '8 ms'.
     behind : the environment behind the model, and how blurred it is; '' for the plain canvas.
@@ -134,6 +135,7 @@ class Look:
     comparing: Comparing = ""
     bounces: int = 0
     lamps: tuple[LampSettings, ...] = ()
+    near_lamps: tuple[NearLampSettings, ...] = ()
     only_lamps: bool = False
     has_ground: bool = False
     ground_albedo: float = param(0.5, 0.0, 1.0, doc="Albedo of the ground.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from app.document.bake_request import BakeChoices, setting_for
@@ -51,7 +51,10 @@ class Accuracy:
 
 
 def scene_key(scene: Scene, bounces: int) -> tuple[Any, ...]:
-    """The parts of a scene that errors and times depend on, beside the setting; the camera is not among them."""
+    """The parts of a scene that errors and times depend on, beside the setting.
+
+    The camera is not among them, nor are lamps near the model, which `measured` leaves out.
+    """
     light = (scene.environment, scene.environment_rotation, scene.irradiance, scene.lamps)
     one = () if scene.environment is not None else (scene.light,)
     return (scene.mesh, scene.ground, scene.brdf, scene.material, scene.lookup, *light, *one, bounces)
@@ -109,12 +112,16 @@ def measured(
     seconds: float,
     bounces: int,
 ) -> Steps[Tradeoff]:
-    """The sweep of all ladders of some modes; slow modules are imported on the thread that asks for it."""
+    """The sweep of all ladders of some modes, without lamps near the model, which the reference does not show.
+
+    Slow modules are imported on the thread that asks for it.
+    """
     yield Step(0.0, "preparing kernels")
     from app.session.machine_profile import cost_model, learn_from
     from engine.tradeoff.agenda import settings_of
     from engine.tradeoff.sweep import sweep
 
+    scene = replace(scene, near_lamps=())
     settings = settings_of(scene, modes, bases, bounces=bounces > 0)
     costs = yield from part(cost_model(), 0.0, 0.05)
     steps = sweep(scene, settings, size, seconds=seconds, max_depth=bounces + 1, costs=costs)

@@ -100,6 +100,11 @@ def why_not(mode: Mode, project: Project) -> str:
     return ""
 
 
+def shows_near_lamps(mode: Mode) -> bool:
+    """True if lamps near the model are part of a picture in `mode`."""
+    return mode.baked and transport.method_of(mode.value).near_light
+
+
 def scene_of(mode: Mode, scene: Scene, relit: Any = None) -> Scene:
     """The scene that OpenGL draws for `mode`, with `relit` as its relit bake."""
     if mode.baked:

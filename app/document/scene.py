@@ -42,5 +42,6 @@ def scene_of_project(project: Project, mesh: Mesh, brdf: Brdf, camera: Camera) -
         above=look.above,
         repeats=look.repeats,
         lamps=tuple(settings.lamp for settings in look.lamps),
+        near_lamps=tuple(settings.lamp for settings in look.near_lamps),
         ground=look.ground,
     )

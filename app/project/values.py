@@ -67,6 +67,7 @@ CLASSES = {
     "engine.geometry.mesh": ("Mesh",),
     "engine.light.environment": ("EnvironmentMap",),
     "engine.light.lamps": ("Lamp", "LampSettings"),
+    "engine.light.near_lamps": ("NearLampSettings",),
     "engine.planning.costs.setting": ("Setting",),
     "engine.scene.material": ("Material",),
     "engine.shading.directional.interpolation": ("Kernel",),

@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 
 def same_light(one: Scene, other: Scene, method: Method) -> bool:
     """True where two scenes have one light for bakes of a method, of which the BRDF is part where it can be changed."""
-    names = ["light", "irradiance", "environment", "environment_rotation", "lamps"] + ["brdf"] * method.takes_brdf
+    names = ["light", "irradiance", "environment", "environment_rotation", "lamps"]
+    names += ["brdf"] * method.takes_brdf + ["near_lamps"] * method.near_light
     return all(getattr(one, name) == getattr(other, name) for name in names)
 
 

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from app.view.tab import ViewTab
     from app.widgets.status_bar import StatusBar
 
+#: Said in place of a figure that is on its way; a "…" alone looks cut.
+COMING = "being measured"
+
 CERTAINTY = "The true error lies within ± of this value in 95 % of all cases."
 
 
@@ -33,7 +36,7 @@ class ErrorLine(QObject):
         elif error is not None:
             self.status.show_picture_error(error.text, self._hint(error))
         elif len(pictures.modes) > 1 or self.view.pictures.progressive is not None:
-            self.status.show_picture_error("…", "The pictures are not complete yet")
+            self.status.show_picture_error(COMING, "The pictures are not complete yet")
         else:
             self.status.show_picture_error(*self._expected())
 
@@ -62,4 +65,4 @@ class ErrorLine(QObject):
             return "–", f"There is no reference to compare with. {why_not}."
         if not self.view.pictures.measuring:
             return "", ""
-        return "…", "Measured against a reference that refines in the background, once the picture rests"
+        return COMING, "Measured against a reference that refines in the background, once the picture rests"

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
+from math import pi, radians
 from typing import Any
 
+import numpy as np
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QWidget
 
@@ -16,8 +19,12 @@ from app.widgets.controls import ComboBox
 from app.widgets.panels import Rows, enable, small_button
 from app.widgets.param_form import ParamForm, display_colour
 from app.widgets.theme import STEP
+from engine.core.directions import Vectors, world_direction
+from engine.core.params import Colour, parameters
+from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
 from engine.light.lamps import LampSettings
+from engine.light.near_lamps import NearLampSettings
 from engine.light.sky import SKIES
 from engine.scene.scene import MOST_LAMPS
 
@@ -35,16 +42,12 @@ BEHIND: dict[Behind, tuple[str, float]] = {
 #: Values of the menu that are no environment.
 ONE_LIGHT, ONLY_LAMPS, OPEN = "", "only lamps", "open"
 
-LAMP_LABELS = {
-    "theta_deg": "Theta",
-    "phi_deg": "Phi",
-    "irradiance": "Irradiance",
-    "radius_deg": "Radius",
-    "colour": "Colour",
-}
-
 #: A new lamp: a soft key from the left, rotated further for each lamp that exists.
 NEW_LAMP = LampSettings(theta_deg=50.0, phi_deg=-60.0, irradiance=1.0, radius_deg=5.0)
+
+
+#: Distance of a new near lamp from the middle of the model, in half diagonals of its box, so that the picture has it.
+NEAR = 0.7
 
 
 class LightPanel(Rows):
@@ -57,7 +60,7 @@ class LightPanel(Rows):
         super().__init__("Light")
         self.bench = bench
         self.own_environment: EnvironmentMap | None = None
-        self.chosen_lamp = 0
+        self._mesh: Mesh | None = None
         look = Look()
         self.lighting = ComboBox()
         self.lighting.activated.connect(self._lighting_chosen)
@@ -85,30 +88,22 @@ class LightPanel(Rows):
 
     def apply_theme(self) -> None:
         """Draw the icons in the colour of the current theme."""
-        self.add.setIcon(theme.icon("add"))
-        self.remove.setIcon(theme.icon("remove"))
+        self.lamps.apply_theme()
+        self.near.apply_theme()
 
     def _make_lamps(self) -> None:
-        self.lamps = ComboBox()
-        self.lamps.activated.connect(self._lamp_chosen)
-        self.add = small_button("add", "Add a lamp: directional, or a disc with soft shadows")
-        self.add.clicked.connect(self.add_lamp)
-        self.remove = small_button("remove", "Remove this lamp")
-        self.remove.clicked.connect(self.remove_lamp)
-        holder = QWidget()
-        row = QHBoxLayout(holder)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(STEP)
-        row.addWidget(self.lamps, 1)
-        row.addWidget(self.add)
-        row.addWidget(self.remove)
-        self.row("Lamps", holder, "Lights beside the one above; drag their suns in the picture")
-        self.lamps.setAccessibleName("Lamp")
-        self.lamps.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        self.lamps.setMinimumContentsLength(4)
-        self.lamp = ParamForm(NEW_LAMP, LAMP_LABELS)
-        self.lamp.edited.connect(self._lamp_edited)
-        self.wide(self.lamp)
+        about = "Lights beside the one above; drag their suns in the picture"
+        self.lamps = LampRows("Lamps", "Lamp", about, "a lamp: directional, or a disc with soft shadows", NEW_LAMP)
+        about = "Spheres of light near the model, which spherical harmonics show; drag their rings in the picture"
+        self.near = LampRows("Near", "Near lamp", about, "a lamp near the model", NearLampSettings())
+        for rows, add, remove, edited in (
+            (self.lamps, self.add_lamp, self.remove_lamp, self._lamp_edited),
+            (self.near, self.add_near_lamp, self.remove_near_lamp, self._near_lamp_edited),
+        ):
+            rows.add.clicked.connect(add)
+            rows.remove.clicked.connect(remove)
+            rows.form.edited.connect(edited)
+            self.wide(rows)
 
     @property
     def look(self) -> Look:
@@ -137,24 +132,8 @@ class LightPanel(Rows):
             form.show_instance(look)
         self.directions.setCurrentIndex(max(0, self.directions.findData(look.directions)))
         self.behind.setCurrentIndex(self.behind.findData(look.behind))
-        self._show_lamps(look)
-
-    def _show_lamps(self, look: Look) -> None:
-        count = len(look.lamps)
-        self.chosen_lamp = min(self.chosen_lamp, max(0, count - 1))
-        self.lamps.clear()
-        for number in range(count):
-            self.lamps.addItem(f"Lamp {number + 1}", number)
-        if not count:
-            self.lamps.addItem("None")
-        self.lamps.setCurrentIndex(self.chosen_lamp)
-        nothing = "" if count else "There are no lamps yet"
-        enable(self.lamps, nothing)
-        enable(self.remove, nothing)
-        enable(self.add, "" if count < MOST_LAMPS else f"There are {MOST_LAMPS} lamps already")
-        self.lamp.setVisible(count > 0)
-        if count:
-            self.lamp.show_instance(look.lamps[self.chosen_lamp])
+        self.lamps.show_lamps(look.lamps)
+        self.near.show_lamps(look.near_lamps)
 
     def handles(self, project: Project) -> tuple[Handle, ...]:
         """The light handles that can be dragged in the picture."""
@@ -163,40 +142,77 @@ class LightPanel(Rows):
         handles = [Handle(None, look.light_theta_deg, look.light_phi_deg)] if one else []
         for number, lamp in enumerate(look.lamps):
             phi_deg = (lamp.phi_deg + 180.0) % 360.0 - 180.0
-            chosen = number == self.chosen_lamp
-            handles.append(Handle(number, lamp.theta_deg, phi_deg, lamp.radius_deg, _ink(lamp), chosen))
+            chosen = number == self.lamps.chosen
+            handles.append(Handle(number, lamp.theta_deg, phi_deg, lamp.radius_deg, _ink(lamp.colour), chosen))
+        for number, near in enumerate(look.near_lamps):
+            chosen, place = number == self.near.chosen, (near.x, near.y, near.z)
+            handles.append(Handle(number, colour=_ink(near.colour), chosen=chosen, place=place))
         return tuple(handles)
+
+    def show_size(self, mesh: Mesh) -> None:
+        """Let the sliders of near lamps reach as far as lamps near `mesh` stand."""
+        if mesh is self._mesh:
+            return
+        self._mesh = mesh
+        middle, size = _middle_and_size(mesh)
+        for axis, centre in zip("xyz", middle, strict=True):
+            self.near.form.reach(axis, (float(f"{centre - 2 * size:.3g}"), float(f"{centre + 2 * size:.3g}")))
+        self.near.form.reach("radius", (0.0, float(f"{0.5 * size:.3g}")))
+        power = _power_at(size)
+        self.near.form.reach("power", (float(f"{0.01 * power:.3g}"), float(f"{10.0 * power:.3g}")))
 
     def add_lamp(self) -> None:
         """One more lamp, in another direction than those that are there."""
         lamps = self.look.lamps
         phi_deg = (NEW_LAMP.phi_deg + 100.0 * len(lamps) + 180.0) % 360.0 - 180.0
-        self.chosen_lamp = len(lamps)
-        self._set_lamps("Add a lamp", (*lamps, dataclasses.replace(NEW_LAMP, phi_deg=phi_deg)))
+        self.lamps.chosen = len(lamps)
+        new = dataclasses.replace(NEW_LAMP, phi_deg=phi_deg)
+        self._set("Add a lamp", lamps=(*lamps, new))
 
     def remove_lamp(self) -> None:
         """Remove the chosen lamp."""
-        lamps = self.look.lamps
-        self._set_lamps("Remove a lamp", lamps[: self.chosen_lamp] + lamps[self.chosen_lamp + 1 :])
+        self._set("Remove a lamp", lamps=self.lamps.without_chosen(self.look.lamps))
+
+    def add_near_lamp(self) -> None:
+        """One more lamp near the model, above it and to another side than those that are there."""
+        if self._mesh is None:
+            return
+        lamps = self.look.near_lamps
+        middle, size = _middle_and_size(self._mesh)
+        place = middle + NEAR * size * np.asarray(world_direction(radians(50.0), radians(-70.0 + 100.0 * len(lamps))))
+        x, y, z, radius, power = (float(f"{value:.3g}") for value in (*place, 0.05 * size, _power_at(size)))
+        new = NearLampSettings(x, y, z, radius, power)
+        self.near.chosen = len(lamps)
+        self._set("Add a near lamp", near_lamps=(*lamps, new))
+
+    def remove_near_lamp(self) -> None:
+        """Remove the chosen near lamp."""
+        self._set("Remove a near lamp", near_lamps=self.near.without_chosen(self.look.near_lamps))
 
     def move_lamp(self, number: int, theta_deg: float, phi_deg: float, final: bool) -> None:
         """Point lamp `number` elsewhere, as a drag in the picture does."""
         if number < len(self.look.lamps):
-            self.chosen_lamp = number
+            self.lamps.chosen = number
             moved = dataclasses.replace(self.look.lamps[number], theta_deg=theta_deg, phi_deg=phi_deg)
             self._lamp_edited(moved, final)
 
+    def move_near_lamp(self, number: int, place: tuple[float, float, float], final: bool) -> None:
+        """Put near lamp `number` elsewhere, as a drag in the picture does."""
+        if number < len(self.look.near_lamps):
+            self.near.chosen = number
+            x, y, z = place
+            self._near_lamp_edited(dataclasses.replace(self.look.near_lamps[number], x=x, y=y, z=z), final)
+
     def _lamp_edited(self, lamp: LampSettings, final: bool) -> None:
-        lamps = list(self.look.lamps)
-        lamps[self.chosen_lamp] = lamp
-        self.edited.emit(dataclasses.replace(self.look, lamps=tuple(lamps)), final)
+        lamps = self.lamps.with_chosen(self.look.lamps, lamp)
+        self.edited.emit(dataclasses.replace(self.look, lamps=lamps), final)
 
-    def _lamp_chosen(self, place: int) -> None:
-        self.chosen_lamp = place
-        self.lamp.show_instance(self.look.lamps[place])
+    def _near_lamp_edited(self, lamp: NearLampSettings, final: bool) -> None:
+        lamps = self.near.with_chosen(self.look.near_lamps, lamp)
+        self.edited.emit(dataclasses.replace(self.look, near_lamps=lamps), final)
 
-    def _set_lamps(self, words: str, lamps: tuple[LampSettings, ...]) -> None:
-        self.set_look.emit(words, dataclasses.replace(self.look, lamps=lamps))
+    def _set(self, words: str, **parts: Any) -> None:
+        self.set_look.emit(words, dataclasses.replace(self.look, **parts))
 
     def _directions_chosen(self, _index: int) -> None:
         self.set_look.emit("Directions", dataclasses.replace(self.look, directions=self.directions.currentData()))
@@ -221,11 +237,87 @@ class LightPanel(Rows):
             document.change(f"Light from {chosen}", environment=self.own_environment)
 
 
-def _ink(lamp: LampSettings) -> tuple[int, int, int]:
+class LampRows(Rows):
+    """Lamps of one kind: a list to choose one from, buttons that add and remove, and the settings of the chosen one.
+
+    `name` is that of one lamp, `about` explains the list, `adds` what the button adds.
+    """
+
+    def __init__(self, label: str, name: str, about: str, adds: str, settings: Any) -> None:
+        super().__init__()
+        self.name = name
+        self.chosen = 0
+        self._lamps: tuple[Any, ...] = ()
+        self.list = ComboBox()
+        self.list.activated.connect(self._choose)
+        self.add = small_button("add", f"Add {adds}")
+        self.remove = small_button("remove", f"Remove this {name.lower()}")
+        holder = QWidget()
+        row = QHBoxLayout(holder)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(STEP)
+        row.addWidget(self.list, 1)
+        row.addWidget(self.add)
+        row.addWidget(self.remove)
+        self.row(label, holder, about)
+        self.list.setAccessibleName(name)
+        self.list.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.list.setMinimumContentsLength(4)
+        self.form = ParamForm(settings, {each.name: each.label for each in parameters(settings)})
+        self.wide(self.form)
+
+    def apply_theme(self) -> None:
+        """Draw the icons in the colour of the current theme."""
+        self.add.setIcon(theme.icon("add"))
+        self.remove.setIcon(theme.icon("remove"))
+
+    def show_lamps(self, lamps: Sequence[Any]) -> None:
+        """Show how many there are, and the settings of the chosen one."""
+        self._lamps, count = tuple(lamps), len(lamps)
+        self.chosen = min(self.chosen, max(0, count - 1))
+        self.list.clear()
+        for number in range(count):
+            self.list.addItem(f"{self.name} {number + 1}", number)
+        if not count:
+            self.list.addItem("None")
+        self.list.setCurrentIndex(self.chosen)
+        nothing = "" if count else f"There are no {self.name.lower()}s yet"
+        enable(self.list, nothing)
+        enable(self.remove, nothing)
+        enable(self.add, "" if count < MOST_LAMPS else f"There are {MOST_LAMPS} {self.name.lower()}s already")
+        self.form.setVisible(count > 0)
+        if count:
+            self.form.show_instance(lamps[self.chosen])
+
+    def _choose(self, place: int) -> None:
+        self.chosen = place
+        self.form.show_instance(self._lamps[place])
+
+    def with_chosen(self, lamps: Sequence[Any], lamp: Any) -> tuple[Any, ...]:
+        """`lamps` with `lamp` in the place of the chosen one."""
+        return tuple(lamp if number == self.chosen else each for number, each in enumerate(lamps))
+
+    def without_chosen(self, lamps: Sequence[Any]) -> tuple[Any, ...]:
+        """`lamps` without the chosen one."""
+        return tuple(each for number, each in enumerate(lamps) if number != self.chosen)
+
+
+def _middle_and_size(mesh: Mesh) -> tuple[Vectors, float]:
+    """The middle of the box about a model, and half its diagonal."""
+    low, high = mesh.positions.min(axis=0).astype(float), mesh.positions.max(axis=0).astype(float)
+    return 0.5 * (low + high), max(0.5 * float(np.linalg.norm(high - low)), 1e-6)
+
+
+def _power_at(size: float) -> float:
+    """The power of a lamp that brings the irradiance 1 to the middle of a model from a new lamp's distance."""
+    return 4.0 * pi * (NEAR * size) ** 2
+
+
+def _ink(colour: Colour) -> tuple[int, int, int]:
     """The colour of a lamp's handle; that of the sun where the lamp is white or black."""
-    largest = max(lamp.colour)
-    if largest <= 0.0 or min(lamp.colour) == largest:
+    largest = max(colour)
+    if largest <= 0.0 or min(colour) == largest:
         return SUN
-    red, green, blue = (channel / largest for channel in lamp.colour)
-    colour = display_colour((red, green, blue))
-    return colour.red(), colour.green(), colour.blue()
+    red, green, blue = (channel / largest for channel in colour)
+    shown = display_colour((red, green, blue))
+    return shown.red(), shown.green(), shown.blue()

@@ -16,7 +16,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.document.document import Project
 from app.document.measured import size_of
-from app.document.modes import Mode, mode_of, modes, scene_of, why_not
+from app.document.modes import Mode, mode_of, modes, scene_of, shows_near_lamps, why_not
 from app.jobs.jobs import Jobs
 from app.view.picture_error import Comparing, PictureError, Pixels, Side
 from app.view.reference import Progressive, progress_text
@@ -158,6 +158,8 @@ class ViewPictures(QObject):
         """The reason why there is nothing to compare the picture with; empty where there is."""
         if self._project is None:
             return ""
+        if self._project.look.near_lamps and any(shows_near_lamps(mode) for mode in self.modes):
+            return "The reference leaves out the lamps near the model"
         return next((why_not(mode, self._project) for mode in modes() if mode.progressive), "")
 
     def measure(self, measuring: bool) -> None:

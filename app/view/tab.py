@@ -23,7 +23,7 @@ from app.commands.pictures import Saving, saved
 from app.commands.workbench import Workbench
 from app.document.document import Behind, Look, Project
 from app.document.measured import choices_with, look_with, setting_of
-from app.document.modes import flipped, mode_of, modes, why_not
+from app.document.modes import flipped, mode_of, modes, shows_near_lamps, why_not
 from app.document.scene import DEFAULT_MODEL, scene_of_project
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
@@ -64,6 +64,9 @@ TONE_MAPS = (("neutral", "Neutral (Khronos)"), ("aces", "ACES"), ("none", "None"
 #: Modes that sum over lights without looking what hides them, and the sentence that says so where a ground is seen.
 SHADOWLESS = ("shading-map", "direct")
 NO_SHADOW = "This mode casts no shadows on the ground: baked modes and the reference do."
+
+#: Said where lamps stand near the model and the mode does not show them.
+NO_NEAR_LAMPS = "{} leaves out the lamps near the model: a bake in spherical harmonics shows them."
 
 #: Pause after the last change before the error of the directions is measured, and the size of the picture it is for.
 AT_REST_MS = 800
@@ -212,6 +215,7 @@ class ViewTab(QWidget):
         document, viewport = self.bench.document, self.viewport
         viewport.light_moved.connect(self._light_moved)
         viewport.lamp_moved.connect(self.lights.move_lamp)
+        viewport.near_lamp_moved.connect(self.lights.move_near_lamp)
         viewport.environment_rotated.connect(self._environment_rotated)
         viewport.drawn.connect(self.drawn)
         viewport.camera_moved.connect(self._error_is_stale)
@@ -271,6 +275,9 @@ class ViewTab(QWidget):
         self._setting_may_have_changed()
         for panel in (self.model, self.lights, self.brdf_panel, self.lookup, self.compare):
             panel.show_project(project)
+        mesh = project.mesh or self.default_mesh
+        if mesh is not None:
+            self.lights.show_size(mesh)
         self._want_behind(project.environment if project.look.behind else None, project.look.behind)
         scene = self.scene(project)
         if scene is None:
@@ -282,7 +289,8 @@ class ViewTab(QWidget):
             alone = "Bakes and Direct light show the BRDF at the mean of the PBR maps."
         note = self.brdf_panel.drawable.note if material.measured is not None else ""
         ground = NO_SHADOW if look.has_ground and mode_of(look.mode, project).value in SHADOWLESS else ""
-        self.hint.setText("\n".join(filter(None, (alone, ground, note and f"Measured BRDF: {note}"))))
+        near = _without_near_lamps(project)
+        self.hint.setText("\n".join(filter(None, (alone, ground, near, note and f"Measured BRDF: {note}"))))
         self.planning.refresh()
         self._want_baked(project, scene)
         self.pictures.show(project, scene, self.lights.handles(project))
@@ -479,7 +487,8 @@ class ViewTab(QWidget):
                 if getattr(look, field.name) != getattr(document.project.look, field.name)
             )
             words = "Change the light" if changed in LIGHT_FIELDS else "Change the picture"
-            document.change("Change a lamp" if changed == "lamps" else words, gesture=changed, look=look)
+            words = "Change a lamp" if changed in ("lamps", "near_lamps") else words
+            document.change(words, gesture=changed, look=look)
         if final:
             document.end_gesture()
 
@@ -527,6 +536,14 @@ class ViewTab(QWidget):
         self.lights.apply_theme()
         self._show_caption()
         self.viewport.redraw()
+
+
+def _without_near_lamps(project: Project) -> str:
+    """A sentence on the first mode on screen that leaves out the lamps near the model; empty where none does."""
+    look = project.look
+    shown = (mode_of(value, project) for value in (look.mode, *([look.against] if look.comparing else [])))
+    without = [mode.label for mode in shown if look.near_lamps and not shows_near_lamps(mode)]
+    return NO_NEAR_LAMPS.format(without[0]) if without else ""
 
 
 def _blurred(environment: EnvironmentMap, radius: float) -> Steps[EnvironmentMap]:

@@ -1,13 +1,13 @@
 """Overlay of the viewport's picture: the handles of the lights, the line between two pictures, and their names.
 
-A light is a sun on a circle around the picture's centre, hollow while it is behind; a round one has its size. Nothing
-here takes the mouse: the viewport asks what is near it.
+A light is a sun on a circle around the picture's centre, hollow while it is behind; a round one has its size. A lamp
+near the model is a ring at its own place. Nothing here takes the mouse: the viewport asks what is near it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, degrees, hypot, pi, radians, sin, sqrt
+from math import cos, degrees, hypot, pi, radians, sin, sqrt, tan
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
@@ -18,7 +18,7 @@ from app.widgets import theme
 from app.widgets.number_field import plain
 from app.widgets.theme import PADDING, STEP
 from engine.core.directions import Vectors, world_angles, world_direction
-from engine.geometry.camera import Camera
+from engine.geometry.camera import Camera, Vector
 from engine.render.display import BLUE, GREY, ORANGE
 
 HANDLE_PX = 8
@@ -36,14 +36,22 @@ SUN = (255, 236, 190)
 
 @dataclass(frozen=True)
 class Handle:
-    """A light that can be dragged: the one light (`lamp` is None) or a lamp by its number; angles in degrees."""
+    """A light that can be dragged: the one light (`lamp` is None) or a lamp by its number; angles in degrees.
+
+    A lamp near the model has a `place` in its coordinates, and no angles.
+    """
 
     lamp: int | None
-    theta_deg: float
-    phi_deg: float
+    theta_deg: float = 0.0
+    phi_deg: float = 0.0
     radius_deg: float = 0.0
     colour: tuple[int, int, int] = SUN
     chosen: bool = False
+    place: Vector | None = None
+
+    def is_of(self, other: Handle) -> bool:
+        """True if both are of one light."""
+        return self.lamp == other.lamp and (self.place is None) == (other.place is None)
 
 
 class Overlay(QWidget):
@@ -78,13 +86,41 @@ class Overlay(QWidget):
         return self.camera.camera_from_world @ world_direction(radians(handle.theta_deg), radians(handle.phi_deg))
 
     def place(self, handle: Handle) -> QPointF:
-        """The position of a handle."""
+        """The position of a handle; far off where it is behind the viewer."""
+        if handle.place is not None:
+            right, up, depth = self._before(handle.place)
+            if depth <= 0.0:
+                return QPointF(-1e6, -1e6)
+            return self._middle() + QPointF(right, -up) / (depth * self._pixel)
         seen = self._seen(handle)
         return self._middle() + QPointF(seen[0], -seen[1]) * self._reach()
 
-    def handle(self, lamp: int | None = None) -> QPointF | None:
-        """The position of the handle of the one light, or of a lamp; None if it does not exist."""
-        found = [self.place(handle) for handle in self.handles if handle.lamp == lamp and self.camera is not None]
+    def _before(self, place: Vector) -> tuple[float, float, float]:
+        """Coordinates of a place in front of the camera: to the right, up and away from the viewer."""
+        assert self.camera is not None
+        x, y, z = self.camera.camera_from_world @ (np.asarray(place) - self.camera.eye)
+        return float(x), float(y), -float(z)
+
+    @property
+    def _pixel(self) -> float:
+        """Side of a pixel of the picture at the distance 1 from the viewer."""
+        assert self.camera is not None
+        return 2.0 * tan(radians(self.camera.fov_deg) / 2.0) / max(1, self.height())
+
+    def place_at(self, handle: Handle, point: QPointF) -> Vector:
+        """The place of a near lamp whose handle is at `point`, as far from the viewer as it is now."""
+        assert self.camera is not None
+        assert handle.place is not None
+        depth = self._before(handle.place)[2]
+        offset = (point - self._middle()) * depth * self._pixel
+        moved = self.camera.camera_from_world.T @ np.array([offset.x(), -offset.y(), -depth])
+        x, y, z = (float(f"{value:.4g}") for value in moved + np.asarray(self.camera.eye))
+        return x, y, z
+
+    def handle(self, lamp: int | None = None, *, near: bool = False) -> QPointF | None:
+        """The position of the handle of the one light, or of a lamp, far or near; None if it does not exist."""
+        wanted = Handle(lamp, place=(0.0, 0.0, 0.0) if near else None)
+        found = [self.place(handle) for handle in self.handles if handle.is_of(wanted) and self.camera is not None]
         return found[0] if found else None
 
     def at(self, point: QPointF, reach: float = 2 * HANDLE_PX) -> Handle | None:
@@ -185,7 +221,20 @@ class Overlay(QWidget):
         for side, words in (*ends, (Qt.AlignmentFlag.AlignHCenter, what)):
             painter.drawText(below, side | Qt.AlignmentFlag.AlignTop, words)
 
+    def _paint_near(self, painter: QPainter, handle: Handle) -> None:
+        """A bulb: a disc in a ring."""
+        place, colour = self.place(handle), QColor(*handle.colour)
+        for ink, width in ((QColor(0, 0, 0, 170), 3.5), (colour, 2.5 if handle.chosen else 1.5)):
+            painter.setPen(QPen(ink, width))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawEllipse(place, HANDLE_PX + 2, HANDLE_PX + 2)
+            painter.setBrush(colour)
+            painter.drawEllipse(place, HANDLE_PX - 4, HANDLE_PX - 4)
+
     def _paint_handle(self, painter: QPainter, handle: Handle) -> None:
+        if handle.place is not None:
+            self._paint_near(painter, handle)
+            return
         place, seen = self.place(handle), self._seen(handle)
         if handle == self.near:
             painter.setBrush(Qt.BrushStyle.NoBrush)

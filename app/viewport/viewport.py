@@ -49,13 +49,14 @@ class Viewport(QWidget):
     """Shows a scene with its own camera.
 
     `light_moved(theta_deg, phi_deg, final)` asks to move the light, `lamp_moved(number, theta_deg, phi_deg, final)` a
-    lamp beside it, `environment_rotated(angle_deg, final)` to rotate the environment instead. `camera_moved` says
-    that the model is seen from elsewhere or in another size, `rested` that nothing has moved for a while, `clicked`
-    that the left button went down and up at one place.
+    lamp beside it, `near_lamp_moved(number, place, final)` one near the model, `environment_rotated(angle_deg, final)`
+    to rotate the environment instead. `camera_moved` says that the model is seen from elsewhere or in another size,
+    `rested` that nothing has moved for a while, `clicked` that the left button went down and up at one place.
     """
 
     light_moved = Signal(float, float, bool)
     lamp_moved = Signal(int, float, float, bool)
+    near_lamp_moved = Signal(int, tuple, bool)
     wipe_moved = Signal(float)
     rested = Signal()
     environment_rotated = Signal(float, bool)
@@ -277,7 +278,10 @@ class Viewport(QWidget):
         elif kind == "turn environment" and self.scene is not None:
             self._turn(self.scene.environment_rotation + pi * moved.x() / height, final=False)
         elif kind == "drag light" and handle is not None:
-            self._move_light(handle.lamp, *self.overlay.light_at(handle, event.position()))
+            if handle.place is not None:
+                self.near_lamp_moved.emit(handle.lamp, self.overlay.place_at(handle, event.position()), False)
+            else:
+                self._move_light(handle.lamp, *self.overlay.light_at(handle, event.position()))
         elif kind == "wipe":
             self.wipe_moved.emit(min(1.0, max(0.0, event.position().x() / max(1, self.width()))))
 
@@ -287,10 +291,12 @@ class Viewport(QWidget):
         if pressed is not None and (event.position() - pressed).manhattanLength() <= CLICK_PX:
             self.clicked.emit(pressed)
         if grabbed is not None and "light" in grabbed[0]:
-            lamp = grabbed[2].lamp if grabbed[2] is not None and grabbed[0] == "drag light" else None
+            dragged = grabbed[2] if grabbed[2] is not None and grabbed[0] == "drag light" else Handle(None)
             for handle in self.overlay.handles:
-                if handle.lamp == lamp:
-                    self._say_light(lamp, handle.theta_deg, handle.phi_deg, final=True)
+                if handle.is_of(dragged) and handle.place is not None:
+                    self.near_lamp_moved.emit(handle.lamp, handle.place, True)
+                elif handle.is_of(dragged):
+                    self._say_light(handle.lamp, handle.theta_deg, handle.phi_deg, final=True)
         if grabbed is not None and "environment" in grabbed[0] and self.scene is not None:
             self._turn(self.scene.environment_rotation, final=True)
 

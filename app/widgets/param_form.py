@@ -53,6 +53,13 @@ class ParamForm(Rows):
                 QWidget.setTabOrder(before, stop)
                 before = stop
 
+    def reach(self, name: str, slider: tuple[float, float]) -> None:
+        """Let the slider of a number run over another range, as that of a length does for another model."""
+        editor = self.editors[name]
+        assert isinstance(editor, NumberEditor)
+        editor.parameter = dataclasses.replace(editor.parameter, slider=slider)
+        editor.show_value(editor.field.value)
+
     def show_instance(self, instance: Any) -> None:
         """Show the values of `instance` without emitting."""
         self.instance = instance

@@ -39,6 +39,7 @@ from engine.geometry.mesh import Mesh
 from engine.light.environment import DistantLights, EnvironmentMap
 from engine.light.lamps import Lamp, lights_of_all
 from engine.light.light_tree import chosen_lights
+from engine.light.near_lamps import NearLamp
 from engine.scene.material import Material, auto_sigma
 from engine.shading.directional.effective_light import EffectiveCosine, effective_cosine
 from engine.shading.directional.planes import DirectionalMap
@@ -79,6 +80,7 @@ class Scene:
     source : which form of the material is looked up, where it has both.
     repeats : how often the material repeats over one unit of texture coordinates.
     lamps : lights beside the one or the environment, in the world; the rotation and the factor are not theirs.
+    near_lamps : lights near the model, which baked methods that know `near_light` alone show.
     ground : what the model stands on; None for nothing.
     relit : a bake of the model relit by this light (`engine.transport.relit`), which is drawn in place of sums over
         lights by whoever can draw it.
@@ -98,6 +100,7 @@ class Scene:
     environment_rotation: float = 0.0
     directions: int = 64
     lamps: tuple[Lamp, ...] = ()
+    near_lamps: tuple[NearLamp, ...] = ()
     ground: Ground | None = None
     relit: Any = None
 
@@ -113,8 +116,9 @@ class Scene:
                 f"a rotation of {self.environment_rotation} or {self.directions} directions (1 … {MOST_DIRECTIONS}) "
                 "is not possible"
             )
-        if len(self.lamps) > MOST_LAMPS:
-            raise UsageError(f"a scene has at most {MOST_LAMPS} lamps, not {len(self.lamps)}")
+        if max(len(self.lamps), len(self.near_lamps)) > MOST_LAMPS:
+            count = max(len(self.lamps), len(self.near_lamps))
+            raise UsageError(f"a scene has at most {MOST_LAMPS} lamps, not {count}")
         object.__setattr__(self, "lamps", tuple(self.lamps))
         object.__setattr__(self, "light", tuple(float(x) for x in normalize(self.light, (0.0, 1.0, 0.0))))
 

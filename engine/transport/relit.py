@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from engine.geometry.camera import Vector
 from engine.geometry.mesh import Mesh
 from engine.light.environment import EnvironmentMap
 from engine.light.lamps import Lamp
+from engine.light.near_lamps import NearLamp
 from engine.scene.scene import Scene
 from engine.transport.gaussian import transfer as gaussian_transfer
 from engine.transport.gaussian.lighting import GaussianLight, filtered_for, levels_under, lobe_radiance
@@ -27,9 +28,6 @@ from engine.transport.sh.lighting import lamp_coefficients, project, turned_abou
 from engine.transport.sh.transfer import ShTransport
 from engine.transport.wavelet import transfer as wavelet_transfer
 from engine.transport.wavelet.transfer import GRAZING, WaveletTransport
-
-if TYPE_CHECKING:
-    from engine.transport.sh.near_light import NearLamp
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -53,11 +51,12 @@ class Light:
 
 
 def light_of(scene: Scene) -> Light:
-    """All the light of a scene: its environment, or its one light, and its lamps."""
+    """All the light of a scene: its environment, or its one light, and its lamps, near and far."""
     if scene.environment is not None:
-        return Light(scene.environment, scene.environment_rotation, scene.irradiance, scene.lamps)
+        around = scene.environment, scene.environment_rotation, scene.irradiance
+        return Light(*around, scene.lamps, scene.near_lamps)
     own = (Lamp(scene.light, (scene.irradiance,) * 3),) if scene.irradiance > 0.0 else ()
-    return Light(lamps=(*own, *scene.lamps))
+    return Light(lamps=(*own, *scene.lamps), near_lamps=scene.near_lamps)
 
 
 class Relit(Protocol):

@@ -26,7 +26,7 @@ from engine.brdf.brdf import MODELS
 from engine.core import params
 from engine.images.encode import encode_png, write_exr
 from engine.light.lamps import LampSettings
-from engine.transport.sh.near_light import NearLampSettings
+from engine.light.near_lamps import NearLampSettings
 from tests.app.arguments.test_results import arguments
 from tests.app.scenarios import SCENARIOS, prepare
 

@@ -14,9 +14,9 @@ from engine.core.figure_text import number
 if TYPE_CHECKING:
     from engine.light.environment import EnvironmentMap
     from engine.light.lamps import Lamp
+    from engine.light.near_lamps import NearLamp
     from engine.transport.baking.spatially_varying import Variation
     from engine.transport.relit import Light
-    from engine.transport.sh.near_light import NearLamp
 
 #: Default direction of the light.
 LIGHT_DEG = (50.0, 30.0)
@@ -45,7 +45,7 @@ def lamp_argument(text: str) -> Lamp:
 
 def near_lamp_argument(text: str) -> NearLamp:
     """The lamp that --near-lamp names; the parser's error otherwise."""
-    from engine.transport.sh.near_light import near_lamp_from_text
+    from engine.light.near_lamps import near_lamp_from_text
 
     return _argument(near_lamp_from_text, text)
 

@@ -16,6 +16,7 @@ from engine.geometry.camera import Camera
 from engine.geometry.mesh import Mesh, read_mesh
 from engine.light.environment_file import open_environment
 from engine.light.lamps import LampSettings
+from engine.light.near_lamps import NearLampSettings
 
 LOOK = Look(
     light_theta_deg=12.0,
@@ -25,6 +26,7 @@ LOOK = Look(
     comparing="wipe",
     bounces=2,
     lamps=(LampSettings(theta_deg=20.0, colour=(1.0, 0.5, 0.25)),),
+    near_lamps=(NearLampSettings(x=1.0, power=3.0, colour=(1.0, 0.5, 0.25)),),
 )
 CAMERA = Camera((3.0, 2.0, 1.0), (0.25, 0.25, 0.25), fov_deg=20.0)
 
@@ -107,7 +109,15 @@ def test_a_reference_that_leads_nowhere_opens_nothing(model: Any, tmp_path: Path
     [
         *(None, 3.0, [], {}, {"gain": "3"}, {"gain": True}, {"gain": float("nan")}, {"gain": 1e9}, {"exposure_ev": {}}),
         *({"tone_map": "nonsense"}, {"tone_map": []}, {"has_ground": 1}, {"has_ground": None}, {"mode": "nonsense"}),
-        *({"mode": []}, {"lamps": [{}]}, {"lamps": [3]}, {"bounces": True}, {"bounces": 99}, {"directions": 0}),
+        *(
+            {"mode": []},
+            {"lamps": [{}]},
+            {"lamps": [3]},
+            {"near_lamps": [{"x": 1.0}]},
+            {"bounces": True},
+            {"bounces": 99},
+            {"directions": 0},
+        ),
     ],
 )
 def test_a_view_that_cannot_be_changes_nothing(view: Any) -> None:

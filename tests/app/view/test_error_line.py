@@ -50,7 +50,7 @@ def change(window: MainWindow, **parts: Any) -> None:
 
 def test_the_error_of_what_is_shown_is_found_while_nobody_does_anything(view: MainWindow, qtbot: Any) -> None:
     pictures, status = view.view.pictures, view.status.error
-    assert status.text() == "error …"
+    assert status.text() == "error being measured"
     wait(qtbot, lambda: pictures.error is not None)
     assert pictures.error is not None
     assert 0.1 < pictures.error.rmse_rel < 1.0, "a knot without its shadows is far off"
@@ -74,7 +74,7 @@ def test_turning_begins_anew_and_another_mode_goes_on(view: MainWindow, qtbot: A
     wait(qtbot, lambda: pictures.error is not None)
     view.view.viewport.turn(0.2, 0.0)
     assert (pictures.error, pictures.reference.found, pictures.reference.running) == (None, None, False)
-    assert view.status.error.text() == "error …"
+    assert view.status.error.text() == "error being measured"
     wait(qtbot, lambda: pictures.error is not None)
 
 

@@ -297,10 +297,10 @@ def test_the_error_against_the_reference_states_its_uncertainty_and_it_falls(
 
 def test_lamps_are_added_dragged_changed_and_removed_one_step_each(view: MainWindow, qtbot: Any) -> None:
     lights, viewport, stack = view.view.lights, view.view.viewport, view.bench.document.undo_stack
-    assert lights.remove.toolTip() == "There are no lamps yet"
+    assert lights.lamps.remove.toolTip() == "There are no lamps yet"
     count = stack.count()
-    qtbot.mouseClick(lights.add, Qt.MouseButton.LeftButton)
-    qtbot.mouseClick(lights.add, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(lights.lamps.add, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(lights.lamps.add, Qt.MouseButton.LeftButton)
     assert stack.count() == count + 2
     assert viewport.scene is not None
     assert len(viewport.scene.lamps) == 2
@@ -309,22 +309,61 @@ def test_lamps_are_added_dragged_changed_and_removed_one_step_each(view: MainWin
     place = present(viewport.overlay.handle(1)).toPoint()
     drag(viewport, place, place + QPoint(-60, 30))
     assert stack.count() == count + 3
-    assert lights.chosen_lamp == 1
+    assert lights.lamps.chosen == 1
     assert (
         np.hypot(*(lambda p: (p.x(), p.y()))(present(viewport.overlay.handle(1)) - QPointF(place + QPoint(-60, 30))))
         < 3
     )
-    assert lights.lamp.instance == look(view).lamps[1]
-    cast(Any, lights.lamp.editors["radius_deg"]).field.edited.emit(12.0, True)
+    assert lights.lamps.form.instance == look(view).lamps[1]
+    cast(Any, lights.lamps.form.editors["radius_deg"]).field.edited.emit(12.0, True)
     assert look(view).lamps[1].radius_deg == 12.0
     assert viewport.scene.lamps[1].radius == pytest.approx(np.radians(12.0))
     assert stack.count() == count + 4
-    qtbot.mouseClick(lights.remove, Qt.MouseButton.LeftButton)
+    qtbot.mouseClick(lights.lamps.remove, Qt.MouseButton.LeftButton)
     assert len(look(view).lamps) == 1
     for _ in range(5):
         view.undo.trigger()
     assert look(view).lamps == ()
     assert viewport.scene.lamps == ()
+
+
+def test_a_near_lamp_is_added_dragged_changed_and_removed_one_step_each(view: MainWindow, qtbot: Any) -> None:
+    near, viewport, stack = view.view.lights.near, view.view.viewport, view.bench.document.undo_stack
+    assert near.remove.toolTip() == "There are no near lamps yet"
+    count = stack.count()
+    qtbot.mouseClick(near.add, Qt.MouseButton.LeftButton)
+    assert stack.count() == count + 1
+    lamp = look(view).near_lamps[0]
+    assert present(viewport.scene).near_lamps == (lamp.lamp,)
+    assert "leaves out the lamps near" in view.view.hint.text(), "no bake in spherical harmonics is shown"
+    change(view, mode="sh")
+    assert "leaves out the lamps near" not in view.view.hint.text()
+    assert view.view.pictures.why_no_error == "The reference leaves out the lamps near the model"
+    change(view, comparing="wipe", against="reference")
+    assert "Reference leaves out the lamps near" in view.view.hint.text()
+    view.undo.trigger()
+    view.undo.trigger()
+    assert not view.view.pictures.why_no_error
+    place = present(viewport.overlay.handle(0, near=True)).toPoint()
+    drag(viewport, place, place + QPoint(-30, 40))
+    assert stack.count() == count + 2
+    moved = look(view).near_lamps[0]
+    camera = present(viewport.camera)
+    step = camera.camera_from_world @ (np.array([moved.x, moved.y, moved.z]) - (lamp.x, lamp.y, lamp.z))
+    assert step[0] < 0.0
+    assert step[1] < 0.0
+    assert abs(step[2]) < 0.01 * np.hypot(step[0], step[1]), "as far from the viewer as before"
+    reached = present(viewport.overlay.handle(0, near=True)) - QPointF(place + QPoint(-30, 40))
+    assert np.hypot(reached.x(), reached.y()) < 3
+    cast(Any, near.form.editors["power"]).field.edited.emit(7.0, True)
+    assert look(view).near_lamps == (dataclasses.replace(moved, power=7.0),)
+    assert stack.count() == count + 3
+    qtbot.mouseClick(near.remove, Qt.MouseButton.LeftButton)
+    assert look(view).near_lamps == ()
+    for _ in range(4):
+        view.undo.trigger()
+    assert stack.index() == count
+    assert look(view).near_lamps == ()
 
 
 def test_lamps_alone_light_the_model(view: MainWindow, qtbot: Any) -> None:

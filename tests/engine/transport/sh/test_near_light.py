@@ -16,6 +16,7 @@ from engine.core.directions import normalize, world_from_tangent
 from engine.core.steps import drain
 from engine.geometry.ground import Ground
 from engine.light.lamps import Lamp
+from engine.light.near_lamps import NearLamp, near_lamp_from_text
 from engine.transport.sh.bake import BakeSettings, bake, prepare
 from engine.transport.sh.basis import cosine_zonal, evaluate, turned_zonal
 from engine.transport.sh.brdf_table import lambert_table
@@ -23,11 +24,9 @@ from engine.transport.sh.lighting import lamp_coefficients
 from engine.transport.sh.near_light import (
     LADDER,
     TOLERANCE,
-    NearLamp,
     grid,
     incident,
     interpolated,
-    near_lamp_from_text,
     near_light,
 )
 from engine.transport.sh.transfer import ShTransport, signed_radiance, transferred
