@@ -28,7 +28,7 @@ from engine.render.reference import BYTES_PER_PIXEL, reference
 from engine.scene.scene import Scene, Source
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
-from engine.tradeoff.agenda import effort_of, in_order, reduced
+from engine.tradeoff.agenda import effort_of, in_order, quick_first, reduced
 from engine.tradeoff.bake_group import (
     Bake,
     Factors,
@@ -222,7 +222,7 @@ class _Run:
         self.reference = yield from part(self.refining.refine(first_s, 10.0 * QUIET, FEW_PASSES), 0.01, FIRST)
         asked = yield from self._distinct([*first, *settings])
         leaders = list(dict.fromkeys([*asked[: len(set(first))], *self._cheapest(asked)]))
-        early, late = in_order(leaders), in_order([each for each in asked if each not in leaders])
+        early, late = quick_first(leaders, self._bake_s), in_order([each for each in asked if each not in leaders])
         self.has_bakes = any(job[0].mode in transport.names() for job in (*early, *late))
         weights = [4 if job[0].mode in transport.names() else 1 for job in (*early, *late)]
         done, share = FIRST, (1.0 - FIRST - LAST) / max(sum(weights), 1)
@@ -371,6 +371,9 @@ class _Run:
 
     def _predicted(self, setting: Setting) -> dict[str, float]:
         return {} if self.predictions is None else self.predictions.of(setting)
+
+    def _bake_s(self, setting: Setting) -> float:
+        return self._predicted(setting).get("bake_s", 0.0)
 
     def _again(self) -> Steps[None]:
         """Refine the reference until it is quiet beside the least error, and tell all errors by it."""

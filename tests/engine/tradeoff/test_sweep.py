@@ -30,7 +30,7 @@ from engine.planning.costs.setting import Setting
 from engine.render.reference import ReferencePicture, reference
 from engine.render.transported import picture_of
 from engine.scene.scene import Scene
-from engine.tradeoff.agenda import modes_of, reduced, settings_of
+from engine.tradeoff.agenda import modes_of, quick_first, reduced, settings_of
 from engine.tradeoff.bake_group import bake_alone, bake_group, groups, relit
 from engine.tradeoff.draw import SAMPLES, shown_vertices
 from engine.tradeoff.front import front
@@ -111,6 +111,14 @@ def test_what_a_plan_chooses_is_measured_first(scene: Scene) -> None:
     ]
     result = drain(sweep(scene, settings, SMALL, seconds=300.0, first=[chosen]))
     assert {each.setting for each in result.points[:3]} == {chosen, settings[0], settings[2]}
+
+
+def test_a_bake_of_seconds_does_not_wait_for_one_of_a_minute() -> None:
+    """A plan's choice of a high order comes before Gaussians where these are predicted to take longer."""
+    predicted_s = {"direct": 0.0, "wavelet": 2.0, "gaussian": 60.0}
+    settings = [Setting("gaussian", {"lobes": 1}), Setting("sh", {"order": 15}), Setting("wavelet"), Setting("direct")]
+    jobs = quick_first(settings, lambda setting: predicted_s.get(setting.mode, 3.0))
+    assert [[each.mode for each in job] for job in jobs] == [["direct"], ["wavelet"], ["sh"], ["gaussian"]]
 
 
 def test_a_budget_holds_also_where_a_bake_takes_longer_than_it_said(
