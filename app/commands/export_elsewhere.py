@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.document.document import Project
-from engine.core.steps import Step, Steps, part
+from engine.core.steps import Step, Steps, part, without_partials
 
 if TYPE_CHECKING:
     from engine.exchange.export import Departure, Offer
@@ -49,7 +49,7 @@ def made_ready(project: Project, leaving: Departure | None) -> Steps[Departure]:
     if leaving is None:
         from engine.exchange.export import departure
 
-        leaving = yield from departure(project.material, project.stack)
+        leaving = yield from without_partials(departure(project.material, project.stack))
     yield Step(1.0, "comparing", leaving)
     return leaving
 

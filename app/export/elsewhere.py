@@ -220,11 +220,11 @@ class Elsewhere(QWidget):
 
     def _progressed(self, step: Step) -> None:
         """Show what the newest job has found so far."""
-        if step.partial is None:
-            self.state.setText(f"{percent(step.done)} · {step.note}")
-            return
         number, found = step.partial
         if number != self.asked:
+            return
+        if found is None:
+            self.state.setText(f"{percent(step.done)} · {step.note}")
             return
         if not hasattr(found, "target"):
             self.leaving = found
@@ -376,10 +376,8 @@ class Board(QScrollArea):
 
 
 def _numbered(number: int, steps: Steps[Any]) -> Steps[Any]:
-    """`steps` whose partial results say which request they belong to."""
-    return relayed(
-        steps, lambda step: Step(step.done, step.note, None if step.partial is None else (number, step.partial))
-    )
+    """`steps` that say which request they belong to, beside their partial results."""
+    return relayed(steps, lambda step: Step(step.done, step.note, (number, step.partial)))
 
 
 def _breakable(path: str) -> str:

@@ -57,3 +57,8 @@ def relayed(steps: Steps[Result], change: Callable[[Step], Step]) -> Steps[Resul
 def part(steps: Steps[Result], start: float, stop: float) -> Steps[Result]:
     """Run `steps` as the part [start, stop] of a longer work: `result = yield from part(steps, 0.2, 0.5)`."""
     return relayed(steps, lambda step: Step(start + (stop - start) * step.done, step.note, step.partial))
+
+
+def without_partials(steps: Steps[Result]) -> Steps[Result]:
+    """Run `steps` without their partial results, where the longer work has others: those of a fit are BRDFs."""
+    return relayed(steps, lambda step: Step(step.done, step.note))

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 import engine
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent
-from engine.core.steps import Step, Steps, part
+from engine.core.steps import Step, Steps, part, without_partials
 from engine.exchange import blender, brdf, gltf, materialx, rti, shaders, textures, usd, web
 from engine.exchange.loss import (
     ENVIRONMENTS,
@@ -165,7 +165,7 @@ def offers(leaving: Departure, settings: Settings, names: Sequence[str] = NAMES)
     found = []
     for index, target in enumerate(chosen):
         start, stop = index / len(chosen), (index + 1) / len(chosen)
-        found.append((yield from part(_offer(leaving, target, settings), start, stop)))
+        found.append((yield from part(without_partials(_offer(leaving, target, settings)), start, stop)))
         yield Step(stop, target.words, found[-1])
     return found
 

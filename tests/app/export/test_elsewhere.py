@@ -14,6 +14,8 @@ from PySide6.QtWidgets import QWidget
 
 from app.cli.export import CODINGS as CLI_CODINGS
 from app.cli.export import PRESETS as CLI_PRESETS
+from app.commands import export_elsewhere
+from app.document.document import Project
 from app.export import elsewhere
 from app.window.main_window import MainWindow
 from engine.core.figure_text import percent, size_text
@@ -23,13 +25,14 @@ from engine.exchange.coding import CODINGS
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import PRESETS
 from engine.light.environment import DistantLights
+from engine.scene.material import Material
 from tests.app.window.test_main_window import fill
 
 OFFERED = len(elsewhere.TARGETS)
 
 
 def few_samples(_subject: Subject, _settings: Settings, _loss: str) -> Steps[Contents]:
-    yield Step(0.5, "evaluating the BRDF")
+    yield Step(0.5, "evaluating the BRDF", "the best BRDF so far, which is no offer")
     return Contents({"felt.csv": b"0,0"}, None, ("felt.mtlx is the nearest metallic-roughness, 9 % away",))
 
 
@@ -53,6 +56,18 @@ def page(window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.Mon
     page = window.export.elsewhere
     qtbot.waitUntil(lambda: len(page.found) == OFFERED and not page.latest.busy, timeout=240_000)
     return page
+
+
+def test_brdfs_that_a_fit_finds_on_its_way_are_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    ready: Any = object()
+
+    def fitting(_material: Material, _stack: Any) -> Steps[Any]:
+        yield Step(0.5, "fitting", "a BRDF")
+        return ready
+
+    monkeypatch.setattr(export, "departure", fitting)
+    steps = list(export_elsewhere.made_ready(Project(), None))
+    assert [step.partial for step in steps if step.partial is not None] == [ready]
 
 
 def click(qtbot: Any, widget: QWidget) -> None:
