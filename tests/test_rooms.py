@@ -41,6 +41,7 @@ ROOMS = (
     "engine/render",
     "engine/simulate",
     "engine/gl",
+    "engine/gl/reflectance",
     "engine/accuracy",
     "engine/planning/costs",
     "engine/planning/effects",

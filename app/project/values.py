@@ -50,6 +50,7 @@ CLASSES = {
     "engine.brdf.samples": ("BrdfSamples",),
     "engine.brdf.scattered": ("ScatteredBrdf", "Shape", "Symmetry"),
     "engine.brdf.table": ("DirectionTable", "HalfDifferenceTable"),
+    "engine.brdf.written": ("WrittenBrdf",),
     "engine.capture.lights.mirror_sphere": ("Circle",),
     "engine.capture.lights.sources": ("Sources", "Unpacked"),
     "engine.capture.photograph.exposures": ("Exposure",),

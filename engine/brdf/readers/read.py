@@ -24,6 +24,7 @@ from engine.brdf.readers.samples_child import read_samples
 from engine.brdf.readers.table_file import looks_like_table, read_table
 from engine.brdf.readers.utia import looks_like_utia, read_utia
 from engine.brdf.samples import BrdfSamples
+from engine.brdf.written import looks_like_written, read_written
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Health
 from engine.core.steps import Step, Steps, drain, part
@@ -73,6 +74,7 @@ HEAD_BYTES = 1 << 16
 
 #: Every format that is read; the first that recognises a file reads it, so the strictest come first.
 FORMATS: tuple[Format, ...] = (
+    Format("GLSL of BRDF Explorer (.brdf)", looks_like_written, read_written),
     Format("RGL (.bsdf)", looks_like_rgl, read_rgl),
     Format("tables of this program (.exr)", looks_like_table, read_table),
     Format("MERL (.binary)", looks_like_merl, read_merl),

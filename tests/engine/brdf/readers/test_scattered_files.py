@@ -319,7 +319,7 @@ def test_the_real_tape_reflects_back(shared_data: Callable[[str], Path]) -> None
         (b"\xff\xfe" + CSV.encode("utf-16-le") + b"\0\xd8", "begins as utf-16 text and does not go on"),
         ("theta_i,phi_i,theta_o,phi_o,R,G,B\n" + "1" * (1 << 21) + "\n", "line 2 has 2097152 characters"),
         ("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 12\n", "is a git-lfs pointer, not the data"),
-        ("analytic\n::begin parameters\nfloat m 0 1 .1\n", "is not a measured BRDF of a known format"),
+        ("analytic\n::begin parameters\nfloat m 0 1 .1\n", "line 2: parameters never ends"),
     ],
 )
 def test_fault_5_wrong_files_are_refused_in_a_sentence(tmp_path: Path, content: str | bytes, problem: str) -> None:

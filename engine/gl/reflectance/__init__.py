@@ -1,0 +1,1 @@
+"""Reflectance that a person writes in GLSL, evaluated in a confined process of its own."""
