@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -18,6 +19,7 @@ from app.brdf.library import KEY
 from app.brdf.tab import BrdfTab
 from app.commands import brdf as commands_brdf
 from app.document.comparison import MARKERS
+from app.project.values import decoded, encoded
 from app.window.main_window import MainWindow
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.brdf.models.microfacet import Ggx
@@ -527,3 +529,25 @@ def test_no_words_are_cut_off_where_there_is_something_to_compare(
     for widget in tab.findChildren(QAbstractButton):
         if widget.isVisible():
             assert widget.text() or widget.accessibleName(), widget.objectName()
+
+
+def test_reflectance_written_in_glsl_is_compared_and_kept(tab: BrdfTab, qtbot: Any, tmp_path: Path) -> None:
+    path = tmp_path / "mine.brdf"
+    begin, end = "analytic\n::begin shader\nvec3 BRDF(vec3 L, vec3 V, vec3 N, vec3 X, vec3 Y)", "\n::end shader\n"
+    path.write_text(f"{begin} {{ return vec3(0.25, 0.2, 0.1); }}{end}", encoding="utf-8")
+    commands_brdf.open_file(tab.bench, path)
+    qtbot.waitUntil(lambda: names(tab) == ["mine"], timeout=60_000)
+    rest(tab, qtbot)
+    assert tab.inspector.kind.text() == "written in GLSL"
+    entry = tab.entry
+    assert entry is not None
+    said: list[str] = []
+
+    def keep(words: str) -> str:
+        said.append(words)
+        return "name"
+
+    keeper: Any = SimpleNamespace(folder=tmp_path, own=None, text=keep)
+    finder: Any = SimpleNamespace(folder=tmp_path, places={}, made={}, text=lambda _name: said[-1])
+    kept = encoded(entry.brdf, keeper)
+    assert decoded(kept, finder) == entry.brdf
