@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 
 from app.brdf.plots import ResidualPlot, marker_icon
 from app.brdf.ranking import Ranking, all_models
+from app.brdf.written_form import WrittenForm
 from app.commands.brdf import FULL, FitSoFar, add, fitted, is_model
 from app.commands.brdf_figures import Facts
 from app.commands.workbench import Workbench
@@ -198,7 +199,7 @@ class Inspector(Panel):
         self.entry: Entry | None = None
         self._filling = False
         self._make_list()
-        self._make_about()
+        self._make_about(bench)
         self.fit = FitSection(bench)
         self.column.addSpacing(2 * STEP)
         self.column.addWidget(self.fit)
@@ -235,7 +236,7 @@ class Inspector(Panel):
         row.addWidget(self.remove)
         rows.wide(holder)
 
-    def _make_about(self) -> None:
+    def _make_about(self, bench: Workbench) -> None:
         self.about = self.section("BRDF")
         self.kind = self.about.figure("Kind")
         self.samples = self.about.figure("Samples", "Measured directions, and the number of unusable ones")
@@ -244,6 +245,8 @@ class Inspector(Panel):
         holder = QWidget()
         holder.setLayout(self.forms)
         self.about.wide(holder)
+        self.written = WrittenForm(bench, self.edited)
+        self.about.wide(self.written)
         self.holder = holder
         self.form: ParamForm | None = None
         self.largest = self.about.figure(
@@ -305,6 +308,7 @@ class Inspector(Panel):
             self.kind.setText(entry.brdf.kind)
         self._show_form(entry.brdf if entry is not None and model else None)
         self._show_measured(entry if not model else None)
+        self.written.show_entry(entry)
         fitted = entry.fitted if entry is not None else None
         self._row(self.fitted, f"{percent(fitted.before, 3)} → {percent(fitted.after, 3)}" if fitted else None)
         if new:
@@ -328,7 +332,7 @@ class Inspector(Panel):
     def _show_measured(self, entry: Entry | None) -> None:
         brdf = entry.brdf if entry is not None else None
         samples = None
-        if brdf is not None:
+        if brdf is not None and brdf.samples:
             samples = _count(brdf.samples)
             samples += f", {_count(brdf.invalid_samples)} unusable" if brdf.invalid_samples else ""
         self._row(self.samples, samples)

@@ -20,6 +20,7 @@ from app.brdf.tab import BrdfTab
 from app.commands import brdf as commands_brdf
 from app.document.comparison import MARKERS
 from app.project.values import decoded, encoded
+from app.widgets.param_form import NumberEditor
 from app.window.main_window import MainWindow
 from engine.brdf.brdf import MODELS, brdf_from_text
 from engine.brdf.models.microfacet import Ggx
@@ -533,14 +534,21 @@ def test_no_words_are_cut_off_where_there_is_something_to_compare(
 
 def test_reflectance_written_in_glsl_is_compared_and_kept(tab: BrdfTab, qtbot: Any, tmp_path: Path) -> None:
     path = tmp_path / "mine.brdf"
-    begin, end = "analytic\n::begin shader\nvec3 BRDF(vec3 L, vec3 V, vec3 N, vec3 X, vec3 Y)", "\n::end shader\n"
-    path.write_text(f"{begin} {{ return vec3(0.25, 0.2, 0.1); }}{end}", encoding="utf-8")
+    head = "analytic\n::begin parameters\nfloat grey 0 1 0.25\nbool on 1\ncolor tint 1 0.5 0.5\n::end parameters"
+    begin, end = f"{head}\n::begin shader\nvec3 BRDF(vec3 L, vec3 V, vec3 N, vec3 X, vec3 Y)", "\n::end shader\n"
+    path.write_text(f"{begin} {{ return on ? grey * tint : vec3(0); }}{end}", encoding="utf-8")
     commands_brdf.open_file(tab.bench, path)
     qtbot.waitUntil(lambda: names(tab) == ["mine"], timeout=60_000)
     rest(tab, qtbot)
     assert tab.inspector.kind.text() == "written in GLSL"
+    editor = tab.inspector.written.editors["grey"]
+    assert isinstance(editor, NumberEditor)
+    editor.edited.emit(0.5, True)
+    qtbot.waitUntil(lambda: tab.entry is not None and "grey 0 1 0.5" in tab.entry.brdf.text, timeout=60_000)
+    rest(tab, qtbot)
     entry = tab.entry
     assert entry is not None
+    np.testing.assert_allclose(entry.brdf.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0]), [0.5, 0.25, 0.25], rtol=1e-6)
     said: list[str] = []
 
     def keep(words: str) -> str:
