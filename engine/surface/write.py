@@ -1,7 +1,8 @@
 """The folder of maps: an EXR for each map and each standard deviation, PNG previews, and `surface.json`.
 
 EXR maps are linear: colours are linear sRGB, normals components in [−1, 1] (x right, y up, z out of the picture),
-heights widths of a texel. Previews are for looking: normals as (n + 1) / 2, and height from its lowest to its highest.
+heights widths of a texel. Previews are for looking: colours, also that of the highlight, in sRGB codes (a specular of
+0.04 is code 56), normals as (n + 1) / 2, and height from its lowest to its highest.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ def known_maps(maps: PbrMaps) -> dict[str, NDArray[np.float32]]:
 
 def preview(name: str, values: NDArray[np.float32]) -> NDArray[np.uint8]:
     """(H, W) or (H, W, 3) codes of a map by the name of its file."""
-    if name == "base_colour":
+    if name in ("base_colour", "specular"):
         shown = srgb_encode(values)
     elif name == "normal":
         shown = 0.5 + 0.5 * values

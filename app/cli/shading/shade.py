@@ -7,6 +7,7 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, material_at, picture_by, software
@@ -232,7 +233,7 @@ def _with_planes(
         None,
         None,
         elevation_deg=_elevation_deg(arguments, stack),
-        name=stack.folder.name if stack.folder else "material",
+        name=Path(arguments.output).stem,
         health=health,
         directional=directional,
         **{"brdf": "lambert", **brdf},
@@ -321,8 +322,7 @@ def _material(
     from engine.scene.material import Material
 
     health = shading_map.health.merged(power_law.health) if power_law else shading_map.health
-    name = stack.folder.name if stack.folder else "material"
-    elevation_deg = _elevation_deg(arguments, stack)
+    elevation_deg, name = _elevation_deg(arguments, stack), Path(arguments.output).stem
     return Material(shading_map, power_law, elevation_deg=elevation_deg, name=name, health=health)
 
 

@@ -90,6 +90,7 @@ def test_json_has_the_promised_keys_and_the_bundle_holds_both_forms(
     assert result["size_bytes_slices"] == 6 * 24 * 30 * 3 * 4
     assert result["size_bytes_compressed"] == 2 * 24 * 30 * 3 * 4
     material = open_bundle(target)
+    assert material.name == "cloth"
     assert material.shading_map is not None
     assert material.shading_map.slices.shape == (6, 24, 30, 3)
     assert material.power_law is not None
@@ -334,7 +335,7 @@ def test_lamps_on_several_sides_become_a_directional_material_by_default(
     assert errors["directional"] < errors["shading-map"]
     material = open_bundle(target)
     assert material.directional is not None
-    assert (material.brdf, len(material.directional.lights)) == ("lambert", 12)
+    assert (material.name, material.brdf, len(material.directional.lights)) == ("dome", "lambert", 12)
     assert describe_bundle(target)["figures"]["representation"] == "directional"
     assert lightarc("bundle", "verify", target).code == 0
     again = lightarc("shade", dome, "-o", target)
