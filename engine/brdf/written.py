@@ -21,6 +21,7 @@ Cost: 1 ms a call and 40 ns a pair on two cores; 0.5 s more for the first call.
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import re
@@ -57,15 +58,21 @@ _OURS = 1_000_000  # as in that module
 _PAIRS, _SAME = 4096, 1e-3
 
 _NAME = re.compile(r"[A-Za-z_]\w{0,63}")
-_DIRECTIVE = re.compile(r"\s*#\s*(version|extension|include|line|pragma)\b")
-_SIGNATURE = re.compile(r"\bvec3\s+BRDF\s*\(")
+#: Directives by which a text would be more than itself, or move its lines.
+_REFUSED = ("version", "extension", "include", "line", "pragma")
+
+#: The function that a text has to have, once every white space is one blank.
+_SIGNATURE = re.compile(r"\bvec3 BRDF ?\(")
 
 #: Positions in drivers' messages: Mesa `0:14(27): error`, NVIDIA `0(14) : error`, others `ERROR: 0:14:`.
 _POSITIONS = (
-    re.compile(r"\b\d+:(\d+)\(\d+\)\s*:\s*"),
-    re.compile(r"\b\d+\((\d+)\)\s*:\s*"),
-    re.compile(r"\b\d+:(\d+):"),
+    re.compile(r"\b\d{1,9}+:(\d{1,9}+)\(\d{1,9}+\) {0,9}+:"),
+    re.compile(r"\b\d{1,9}+\((\d{1,9}+)\) {0,9}+:"),
+    re.compile(r"\b\d{1,9}+:(\d{1,9}+):"),
 )
+
+#: A driver's word for an error, with its number, before the complaint.
+_ERROR = re.compile(r"^error {0,9}+(?:\w{1,20}+ {0,9}+)?:")
 
 
 class SourceError(InputError):
@@ -235,7 +242,7 @@ def _refused(path: str | os.PathLike[str], source: Source, log: str) -> SourceEr
             found = position.search(line)
             if found and "warning" not in line:
                 number = int(found[1])
-                words = re.sub(r"^\s*error\s*(?:\w+\s*)?:\s*", "", line[found.end() :].strip()) or line.strip()
+                words = _ERROR.sub("", line[found.end() :].strip()).strip() or line.strip()
                 if 0 < number < _OURS:
                     return SourceError(path, number, words[:300], "Correct it there")
                 problem = f"the function BRDF does not fit the rest ({words[:200]})"
@@ -276,16 +283,17 @@ def parsed(text: str, path: str | os.PathLike[str] = "") -> Source:
             _check_new(path, number, parameters)
     if section:
         raise SourceError(path, section_line, f"{section} never ends", f"Write ::end {section} after it")
-    if not shader or not _SIGNATURE.search("\n".join(shader)):
+    if not shader or not _SIGNATURE.search(" ".join("\n".join(shader).split())):
         remedy = "Write vec3 BRDF(vec3 L, vec3 V, vec3 N, vec3 X, vec3 Y) between ::begin shader and ::end shader"
         raise SourceError(path, first, "has no function BRDF", remedy)
     return Source(tuple(parameters), "\n".join(shader), first)
 
 
 def _check_directive(path: str | os.PathLike[str], number: int, line: str) -> None:
-    found = _DIRECTIVE.match(line)
-    if found:
-        raise SourceError(path, number, f"#{found[1]} is not allowed", "Remove the line: a text stands for itself")
+    text = line.strip()
+    found = _NAME.match(text[1:].lstrip()) if text.startswith("#") else None
+    if found and found[0] in _REFUSED:
+        raise SourceError(path, number, f"#{found[0]} is not allowed", "Remove the line: a text stands for itself")
 
 
 def _check_new(path: str | os.PathLike[str], number: int, parameters: list[Declared]) -> None:
@@ -332,7 +340,7 @@ def with_value(text: str, name: str, value: float | bool | Colour) -> str:
     """The text with another default of one parameter; what stands around it stays as it is, comments too."""
     (each,) = (each for each in parsed(text).parameters if each.name == name)
     lines = text.split("\n")
-    words = re.split(r"(\s+)", lines[each.line - 1])
+    words = ["".join(run) for _, run in itertools.groupby(lines[each.line - 1], str.isspace)]
     start = next(place for place, word in enumerate(words) if word == each.name)
     said = [f"{int(value)}"] if isinstance(value, bool) else [f"{part:.7g}" for part in np.atleast_1d(value)]
     last = start + 2 * _NUMBERS[each.kind]
