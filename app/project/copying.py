@@ -13,7 +13,7 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
 from app.document.document import Project
-from app.project.database import connected, upgrade
+from app.project.database import connected, explained, upgrade
 from app.project.photographs import INSIDE, copy_places, photographs, relocate
 from app.project.places import is_open_elsewhere, remove
 from app.project.project_file import WAITING, History, Writer, data_folder, read, settle
@@ -21,6 +21,9 @@ from engine.core.errors import FileError, InputError, OutputError
 from engine.core.steps import Step, Steps
 from engine.storage.atomic import atomic_file, discard, explaining, make_folder, put_file, replaceable, synchronise
 from engine.storage.partial_names import partial_name
+
+#: Endings of what lies beside a project: its data, and what SQLite writes first. Names have to have room for them.
+BESIDE = ("-data", "-journal")
 
 
 def copy(
@@ -59,13 +62,15 @@ def collect(source: Path, target: Path, with_derived: bool = True) -> Steps[Path
 @contextmanager
 def _becoming(target: Path) -> Iterator[Path]:
     """The hidden path of a project that takes the place of `target` where the block ends well, and goes otherwise."""
+    with explaining(target):
+        beside = [target.with_name(target.name + ending).exists() for ending in BESIDE]
     existing = replaceable(target, target)
     if is_open_elsewhere(target):
         raise OutputError(target, "is open in another window", "Close it there, or choose another name")
-    if existing is None and data_folder(target).exists():
+    if existing is None and beside[0]:
         raise OutputError(data_folder(target), "exists already", "Choose another name, or remove it first")
     make_folder(target.parent)
-    partial, is_whole = target.with_name(partial_name(target)), False
+    partial, is_whole = target.with_name(partial_name(target, max(map(len, BESIDE)))), False
     try:
         with explaining(target):
             yield partial
@@ -150,6 +155,6 @@ def _copy_file(source: Path, target: Path) -> None:
 
 
 def _copy_database(source: Path, target: Path) -> None:
-    with connected(source) as there, closing(sqlite3.connect(target)) as copy_:
+    with connected(source) as there, explained(target), closing(sqlite3.connect(target)) as copy_:
         there.backup(copy_)
         upgrade(copy_, target)

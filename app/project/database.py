@@ -60,9 +60,8 @@ def connected(path: Path, *, create: bool = False) -> Iterator[sqlite3.Connectio
             f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=LOCK_S, isolation_level=None
         )
     except sqlite3.Error as error:
-        raise OutputError(
-            path, f"cannot be opened ({error})", "Check the folder's permissions and free space"
-        ) from error
+        said = f"cannot be opened ({error})", "Check the folder's permissions and free space"
+        raise OutputError(path, *(_TOO_LONG if _is_too_long(path) else said)) from error
     try:
         with explained(path):
             _check_or_make(connection, path, create)
@@ -158,6 +157,15 @@ _CAUSES = {
     sqlite3.SQLITE_BUSY: ("another program keeps it locked", "Close that program"),
 }
 
+_TOO_LONG = ("its path is too long", "Choose a shorter name, or a folder that is nearer to the root")
+
+#: Bytes of the longest path that SQLite opens, less those that it adds for its journal.
+LONGEST_PATH_BYTES = 512 - 9
+
+
+def _is_too_long(path: Path) -> bool:
+    return len(os.fsencode(path.absolute())) > LONGEST_PATH_BYTES
+
 
 @contextlib.contextmanager
 def explained(path: Path) -> Iterator[None]:
@@ -166,6 +174,6 @@ def explained(path: Path) -> Iterator[None]:
     except sqlite3.DatabaseError as error:
         if isinstance(error, sqlite3.OperationalError):
             said = f"cannot be read or written ({error})", "Check the disk that it lies on"
-            problem, remedy = _CAUSES.get(getattr(error, "sqlite_errorcode", 0) & 0xFF, said)
-            raise OutputError(path, problem, remedy) from error
+            known = _CAUSES.get(getattr(error, "sqlite_errorcode", 0) & 0xFF, said)
+            raise OutputError(path, *(_TOO_LONG if _is_too_long(path) else known)) from error
         raise InputError(path, f"is damaged or no project ({error})", "Open a copy of it") from error

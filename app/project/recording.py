@@ -114,6 +114,7 @@ class Recording(QObject):
             history = last if is_restored else history
             if history is None:
                 continue
+            self._is_idle = False
             try:
                 writer.write(history)
             except Exception as error:  # the border of the thread: what a person does shall go on

@@ -16,7 +16,7 @@ from engine.capture.doubts import Doubtful
 CHOICES = {
     "New project": "keeps this project as it is and imports the photographs into one of their own",
     "Add": "imports all photographs together, as one capture of one sample",
-    "Replace": "imports the photographs in place of those of this project; Undo brings those back",
+    "Replace": "imports the photographs in place of what this project has; Undo brings that back",
 }
 
 
@@ -27,7 +27,9 @@ def ask_for_photographs(
     box = QMessageBox(window)
     box.setIcon(QMessageBox.Icon.Question)
     box.setWindowTitle("Lightarc")
-    box.setText("This project has photographs already.")
+    project = bench.document.project
+    has_photographs = project.sources is not None or project.stack is not None or not project.has_map
+    box.setText(f"This project has {'photographs' if has_photographs else 'a material'} already.")
     name = paths[0].name if len(paths) == 1 else f"{len(paths)} files"
     lines = "\n\n".join(f"{words}: {does}." for words, does in CHOICES.items())
     box.setTextFormat(Qt.TextFormat.PlainText)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from pathlib import Path
 
 import numpy as np
 import PySide6
@@ -66,8 +67,12 @@ class _Handler(logging.Handler):
         crash.did(f"{record.levelname.lower()}: {record.getMessage()}")
 
 
-def show_reports() -> None:
-    """Open the folder of crash reports in the person's file manager. Raises OutputError where it cannot be made."""
+def show_reports() -> Path:
+    """Open the folder of crash reports in the person's file manager; its path, since some show nothing.
+
+    Raises OutputError where it cannot be made.
+    """
     folder = make_folder(crash.report_folder())
     if not QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder))):
         raise OutputError(folder, "cannot be opened in a file manager", "Open it by hand")
+    return folder

@@ -284,7 +284,7 @@ class MainWindow(QMainWindow):
 
     def _show_reports(self) -> None:
         try:
-            show_reports()
+            self.status.say(f"Crash reports are in {show_reports()}")
         except FileError as error:
             self.failures.report("The crash reports cannot be shown", error)
 

@@ -15,12 +15,12 @@ _PARTIAL = re.compile(rf"\..*\.partial-{WRITER}-[0-9a-f]{{8}}(\.[^.]{{1,15}})?",
 _ASIDE = re.compile(rf"\.lightarc-replaced-{WRITER}-[0-9a-f]{{8}}")
 
 
-def partial_name(target: Path) -> str:
-    """A free hidden name for what becomes `target`, with its suffix."""
+def partial_name(target: Path, spare_bytes: int = 0) -> str:
+    """A free hidden name for what becomes `target`, with its suffix; `spare_bytes` longer it is a name still."""
     suffix = target.suffix if len(target.suffix) <= 16 else ""
     ending = f".partial-{writer()}-{secrets.token_hex(4)}{suffix}"
     stem = target.name.removesuffix(suffix)
-    while len(os.fsencode(stem + ending)) >= LONGEST_NAME_BYTES:
+    while len(os.fsencode(stem + ending)) >= LONGEST_NAME_BYTES - spare_bytes:
         stem = stem[:-1]
     return f".{stem}{ending}"
 

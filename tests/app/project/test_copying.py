@@ -225,3 +225,28 @@ def test_the_verb_replaces_a_collected_project(new: Path, old: Path, lightarc: C
     assert whole(old) == "new"
     drain(collect(new, old))
     assert whole(old) == "new"
+
+
+@pytest.mark.parametrize("name", ['it\'s "quoted"', "two\nlines", "🧵", "a%20b?#c", "e\u0301\u202e", " ", "x" * 240])
+def test_a_copy_has_any_name_that_its_folder_can_hold(new: Path, tmp_path: Path, name: str) -> None:
+    """The longest leaves room for what SQLite writes beside it."""
+    target = tmp_path / "folder" / f"{name}.lap"
+    drain(copy(new, target))
+    assert whole(target) == "new"
+    drain(copy(new, target))
+    assert len(list(target.parent.iterdir())) == 2
+
+
+@pytest.mark.parametrize("length", [244, 250, 300])
+def test_a_name_that_is_too_long_is_said_before_anything_is_written(new: Path, tmp_path: Path, length: int) -> None:
+    (tmp_path / "long").mkdir()
+    with pytest.raises(OutputError, match="too long"):
+        drain(copy(new, tmp_path / "long" / f"{'y' * length}.lap"))
+    assert not list((tmp_path / "long").iterdir())
+
+
+def test_a_path_that_sqlite_cannot_hold_is_said(new: Path, tmp_path: Path) -> None:
+    folder = tmp_path / ("x" * 240) / ("y" * 240)
+    with pytest.raises(OutputError, match="path is too long"):
+        drain(copy(new, folder / "Felt.lap"))
+    assert not list(folder.iterdir())
