@@ -117,11 +117,16 @@ PRESETS: dict[str, Preset] = {
     ),
 }
 
-#: Words for what is left out.
+#: Words for what is left out of a material that was photographed, and of one that came as PBR maps.
 _WORDS = {
     "height": "no height: the slopes of the surface were not observed",
     "occlusion": "no ambient occlusion: the relief of the surface was not observed",
     "cavity": "no cavity: the material has no power law",
+}
+_WORDS_OF_MAPS = {
+    "height": "no height: the material came without one",
+    "occlusion": "no ambient occlusion: the material came without it",
+    "cavity": _WORDS["cavity"],
 }
 
 
@@ -140,7 +145,8 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     yield Step(0.0, "choosing textures")
     for texture in preset.textures:
         if len(texture.sources) == 1 and source(subject, texture.sources[0]) is None:
-            left_out += filter(None, [_WORDS.get(texture.sources[0])])
+            words = _WORDS if subject.material.pbr is None else _WORDS_OF_MAPS
+            left_out += filter(None, [words.get(texture.sources[0])])
             continue
         name = f"{preset.prefix}{subject.name}{texture.suffix}.{'exr' if settings.coding == 'exr' else 'png'}"
         files[name] = partial(_file, subject, texture, settings.coding, handedness, loss)

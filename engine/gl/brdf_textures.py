@@ -59,7 +59,7 @@ class TableTexture:
             else:
                 lattice, error = drain(whole_turn(brdf, _shape(brdf)))
                 self.turn = 2.0 * np.pi
-            self.messages.append(f"The measured BRDF is drawn from a table with an error of {percent(error)} RMS.")
+            self.messages.append(f"The BRDF is drawn from a table with an error of {percent(error)} RMS.")
         if not brdf.isotropic:
             self.messages.append(
                 "The BRDF is anisotropic and is drawn as its mean over all azimuths; "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import re
 
@@ -16,6 +17,7 @@ from engine.exchange import textures
 from engine.exchange.coding import CODINGS, Coding, rounded
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.exchange.textures import PRESETS
+from engine.scene.material import Material
 
 from .materials import measured_maps, measured_subject, woven_subject
 
@@ -124,6 +126,13 @@ def test_what_is_not_known_is_left_out_and_said() -> None:
     assert any(warning.startswith("no height") for warning in made.warnings)
     orm = decoded((contents(woven_subject(), Settings("gltf"))).files["A_cloth_woven_occlusionRoughnessMetallic.png"])
     assert (orm[..., 0] == 1.0).all()
+
+
+def test_maps_of_others_are_said_to_lack_what_they_came_without() -> None:
+    maps = dataclasses.replace(measured_maps(), height=None, occlusion=None)
+    made = contents(Subject(Material(None, None, name="rock", pbr=maps), maps), Settings("substance"))
+    said = [warning for warning in made.warnings if warning.startswith(("no height", "no ambient"))]
+    assert said == ["no height: the material came without one", "no ambient occlusion: the material came without it"]
 
 
 def test_presets_are_known() -> None:
