@@ -26,6 +26,7 @@ from app.document.bake_request import (
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.project.bakes import bake_and_keep, bake_or_cost
+from engine.core.errors import UsageError
 from engine.core.steps import Step, Steps
 from engine.scene.scene import Scene
 from engine.transport.method import Method
@@ -40,6 +41,14 @@ def same_light(one: Scene, other: Scene, method: Method) -> bool:
     names = ["light", "irradiance", "environment", "environment_rotation", "lamps"]
     names += ["brdf"] * method.takes_brdf + ["near_lamps"] * method.near_light
     return all(getattr(one, name) == getattr(other, name) for name in names)
+
+
+def relit_or_words(made: Made, scene: Scene, asked: Any) -> Steps[Relit | str]:
+    """The bake relit, or the sentence why it cannot be: a near lamp that a person drags may touch the model."""
+    try:
+        return (yield from relit(made, scene, asked))
+    except UsageError as error:
+        return f"The picture keeps the light before: {error}."
 
 
 def relit(made: Made, scene: Scene, asked: Any) -> Steps[Relit]:
@@ -258,9 +267,11 @@ class Baking(QObject):
         if before is not None and before[1] == asked and same_light(before[0], scene, self.method):
             return
         self._light = (scene, asked)
-        self._lighting.ask(lambda: relit(made, scene, asked), lambda found: self._take(made, found))
+        self._lighting.ask(lambda: relit_or_words(made, scene, asked), lambda found: self._take(made, found))
 
-    def _take(self, made: Made, relit: Relit) -> None:
-        if made is self.made:
+    def _take(self, made: Made, relit: Relit | str) -> None:
+        if isinstance(relit, str):
+            self.bench.said.emit(relit)
+        elif made is self.made:
             self._relit = (made.wanted, relit)
             self.relit_changed.emit()

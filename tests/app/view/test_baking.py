@@ -15,6 +15,7 @@ from app.window.main_window import MainWindow
 from engine.core.figure_text import size_text, time_text
 from engine.geometry.mesh import Mesh
 from engine.light.environment_file import open_environment
+from engine.light.near_lamps import NearLampSettings
 
 LONG = 90_000
 GLOSSY = "ggx:kd=0.5,alpha=0.4,f0=0.04"
@@ -110,6 +111,19 @@ def test_harmonics_take_another_brdf_without_a_bake(view: MainWindow, qtbot: Any
     assert baking.why_stale == "The bake is of another ground."
     assert drawn(view) is None
     wait(qtbot, view.view.bake_panels["sh"].go.isEnabled)
+
+
+def test_a_near_lamp_inside_the_model_is_said_and_the_picture_stays(view: MainWindow, qtbot: Any) -> None:
+    """A person drags it there: that is no failure, and the next place is shown again."""
+    baked(view, qtbot, "sh")
+    before, failed = drawn(view), []
+    view.bench.jobs.failed.connect(lambda job, error: failed.append(job.title))
+    with qtbot.waitSignal(view.bench.said, timeout=LONG, check_params_cb=lambda words: "touches the model" in words):
+        change(view, near_lamps=(NearLampSettings(radius=2.0),))
+    assert failed == []
+    assert drawn(view) is before
+    change(view, near_lamps=(NearLampSettings(x=3.0, power=40.0),))
+    wait(qtbot, lambda: drawn(view) is not before)
 
 
 def test_wavelets_say_that_another_brdf_has_to_be_baked(view: MainWindow, qtbot: Any) -> None:
