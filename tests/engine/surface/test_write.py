@@ -9,5 +9,5 @@ from engine.surface.write import preview
 
 def test_the_preview_of_a_specular_is_in_srgb_codes() -> None:
     """0.04 of a dielectric is code 56 by the formula of sRGB, and not the 10 of a linear one."""
-    assert preview("specular", np.float32([[0.0, 0.04, 1.0]])).tolist() == [[0, 56, 255]]
-    assert preview("roughness", np.float32([[0.0, 0.4, 1.0]])).tolist() == [[0, 102, 255]]
+    assert preview("specular", np.array([[0.0, 0.04, 1.0]], np.float32)).tolist() == [[0, 56, 255]]
+    assert preview("roughness", np.array([[0.0, 0.4, 1.0]], np.float32)).tolist() == [[0, 102, 255]]
