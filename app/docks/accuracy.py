@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QBoxLayout,
     QDockWidget,
     QFrame,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QScrollArea,
@@ -35,7 +34,7 @@ from app.jobs.jobs import Job
 from app.view.tab import ViewTab
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import mark
-from app.widgets.panels import Rows, button, enable, text
+from app.widgets.panels import Rows, button, enable, text, with_buttons
 from app.widgets.theme import PADDING, STEP, role
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent, time_text
@@ -129,12 +128,7 @@ class AccuracyDock(QDockWidget):
         for seconds, words in TIMES:
             self.time.addItem(words, seconds)
         self.time.setCurrentIndex(1)
-        both = QWidget()
-        row = QHBoxLayout(both)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(STEP)
-        row.addWidget(self.modes, 1)
-        row.addWidget(self.time)
+        both = with_buttons(self.modes, self.time)
         self.modes.setAccessibleName("Modes to measure")
         self.time.setAccessibleName("Time to measure for")
         self.time.setToolTip("Time limit; settings that do not fit into it are left out")

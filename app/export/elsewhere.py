@@ -32,7 +32,7 @@ from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
-from app.widgets.panels import Panel, button, enable, side_by_side, text, with_button
+from app.widgets.panels import Panel, button, enable, side_by_side, text, with_buttons
 from app.widgets.theme import role
 from engine.core.errors import OutputError
 from engine.core.figure_text import percent, size_text
@@ -142,7 +142,7 @@ class Elsewhere(QWidget):
         self.place.setMinimumWidth(10)
         change = button("Change…")
         change.clicked.connect(self._choose_folder)
-        place.row("Within", with_button(self.place, change))
+        place.row("Within", with_buttons(self.place, change))
         result = panel.section("Result")
         self.verdict = text("Nothing written yet.", "secondary", wrap=True)
         self.files = text("", "secondary", wrap=True)

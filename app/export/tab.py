@@ -19,7 +19,7 @@ from app.jobs.newest import Latest
 from app.view.tab import ViewTab
 from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import ImageView, Picture, rgb_image
-from app.widgets.panels import Pages, Panel, Rows, Segments, button, enable, side_by_side, text, with_button
+from app.widgets.panels import Pages, Panel, Rows, Segments, button, enable, side_by_side, text, with_buttons
 from app.widgets.theme import PADDING, ROW, STEP, role
 from engine.core.errors import OutputError
 from engine.core.figure_text import size_text
@@ -121,7 +121,7 @@ class ExportTab(QWidget):
         self.place.setMinimumWidth(10)
         choose = button("Change…")
         choose.clicked.connect(self._choose_folder)
-        place.row("Folder", with_button(self.place, choose))
+        place.row("Folder", with_buttons(self.place, choose))
         contents = panel.section("Contents")
         self.parts: dict[str, tuple[QCheckBox, QLabel]] = {}
         for value, words, file in PARTS:

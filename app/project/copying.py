@@ -62,12 +62,12 @@ def collect(source: Path, target: Path, with_derived: bool = True) -> Steps[Path
 @contextmanager
 def _becoming(target: Path) -> Iterator[Path]:
     """The hidden path of a project that takes the place of `target` where the block ends well, and goes otherwise."""
-    with explaining(target):
-        beside = [target.with_name(target.name + ending).exists() for ending in BESIDE]
+    with explaining(target):  # a name that is too long for what lies beside it raises here, before anything is made
+        has_data, _ = (target.with_name(target.name + ending).exists() for ending in BESIDE)
     existing = replaceable(target, target)
     if is_open_elsewhere(target):
         raise OutputError(target, "is open in another window", "Close it there, or choose another name")
-    if existing is None and beside[0]:
+    if existing is None and has_data:
         raise OutputError(data_folder(target), "exists already", "Choose another name, or remove it first")
     make_folder(target.parent)
     partial, is_whole = target.with_name(partial_name(target, max(map(len, BESIDE)))), False

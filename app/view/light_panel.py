@@ -9,16 +9,15 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QFileDialog, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QComboBox, QFileDialog
 
 from app.commands.workbench import Workbench
 from app.document.document import Behind, Look, Project
 from app.viewport.overlay import SUN, Handle
 from app.widgets import theme
 from app.widgets.controls import ComboBox
-from app.widgets.panels import Rows, enable, small_button
+from app.widgets.panels import Rows, enable, small_button, with_buttons
 from app.widgets.param_form import ParamForm, display_colour
-from app.widgets.theme import STEP
 from engine.core.directions import Vectors, world_direction
 from engine.core.params import Colour, parameters
 from engine.geometry.mesh import Mesh
@@ -252,14 +251,7 @@ class LampRows(Rows):
         self.list.activated.connect(self._choose)
         self.add = small_button("add", f"Add {adds}")
         self.remove = small_button("remove", f"Remove this {name.lower()}")
-        holder = QWidget()
-        row = QHBoxLayout(holder)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(STEP)
-        row.addWidget(self.list, 1)
-        row.addWidget(self.add)
-        row.addWidget(self.remove)
-        self.row(label, holder, about)
+        self.row(label, with_buttons(self.list, self.add, self.remove), about)
         self.list.setAccessibleName(name)
         self.list.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.list.setMinimumContentsLength(4)

@@ -132,14 +132,15 @@ def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
     return holder
 
 
-def with_button(words: QWidget, action: QWidget) -> QWidget:
-    """One row: what is chosen, with the button that changes it at its right."""
+def with_buttons(chosen: QWidget, *others: QWidget) -> QWidget:
+    """One row: what is chosen, with the buttons that change it, or what goes with it, at its right."""
     holder = QWidget()
     row = QHBoxLayout(holder)
     row.setContentsMargins(0, 0, 0, 0)
-    row.setSpacing(2 * STEP)
-    row.addWidget(words, 1)
-    row.addWidget(action)
+    row.setSpacing(STEP)
+    row.addWidget(chosen, 1)
+    for other in others:
+        row.addWidget(other)
     return holder
 
 

@@ -115,10 +115,10 @@ def test_modes_that_are_asked_for_are_drawn_in_every_scene_that_they_can_draw(
         return dict.fromkeys(settings, ErrorEstimate(0.1, 0.001))
 
     monkeypatch.setattr(campaign, "measured", draw)
-    matt = next(seed for seed in range(100, 200) if generated(seed)[0].split(", ")[1].startswith("lambert"))
+    diffuse = next(seed for seed in range(100, 200) if generated(seed)[0].split(", ")[1].startswith("lambert"))
     with pytest.raises(UsageError, match="none of these 1 scenes can be drawn with gaussian"):
-        drain(predictions(tmp_path, scenes=1, seed=matt, modes=["gaussian"]))
-    rows = drain(predictions(tmp_path, scenes=1, seed=matt, modes=["gaussian", "direct"]))
+        drain(predictions(tmp_path, scenes=1, seed=diffuse, modes=["gaussian"]))
+    rows = drain(predictions(tmp_path, scenes=1, seed=diffuse, modes=["gaussian", "direct"]))
     assert [each.mode for each in drawn] == ["direct"]
     assert [each.name for each in rows if "spread" in each.name] == ["predictions-spread-direct"]
 
