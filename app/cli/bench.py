@@ -152,7 +152,7 @@ OPTIONS = {
     "predictions": ("scenes", "seed", "data", "modes"),
     "window-soak": ("runs", "run_s", "seed", "log"),
     "cancel": ("runs", "seed"),
-    "large-memory": ("megapixels",),
+    "large-memory": ("megapixels", "photographs"),
     "factors": ("data", "samplings", "seed"),
 }
 
@@ -194,6 +194,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--megapixels", type=float, nargs="+", metavar="M", help="sizes of photographs for large-memory (6 24 48)"
+    )
+    parser.add_argument(
+        "--photographs", type=int, metavar="N", help="photographs of large-memory; more than 10 are of a dome (10)"
     )
     parser.add_argument(
         "--log",

@@ -7,7 +7,8 @@ bands of rows into `radiance.npy`. Every number is independent of the height of 
 
 Radiance 1 is the white level of the reference exposure (`engine.capture.photograph.exposures`).
 Cost: without alignment that of decoding the photographs on two cores; ten of 24 megapixels need 1.8 GiB, decoders
-included, and with alignment twice the disk space of the result.
+included. A light that is written gives its scratch files back, so alignment needs the disk space of the result and of
+one light more.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from __future__ import annotations
 import math
 import os
 import zlib
+from collections import deque
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, field, replace
@@ -56,11 +58,15 @@ from engine.core.steps import Step, Steps, part
 from engine.images.decode import refuse_larger
 from engine.storage.atomic import atomic_file, atomic_folder, require_space, write_bytes
 from engine.storage.records import HealthRecord
-from engine.storage.scratch import release, scratch_array
+from engine.storage.scratch import array_in, release, scratch_place
 
 __all__ = ["ImportSettings", "ThumbnailReady", "import_stack", "printable"]
 
+#: Bytes of a pixel of a light: three numbers of radiance in single precision, and one that says where it is clipped.
+PIXEL_BYTES = 13
+
 _BAND_PIXELS = 1 << 20
+_RECORD_BYTES = 1 << 20
 _THUMBNAIL_SIDE = 256
 
 
@@ -82,7 +88,8 @@ class _Read:
     noise_and_sharpness: list[tuple[float, float]] = field(default_factory=list)
     thumbnails: list[NDArray[np.float32]] = field(default_factory=list)
     greys: list[Grey] = field(default_factory=list)
-    scratch: tuple[NDArray[np.float32], NDArray[np.bool_]] | None = None
+    waiting: deque[tuple[NDArray[np.float32], NDArray[np.bool_]]] = field(default_factory=deque)
+    scratch: Path | None = None
     output: _Output | None = None
 
     @property
@@ -92,11 +99,14 @@ class _Read:
 
 
 class _Output:
-    """The two .npy files of a stack, to which lights are added in order."""
+    """The two .npy files of a stack, to which lights are added in order.
 
-    def __init__(self, files: ExitStack, place: Path, count: int, view: View) -> None:
+    `given_back` are bytes on the same disk that are free again by and by, as lights are added.
+    """
+
+    def __init__(self, files: ExitStack, place: Path, count: int, view: View, given_back: int = 0) -> None:
         shape = (count, view.region.height, view.region.width)
-        require_space(place, math.prod(shape) * 13 + (1 << 20))
+        require_space(place, max(0, math.prod(shape) * PIXEL_BYTES - given_back) + _RECORD_BYTES)
         self.view = view
         self.tallies: list[Tally] = []
         self.radiance_crc32 = self.saturated_crc32 = 0
@@ -221,7 +231,7 @@ def _read_all(plan: Plan, place: Path, files: ExitStack) -> Steps[_Read]:
             if photograph is not None:
                 refuse_larger(light[0].path, photograph.radiance)  # as calibration and exposures have scaled it
                 _note(read, photograph, plan.still)
-                yield from part(_keep(plan, read, photograph, place, files, index), (start + stop) / 2, stop)
+                yield from part(_keep(plan, read, photograph, place, files), (start + stop) / 2, stop)
                 ready = ThumbnailReady(
                     light[0].path, float(plan.sources.elevation[index]), to_display8(read.thumbnails[-1])
                 )
@@ -276,25 +286,26 @@ def _note(read: _Read, photograph: Photograph, still: bool) -> None:
         read.greys.append(reduced(luminance, reduction(*luminance.shape)).copy())
 
 
-def _keep(plan: Plan, read: _Read, photograph: Photograph, place: Path, files: ExitStack, index: int) -> Steps[None]:
-    """Write the pixels: of a still camera to the stack, else to a scratch file."""
+def _keep(plan: Plan, read: _Read, photograph: Photograph, place: Path, files: ExitStack) -> Steps[None]:
+    """Write the pixels: of a still camera to the stack, else where they wait for the alignment."""
     count = len(plan.names)
     if plan.still:
         if read.output is None:
             read.output = _output(plan, _unmoved(count), read.shape, place, files)
         yield from read.output.add(photograph.radiance, photograph.saturated, np.eye(3))
         return
-    if read.scratch is None:
-        shape = (count, *read.shape)
-        read.scratch = (
-            scratch_array((*shape, 3), np.float32, place.parent),
-            scratch_array(shape, np.bool_, place.parent),
-        )
+    light_bytes = math.prod(read.shape) * PIXEL_BYTES
+    if not read.waiting:
+        require_space(place, (count + 1) * light_bytes + _RECORD_BYTES)
+        read.scratch = scratch_place(count * light_bytes, place.parent)
+    read.waiting.append(
+        (array_in(read.scratch, (*read.shape, 3), np.float32), array_in(read.scratch, read.shape, np.bool_))
+    )
     rows = max(1, _BAND_PIXELS // read.shape[1])
     for first in range(0, read.shape[0], rows):
         band = np.s_[first : first + rows]
-        for scratch, pixels in zip(read.scratch, (photograph.radiance, photograph.saturated), strict=True):
-            scratch[index, band] = pixels[band]
+        for scratch, pixels in zip(read.waiting[-1], (photograph.radiance, photograph.saturated), strict=True):
+            scratch[band] = pixels[band]
             release(scratch)
 
 
@@ -307,15 +318,17 @@ def _aligned(plan: Plan, read: _Read) -> Steps[Alignment]:
 
 
 def _write_aligned(plan: Plan, read: _Read, alignment: Alignment, place: Path, files: ExitStack) -> Steps[None]:
-    assert read.scratch is not None
-    read.output = _output(plan, alignment, read.shape, place, files)
-    for radiance, saturated, matrix in zip(*read.scratch, alignment.matrix, strict=True):
-        yield from read.output.add(radiance, saturated, matrix)
+    given_back = (len(read.waiting) - 1) * math.prod(read.shape) * PIXEL_BYTES
+    read.output = _output(plan, alignment, read.shape, place, files, given_back)
+    for matrix in alignment.matrix:
+        yield from read.output.add(*read.waiting.popleft(), matrix)  # which goes when it has been written
 
 
-def _output(plan: Plan, alignment: Alignment, size: tuple[int, int], place: Path, files: ExitStack) -> _Output:
+def _output(
+    plan: Plan, alignment: Alignment, size: tuple[int, int], place: Path, files: ExitStack, given_back: int = 0
+) -> _Output:
     view = view_of(plan.settings, alignment.matrix, size, plan.sources.photographs[0].parent)
-    return _Output(files, place, len(plan.names), view)
+    return _Output(files, place, len(plan.names), view, given_back)
 
 
 def _unmoved(count: int, reference: int = 0) -> Alignment:

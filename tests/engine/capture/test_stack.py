@@ -22,6 +22,7 @@ from engine.capture.photograph.decode import ReadAhead
 from engine.capture.stack import npy_header, open_stack
 from engine.core.errors import InputError, OutputError
 from engine.core.steps import Steps, drain
+from engine.storage.scratch import array_in
 
 HEIGHT, WIDTH = 120, 160
 LUMINANCE = np.array([0.2126390059, 0.7151686788, 0.0721923154])
@@ -126,6 +127,43 @@ def test_S11_import_through_a_scratch_file_is_bit_equal(
     monkeypatch.setattr("engine.storage.scratch.IN_MEMORY_BYTES", 0)
     again = run(capture, tmp_path / "stack")
     assert contents(again.folder) == contents(stack.folder)
+
+
+def test_S11_alignment_needs_the_disk_space_of_one_light_more_than_the_result(
+    capture: Path, stack: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import weakref
+
+    made: list[weakref.ref[Any]] = []
+    light_bytes = 13 * HEIGHT * WIDTH
+    disk_bytes = int(1.1 * (5 * light_bytes + (1 << 20))) + 1
+
+    def waiting_bytes() -> int:
+        return sum(array.nbytes for array in (one() for one in made) if array is not None)
+
+    def recorded(*how: Any) -> Any:
+        array = make(*how)
+        made.append(weakref.ref(array))
+        return array
+
+    def free_bytes(folder: Path) -> int:
+        written = sum(path.stat().st_size for path in tmp_path.rglob("*.npy*"))
+        return disk_bytes - waiting_bytes() - written
+
+    make = array_in
+    monkeypatch.setattr("engine.storage.scratch.IN_MEMORY_BYTES", 0)
+    monkeypatch.setattr(module, "array_in", recorded)
+    monkeypatch.setattr("engine.storage.atomic.free_bytes", free_bytes)
+    waiting = {}
+    for step in import_stack(find([capture]), ImportSettings(), tmp_path / "stack"):
+        if step.note.startswith("Writing"):
+            waiting[step.note] = waiting_bytes() / light_bytes
+    assert waiting == {f"Writing {1 + light} of 4": 4 - light for light in range(4)}
+    assert contents(tmp_path / "stack") == contents(stack.folder)
+    disk_bytes -= 2
+    with pytest.raises(OutputError, match="space"):
+        run(capture, tmp_path / "again")
+    assert waiting_bytes() == 0
 
 
 def test_S11_one_photograph_is_held_while_the_next_two_are_read(
