@@ -61,8 +61,8 @@ SCENARIOS = {
 }
 
 
-def prepare(inputs: Path) -> None:
-    """Photographs, a stack of them, a mesh, and a bake that was interrupted, in the folder `inputs`."""
+def photographed(inputs: Path) -> None:
+    """Photographs, a stack of them, and a mesh, in the folder `inputs`."""
     (inputs / "photographs").mkdir(parents=True)
     surface = np.random.default_rng(0).uniform(0.7, 1.3, (18, 24, 3))
     for angle in (20, 50, 80):
@@ -70,6 +70,11 @@ def prepare(inputs: Path) -> None:
         (inputs / "photographs" / f"cloth_{angle}deg.png").write_bytes(encode_png(codes))
     (inputs / "mesh.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     assert command_line.main(SCENARIOS["import"].line(inputs, inputs)) == DONE
+
+
+def prepare(inputs: Path) -> None:
+    """The files of `photographed`, and a bake that was interrupted."""
+    photographed(inputs)
     parser = argparse.ArgumentParser()
     bake.add_arguments(parser)
     (inputs / "interrupted").mkdir()

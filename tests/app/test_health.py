@@ -21,22 +21,23 @@ from app import command_line
 from app.arguments.usage import DONE
 from app.document.document import Project
 from app.project.project_file import History, Writer
+from engine.brdf.ranking import ranked
 from engine.figures import demo as demos
 from engine.geometry.shapes import shape
 from engine.images.encode import encode_png, write_exr
 from engine.planning.costs.cost_model import machine_name, save
 from engine.simulate.arc import LightArc
-from tests.app.scenarios import SCENARIOS, prepare
+from tests.app.scenarios import SCENARIOS, photographed
 from tests.app.test_extremes import BAKED, LINES, TINY_BAKE
 from tests.engine.planning.conftest import every_rate
 
 #: Verbs and actions that `LINES` of the extremes lack or are refused in, and the ways of a verb that state their health
 #: on their own.
-REFUSED = ("normals", "tradeoff", "export")
+REFUSED = ("normals", "tradeoff", "export", "brdf info")
 MORE = (
     "normals {inputs}/dome.stack -o {folder}/maps --no-errors",
-    "tradeoff {inputs}/mesh.obj --brdf lambert --env {inputs}/sky.exr --modes direct --budget-s 1 --width 16 "
-    "--height 16 -o {folder}/sweep",
+    "tradeoff plane --brdf lambert --env {inputs}/sky.exr --modes direct --budget-s 1 --width 16 --height 16 "
+    "-o {folder}/sweep",
     "export {inputs}/a.lightarc --to brdf -o {folder}/exported",
     "demo -o {folder}/demo",
     "brdf list",
@@ -54,12 +55,18 @@ MORE = (
     "bundle show {inputs}/a.lightarc",
     "bundle extract {inputs}/a.lightarc -o {folder}/taken-apart",
     "bundle view {inputs}/a.lightarc",
-    "figures wang-2 --mesh {inputs}/mesh.obj --quick -o {folder}/figures",
+    "figures wang-2 --mesh plane --quick -o {folder}/figures",
     "bench --only linearise",
     "selftest --only H1",
 )
 
-RUN = (*(lines[0] for verb, lines in LINES.items() if verb not in REFUSED), *MORE)
+
+def on_plane(line: str) -> str:
+    """`line` with a built-in model, which takes no process that reads a file."""
+    return line.replace("{inputs}/mesh.obj", "plane")
+
+
+RUN = (*(on_plane(lines[0]) for verb, lines in LINES.items() if verb not in REFUSED), *MORE)
 
 pytestmark = pytest.mark.usefixtures("coarse")
 
@@ -76,10 +83,10 @@ def kept_costs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Files that the command lines read: a tiny capture with all that comes of it, and a project."""
     folder = tmp_path_factory.mktemp("health") / "inputs"
-    prepare(folder)
+    photographed(folder)
     lines = [
         SCENARIOS["shade"].line(folder, folder),
-        f"{TINY_BAKE} --mode sh --order 3".split(),
+        f"{on_plane(TINY_BAKE)} --mode sh --order 3".split(),
         [
             "simulate",
             "-o",
@@ -127,6 +134,13 @@ def test_health_is_said_and_stands_in_json(
     monkeypatch.setattr(demos, "LightArc", lambda: arc)
     monkeypatch.setattr(demos, "PICTURE_SIZE", (32, 20))
     monkeypatch.setattr("engine.bench.shading.SIDE", 16)
+    monkeypatch.setattr("engine.tradeoff.write.COSTS", ("frame",))
+    monkeypatch.setattr(
+        "engine.brdf.ranking.ranked", lambda data, models, **options: ranked(data, models[:2], **options)
+    )
+    monkeypatch.setattr("engine.exchange.loss.DIAMETER", 16)
+    monkeypatch.setattr("engine.exchange.loss.LIGHTS", 4)
+    monkeypatch.setattr("engine.exchange.loss.ENVIRONMENTS", ("overcast",))
     monkeypatch.setattr("webbrowser.open", lambda _page: True)
     shown = command_line._print
 
@@ -156,8 +170,8 @@ def test_what_is_doubtful_reaches_the_verbs_that_use_it(
     write_exr(tmp_path / "night.exr", dict.fromkeys("RGB", light), half=False)
     scene = ["--brdf", str(inputs / "clamped.csv"), "--env", str(tmp_path / "night.exr")]
     lines = (
-        ["render", "sphere", *scene, "--renderer", "cpu", "-o", str(tmp_path / "a.png"), "--width", "8"],
-        ["plan", "sphere", *scene, "--width", "8", "--height", "8"],
+        ["render", "plane", *scene, "--renderer", "cpu", "-o", str(tmp_path / "a.png"), "--width", "8"],
+        ["plan", "plane", *scene, "--width", "8", "--height", "8"],
     )
     for line in lines:
         assert command_line.main([*line, "--json"]) == DONE
