@@ -70,6 +70,7 @@ EXCEPTIONS = {
     "app/bench/program.py tempfile.TemporaryDirectory": "photographs of a measured import, removed with it",
     "engine/bench/tables.py tempfile.TemporaryDirectory": "a table whose reading is measured, removed with it",
     "engine/bench/hostile_text.py tempfile.TemporaryDirectory": "texts whose reading is measured, removed with it",
+    "engine/proof/blender.py tempfile.TemporaryDirectory": "a picture that Blender draws, removed with it",
     "engine/proof/libraries.py tempfile.TemporaryDirectory": "a model that another program reads, removed with it",
     "engine/proof/programs.py tempfile.TemporaryDirectory": "a page that a browser reads, removed with it",
     "engine/proof/programs.py (site / 'material.glb').symlink_to": "in that folder",

@@ -138,6 +138,7 @@ SHORT_FILES = {
     "engine/planning/bake.py": "the bake that a plan calls for, whatever the method",
     "engine/planning/ceilings.py": "one value: what a plan may cost",
     "engine/planning/effects/relative_error.py": "one figure, which effects and methods share",
+    "engine/proof/blender_child.py": "a process of its own, for Blender's Python",
     "engine/proof/mitsuba_child.py": "a process of its own, for one library",
     "engine/render/display.py": "what both renderers are told of the picture",
     "engine/selftest/case.py": "what every case of the self-test is",

@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--proof",
         action="store_true",
         help="write all targets, and a sheet with the picture that each of their programs on this machine draws beside "
-        "ours (MaterialX, three.js in Chromium, Mitsuba, RTI files; USD, glTF validator and glslang check)",
+        "ours (MaterialX, three.js in Chromium, Blender, Mitsuba, RTI files; USD, glTF validator and glslang check)",
     )
     parser.add_argument(
         "-o", "--output", required=True, type=Output(EXPORT), metavar="FOLDER", help="folder, a folder in it per target"

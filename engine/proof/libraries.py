@@ -53,10 +53,10 @@ def materialx(folder: Path, surface: str, size: tuple[int, int]) -> Drawn:
     """The document of `folder` as MaterialXRenderGlsl draws the surface of a category, of maps of `size` (H, W)."""
     version = version_of("materialx")
     name = f"MaterialX {version}, {surface}"
-    display = [] if os.environ.get("DISPLAY") or sys.platform != "linux" else [shutil.which("xvfb-run") or "", "-a"]
+    display = with_display()
     if not version:
         return absent("materialx", "MaterialX", "the package materialx is not installed")
-    if display and not display[0]:
+    if display is None:
         return absent("materialx", name, "there is no display, and xvfb-run is not installed")
     (document,) = folder.glob("*.mtlx")
     (height, width), shares = windows(size)
@@ -65,10 +65,10 @@ def materialx(folder: Path, surface: str, size: tuple[int, int]) -> Drawn:
         write_bytes(square, SQUARE)
         numbers = [width, height, shares[1], shares[0], *lamp()]
         child = str(Path(__file__).with_name("materialx_child.py"))
-        done = _run([*display, sys.executable, child, document, surface, square, *numbers])
+        done = run([*display, sys.executable, child, document, surface, square, *numbers])
     _, mark, answer = done.stdout.partition(MARK)
     if done.returncode or not mark:
-        return Drawn("materialx", name, None, f"It draws nothing: {_last_line(done)}.", False)
+        return Drawn("materialx", name, None, f"It draws nothing: {last_line(done)}.", False)
     verdict, _, body = answer.partition(b"\n")
     picture = np.frombuffer(body, np.float32).reshape(height, width, 3).astype(np.float64)
     return Drawn("materialx", name, picture, f"The document is {verdict.decode()}.", verdict == b"valid")
@@ -85,10 +85,10 @@ def mitsuba(folder: Path) -> Drawn:
         return absent("brdf", name, "the BRDF is anisotropic, and no .bsdf was written")
     wi, wo, mask = on_a_ball()
     child = str(Path(__file__).with_name("mitsuba_child.py"))
-    done = _run([sys.executable, child, table], np.column_stack([wi, wo]).tobytes())
+    done = run([sys.executable, child, table], np.column_stack([wi, wo]).tobytes())
     _, mark, body = done.stdout.partition(MARK)
     if done.returncode or not mark:
-        return Drawn("brdf", name, None, f"It draws nothing: {_last_line(done)}.", False)
+        return Drawn("brdf", name, None, f"It draws nothing: {last_line(done)}.", False)
     picture = np.zeros((*mask.shape, 3))
     picture[mask] = np.pi * np.frombuffer(body, np.float64).reshape(-1, 3)
     return Drawn("brdf", f"{name}, measured", picture, "It reads the table of RGL's form.")
@@ -127,15 +127,25 @@ def absent(target: str, name: str, why: str) -> Drawn:
     return Drawn(target, name, None, f"Not asked: {why}.", None)
 
 
-def _run(words: list[object], given: bytes = b"") -> subprocess.CompletedProcess[bytes]:
+def with_display() -> list[str] | None:
+    """Words before a command that needs a display; None where there is none and nothing that stands for one."""
+    if os.environ.get("DISPLAY") or sys.platform != "linux":
+        return []
+    server = shutil.which("xvfb-run")
+    return None if server is None else [server, "-a"]
+
+
+def run(words: list[object], given: bytes = b"", patience_s: float = PATIENCE_S) -> subprocess.CompletedProcess[bytes]:
+    """A command with `given` on its standard input, ended after `patience_s`."""
     environment = {**os.environ, "MESA_EXTENSION_OVERRIDE": WITHOUT_ANISOTROPY}
     try:
         line = [str(word) for word in words]
-        return subprocess.run(line, input=given, capture_output=True, timeout=PATIENCE_S, check=False, env=environment)
+        return subprocess.run(line, input=given, capture_output=True, timeout=patience_s, check=False, env=environment)
     except subprocess.TimeoutExpired:
-        return subprocess.CompletedProcess([], 1, b"", f"no answer within {PATIENCE_S} s".encode())
+        return subprocess.CompletedProcess([], 1, b"", f"no answer within {patience_s:g} s".encode())
 
 
-def _last_line(done: subprocess.CompletedProcess[bytes]) -> str:
+def last_line(done: subprocess.CompletedProcess[bytes]) -> str:
+    """The end of what a command said on standard error."""
     lines = done.stderr.decode(errors="replace").strip().splitlines()
     return lines[-1][:200] if lines else "it says nothing"

@@ -2,19 +2,22 @@
 
 Chromium is that of the machine; three and gltf-validator are looked for where `npm install --prefix build/node` puts
 them, in this folder or beside the program. The page is served on this machine alone, for a page of a disk may not load
-modules.
+modules, and the page sends its picture back there: a browser that is asked for the text of a page instead
+(`--dump-dom`) must be told how long to wait, on a clock of its own (`--virtual-time-budget`) that runs through while
+the decoding of large textures takes real time.
 """
 
 from __future__ import annotations
 
-import base64
 import functools
 import http.server
 import json
+import queue
 import shutil
 import subprocess
 import tempfile
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,8 +32,11 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 ARGUMENTS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--hide-scrollbars", "--disable-sync",
     "--disable-background-networking", "--disable-component-update", "--use-gl=angle",
-    "--use-angle=swiftshader-webgl", "--virtual-time-budget=60000", "--dump-dom",
+    "--use-angle=swiftshader-webgl",
 )  # fmt: skip
+
+#: Path of the picture that the page sends, RGBA as float32 from the bottom up; words of a failure have another.
+PICTURE = "/picture"
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 NODE = (Path.cwd() / "build" / "node" / "node_modules", RESOURCES.parent / "build" / "node" / "node_modules")
@@ -55,29 +61,35 @@ def three(folder: Path, size: tuple[int, int]) -> Drawn:
     (file,) = folder.glob("*.glb")
     (height, width), shares = windows(size)
     asked = {"width": width, "height": height, "across": shares[1], "up": shares[0], "lamp": lamp().tolist()}
-    with tempfile.TemporaryDirectory() as place:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as place:
         site = Path(place)
         (site / "material.glb").symlink_to(file.resolve())
         (site / "three").symlink_to(package.resolve())
         page = (RESOURCES / "proof" / "three.html").read_text(encoding="utf-8")
         write_bytes(site / "index.html", page.replace("@ASKED@", json.dumps(asked)).encode())
-        with served(site) as address:
-            words = [browser, *ARGUMENTS, f"--user-data-dir={site / 'profile'}", f"{address}/index.html"]
-            try:
-                done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
-            except subprocess.TimeoutExpired:
-                return Drawn("gltf", name, None, f"It draws nothing: no answer within {PATIENCE_S} s.", False)
-    pixels = _element(done.stdout, "pixels")
-    if not pixels:
-        failure = _element(done.stdout, "failure") or "it says nothing"
-        return Drawn("gltf", name, None, f"It draws nothing: {failure}.", False)
-    values = np.frombuffer(base64.b64decode(pixels), "<f4").reshape(height, width, 4)[::-1, :, :3]
+        kind, sent = _sent_by_page(browser, site, most_bytes=max(16 * width * height, 1 << 16))
+    if kind != PICTURE or len(sent) != 16 * width * height:
+        return Drawn("gltf", name, None, f"It draws nothing: {sent.decode(errors='replace')[:200]}.", False)
+    values = np.frombuffer(sent, "<f4").reshape(height, width, 4)[::-1, :, :3]
     return Drawn("gltf", name, values.astype(np.float64), "It loads the file with GLTFLoader.")
 
 
-def _element(page: str, name: str) -> str:
-    """Text that the page wrote into its element of that name; nothing where it has none."""
-    return page.partition(f'<pre id="{name}">')[2].partition("</pre>")[0]
+def _sent_by_page(browser: str, site: Path, most_bytes: int) -> tuple[str, bytes]:
+    """The path and the body that the page of a folder sends to it, within `PATIENCE_S`; the browser is ended then."""
+    with served(site, most_bytes) as (address, sent):
+        words = [browser, *ARGUMENTS, f"--user-data-dir={site / 'profile'}", f"{address}/index.html"]
+        end = time.monotonic() + PATIENCE_S
+        with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            try:
+                while time.monotonic() < end:
+                    try:
+                        return sent.get(timeout=0.2)
+                    except queue.Empty:
+                        if process.poll() is not None:
+                            return "", b"the browser ended early"
+            finally:
+                process.terminate()
+    return "", f"no answer within {PATIENCE_S} s".encode()
 
 
 def validator(folder: Path) -> Drawn:
@@ -123,20 +135,31 @@ def glslang(folder: Path) -> Drawn:
 
 
 @contextmanager
-def served(folder: Path) -> Iterator[str]:
-    """The address at which this machine, and no other, finds the files of a folder."""
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(folder)))
+def served(folder: Path, most_bytes: int) -> Iterator[tuple[str, queue.Queue[tuple[str, bytes]]]]:
+    """The address at which this machine, and no other, finds the files of a folder, and what is sent there.
+
+    That is a path and a body of at most `most_bytes` bytes each.
+    """
+    sent: queue.Queue[tuple[str, bytes]] = queue.Queue()
+
+    class Handler(http.server.SimpleHTTPRequestHandler):
+        def do_POST(self) -> None:
+            length = int(self.headers.get("Content-Length", 0))
+            body = self.rfile.read(length) if 0 <= length <= most_bytes else b""
+            self.send_response(204)
+            self.end_headers()
+            sent.put((self.path, body))
+
+        def log_message(self, *_words: object) -> None:
+            """Say nothing of each request."""
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Handler, directory=str(folder)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
-        yield f"http://127.0.0.1:{server.server_address[1]}"
+        yield f"http://127.0.0.1:{server.server_address[1]}", sent
     finally:
         server.shutdown()
         server.server_close()
-
-
-class _Quiet(http.server.SimpleHTTPRequestHandler):
-    def log_message(self, *_words: object) -> None:
-        """Say nothing of each request."""
 
 
 def _package(name: str) -> Path | None:

@@ -26,6 +26,7 @@ from engine.exchange.rti import shown as rti_shown
 from engine.exchange.subject import Settings, Subject
 from engine.figures.contact_sheet import Panel, Row, draw_sheet
 from engine.images.encode import encode_png
+from engine.proof.blender import cycles, eevee, our_power_law
 from engine.proof.formats import rti
 from engine.proof.libraries import absent, materialx, mitsuba, on_a_ball, usd
 from engine.proof.programs import glslang, three, validator
@@ -92,6 +93,8 @@ def _asked(folder: Path, subject: Subject) -> Steps[list[Compared]]:
         ("MaterialX, glTF PBR", lambda: [materialx(folder / "materialx", "gltf_pbr", size)], by_maps),
         ("MaterialX, OpenPBR", lambda: [materialx(folder / "materialx", "open_pbr_surface", size)], by_maps),
         ("three.js", lambda: [three(folder / "gltf", size)], by_gltf),
+        ("Cycles", lambda: [cycles(folder / "blender", size)], by_maps),
+        ("EEVEE", lambda: [_looked_up(folder, subject)], our_power_law(subject.material)),
         ("Mitsuba", lambda: [mitsuba(folder / "brdf")], ball),
         ("RTI", lambda: _relit(folder, subject), _our_rti(subject)),
         ("USD", lambda: [usd(folder / "usd")], None),
@@ -109,6 +112,12 @@ def _compiled(folder: Path, subject: Subject) -> Drawn:
     if not _is_possible("shaders", subject):
         return absent("shaders", "glslang", "the material has no map that a shader looks up")
     return glslang(folder / "shaders")
+
+
+def _looked_up(folder: Path, subject: Subject) -> Drawn:
+    if subject.material.power_law is None:
+        return absent("blender", "Blender, EEVEE", "the material has no power law that Shader to RGB looks up")
+    return eevee(folder / "blender", subject.maps.size)
 
 
 def _ours(subject: Subject, f0: float | None) -> Floats:

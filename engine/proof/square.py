@@ -60,8 +60,9 @@ def drawn_by_us(shown: Shown, size: tuple[int, int], irradiance: float) -> Float
 
 def middle(picture: Floats) -> Floats:
     """At most `SIDE` pixels a side from the middle."""
-    top, left = (max(0, (length - SIDE) // 2) for length in picture.shape[:2])
-    return picture[top : top + SIDE, left : left + SIDE]
+    height, width = (_kept(length) for length in picture.shape[:2])
+    top, left = (picture.shape[0] - height) // 2, (picture.shape[1] - width) // 2
+    return picture[top : top + height, left : left + width]
 
 
 def relative_rmse(found: Floats, wanted: Floats) -> float:
@@ -71,9 +72,11 @@ def relative_rmse(found: Floats, wanted: Floats) -> float:
 
 
 def windows(size: tuple[int, int]) -> tuple[tuple[int, int], tuple[float, float]]:
-    """(height, width) in pixels of what `middle` leaves of maps of `size`, and the shares of the square that it is.
-
-    Where an odd number of texels is left out, the middle lies half a texel aside, as it does in `middle`.
-    """
-    height, width = (min(SIDE, length) for length in size)
+    """(height, width) in pixels of what `middle` leaves of maps of `size`, and the shares of the square that it is."""
+    height, width = (_kept(length) for length in size)
     return (height, width), (height / size[0], width / size[1])
+
+
+def _kept(length: int) -> int:
+    """Texels of the middle of `length`, as many left out on one side as on the other."""
+    return length if length <= SIDE else SIDE - (length - SIDE) % 2

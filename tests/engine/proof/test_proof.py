@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 from engine.core.steps import drain
+from engine.exchange import blender as exported_blender
 from engine.exchange import gltf, loss, materialx, rti
 from engine.exchange.subject import Contents, Settings, Subject
 from engine.images.png import read_png
 from engine.light.environment import DistantLights
-from engine.proof import proof
+from engine.proof import blender, programs, proof
 from engine.proof.formats import linear, relit_hsh, relit_ptm
 from engine.proof.libraries import absent
 from engine.proof.libraries import materialx as by_materialx
@@ -77,6 +78,13 @@ def test_the_middle_of_large_maps_counts() -> None:
     assert windows((SIDE + 10, 6)) == ((SIDE, 6), (SIDE / (SIDE + 10), 1.0))
 
 
+def test_as_many_texels_are_left_out_on_one_side_as_on_the_other() -> None:
+    """Others draw the middle of the square, which no other rounding of an odd rest is."""
+    picture = np.arange(SIDE + 3.0)[:, None, None]
+    assert windows((SIDE + 3, 1))[0] == (SIDE - 1, 1)
+    assert middle(picture)[0, 0, 0] + middle(picture)[-1, 0, 0] == SIDE + 2
+
+
 def test_materialx_draws_our_picture_of_the_same_maps(plastic: Subject, tmp_path: Path) -> None:
     """Within 4 %: MaterialX leaves less light to the diffuse part; a flipped picture is off by far more."""
     pytest.importorskip("MaterialX", reason="MaterialX is not installed")
@@ -98,6 +106,46 @@ def test_three_in_chromium_draws_our_picture_of_the_same_maps(plastic: Subject, 
     assert any(map(shutil.which, BROWSERS))
     assert drawn.picture is not None, drawn.words
     assert relative_rmse(drawn.picture, ours(plastic)) < 0.06
+    assert relative_rmse(drawn.picture[::-1], ours(plastic)) > 0.3
+
+
+def test_a_page_that_sends_nothing_is_said_to(
+    plastic: Subject, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A browser that ends at once."""
+    folder = put(tmp_path, drain(gltf.contents(plastic, Settings(), "")))
+    monkeypatch.setattr(programs, "BROWSERS", ("true",))
+    (tmp_path / "three").mkdir()
+    (tmp_path / "three" / "package.json").write_text('{"version": "0"}')
+    monkeypatch.setattr(programs, "NODE", (tmp_path,))
+    drawn = three(folder, plastic.maps.size)
+    assert drawn.is_sound is False
+    assert drawn.words == "It draws nothing: the browser ended early."
+
+
+def test_eevee_is_shown_a_white_surface_that_looks_the_law_up() -> None:
+    """By hand: r / r_max is the cosine of the lamp where the brightest photograph was lit from overhead."""
+    material = dataclasses.replace(woven_material(6, 5), elevation_deg=(20.0, 90.0), brdf="phong:exponent=20")
+    law = material.power_law
+    assert law is not None
+    assert blender.our_power_law(material) == pytest.approx(law.scale * lamp()[2] ** law.exponent, rel=1e-5)
+
+
+def test_blender_without_a_file_is_a_complaint(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(blender, "version_of", lambda _package: "5.0.1")
+    drawn = blender.cycles(tmp_path, (4, 4))
+    assert (drawn.name, drawn.words, drawn.is_sound) == ("Blender 5.0.1, Cycles", "No .blend was made.", False)
+
+
+@pytest.mark.long
+def test_cycles_draws_our_picture_of_the_same_maps(plastic: Subject, tmp_path: Path) -> None:
+    """Of maps whose texels all differ: a pixel shows one texel, so that no filter of pixels counts."""
+    if not exported_blender.has_blender():
+        pytest.skip("Blender's module (bpy) is not installed")
+    folder = put(tmp_path, drain(exported_blender.contents(plastic, Settings(), "")))
+    drawn = blender.cycles(folder, plastic.maps.size)
+    assert drawn.picture is not None, drawn.words
+    assert relative_rmse(drawn.picture, ours(plastic)) < 0.02
     assert relative_rmse(drawn.picture[::-1], ours(plastic)) > 0.3
 
 
@@ -123,8 +171,8 @@ def test_the_sheet_has_all_that_drew_and_names_what_is_absent(tmp_path: Path, mo
     monkeypatch.setattr(proof, "three", lambda *_given: absent("gltf", "three.js", "no Chromium is installed"))
     wrong = Drawn("usd", "USD 1", None, "30 validators: a complaint.", False)
     monkeypatch.setattr(proof, "usd", lambda _folder: wrong)
-    for name in ("validator", "glslang", "mitsuba"):
-        monkeypatch.setattr(proof, name, lambda _folder, name=name: absent("gltf", name, "it is not installed"))
+    for name in ("validator", "glslang", "mitsuba", "cycles", "eevee"):
+        monkeypatch.setattr(proof, name, lambda *_given, name=name: absent("gltf", name, "it is not installed"))
     result = drain(proof.prove(tmp_path / "out", brief))
     rows = {row["consumer"]: row for row in result["proof"]["consumers"]}
     assert rows["MaterialX"]["rmse_rel"] > 0.0
