@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence, QShortcut
-from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
 from app.brdf import dialogs
 from app.brdf.inspector import Inspector
@@ -30,10 +30,11 @@ from app.jobs.newest import Latest
 from app.viewport.gl_surface import why_no_gl
 from app.widgets import theme
 from app.widgets.empty_state import EmptyState
-from app.widgets.panels import Segments, side_by_side, text, tool
+from app.widgets.panels import Segments, text, tool
 from app.widgets.param_form import NumberEditor
-from app.widgets.theme import PADDING, STEP, role
+from app.widgets.theme import PADDING
 from app.widgets.tiles import Tile, Tiles
+from app.widgets.workspace import bar_of_choices, side_by_side, under
 from engine.core.errors import MissingCapability
 from engine.core.figure_text import number
 from engine.core.params import Parameter
@@ -112,12 +113,7 @@ class BrdfTab(QWidget):
         self.view_action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
         self.view_action.triggered.connect(self.fit)
         self.addAction(self.view_action)
-        bar = role(QWidget(), "bar")
-        bar.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        bar.setFixedHeight(36)
-        row = QHBoxLayout(bar)
-        row.setContentsMargins(PADDING, 0, PADDING, 0)
-        row.setSpacing(2 * STEP)
+        bar, row = bar_of_choices()
         row.addWidget(text("Light", "secondary"))
         row.addWidget(self.light, 1)
         row.addWidget(self.scale)
@@ -158,13 +154,7 @@ class BrdfTab(QWidget):
         self.pages = QStackedWidget()
         self.pages.addWidget(self.empty)
         self.pages.addWidget(self.tiles)
-        centre = QWidget()
-        column = QVBoxLayout(centre)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(bar)
-        column.addWidget(self.pages, 1)
-        return centre
+        return under(bar, self.pages)
 
     def _make_lobes(self, why_not: str) -> None:
         """The view in space, or a sentence where there is no OpenGL; the other views do without."""

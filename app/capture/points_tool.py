@@ -20,8 +20,9 @@ from app.document.document import Pair, Project
 from app.document.import_choices import choose, path_of, points_of, reference_of, stated_points, transfer_of
 from app.widgets.controls import ComboBox
 from app.widgets.figure_table import FigureTable
-from app.widgets.panels import button, enable, fill_stacked, side_by_side, text
+from app.widgets.panels import button, enable, fill_stacked, text
 from app.widgets.theme import PADDING, ROW, STEP, role
+from app.widgets.workspace import side_by_side
 from engine.capture.lights.sources import printable
 from engine.capture.registration.control_points import (
     LEAST_POINTS,

@@ -23,8 +23,8 @@ from app.document.import_choices import choose, path_of, reference_of, transfer_
 from app.widgets import theme
 from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import Picture, photograph, rgb_image
-from app.widgets.panels import side_by_side
 from app.widgets.plots import ElevationPlot
+from app.widgets.workspace import side_by_side
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError
 from engine.core.steps import Step

@@ -32,8 +32,9 @@ from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
-from app.widgets.panels import Panel, button, enable, side_by_side, text, with_buttons
+from app.widgets.panels import Panel, button, enable, text, with_buttons
 from app.widgets.theme import role
+from app.widgets.workspace import side_by_side
 from engine.core.errors import OutputError
 from engine.core.figure_text import percent, size_text
 from engine.core.steps import Step, Steps, relayed

@@ -8,7 +8,7 @@ from typing import Any
 
 from PySide6.QtCore import Qt, QUrl, Signal
 from PySide6.QtGui import QDesktopServices, QShowEvent
-from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLineEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QCheckBox, QFileDialog, QHBoxLayout, QLabel, QLineEdit, QWidget
 
 from app.commands.export_bundle import Exported, drawn
 from app.commands.workbench import Workbench
@@ -19,8 +19,9 @@ from app.jobs.newest import Latest
 from app.view.tab import ViewTab
 from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import ImageView, Picture, rgb_image
-from app.widgets.panels import Pages, Panel, Rows, Segments, button, enable, side_by_side, text, with_buttons
-from app.widgets.theme import PADDING, ROW, STEP, role
+from app.widgets.panels import Pages, Panel, Rows, Segments, button, enable, text, with_buttons
+from app.widgets.theme import ROW, STEP, role
+from app.widgets.workspace import bar_of_choices, side_by_side, under
 from engine.core.errors import OutputError
 from engine.core.figure_text import size_text
 from engine.core.steps import Steps
@@ -88,22 +89,13 @@ class ExportTab(QWidget):
         )
         self.forms.choose("bundle")
         self.forms.chosen.connect(self.show_form)
-        bar = role(QWidget(), "bar")
-        bar.setFixedHeight(36)
-        row = QHBoxLayout(bar)
-        row.setContentsMargins(PADDING, 0, PADDING, 0)
+        bar, row = bar_of_choices()
         row.addWidget(self.forms)
         row.addStretch(1)
         self.form_pages = Pages()
         self.form_pages.addWidget(side_by_side(self.image, self._make_right(), stretch=0))
         self.form_pages.addWidget(self.elsewhere)
-        work = QWidget()
-        column = QVBoxLayout(work)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(bar)
-        column.addWidget(self.form_pages, 1)
-        return work
+        return under(bar, self.form_pages)
 
     def show_form(self, form: str) -> None:
         """Show the page of the bundle, or that of other programs ('elsewhere')."""

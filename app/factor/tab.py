@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFileDialog, QStackedWidget, QVBoxLayout, QWidget
 
 from app.commands import brdf as commands_brdf
 from app.commands.factor import exported, judged
@@ -26,9 +26,9 @@ from app.jobs.newest import Latest
 from app.widgets.controls import ComboBox
 from app.widgets.empty_state import EmptyState
 from app.widgets.number_field import NumberField
-from app.widgets.panels import Segments, side_by_side
-from app.widgets.theme import PADDING, STEP, role
+from app.widgets.panels import Segments
 from app.widgets.tiles import Tile, Tiles
+from app.widgets.workspace import bar_of_choices, side_by_side, under
 from engine.factor.settings import FactorSettings
 
 #: Least time between two updates of the results of a run, and of its preview on the model while the run goes on.
@@ -64,9 +64,6 @@ class FactorTab(QWidget):
         self._changed(Project(), bench.document.project)
 
     def _make_centre(self) -> QWidget:
-        bar = role(QWidget(), "bar")
-        bar.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        bar.setFixedHeight(36)
         self.measure = ComboBox()
         for name, (words, _unit) in METRICS.items():
             self.measure.addItem(words, name)
@@ -99,9 +96,7 @@ class FactorTab(QWidget):
         self.model.choose("sphere")
         self.model.setFixedWidth(160)
         self.model.chosen.connect(lambda _value: self._show_mesh())
-        row = QHBoxLayout(bar)
-        row.setContentsMargins(PADDING, 0, PADDING, 0)
-        row.setSpacing(2 * STEP)
+        bar, row = bar_of_choices()
         row.addWidget(self.measure)
         row.addWidget(self.against)
         row.addStretch(1)
@@ -134,13 +129,7 @@ class FactorTab(QWidget):
         self.pages = QStackedWidget()
         self.pages.addWidget(self.empty)
         self.pages.addWidget(self.tiles)
-        centre = QWidget()
-        column = QVBoxLayout(centre)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(bar)
-        column.addWidget(self.pages, 1)
-        return centre
+        return under(bar, self.pages)
 
     def _connect(self) -> None:
         settings, inspector, runs = self.settings, self.inspector, self.runs

@@ -16,8 +16,9 @@ from app.material.surface_page import page_switch
 from app.widgets.controls import ComboBox
 from app.widgets.image_view import ImageView, Picture, photograph
 from app.widgets.number_field import NumberField
-from app.widgets.panels import Panel, button, side_by_side
+from app.widgets.panels import Panel, button
 from app.widgets.report import Report
+from app.widgets.workspace import side_by_side
 from engine.core.figure_text import size_text
 from engine.core.steps import Step, Steps
 from engine.shading.directional.planes import DirectionalMap

@@ -11,8 +11,9 @@ from app.jobs.jobs import Jobs
 from app.jobs.newest import Latest
 from app.widgets.controls import ComboBox
 from app.widgets.image_view import ImageView, Picture, photograph
-from app.widgets.panels import Panel, side_by_side, text
+from app.widgets.panels import Panel, text
 from app.widgets.report import Report
+from app.widgets.workspace import side_by_side
 from engine.core.colour import srgb_decode
 from engine.core.steps import Step, Steps
 from engine.surface.pbr_maps import PbrMaps

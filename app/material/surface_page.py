@@ -16,10 +16,10 @@ from app.jobs.newest import Latest
 from app.material.surface_maps import GREY, MAPS, Shown, shown
 from app.widgets.empty_state import EmptyState
 from app.widgets.image_view import ImageView
-from app.widgets.panels import Pages, Panel, Segments, button, enable, side_by_side, text
+from app.widgets.panels import Pages, Panel, Segments, button, enable, text
 from app.widgets.plots import ColourBar
 from app.widgets.report import Report
-from app.widgets.theme import PADDING, role
+from app.widgets.workspace import bar_of_choices, beside, side_by_side, under
 from engine.core.figure_text import number
 from engine.surface.pbr_maps import ObservedSlopes
 
@@ -63,10 +63,7 @@ class SurfacePage(QWidget):
         self.which = Segments(MAPS, {"base_colour": "Colour", "occlusion": "Sky"})
         self.which.choose("normal")
         self.which.chosen.connect(lambda _value: self._load())
-        top = role(QWidget(), "bar")
-        top.setFixedHeight(36)
-        row = QHBoxLayout(top)
-        row.setContentsMargins(PADDING, 0, PADDING, 0)
+        top, row = bar_of_choices()
         row.addWidget(self.which)
         row.addStretch(1)
         self.empty = EmptyState(
@@ -76,19 +73,9 @@ class SurfacePage(QWidget):
             "reflects. Each map comes with its uncertainty. Make surface maps, on the right.",
             (),
         )
-        filled = QWidget()
-        column = QVBoxLayout(filled)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(top)
-        picture = QHBoxLayout()
-        picture.setSpacing(0)
-        picture.addWidget(self.image, 1)
-        picture.addWidget(self.bar)
-        column.addLayout(picture, 1)
         self.pages = Pages()
         self.pages.addWidget(self.empty)
-        self.pages.addWidget(filled)
+        self.pages.addWidget(under(top, beside(self.image, self.bar)))
         return self.pages
 
     def _make_right(self) -> QWidget:

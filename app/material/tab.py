@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QSplitter, QWidget
 
 from app.commands.workbench import Workbench
 from app.document.document import Project
@@ -21,10 +21,11 @@ from app.widgets.controls import ComboBox, Slider
 from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import ImageView, Picture, photograph, scalar_map
 from app.widgets.number_field import NumberField
-from app.widgets.panels import Panel, Segments, button, enable, side_by_side, text
+from app.widgets.panels import Panel, Segments, button, enable, text
 from app.widgets.plots import ColourBar, RadiancePlot, TexelPlot, colour_table
 from app.widgets.report import Report
-from app.widgets.theme import PADDING, STEP, role
+from app.widgets.theme import STEP
+from app.widgets.workspace import bar_of_choices, beside, side_by_side, under
 from engine.core.figure_text import number, percent, size_text
 from engine.core.health import Health
 from engine.core.steps import Step, Steps
@@ -116,26 +117,13 @@ class MaterialTab(QWidget):
         self.r_figure = text("", "")
         self.r_figure.setMinimumWidth(116)
         self.r_figure.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        bar = role(QWidget(), "bar")
-        bar.setFixedHeight(36)
-        row = QHBoxLayout(bar)
-        row.setContentsMargins(PADDING, 0, PADDING, 0)
-        row.setSpacing(2 * STEP)
+        bar, row = bar_of_choices()
         row.addWidget(self.show_what)
         row.addSpacing(2 * STEP)
         row.addWidget(self.r_label)
         row.addWidget(self.slider, 1)
         row.addWidget(self.r_figure)
-        top = QWidget()
-        column = QVBoxLayout(top)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(bar)
-        picture = QHBoxLayout()
-        picture.setSpacing(0)
-        picture.addWidget(self.image, 1)
-        picture.addWidget(self.bar)
-        column.addLayout(picture, 1)
+        top = under(bar, beside(self.image, self.bar))
         plots = QSplitter(Qt.Orientation.Horizontal)
         plots.setHandleWidth(1)
         plots.addWidget(self.radiance)

@@ -10,7 +10,6 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import (
     QApplication,
-    QHBoxLayout,
     QLineEdit,
     QSizePolicy,
     QToolButton,
@@ -45,9 +44,10 @@ from app.viewport.viewport import Viewport
 from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.fitting import Fitting
-from app.widgets.panels import Panel, Segments, enable, side_by_side, text, tool
+from app.widgets.panels import Panel, Segments, enable, text, tool
 from app.widgets.param_form import ParamForm
-from app.widgets.theme import PADDING, STEP, role
+from app.widgets.theme import STEP
+from app.widgets.workspace import bar_of_choices, side_by_side, under
 from engine.brdf.brdf import Brdf
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps
@@ -165,11 +165,7 @@ class ViewTab(QWidget):
         self.mode = Segments(labels, {mode.value: mode.abbreviation for mode in modes()})
         self.mode.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
         self.mode.chosen.connect(self.choose_mode)
-        bar = role(QWidget(), "bar")
-        bar.setFixedHeight(36)
-        row = QHBoxLayout(bar)
-        row.setContentsMargins(PADDING, 0, PADDING, 0)
-        row.setSpacing(STEP)
+        bar, row = bar_of_choices(STEP)
         row.addWidget(self.mode)
         framing = tool(self.frame_action)
         self.views = ViewsMenu(self.bench.document, self.viewport, framing)
@@ -185,13 +181,7 @@ class ViewTab(QWidget):
         keeps_room.setRetainSizeWhenHidden(True)  # or else the picture changes its width as the button comes and goes
         self.stop_button.setSizePolicy(keeps_room)
         row.addWidget(self.stop_button)
-        centre = QWidget()
-        column = QVBoxLayout(centre)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(bar)
-        column.addWidget(self.viewport, 1)
-        return centre
+        return under(bar, self.viewport)
 
     def _make_right(self) -> QWidget:
         panel = Panel()

@@ -120,18 +120,6 @@ def sheet() -> tuple[QWidget, QVBoxLayout]:
     return holder, column
 
 
-def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
-    """Panels and picture beside each other with a thin line between them; part number `stretch` takes the room."""
-    holder = role(QWidget(), "gap")
-    holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-    row = QHBoxLayout(holder)
-    row.setContentsMargins(0, 0, 0, 0)
-    row.setSpacing(1)
-    for place, part in enumerate(parts):
-        row.addWidget(_Rest(part) if place == stretch else part, 1 if place == stretch else 0)
-    return holder
-
-
 def with_buttons(chosen: QWidget, *others: QWidget) -> QWidget:
     """One row: what is chosen, with the buttons that change it, or what goes with it, at its right."""
     holder = QWidget()
@@ -142,19 +130,6 @@ def with_buttons(chosen: QWidget, *others: QWidget) -> QWidget:
     for other in others:
         row.addWidget(other)
     return holder
-
-
-class _Rest(QWidget):
-    """A picture between panels: it wishes for no more width than it needs at least, and takes what they leave."""
-
-    def __init__(self, picture: QWidget) -> None:
-        super().__init__()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(picture)
-
-    def sizeHint(self) -> QSize:
-        return QSize(self.minimumSizeHint().width(), super().sizeHint().height())
 
 
 class Pages(QStackedWidget):

@@ -1,0 +1,69 @@
+"""The layout of a workspace: panels beside a picture, and over it a bar with the choices of what it shows."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtWidgets import QHBoxLayout, QLayout, QVBoxLayout, QWidget
+
+from app.widgets.theme import PADDING, STEP, role
+
+HEIGHT = 36
+
+
+def side_by_side(*parts: QWidget, stretch: int) -> QWidget:
+    """Panels and picture beside each other with a thin line between them; part number `stretch` takes the room."""
+    holder = role(QWidget(), "gap")
+    holder.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    row = QHBoxLayout(holder)
+    row.setContentsMargins(0, 0, 0, 0)
+    row.setSpacing(1)
+    for place, part in enumerate(parts):
+        row.addWidget(_Rest(part) if place == stretch else part, 1 if place == stretch else 0)
+    return holder
+
+
+def bar_of_choices(gap: int = 2 * STEP) -> tuple[QWidget, QHBoxLayout]:
+    """The bar and its row, still empty; `gap` pixels between what the row gets."""
+    bar = role(QWidget(), "bar")
+    bar.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+    bar.setFixedHeight(HEIGHT)
+    row = QHBoxLayout(bar)
+    row.setContentsMargins(PADDING, 0, PADDING, 0)
+    row.setSpacing(gap)
+    return bar, row
+
+
+def under(bar: QWidget, work: QWidget | QLayout) -> QWidget:
+    """The bar with `work` below it, which takes the room that is left."""
+    holder = QWidget()
+    column = QVBoxLayout(holder)
+    column.setContentsMargins(0, 0, 0, 0)
+    column.setSpacing(0)
+    column.addWidget(bar)
+    if isinstance(work, QWidget):
+        column.addWidget(work, 1)
+    else:
+        column.addLayout(work, 1)
+    return holder
+
+
+def beside(picture: QWidget, colour_bar: QWidget) -> QLayout:
+    """A picture with the bar of its false colours at its right."""
+    row = QHBoxLayout()
+    row.setSpacing(0)
+    row.addWidget(picture, 1)
+    row.addWidget(colour_bar)
+    return row
+
+
+class _Rest(QWidget):
+    """A picture between panels: it wishes for no more width than it needs at least, and takes what they leave."""
+
+    def __init__(self, picture: QWidget) -> None:
+        super().__init__()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(picture)
+
+    def sizeHint(self) -> QSize:
+        return QSize(self.minimumSizeHint().width(), super().sizeHint().height())
