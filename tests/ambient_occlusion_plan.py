@@ -7,6 +7,7 @@ from typing import Any
 from engine.core.steps import Steps
 from engine.planning.costs.cost_model import Cost
 from engine.planning.costs.planned import PlannedBake, Spread
+from engine.planning.costs.setting import Setting
 from engine.transport.method import Subject
 from tests import ambient_occlusion
 
@@ -33,6 +34,10 @@ def suits(_offers: Any, _skipped: frozenset[str]) -> bool:
 
 def adapted(setting: Any, _diffuse: bool) -> Any:
     return setting
+
+
+def setting_of(_relit: Any) -> Setting:
+    return Setting(ambient_occlusion.NAME)
 
 
 def prepare(plan: Any, subject: Subject, settings: Any) -> Steps[PlannedBake]:

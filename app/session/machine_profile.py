@@ -1,4 +1,9 @@
-"""The machine profile: measured once, kept in the person's cache folder, measured again if it is missing."""
+"""The machine profile: measured once, kept in the person's cache folder, measured again if it is missing.
+
+Bakes correct it, and frames that were timed as a whole: those of `render`, of transport files too, of a tradeoff, and
+of the window's measurement of costs. Frames of the viewport do not: they are drawn in pieces between gestures, beside
+jobs that take what they like of the processor; nor do films by OpenGL, whose frames are read back and coded in between.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +19,13 @@ from engine.core.steps import Step, Steps
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from engine.geometry.camera import Camera
     from engine.planning.costs.cost_model import CostModel
     from engine.planning.costs.setting import Setting
     from engine.scene.scene import Scene
     from engine.tradeoff.point import Point
     from engine.transport.method import Method, Subject
+    from engine.transport.relit import Relit
 
 log = logging.getLogger(__name__)
 
@@ -93,17 +100,50 @@ def learn_frame(
     scene: Scene, setting: Setting, size: tuple[int, int], frame_s: float, *, samples: int, depth: int, device: str
 ) -> None:
     """Tell the kept profile what a frame of `setting` took, drawn by `device`: the device that it has measured."""
-    path = cost_path()
-    if path is None or scene.environment is None:
+    from engine.planning.effects.sample import of_surface
+    from engine.tradeoff.predict import drawn_s
+
+    kept = _kept_for(device, setting.mode)
+    if kept is None or scene.environment is None:
         return
+    if setting.mode == "reference":
+        predicted_s = _predicted(scene, setting, size, samples, depth).get("frame_s", 0.0)
+    else:
+        predicted_s = drawn_s(kept, of_surface(scene.mesh, scene.ground), setting, scene.camera, size, samples)
+    _learn_frame(kept, setting.mode, predicted_s, frame_s)
+
+
+def learn_relit(
+    relit: Relit, camera: Camera, size: tuple[int, int], frame_s: float, *, samples: int, device: str
+) -> None:
+    """Tell the kept profile what a frame of a bake under its light took; nothing of one that no plan would choose."""
+    from engine.planning.costs.planned import planning_of
+    from engine.tradeoff.predict import drawn_s
+
+    kept = _kept_for(device, relit.method)
+    if kept is None:
+        return
+    try:
+        setting = planning_of(relit.method).setting_of(relit)
+    except ValueError:
+        return
+    diffuse = relit.flat_vertex == 0
+    predicted_s = drawn_s(kept, relit.mesh, setting, camera, size, samples, diffuse=diffuse)
+    _learn_frame(kept, relit.method, predicted_s, frame_s)
+
+
+def _kept_for(device: str, mode: str) -> CostModel | None:
+    """The kept profile, if frames of `mode` by `device` are those that it has measured."""
     from engine.planning.costs.cost_model import load_model
 
-    kept = load_model(path)
-    if kept is None or (setting.mode != "reference" and kept.renderer != device):
-        return
-    predicted = _predicted(scene, setting, size, samples, depth)
-    found = kept.learned_frame(setting.mode, predicted.get("frame_s", 0.0), frame_s)
-    if found is not kept:
+    path = cost_path()
+    kept = load_model(path) if path is not None else None
+    return kept if kept is not None and (mode == "reference" or kept.renderer == device) else None
+
+
+def _learn_frame(kept: CostModel, mode: str, predicted_s: float, frame_s: float) -> None:
+    path, found = cost_path(), kept.learned_frame(mode, predicted_s, frame_s)
+    if path is not None and found is not kept:
         _keep(found, path)
 
 

@@ -11,16 +11,19 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from engine.geometry.camera import Camera
     from engine.gl.draw import OffScreen
     from engine.light.environment import EnvironmentMap
     from engine.light.lamps import Lamp
     from engine.scene.scene import Scene
+    from engine.transport.relit import Relit
 
 #: Value of `gl_renderer` if no device has drawn.
 ON_PROCESSOR = "none (drawn on the processor)"
 
-#: Name of the processor in a machine profile, and seconds of a frame from which the profile learns.
-PROCESSOR, LONG_S = "processor", 1.0
+#: Name of the processor in a machine profile, and seconds of a frame from which the profile learns: of the reference,
+#: whose prediction takes rays all over the model, and of frames without.
+PROCESSOR, LONG_S, DRAWN_LONG_S = "processor", 1.0, 0.1
 
 #: Widest blur of a background: beyond it the environment is one colour.
 MOST_BLUR_DEG = 90.0
@@ -57,15 +60,20 @@ def off_screen(
 def teach(scene: Scene, arguments: argparse.Namespace, mode: str, frame_s: float, device: str = PROCESSOR) -> None:
     """Let the machine profile learn from a frame that took longer than it takes to predict it.
 
-    Plans know pictures without a shading map, and knobs in their own ranges.
+    Plans know a material of slices or their fit, and knobs in their own ranges. Frames of a film that OpenGL draws are
+    not timed, each being read back and coded between two of them.
     """
     from app.session.machine_profile import learn_frame
     from engine.planning.costs.setting import Setting
 
-    if frame_s < LONG_S or scene.material is not None:
+    is_reference, material = mode == "reference", scene.material
+    if frame_s < (LONG_S if is_reference else DRAWN_LONG_S):
         return
-    is_reference = mode == "reference"
     knobs = {"samples": arguments.samples} if is_reference else {"directions": arguments.directions}
+    if material is not None:
+        if is_reference or material.directional is not None or material.pbr is not None:
+            return
+        mode, knobs = "shading-map", {**knobs, "power_law": int(scene.source == "power-law")}
     try:
         setting = Setting(mode, knobs)
     except ValueError:
@@ -73,6 +81,17 @@ def teach(scene: Scene, arguments: argparse.Namespace, mode: str, frame_s: float
     samples, depth = (1, arguments.max_depth) if is_reference else (arguments.samples, 1)
     size = (arguments.width, arguments.height)
     learn_frame(scene, setting, size, frame_s, samples=samples, depth=depth, device=device)
+
+
+def teach_relit(
+    relit: Relit, camera: Camera, arguments: argparse.Namespace, frame_s: float, device: str = PROCESSOR
+) -> None:
+    """Let the machine profile learn from a frame of a bake that took about as long as it takes to predict it."""
+    from app.session.machine_profile import learn_relit
+
+    if frame_s >= DRAWN_LONG_S:
+        size = (arguments.width, arguments.height)
+        learn_relit(relit, camera, size, frame_s, samples=arguments.samples, device=device)
 
 
 def record_of(picture: NDArray[np.float32]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from app.cli.doubts import doubts_of_light, doubts_of_scene
 from app.cli.transport import render_turntable
 from app.cli.transport.method_options import add_options, strange_options
 from app.cli.transport.options import light_of, near_lamp_argument
-from app.cli.transport.render_output import ON_PROCESSOR, check_background, off_screen, record_of
+from app.cli.transport.render_output import ON_PROCESSOR, check_background, off_screen, record_of, teach_relit
 from app.commands.pictures import write_picture
 from engine.core.errors import UsageError
 from engine.core.figure_text import percent
@@ -213,11 +213,14 @@ def _draw(relit: Relit, camera: Camera, arguments: argparse.Namespace, show: Cal
         arguments.renderer, lambda context: relit_off_screen(context, relit, camera, size, arguments.samples), warnings
     )
     if drawn is not None:
+        teach_relit(relit, camera, arguments, drawn[1]["frame_s"], drawn[1]["gl_renderer"])
         return drawn
     start = time.perf_counter()
     found = drain(part(picture_of(relit, camera, size, arguments.samples), 0.3, 1.0), show)
+    frame_s = time.perf_counter() - start
+    teach_relit(relit, camera, arguments, frame_s)
     return found.picture, {
-        "frame_s": time.perf_counter() - start,
+        "frame_s": frame_s,
         "gl_renderer": ON_PROCESSOR,
         "warnings": warnings,
         "negative_rel": found.negative_rel,

@@ -67,6 +67,9 @@ class Planning(Protocol):
     def drawn(self, kind: str, knob: int, mesh: Mesh) -> Relit:
         """Something of a kind of `Method.frames` on `mesh` that can be drawn; its numbers mean nothing."""
 
+    def setting_of(self, relit: Any) -> Setting:
+        """The setting whose pictures cost what those of `relit` do; ValueError where it is none of a plan."""
+
     def prepare(self, plan: Any, subject: Subject, settings: Any) -> Steps[PlannedBake]:
         """Lay out the bake that a `plan.EffectsPlan` of this method calls for, with the rest of the settings."""
 

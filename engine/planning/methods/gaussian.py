@@ -91,6 +91,12 @@ def drawn(_kind: str, knob: int, mesh: Mesh) -> RelitGaussians:
     return relit_gaussians(GaussianTransport(mesh, count, 0.0, (alike,), None), environment)
 
 
+def setting_of(relit: RelitGaussians) -> Setting:
+    """That of its lobes, of which light from the model itself has as many."""
+    components = relit.transport.components
+    return Setting("gaussian", {"lobes": components[0].sigma.shape[2], "interreflection": len(components) - 1})
+
+
 def prepare(plan: Any, subject: Subject, settings: GaussianSettings) -> Steps[PlannedBake]:
     """Work of a bake; if shadows are forced on, rays are cast from every vertex, free ones too."""
     work = yield from gaussian_method.prepare(subject, settings)

@@ -95,6 +95,11 @@ def drawn(kind: str, knob: int, mesh: Mesh) -> RelitSh:
     return RelitSh(ShTransport(mesh, count, flat, 0.0, table, False, nothing_yet), np.ones((rows, 3), np.float32))
 
 
+def setting_of(relit: RelitSh) -> Setting:
+    """That of its order: bounces lie in the rows."""
+    return Setting("sh", {"order": relit.transport.order})
+
+
 def prepare(plan: Any, subject: Subject, settings: ShSettings) -> Steps[PlannedBake]:
     """Without shadows no ray is cast; where they are forced on, rays are cast from every vertex, free ones too."""
     shadows = plan.shows("self-shadowing") or plan.shows("interreflection")

@@ -89,6 +89,11 @@ def drawn(_kind: str, knob: int, mesh: Mesh) -> RelitWavelets:
     return RelitWavelets(WaveletTransport(mesh, count, factors, 0.0, 64, nothing), np.ones((rows, 3)))
 
 
+def setting_of(relit: RelitWavelets) -> Setting:
+    """That of its terms: coefficients end with the light."""
+    return Setting("wavelet", {"terms": relit.transport.factors.terms})
+
+
 def prepare(plan: Any, subject: Subject, settings: WaveletSettings) -> Steps[PlannedBake]:
     """Work of a bake; if shadows are forced on, rays of the model itself are cast from every vertex, free ones too."""
     forced = plan.decision("self-shadowing") == "forced on"

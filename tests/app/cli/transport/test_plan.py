@@ -17,6 +17,8 @@ from app.cli.transport.plan import report
 from app.command_line import main
 from app.document.document import Look, Project
 from app.project.project_file import History, Writer
+from engine.bundle.bundle import save_bundle
+from engine.core.steps import drain
 from engine.geometry.camera import Camera
 from engine.geometry.shapes import shape
 from engine.light.sky import built_in
@@ -24,6 +26,7 @@ from engine.planning.costs.cost_model import CostModel, load_model, machine_name
 from engine.planning.effects.estimates import EFFECTS
 from engine.scene.material import Material
 from tests.engine.planning.conftest import every_rate
+from tests.engine.scenes import weave
 
 pytestmark = pytest.mark.usefixtures("coarse")
 
@@ -224,6 +227,21 @@ def test_frames_that_are_rendered_teach_the_profile(
     record([*line, "-o", str(tmp_path / "b.png")], capsys)
     record([*line, "--turntable", "3", "-o", str(tmp_path / "c.webp")], capsys)
     assert loaded(kept_costs).frames["reference"][1] == 2
+
+
+def test_frames_of_bakes_and_of_shading_maps_teach_the_profile(
+    kept_costs: Path, mesh: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("engine.planning.costs.cost_model.FRAME_TEACHES_S", 1e-9)
+    monkeypatch.setattr("app.cli.transport.render_output.DRAWN_LONG_S", 0.0)
+    size = ["--width", "16", "--height", "16", "--samples", "1", "--renderer", "cpu", "--env", "studio"]
+    bake = str(tmp_path / "a.transport")
+    record(["bake", mesh, "--brdf", "lambert", "--mode", "sh", "--order", "3", "-o", bake], capsys)
+    record(["render", bake, *size, "-o", str(tmp_path / "a.png")], capsys)
+    assert {mode: count for mode, (_, count) in loaded(kept_costs).frames.items()} == {"sh": 1}
+    drain(save_bundle(tmp_path / "a.lightarc", weave(8)))
+    record(["render", mesh, "--material", str(tmp_path / "a.lightarc"), *size, "-o", str(tmp_path / "b.png")], capsys)
+    assert {mode: count for mode, (_, count) in loaded(kept_costs).frames.items()} == {"sh": 1, "shading-map": 1}
 
 
 def loaded(path: Path) -> CostModel:
