@@ -367,11 +367,17 @@ def undone(person: Person) -> None:
 
 
 def exported(person: Person) -> None:
-    """Export: killed while the bundle is written."""
+    """Export: killed while the bundle is written, which goes on where the person says."""
+    target = person.folder / "Felt.lightarc"
     person.keys("ctrl+6")
     person.click("Export bundle")
-    time.sleep(2 * PAUSE_S)
+    person.until(lambda seen: bool(seen["jobs"]), "the export", 60.0)
     person.killed("exported")
+    person.go_on()
+    person.answer("Export bundle", target)
+    person.until(lambda seen: target.is_file(), "the bundle")
+    person.rest()
+    person.shot("exported")
 
 
 def saved_as(person: Person) -> None:

@@ -330,7 +330,8 @@ class Workbench(QObject):
             chain = chain_of(path_of(folder), project, done)
             return (yield from exported(project, path, scene, include, {"project": origin, **chain}))
 
-        return self.jobs.submit("Writing the bundle", work)
+        again = {"kind": "bundle", "folder": str(path.parent), "name": path.name, "parts": sorted(include)}
+        return self.jobs.submit("Writing the bundle", work, again=again)
 
     def _material_of_model_opened(self, found: OpenedBundle | None) -> None:
         if found is not None:

@@ -1,14 +1,18 @@
-"""A target as a card: a check box with its name, a ball as the target shows it, and its figures beside it."""
+"""A target as a card: a check box with its name, a ball as the target shows it, and its figures beside it.
+
+The cards of all targets lie on a board.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
-from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
 from app.widgets import theme
 from app.widgets.panels import enable, keep_hint, text
@@ -155,3 +159,44 @@ class Card(QWidget):
     def _enable(self, why_not: str) -> None:
         if self.box is not None:
             enable(self.box, why_not, self.hint)
+
+
+class Board(QScrollArea):
+    """Cards in as many columns as there is room for; it scrolls where the window is low."""
+
+    def __init__(self, cards: Sequence[Card]) -> None:
+        super().__init__()
+        self.cards = list(cards)
+        self.columns = 0
+        role(self, "canvas")
+        inside = role(QWidget(), "canvas")
+        self.grid = QGridLayout(inside)
+        self.grid.setContentsMargins(0, 0, 0, 0)
+        self.grid.setSpacing(1)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setWidget(inside)
+        self._lay_out(2)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(NARROWEST + 20, 160)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._lay_out(max(1, (self.width() - 14) // (NARROWEST + 1)))
+
+    def _lay_out(self, columns: int) -> None:
+        if columns == self.columns:
+            return
+        for column in range(self.columns):
+            self.grid.setColumnStretch(column, 0)
+        self.columns = columns
+        for place, card in enumerate(self.cards):
+            self.grid.removeWidget(card)
+            self.grid.addWidget(card, *divmod(place, columns))
+        for column in range(columns):
+            self.grid.setColumnStretch(column, 1)
+        rows = -(-len(self.cards) // columns)
+        for row in range(len(self.cards) + 1):
+            self.grid.setRowStretch(row, int(row == rows))

@@ -7,19 +7,16 @@ changes them. What cannot be written of this material says why in one sentence.
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QSize, Qt, QUrl
-from PySide6.QtGui import QDesktopServices, QResizeEvent, QShowEvent
+from PySide6.QtCore import Qt, QUrl
+from PySide6.QtGui import QDesktopServices, QShowEvent
 from PySide6.QtWidgets import (
     QFileDialog,
-    QFrame,
-    QGridLayout,
     QLineEdit,
-    QScrollArea,
     QVBoxLayout,
     QWidget,
 )
@@ -27,9 +24,10 @@ from PySide6.QtWidgets import (
 from app.commands.export_elsewhere import Choices, Sent, offered, sent, smallest_of
 from app.commands.workbench import Workbench
 from app.document.document import Project
-from app.export.card import NARROWEST, Card
+from app.export.card import Board, Card
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
+from app.project.interrupted import proposed_parts, proposed_place
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import NumberField
 from app.widgets.panels import Panel, button, enable, text, with_buttons
@@ -142,7 +140,7 @@ class Elsewhere(QWidget):
         self.place = text("")
         self.place.setMinimumWidth(10)
         change = button("Change…")
-        change.clicked.connect(self._choose_folder)
+        change.clicked.connect(lambda: self._choose_folder(self.folder))
         place.row("Within", with_buttons(self.place, change))
         result = panel.section("Result")
         self.verdict = text("Nothing written yet.", "secondary", wrap=True)
@@ -269,11 +267,28 @@ class Elsewhere(QWidget):
         project, leaving, choices, names = self.bench.document.project, self.leaving, self.choices, self.names
         folder = self.target
         self._say("Writing…", "secondary")
-        self.exporting = self.bench.jobs.submit("Exporting", lambda: sent(project, leaving, choices, names, folder))
+        again = {"kind": "exports", "folder": str(folder.parent), "name": folder.name, "parts": names}
+        self.exporting = self.bench.jobs.submit(
+            "Exporting", lambda: sent(project, leaving, choices, names, folder), again=again
+        )
         self.exporting.succeeded.connect(self._exported)
         self.exporting.failed.connect(lambda error: self._say(f"Not written: {_problem(error)}", "bad"))
         self.exporting.cancelled.connect(lambda: self._say("Cancelled. Nothing was written.", "secondary"))
         self._update()
+
+    def go_on(self, again: Mapping[str, Any]) -> None:
+        """Ask for the folder of exports that were interrupted, and write them there anew.
+
+        A material that has gone since leaves nothing to ask for.
+        """
+        place = proposed_place(again, self.folder, self.name.text())
+        self.name.setText(place.name)
+        targets = proposed_parts(again)
+        for name, card in self.cards.items():
+            assert card.box is not None
+            card.box.setChecked(name in targets)
+        if self.names and self.bench.document.project.has_map and self._choose_folder(place.parent):
+            self.export.click()
 
     def _exported(self, done: Sent) -> None:
         self.written = done.folder
@@ -292,10 +307,12 @@ class Elsewhere(QWidget):
     def _open_folder(self) -> None:
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(self.written)))
 
-    def _choose_folder(self) -> None:
-        chosen = QFileDialog.getExistingDirectory(self, "Folder for the exports", str(self.folder))
+    def _choose_folder(self, proposed: Path) -> bool:
+        """Ask for the folder; True if one was chosen."""
+        chosen = QFileDialog.getExistingDirectory(self, "Folder for the exports", str(proposed))
         if chosen:
             self.set_folder(Path(chosen))
+        return bool(chosen)
 
     def _show_folder(self) -> None:
         words = self.place.fontMetrics().elidedText(str(self.folder), Qt.TextElideMode.ElideMiddle, 110)
@@ -333,47 +350,6 @@ class Elsewhere(QWidget):
         if not os.access(self.folder, os.W_OK | os.X_OK):
             return f"{self.folder} cannot be written to; choose another folder"
         return ""
-
-
-class Board(QScrollArea):
-    """Cards in as many columns as there is room for; it scrolls where the window is low."""
-
-    def __init__(self, cards: Sequence[Card]) -> None:
-        super().__init__()
-        self.cards = list(cards)
-        self.columns = 0
-        role(self, "canvas")
-        inside = role(QWidget(), "canvas")
-        self.grid = QGridLayout(inside)
-        self.grid.setContentsMargins(0, 0, 0, 0)
-        self.grid.setSpacing(1)
-        self.setWidgetResizable(True)
-        self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setWidget(inside)
-        self._lay_out(2)
-
-    def minimumSizeHint(self) -> QSize:
-        return QSize(NARROWEST + 20, 160)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._lay_out(max(1, (self.width() - 14) // (NARROWEST + 1)))
-
-    def _lay_out(self, columns: int) -> None:
-        if columns == self.columns:
-            return
-        for column in range(self.columns):
-            self.grid.setColumnStretch(column, 0)
-        self.columns = columns
-        for place, card in enumerate(self.cards):
-            self.grid.removeWidget(card)
-            self.grid.addWidget(card, *divmod(place, columns))
-        for column in range(columns):
-            self.grid.setColumnStretch(column, 1)
-        rows = -(-len(self.cards) // columns)
-        for row in range(len(self.cards) + 1):
-            self.grid.setRowStretch(row, int(row == rows))
 
 
 def _numbered(number: int, steps: Steps[Any]) -> Steps[Any]:

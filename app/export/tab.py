@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from app.document.document import Project
 from app.export.elsewhere import Elsewhere
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
+from app.project.interrupted import proposed_parts, proposed_place
 from app.view.tab import ViewTab
 from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import ImageView, Picture, rgb_image
@@ -41,6 +43,7 @@ ALWAYS = (
     ("Preview", "preview.png, as in the View workspace"),
     ("Manifest with provenance", "manifest.json"),
 )
+BUNDLES = "Bundles (*.lightarc);;Folders (*)"
 STALE = "Settings were changed after this material was built. Rebuild it in Material before you export it."
 
 
@@ -180,6 +183,25 @@ class ExportTab(QWidget):
         self.exporting.failed.connect(lambda error: self._say(f"Not written: {_problem(error)}", "bad"))
         self.exporting.cancelled.connect(lambda: self._say("Cancelled. Nothing was written.", "secondary"))
         self._update_buttons()
+
+    def go_on(self, again: Mapping[str, Any]) -> None:
+        """Ask for the place of a bundle whose writing was interrupted, and write it there anew.
+
+        A material that has gone since leaves nothing to ask for.
+        """
+        self.show_form("bundle")
+        place = proposed_place(again, self.folder, self.name.text())
+        self.name.setText(place.name)
+        parts = proposed_parts(again)
+        for value, (box, _) in self.parts.items():
+            box.setChecked(value in parts)
+        if not self._chosen():
+            return
+        chosen, _ = QFileDialog.getSaveFileName(self, "Export bundle", str(place), BUNDLES)
+        if chosen:
+            self.name.setText(Path(chosen).name)
+            self.set_folder(Path(chosen).parent)
+            self.export.click()
 
     def fit(self) -> None:
         """Show the whole preview."""

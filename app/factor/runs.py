@@ -154,11 +154,11 @@ class FactorRuns(QObject):
             given = live.brdf if live.brdf is not None else run.given
             self._begin(run, given, live.searched)
 
-    def go_on(self, number: int) -> None:
-        """As `again`, once it is known what the run of this number has found."""
+    def go_on(self, number: object) -> None:
+        """As `again`, once it is known what the run of this number has found; nothing where there is none."""
         run = next((each for each in self.bench.document.project.factoring.runs if each.number == number), None)
         if run is not None and self.of(run).state == READING:
-            self._awaited = number
+            self._awaited = run.number
         elif run is not None:
             self.again(run)
 

@@ -2,6 +2,9 @@
 
 A file holds the title of the job and how to go on with it. Its name says whose it is (`engine.storage.writer`), so that
 the jobs of a process that is gone are told from those that run.
+
+An export says its place and its parts. The file may come from anybody with the project, so that nothing is written on
+its word: it only fills in a dialog, in which the person says where the export goes.
 """
 
 from __future__ import annotations
@@ -9,6 +12,7 @@ from __future__ import annotations
 import itertools
 import json
 import logging
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -72,3 +76,18 @@ def _read(place: Path) -> Interrupted | None:
 def forget(job: Interrupted) -> None:
     """Somebody goes on with the job, or does not want to."""
     discard(job.path)
+
+
+def proposed_place(again: Mapping[str, Any], folder: Path, name: str) -> Path:
+    """The path to propose, in letters that can be shown; `folder` and `name` stand in for what cannot be used."""
+    said, before = str(again.get("name", "")), str(again.get("folder", ""))
+    shown = "".join(letter for letter in said if letter.isprintable()).strip()
+    is_name = shown not in ("", ".", "..") and Path(shown).name == shown
+    is_folder = os.path.isabs(before) and os.path.isdir(before)  # noqa: PTH112, PTH117 - a Path raises for long ones
+    return (Path(before) if is_folder else folder) / (shown if is_name else name)
+
+
+def proposed_parts(again: Mapping[str, Any]) -> frozenset[str]:
+    """The parts of a bundle or the targets that were chosen."""
+    said = again.get("parts")
+    return frozenset(map(str, said)) if isinstance(said, list) else frozenset()

@@ -20,6 +20,9 @@ from app.window.recent import picture_of_file
 
 CAUSE = "interrupted"
 
+#: Kinds that ask where to write, and wait for the answer: they come after all others.
+ASKING = ("bundle", "exports")
+
 
 class Interrupted(QObject):
     """Watches over the projects that one window opens."""
@@ -47,7 +50,7 @@ class Interrupted(QObject):
             words = (
                 f"{words or 'Lightarc ended unexpectedly.'} {self.projects.shown_name} is as you left it{self._last()}."
             )
-        able = [job for job in self.jobs if job.again.get("kind") in self.ways]
+        able = [job for job in self.jobs if str(job.again.get("kind")) in self.ways]
         offers = [("Go on" if len(able) == 1 else "Go on with all", partial(self.go_on, able))] if able else []
         picture = picture_of_file(self.projects.path) if words else None
         self.banners.say(CAUSE, words, *offers, ("Hide", self.hide), picture=picture)
@@ -60,10 +63,9 @@ class Interrupted(QObject):
     def go_on(self, jobs: Sequence[Job]) -> None:
         """Go on with jobs where they were, or begin anew those that kept nothing."""
         self.jobs = tuple(each for each in self.jobs if each not in jobs)
-        for job in jobs:
-            forget(job)
         self._say()
-        for job in jobs:
+        for job in sorted(jobs, key=lambda job: job.again["kind"] in ASKING):
+            forget(job)
             self.ways[str(job.again["kind"])](job.again)
 
     def hide(self) -> None:

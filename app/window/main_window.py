@@ -200,19 +200,29 @@ class MainWindow(QMainWindow):
 
         def bake(again: Mapping[str, Any]) -> None:
             self.show_workspace("view")
-            self.view.bake_again(str(again["method"]))
+            self.view.bake_again(str(again.get("method")))
 
         def factor(again: Mapping[str, Any]) -> None:
             self.show_workspace("factor")
-            self.factor.runs.go_on(int(again["number"]))
+            self.factor.runs.go_on(again.get("number"))
 
         def read(again: Mapping[str, Any]) -> None:
             sources = self.bench.document.project.sources
             self.show_workspace("capture")
             if sources is not None:
-                self.bench.import_photographs(sources, name=str(again["name"]))
+                self.bench.import_photographs(sources, name=str(again.get("name", "")))
 
-        return {"bake": bake, "factor": factor, "import": read, "build": lambda _again: self.bench.build_material()}
+        def write(again: Mapping[str, Any]) -> None:
+            self.show_workspace("export")
+            self.export.go_on(again)
+
+        def send(again: Mapping[str, Any]) -> None:
+            self.show_workspace("export")
+            self.export.show_form("elsewhere")
+            self.export.elsewhere.go_on(again)
+
+        ways = {"bake": bake, "factor": factor, "import": read, "bundle": write, "exports": send}
+        return {**ways, "build": lambda _again: self.bench.build_material()}
 
     def new(self) -> None:
         """Begin a new project; the one that was open stays on disk."""

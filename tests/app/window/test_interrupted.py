@@ -9,19 +9,23 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PySide6.QtWidgets import QFileDialog
 
+from app.export.tab import ExportTab
 from app.jobs.jobs import Jobs
-from app.project.interrupted import interrupted_in, running
+from app.project.interrupted import Interrupted, interrupted_in, proposed_place, running
 from app.project.project_file import data_folder
 from app.session.settings import load
 from app.window.application import recover
 from app.window.interrupted import CAUSE
 from app.window.main_window import MainWindow
+from engine.bundle.bundle import open_bundle
 from engine.core.steps import Step, Steps
+from tests.app.export.test_tab import tab
 from tests.app.view.test_baking import LONG
 from tests.app.view.test_planning import bake, planned
 
-__all__ = ["planned"]
+__all__ = ["planned", "tab"]
 
 KILLED = """
 import os, signal, sys
@@ -178,6 +182,99 @@ def test_an_interrupted_run_is_factored(window: MainWindow, qtbot: Any) -> None:
     banner.buttons[0].click()
     settle(window.factor, qtbot)
     qtbot.waitUntil(lambda: window.factor.runs.of(window.factor.factoring.runs[0]).state == "done", timeout=LONG)
+
+
+def answered(monkeypatch: pytest.MonkeyPatch, dialog: str, answer: Path | None) -> list[Path]:
+    """The paths that a file dialog proposes from now on; the person answers with `answer`, or cancels."""
+    proposed: list[Path] = []
+
+    def ask(_parent: object, _title: str, place: str, *_filter: str) -> Any:
+        proposed.append(Path(place))
+        chosen = str(answer) if answer is not None else ""
+        return (chosen, "") if dialog == "getSaveFileName" else chosen
+
+    monkeypatch.setattr(QFileDialog, dialog, ask)
+    return proposed
+
+
+def test_an_interrupted_bundle_is_written_where_the_person_says(
+    tab: ExportTab, window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tab.parts["power-law"][0].setChecked(False)
+    tab.start()
+    exporting = tab.exporting
+    assert exporting is not None
+    qtbot.waitUntil(lambda: exporting.over, timeout=LONG)
+    written = tab.target
+    written.unlink()
+    tab.parts["slices"][0].setChecked(False)
+    tab.parts["power-law"][0].setChecked(True)
+    tab.name.setText("another.lightarc")
+    banner = opened_after(window, qtbot, [("Writing the bundle", dict(exporting.again or {}))])
+    tab.set_folder(Path.home())
+    proposed = answered(monkeypatch, "getSaveFileName", None)
+    banner.buttons[0].click()
+    assert window.stack.currentWidget() is tab
+    assert proposed == [written]
+    assert (tab.name.text(), tab.folder, tab.exporting) == ("felt.lightarc", Path.home(), exporting)
+    assert not written.exists()
+    again = tmp_path / "elsewhere"
+    again.mkdir()
+    answered(monkeypatch, "getSaveFileName", again / "mine.lightarc")
+    tab.go_on(exporting.again or {})
+    qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=LONG)
+    assert "mine.lightarc written and verified" in tab.verdict.text()
+    assert open_bundle(again / "mine.lightarc").power_law is None
+    assert not written.exists()
+
+
+def test_interrupted_exports_are_written_where_the_person_says(
+    tab: ExportTab, window: MainWindow, qtbot: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    again = {"kind": "exports", "folder": str(tmp_path), "name": "felt exports", "parts": ["brdf"]}
+    banner = opened_after(window, qtbot, [("Exporting", again)])
+    tab.set_folder(Path.home())
+    begun: list[tuple[Path, list[str]]] = []
+    monkeypatch.setattr(tab.elsewhere, "start", lambda: begun.append((tab.elsewhere.target, tab.elsewhere.names)))
+    tab.elsewhere.export.clicked.disconnect()
+    tab.elsewhere.export.clicked.connect(lambda: tab.elsewhere.start())
+    assert answered(monkeypatch, "getExistingDirectory", None) == []
+    banner.buttons[0].click()
+    assert begun == []
+    proposed = answered(monkeypatch, "getExistingDirectory", tmp_path)
+    tab.elsewhere.go_on(again)
+    assert proposed == [tmp_path]
+    assert begun == [(tmp_path / "felt exports", ["brdf"])]
+
+
+NONSENSE: tuple[dict[str, Any], ...] = (
+    {},
+    {"folder": "relative", "name": "../../escaped.lightarc", "parts": 7, "number": "one", "method": []},
+    {"folder": "/\0", "name": "..", "parts": [{}, None, "slices", "brdf"], "number": 1e9, "method": "none"},
+    {"folder": "/" + "x" * 5000, "name": "a/b", "parts": ["slices", "brdf"]},
+)
+
+
+def test_a_file_that_says_nonsense_begins_nothing_and_is_no_fault(
+    tab: ExportTab, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    proposed = [answered(monkeypatch, dialog, None) for dialog in ("getSaveFileName", "getExistingDirectory")]
+    kinds = ("bundle", "exports", "factor", "bake", "import", ["bundle"])
+    jobs = [Interrupted(tmp_path / "none", "Work", {"kind": kind, **said}) for kind in kinds for said in NONSENSE]
+    window.interrupted.jobs = tuple(jobs)
+    window.interrupted._say()
+    window.banners.of[CAUSE].buttons[0].click()
+    assert proposed == [[tmp_path / "felt.lightarc"] * 2, [tmp_path] * 2]
+    assert not [job for job in window.bench.jobs.active if job.again]
+
+
+def test_the_place_of_an_interrupted_export_has_a_name_that_can_be_shown(tmp_path: Path) -> None:
+    folder = tmp_path / "folder"
+    assert proposed_place({"folder": str(tmp_path), "name": "a.lightarc"}, folder, "b") == tmp_path / "a.lightarc"
+    assert proposed_place({"name": "a\u202e\nb"}, folder, "b") == folder / "ab"
+    for name in ("", ".", "..", "../a", "a/b", "/etc/passwd", "\0"):
+        assert proposed_place({"folder": "..", "name": name}, folder, "b") == folder / "b"
+    assert proposed_place({"folder": str(tmp_path / "gone")}, folder, "b") == folder / "b"
 
 
 def test_a_project_that_a_crash_left_says_so_with_its_last_step_until_that_is_read(
