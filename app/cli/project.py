@@ -10,7 +10,7 @@ from typing import Any
 from app.arguments.results import Input, Output, project_result
 from app.arguments.usage import BAD_FILE, DONE
 from engine.core.errors import InputError, UsageError
-from engine.core.figure_text import time_text
+from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, drain
 
 NAME = "project"
@@ -96,15 +96,24 @@ def report(result: dict[str, Any]) -> str:
         f"{result['name']}: {result['history_steps']} steps, last changed {result['last_change']}",
         f"{len(result['photographs'])} photographs",
         *(f"missing: {path}" for path in result["missing"]),
-        *(
-            f"{each['kind']}: {each['bytes']:,} bytes{'' if each['present'] else _made_again(each['seconds'])}"
-            for each in result["derived"]
-        ),
+        *_beside(result["derived"]),
     ]
     if "ok" in result:
         lines += ["The project is sound."] if result["ok"] else ["The project is not sound:", *result["problems"]]
     return "\n".join(lines)
 
 
+def _beside(derived: list[dict[str, Any]]) -> list[str]:
+    """A line for each kind of what lies beside the file, and for what of it is gone."""
+    lines = []
+    for kind, present in dict.fromkeys((each["kind"], each["present"]) for each in derived):
+        of_kind = [each for each in derived if (each["kind"], each["present"]) == (kind, present)]
+        known = [each["seconds"] for each in of_kind if each["seconds"] is not None]
+        count = f"{len(of_kind)} files, " if len(of_kind) > 1 else ""
+        size = size_text(sum(each["bytes"] for each in of_kind))
+        lines.append(f"{kind}: {count}{size if present else _made_again(sum(known) if known else None)}")
+    return lines
+
+
 def _made_again(seconds: float | None) -> str:
-    return ", gone, can be made again" + (f" in about {time_text(seconds)}" if seconds is not None else "")
+    return "gone, can be made again" + (f" in about {time_text(seconds)}" if seconds is not None else "")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.arguments.options import settings_from
 from app.arguments.results import TRANSPORT, Input, Output
@@ -22,9 +22,13 @@ from app.cli.transport.options import variations_of
 from app.process.ending import SENTENCE
 from engine.core.errors import UsageError
 from engine.core.figure_text import number, percent, size_text, time_text
+from engine.core.params import parameters
 from engine.core.steps import Step, drain, part
 from engine.transport import method as transport
 from engine.transport.method import Method
+
+if TYPE_CHECKING:
+    from app.document.document import Project
 
 HELP = "Precompute light transport for a model and a BRDF, for 'lightarc render' and the window."
 EXAMPLE = "lightarc bake sphere --brdf ggx:alpha=0.3 --mode wavelet --ground -o sphere.transport"
@@ -131,14 +135,29 @@ def _take_brdf(arguments: argparse.Namespace, show: Callable[[Step], None]) -> d
 
 
 def _choose_mode(arguments: argparse.Namespace) -> None:
-    """The mode of a project where nothing else was asked for, if that is baked; a model needs a BRDF."""
-    mode = transport.DEFAULT
-    if project_input.is_given(arguments):
-        chosen = project_input.setup_of(arguments).mode
-        mode = chosen if chosen in transport.names() else mode
-    elif arguments.brdf is None:
-        raise UsageError("a model needs --brdf or --material; a project brings its own")
+    """Mode and settings of a project where nothing else was asked for, if that is baked; a model needs a BRDF."""
+    if not project_input.is_given(arguments):
+        if arguments.brdf is None:
+            raise UsageError("a model needs --brdf or --material; a project brings its own")
+        project_input.with_defaults(arguments, {"mode": transport.DEFAULT})
+        return
+    setup = project_input.setup_of(arguments)
+    mode = setup.mode if setup.mode in transport.names() else transport.DEFAULT
     project_input.with_defaults(arguments, {"mode": mode})
+    if arguments.mode != AUTO:
+        project_input.with_defaults(arguments, _settings_there(setup.project, transport.method_of(arguments.mode)))
+
+
+def _settings_there(project: Project, method: Method) -> dict[str, Any]:
+    """The settings that a person chose in a project for bakes with `method`, by the names of their options."""
+    from app.document.bake_request import choices_for
+
+    chosen = choices_for(method.name, **project.bakes.get(method.name, {}))
+    return {
+        each.flag.removeprefix("--").replace("-", "_"): chosen.values[each.name]
+        for each in parameters(method.settings)
+        if each.name in chosen.values
+    }
 
 
 def _settings(method: Method) -> type[Any]:
@@ -188,8 +207,8 @@ def report(result: dict[str, Any]) -> str:
     size = size_text(result["size_bytes"])
     share = result["visibility_s"] / result["bake_s"] if result["bake_s"] > 0.0 else 0.0
     lines = [
-        f"{result['output']}: {result['vertices']:,} vertices, {size}, {time_text(result['bake_s'])}, "
-        f"{percent(share)} of it for visibility",
+        f"{result['output']}: {result['knobs']['mode']}, {result['vertices']:,} vertices, {size}, "
+        f"{time_text(result['bake_s'])}, {percent(share)} of it for visibility",
         *_lines(result),
     ]
     if result["chunks_resumed"]:

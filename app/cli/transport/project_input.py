@@ -98,5 +98,7 @@ def with_defaults(arguments: argparse.Namespace, defaults: dict[str, Any]) -> No
 def needs_environment(scene: Scene, verb: str) -> Any:
     """The environment of a scene; wrong usage where one light is all that it has."""
     if scene.environment is None:
-        raise UsageError(f"{verb} is for an environment, and the project has none: choose one there, or give --env")
+        raise UsageError(
+            f"{verb} is for an environment, and the project has none: choose one in the View workspace, or give --env"
+        )
     return scene.environment

@@ -121,13 +121,18 @@ def test_options_that_contradict_a_project_are_refused(lightarc: Command, projec
 
 
 def test_a_bake_of_a_project_is_of_its_model_ground_and_mode(lightarc: Command, tmp_path: Path) -> None:
+    """So are its settings, as the person chose them there; an option of the command stands before both."""
     look = Look(mode="sh", has_ground=True, ground_albedo=0.25)
-    path = saved(tmp_path / "a.lap", mesh=shape("plane"), look=look, material=Material(None, None, brdf="lambert"))
-    target = tmp_path / "a.transport"
-    found = lightarc("bake", path, "-o", target, "--order", "3", "--ground-cells", "4", "--json")
-    assert found.code == 0, found.err
-    assert json.loads(found.out)["vertices"] == len(shape("plane").positions) + 25
-    assert open_transport(target).kind == "sh"
+    material, chosen = Material(None, None, brdf="lambert"), {"sh": {"order": 3}, "wavelet": {"terms": 2}}
+    path = saved(tmp_path / "a.lap", mesh=shape("plane"), look=look, material=material, bakes=chosen)
+    for given, order in (((), 3), (("--order", "4"), 4)):
+        target = tmp_path / f"{order}.transport"
+        found = lightarc("bake", path, "-o", target, *given, "--ground-cells", "4", "--json")
+        assert found.code == 0, found.err
+        result = json.loads(found.out)
+        assert result["vertices"] == len(shape("plane").positions) + 25
+        assert (result["knobs"]["mode"], result["knobs"]["order"]) == ("sh", order)
+        assert open_transport(target).kind == "sh"
 
 
 def test_a_picture_is_drawn_from_the_bake_of_the_window_with_its_settings(lightarc: Command, tmp_path: Path) -> None:
