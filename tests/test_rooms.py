@@ -93,6 +93,7 @@ SHORT, LONG = 60, 400
 SHORT_FILES = {
     "engine/render/layers.py": "two layers of one loop over the pixels",
     "engine/capture/photograph/kinds.py": "suffixes, which the window asks for before it loads a reader",
+    "engine/exchange/web.py": "one target, whose page is that of a bundle",
     "app/arguments/options.py": "options made of declared settings, for several verbs",
     "app/arguments/usage.py": "exit codes and wrong usage, which every verb needs and nothing else",
     "app/brdf/dialogs.py": "questions that the tab asks before it writes",

@@ -85,7 +85,7 @@ def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
     import webbrowser
 
     from engine.bundle.bundle import open_bundle
-    from engine.bundle.portable import viewer
+    from engine.bundle.page import viewer
     from engine.storage.atomic import write_bytes
 
     show(Step(0.0, "reading the bundle"))

@@ -66,6 +66,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("opengl", "directx"),
         help="y of normals up or down; otherwise as the program of the preset reads them",
     )
+    page = parser.add_argument_group("web page")
+    page.add_argument(
+        "--width-mm",
+        type=float,
+        metavar="MM",
+        help="width of the sample, from the left edge of its maps to the right one, for a scale bar",
+    )
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
@@ -77,12 +84,12 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from engine.exchange.export import export
     from engine.exchange.subject import Settings
 
+    settings = Settings(arguments.preset, arguments.coding, arguments.normal, arguments.width_mm)
     material, stack = _opened(arguments)
     if arguments.proof:
         from engine.proof.proof import prove
 
         return _reported(material, drain(prove(arguments.output, material, stack), show))
-    settings = Settings(arguments.preset, arguments.coding, arguments.normal)
     names = list(dict.fromkeys(arguments.to))
     record = drain(
         export(arguments.output, material, names, settings=settings, stack=stack, error=arguments.error), show

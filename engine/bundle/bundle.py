@@ -217,7 +217,8 @@ def check_replaceable(target: Path) -> None:
 
 def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[], bytes | Planes]]:
     """Producer of each member but the manifest, in the order of writing."""
-    from engine.bundle.portable import brdf_json, shader, viewer
+    from engine.bundle.page import viewer
+    from engine.bundle.portable import brdf_json, shader
     from engine.bundle.swatch import swatch
 
     contents = map_members(material)
@@ -322,7 +323,8 @@ def _foreign_problems(archive: Archive, manifest: Manifest, material: Material) 
 
     The version in the manifest is named and not believed: whoever replaced a page can have written it.
     """
-    from engine.bundle.portable import brdf_json, is_same_text, shader, viewer
+    from engine.bundle.page import is_same_text, viewer
+    from engine.bundle.portable import brdf_json, shader
 
     problems = directional_problems(archive, manifest, material.directional)
     makers = {BRDF: brdf_json, SHADER: shader, VIEWER: viewer}

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.core.directions import surface_direction
+from engine.core.errors import UsageError
 from engine.core.figure_text import percent
 from engine.exchange.coding import Coding, Handedness, rounded
 from engine.exchange.loss import Shown, maps_shown
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
     from engine.capture.stack import ImageStack
 
 _LONGEST_NAME = 60
+
+#: Widths of samples, from a dust grain to a hall.
+WIDTHS_MM = (0.01, 100_000.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,11 +93,17 @@ class Subject:
 @dataclass(frozen=True)
 class Settings:
     """Choices of a person for all targets; see `engine.exchange.textures` for presets, whose program `normal` None
-    leaves the direction of y to."""
+    leaves the direction of y to. `width_mm` is the width of the sample, for scale bars; None where it is not known."""
 
     preset: str = "blender"
     coding: Coding = "png8"
     normal: Handedness | None = None
+    width_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        """UsageError for a width that no sample has."""
+        if self.width_mm is not None and not WIDTHS_MM[0] <= self.width_mm <= WIDTHS_MM[1]:
+            raise UsageError(f"a width of {self.width_mm:g} mm is not within {WIDTHS_MM[0]:g} to {WIDTHS_MM[1]:g} mm")
 
 
 class Files(Mapping[str, bytes]):

@@ -27,10 +27,10 @@ PROJECT = Path(__file__).resolve().parents[3]
 OWN_TEXT = {
     "engine/capture/lights/folder.py",
     "engine/gl/program.py",
+    "engine/bundle/page.py",
     "engine/bundle/portable.py",
     "engine/core/figure_text.py",
     "engine/exchange/shaders.py",
-    "engine/exchange/web.py",
     "engine/figures/figure.py",
     "engine/storage/partial_names.py",
     "engine/storage/writer.py",

@@ -1,0 +1,315 @@
+"""The page of a material: zoom, pan and a light that can be dragged, in any browser with WebGL 2.
+
+It is put together from resources/viewer: a document, a style sheet and four scripts. As one file it carries all within
+itself, loads nothing and opens from a disk; in parts, script, style and pictures lie beside it, as sites want it whose
+policy allows no code within a page. Its maps are the power-law pair in 16 bits, each as two 8-bit PNG pictures (high
+and low byte), because browsers read no floats; the error is half of 1/65535 of a map's largest value. Of a directional
+map they are the planes, three in a picture, and the table of their weights in 16 bits. PBR maps, where they are given,
+are further channels in 8 bits. Maps above 1024 texels are averaged down, and the page says so. It shares the GLSL of
+the window (resources/shaders), includes written out.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, model_name
+from engine.bundle.portable import RESOURCES, brdf_glsl, filled, fit_statement, glsl_source
+from engine.core.colour import srgb_encode
+from engine.core.errors import InputError, UsageError
+from engine.core.params import Parameter, parameters
+from engine.render.mip_maps import planes_by_three
+from engine.scene.material import Material
+from engine.shading.directional.planes import DirectionalMap
+from engine.shading.power_law import PowerLawMap
+from engine.storage.scratch import release
+from engine.storage.untrusted import decode_content
+from engine.surface.pbr_maps import PbrMaps
+
+#: Longest side of the maps in the page, in texels.
+VIEWER_SIDE = 1024
+
+#: Share by which a number may differ where another processor worked it out.
+_LAST_DIGITS = 1e-6
+
+_PICTURE = re.compile(r'"(iVBOR[A-Za-z0-9+/=]*)"')
+_NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
+
+_SCRIPTS = ("shaders.js", "maps.js", "view.js", "panel.js")
+_BEGINNING = """"use strict";
+const data = JSON.parse(document.getElementById("data").textContent);
+const canvas = document.getElementById("picture");
+const byId = (id) => document.getElementById(id);
+"""
+
+#: Policies of the page as one file and in parts.
+_WITHIN = "default-src 'none'; img-src data:; script-src 'unsafe-inline'; style-src 'unsafe-inline'"
+_BESIDE = "default-src 'self'"
+
+
+@dataclass(frozen=True)
+class Extras:
+    """Parts of a page beyond the material itself.
+
+    Attributes
+    ----------
+    loss : a sentence about errors, besides that of a fitted BRDF.
+    maps : PBR maps of the same texels, which become channels.
+    width_mm : width of the sample, by which the page draws a scale bar; None where it is not known.
+    """
+
+    loss: str = ""
+    maps: PbrMaps | None = None
+    width_mm: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Pictures:
+    """PNG pictures by their names, as the data of the page call them."""
+
+    files: dict[str, bytes] = field(default_factory=dict)
+
+    def put(self, name: str, pixels: NDArray[np.uint8], *, is_linear: bool = True) -> str:
+        from engine.images.encode import encode_png
+
+        self.files[f"{name}.png"] = encode_png(pixels, transfer="linear" if is_linear else "srgb")
+        return f"{name}.png"
+
+    def put_two_bytes(self, name: str, codes: NDArray[np.uint16]) -> dict[str, str]:
+        """The high and the low bytes of `codes` (H, W, 3) as two pictures."""
+        planes = {"high": (codes >> 8).astype(np.uint8), "low": (codes & 255).astype(np.uint8)}
+        return {part: self.put(f"{name}-{part}", plane) for part, plane in planes.items()}
+
+
+def viewer(material: Material, extras: Extras | None = None) -> str:
+    """The page as one file: the material on a plane and a sphere under a light that can be dragged.
+
+    Of shading maps it shows the power law: tiles that keep their slices are shown by it too, with the error that it
+    has, and the page says so. Of directional maps it shows the planes. UsageError for a material with neither.
+    It states the error of a fitted BRDF, and what else is known of the loss.
+    """
+    data, pictures = _data_and_pictures(material, extras or Extras())
+    data["pictures"] = {name: base64.b64encode(content).decode() for name, content in pictures.items()}
+    style, script = (f"<{tag}>\n{text}</{tag}>" for tag, text in (("style", _style()), ("script", _script())))
+    return _document(data, _WITHIN, style, script)
+
+
+def viewer_in_parts(material: Material, extras: Extras | None = None) -> dict[str, bytes]:
+    """The same page as `index.html` without code or styles, `lightarc.js`, `lightarc.css` and its pictures, by path."""
+    data, pictures = _data_and_pictures(material, extras or Extras())
+    style, script = '<link rel="stylesheet" href="lightarc.css">', '<script src="lightarc.js"></script>'
+    text = {
+        "index.html": _document(data, _BESIDE, style, script),
+        "lightarc.css": _style(),
+        "lightarc.js": _script(),
+    }
+    return {**{name: content.encode() for name, content in text.items()}, **pictures}
+
+
+def _document(data: dict[str, Any], policy: str, style: str, script: str) -> str:
+    text = json.dumps(data, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
+    return filled(_part("index.html"), POLICY=policy, STYLE=style, SCRIPT=script, DATA=text)
+
+
+def _part(name: str) -> str:
+    return (RESOURCES / "viewer" / name).read_text(encoding="utf-8")
+
+
+def _style() -> str:
+    return _part("viewer.css")
+
+
+def _script() -> str:
+    return "\n".join([_BEGINNING, *map(_part, _SCRIPTS)])
+
+
+def _data_and_pictures(material: Material, extras: Extras) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """JSON values of the page, in which pictures are named, and the pictures."""
+    brdf, pictures = brdf_from_text(material.brdf), _Pictures()
+    sources, channels = ["frame", "shading_map"], [["picture", "Picture"]]
+    if material.directional is not None:
+        shown, sources = _planes(material.directional, pictures), [*sources, "directional", "effective_light"]
+    elif material.power_law is not None:
+        shown = _power_law(material.power_law, pictures)
+        channels += [["brightest", "Brightest light"], ["exponent", "Exponent"]]
+    else:
+        raise UsageError("the page shows the compressed pair or planes, which this material does not have")
+    written: set[str] = set()
+    data = {
+        "name": material.name,
+        "brdf": model_name(brdf),
+        "models": [_model(name, brdf) for name in MODELS],
+        "sigma": material.sigma,
+        "elevation_deg": _thinned(material.elevation_deg, 64),
+        "fit": " ".join(filter(None, (fit_statement(material), extras.loss))),
+        "width_mm": extras.width_mm,
+        **shown,
+        "sources": {name: glsl_source(f"{name}.glsl", written) for name in sources},
+    }
+    if extras.maps is not None:
+        data["surface"], further = _surface(extras.maps, pictures)
+        channels += further
+    return {**data, "channels": channels}, pictures.files
+
+
+def _power_law(power_law: PowerLawMap, pictures: _Pictures) -> dict[str, Any]:
+    height, width = power_law.scale.shape[:2]
+    return {
+        "r_max": power_law.r_max,
+        "rms": power_law.health.figures.get("rms_without_kept_tiles", power_law.rms),
+        "kept_percent": 0.0 if power_law.kept is None else 100.0 * float((power_law.kept.place >= 0).mean()),
+        "size": [width, height],
+        "maps": {name: _coded(name, getattr(power_law, name), pictures) for name in ("scale", "exponent")},
+    }
+
+
+def _coded(name: str, values: NDArray[np.float32], pictures: _Pictures) -> dict[str, Any]:
+    """A map in 16 bits for the page: value = largest (256 high + low) / 65535."""
+    small = _reduced(values)
+    release(values)
+    largest = float(small.max())
+    codes = np.rint(small / (largest or 1.0) * 65535.0).astype(np.uint16)
+    return {"largest": largest, "size": _size(small), **pictures.put_two_bytes(name, codes)}
+
+
+def _planes(directional: DirectionalMap, pictures: _Pictures) -> dict[str, Any]:
+    """Planes by three as pictures, and their weights, (1 + 3 L, TILTS, TURNS, 3), as rows below each other."""
+    layers = [np.rint(_reduced(layer)).astype(np.uint8) for layer in planes_by_three(directional)]
+    weights = np.zeros((1 + 3 * len(layers), *directional.table.shape[:3]))
+    weights[: directional.table.shape[3]] = np.moveaxis(directional.table, 3, 0)
+    low = weights.min(axis=(1, 2, 3))
+    step = np.maximum(weights.max(axis=(1, 2, 3)) - low, np.finfo(np.float32).tiny) / 65535.0
+    codes = np.rint((weights - low[:, None, None, None]) / step[:, None, None, None]).astype(np.uint16)
+    (rows, columns), (height, width) = codes.shape[1:3], directional.planes.shape[1:]
+    return {
+        "r_max": directional.r_max,
+        "size": [width, height],
+        "planes": {
+            "count": len(directional.planes),
+            "lowest": directional.lowest,
+            "leave_one_out": directional.leave_one_out,
+            "size": _size(layers[0]),
+            "layers": [pictures.put(f"planes-{number}", layer) for number, layer in enumerate(layers)],
+        },
+        "weights": {
+            "size": [columns, rows],
+            "lowest": low.tolist(),
+            "step": step.tolist(),
+            **pictures.put_two_bytes("weights", codes.reshape(-1, columns, 3)),
+        },
+    }
+
+
+def _surface(maps: PbrMaps, pictures: _Pictures) -> tuple[dict[str, Any], list[list[str]]]:
+    """Base colour, normals, and roughness, metallic and occlusion as pictures of 8 bits, and the channels they give.
+
+    Normals n are the codes 128 + 127 n. Flat ones are no channel, nor is what is 0 or unknown everywhere.
+    """
+    occlusion = np.ones(maps.size, np.float32) if maps.occlusion is None else maps.occlusion
+    layers = {
+        "base-colour": np.rint(255.0 * srgb_encode(_reduced(maps.base_colour))),
+        "normals": np.rint(128.0 + 127.0 * _reduced(maps.normal)),
+        "others": np.rint(255.0 * _reduced(np.stack([maps.roughness, maps.metallic, occlusion], axis=2))),
+    }
+    names = [
+        pictures.put(name, layer.astype(np.uint8), is_linear=name != "base-colour") for name, layer in layers.items()
+    ]
+    channels = [["base_colour", "Base colour"], ["roughness", "Roughness"]]
+    if (maps.normal[..., 2] < 1.0).any():
+        along = " along the arc" if maps.observed.kind == "along the arc" else ""
+        channels += [["normal", f"Normals{along}"], ["relief", "Relief"]]
+        channels += [["enhanced", "Enhanced highlights"]]
+    channels += [["metallic", "Metallic"]] if maps.metallic.any() else []
+    channels += [["occlusion", "Occlusion"]] if maps.occlusion is not None else []
+    return {"size": _size(layers["normals"]), "layers": names}, channels
+
+
+def _size(pixels: NDArray[Any]) -> list[int]:
+    return [pixels.shape[1], pixels.shape[0]]
+
+
+def _reduced(values: NDArray[np.float32]) -> NDArray[np.float64]:
+    """The map averaged down to at most VIEWER_SIDE texels on its longer side."""
+    height, width = values.shape[:2]
+    share = VIEWER_SIDE / max(height, width)
+    if share >= 1.0:
+        return values.astype(np.float64)
+    import cv2
+
+    size = (max(1, round(width * share)), max(1, round(height * share)))
+    return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float64).reshape(size[1], size[0], 3)
+
+
+def _thinned(values: tuple[float, ...], most: int) -> list[float]:
+    """At most `most` of `values`, evenly chosen, with the first and the last: uniforms are few."""
+    chosen = np.linspace(0, len(values) - 1, min(len(values), most)).round().astype(int)
+    return [float(values[index]) for index in chosen]
+
+
+def _model(name: str, current: Brdf) -> dict[str, Any]:
+    """A model for the page: its declared parameters (with the current values where it is the current one), its GLSL."""
+    instance = current if name == model_name(current) else MODELS[name]()
+    declared = [_parameter(parameter, getattr(instance, parameter.name)) for parameter in parameters(instance)]
+    return {"name": name, "parameters": declared, "glsl": brdf_glsl(name)}
+
+
+def _parameter(parameter: Parameter, value: Any) -> dict[str, Any]:
+    low, high = parameter.slider
+    return {
+        "name": parameter.name,
+        "label": parameter.label,
+        "doc": parameter.doc,
+        "unit": parameter.unit,
+        "low": low,
+        "high": high,
+        "log": parameter.log,
+        "value": value,
+    }
+
+
+def is_same_text(found: bytes, made: str) -> bool:
+    """True where a text of a bundle is the one that was `made` here, but for the last digits of numbers.
+
+    Pictures within it may be packed otherwise, as another version of zlib does, and must hold the same pixels.
+    """
+    try:
+        text = found.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    if text == made:
+        return True
+    parts, own = _PICTURE.split(text), _PICTURE.split(made)
+    if len(parts) != len(own) or not all(map(_is_same_but_for_digits, parts[::2], own[::2])):
+        return False
+    return all(map(_is_same_picture, parts[1::2], own[1::2]))
+
+
+def _is_same_but_for_digits(found: str, made: str) -> bool:
+    parts, own = _NUMBER.split(found), _NUMBER.split(made)
+    if len(parts) != len(own) or parts[::2] != own[::2]:
+        return False
+    return all(
+        one == other or math.isclose(float(one), float(other), rel_tol=_LAST_DIGITS)
+        for one, other in zip(parts[1::2], own[1::2], strict=True)
+    )
+
+
+def _is_same_picture(found: str, made: str) -> bool:
+    if found == made:
+        return True
+    try:
+        pixels = [
+            decode_content("engine.images.decode:decode", "picture of the page", base64.b64decode(each))["pixels"]
+            for each in (found, made)
+        ]
+    except (InputError, ValueError):
+        return False
+    return np.array_equal(*pixels)
