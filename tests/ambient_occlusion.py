@@ -169,7 +169,7 @@ def relit(transport: Occlusion, light: Light, _asked: Any) -> RelitOcclusion:
     return RelitOcclusion(transport, (transport.open[:, None] * mean).astype(np.float32))
 
 
-def relighter(transport: Occlusion, _brdf: Any) -> Relight:
+def relighter(transport: Occlusion, _subject: Any) -> Relight:
     def relight(light: Light, asked: Any, _wanted: Any) -> Steps[RelitOcclusion]:
         yield Step(0.0, "relighting")
         return relit(transport, light, asked)

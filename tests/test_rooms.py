@@ -71,6 +71,7 @@ ROOMS = (
     "app/material",
     "app/brdf",
     "app/factor",
+    "app/varying",
     "app/view",
     "app/export",
     "app/docks",

@@ -70,13 +70,13 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
 
 def _find(path: Path, folder: Path | None, show: Callable[[Step], None]) -> None:
     """Note where photographs are that moved; UsageError without a folder, or where a window has the project open."""
-    from app.project.photographs import find_moved, photographs, relocate
+    from app.project.photographs import files_of, find_moved, relocate
     from app.project.places import claim, release
     from app.project.project_file import read
 
     if folder is None:
         raise UsageError("find needs --photographs, the folder that the photographs moved to")
-    gone = [each for each in photographs(read(path).current) if not each.is_file()]
+    gone = [each for each in files_of(read(path).current) if not each.is_file()]
     if not claim(path):
         raise InputError(path, "is open in a window", "Find the photographs there, or close it")
     try:

@@ -17,6 +17,7 @@ from app.document.comparison import Entry
 from app.document.document import Project
 from app.document.factoring import METHODS, Run
 from app.document.scene import DEFAULT_MODEL
+from app.document.variation import baked_by
 from app.project.bakes import place_of as place_of_bake
 from app.project.bakes import with_effects
 from app.project.factors import place_of as place_of_factors
@@ -86,7 +87,8 @@ def bakes_again(project: Project, made: Sequence[Made], kept: Path, folder: Path
         try:
             values = {key: tuple(v) if isinstance(v, list) else v for key, v in each.made_with["settings"].items()}
             choices = choices_for(str(each.made_with["method"]), **values)
-            wanted = Wanted(mesh, project.look.ground, brdf, choices)
+            varied = baked_by(choices.method, brdf, project.variations)
+            wanted = Wanted(mesh, project.look.ground, brdf, choices, variations=varied)
             wanted = with_effects(wanted, each.made_with["effects"])
         except (KeyError, TypeError, ValueError, AttributeError):
             results.append(_verdict(None, "nobody noted how it was made") | {"name": name})

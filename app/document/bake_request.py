@@ -7,14 +7,15 @@ knobs are the person's own; interreflection follows the plan where they leave it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.document.variation import Variation, as_baked, baked_by, settings_with
 from engine.brdf.brdf import Brdf
-from engine.core.errors import UsageError
+from engine.core.errors import InputError, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.geometry.ground import Ground
 from engine.geometry.mesh import Mesh
@@ -24,9 +25,15 @@ from engine.transport.method import Method, Relight, Subject, method_of
 if TYPE_CHECKING:
     from engine.planning.plan import Effect, EffectsPlan
 
+#: Parameters of the BRDF that vary over the model.
+VARYING = "spatially-varying-gloss"
+
 #: Effects that a bake computes or leaves out, and those among them that are reported if left out.
 DECIDED = ("self-shadowing", "glossy", "anisotropy", "fresnel", "retro-reflection")
-LEFT_OUT = ("self-shadowing", "interreflection", "glossy", "anisotropy")
+LEFT_OUT = ("self-shadowing", "interreflection", "glossy", "anisotropy", VARYING)
+
+#: Without these a BRDF is no analytic model any more, of which parameters could vary.
+CUT = ("glossy", "anisotropy", "fresnel", "retro-reflection")
 
 
 @dataclass(frozen=True)
@@ -77,6 +84,7 @@ def choices_for(method: str, **values: Any) -> BakeChoices:
 class Wanted:
     """The request for a bake. `plan` has the effects as the bake decides them, and the knobs of `choices`, or is None.
 
+    `variations` are those of the project that are part of the bake.
     `predicted_s` is how long the machine profile says that it takes, where it is the very bake that the plan chose.
     """
 
@@ -86,9 +94,19 @@ class Wanted:
     choices: BakeChoices
     plan: EffectsPlan | None = None
     predicted_s: float | None = None
+    variations: tuple[Variation, ...] = ()
 
     def is_as(self, other: Wanted | None) -> bool:
-        return other is not None and self.fits(other) and self.brdf == other.brdf and self.asks_for_the_same(other)
+        return other is not None and self.fits(other) and self.reflects_as(other) and self.asks_for_the_same(other)
+
+    def reflects_as(self, other: Wanted) -> bool:
+        """True if both have one BRDF that varies alike."""
+        return self.brdf == other.brdf and self.variations == other.variations
+
+    @property
+    def subject(self) -> Subject:
+        """The subject of the bake, for the method."""
+        return Subject(self.mesh, self.brdf, self.ground, as_baked(self.variations))
 
     def fits(self, other: Wanted) -> bool:
         """True if both are of the same surface."""
@@ -102,8 +120,12 @@ class Wanted:
     def decided(self) -> tuple[object, ...]:
         """The decisions that a bake depends on: equal for plans that lead to the same bake, empty without wishes."""
         effects = self.plan.effects if self.plan is not None else ()
-        as_baked = (_baked_as(effect) for effect in effects if effect.effect in DECIDED)
-        return tuple((name, on, idle) for name, on, idle in as_baked if idle or not on)
+        made = (_baked_as(effect) for effect in effects if effect.effect in DECIDED or self._is_held_at_mean(effect))
+        return tuple((name, on, idle) for name, on, idle in made if idle or not on)
+
+    def _is_held_at_mean(self, effect: Effect) -> bool:
+        """True if a person wants nothing to vary although something does."""
+        return effect.effect == VARYING and effect.decision == "forced off" and bool(self.variations)
 
     @property
     def left_out(self) -> tuple[Effect, ...]:
@@ -119,15 +141,27 @@ def _baked_as(effect: Effect) -> tuple[str, bool, bool]:
     return effect.effect, effect.on, effect.decision == "forced on" and is_idle
 
 
-def wanted_of(mesh: Mesh, ground: Ground | None, brdf: Brdf, choices: BakeChoices, plan: EffectsPlan | None) -> Wanted:
-    """The request for a bake with the knobs of `choices`, and without the effects that were switched off in `plan`."""
-    chosen = decided_by(choices, plan).baked
+def wanted_of(
+    mesh: Mesh,
+    ground: Ground | None,
+    brdf: Brdf,
+    choices: BakeChoices,
+    plan: EffectsPlan | None,
+    variations: Sequence[Variation] = (),
+) -> Wanted:
+    """The request for a bake with the knobs of `choices`, and without the effects that were switched off in `plan`.
+
+    Of the `variations` of a project it has those that the method bakes.
+    """
+    chosen, varied = decided_by(choices, plan).baked, baked_by(choices.method, brdf, variations)
     if plan is None:
-        return Wanted(mesh, ground, brdf, chosen)
+        return Wanted(mesh, ground, brdf, chosen, variations=varied)
     effects = tuple(_for_method(effect, chosen) for effect in plan.effects)
+    if any(effect.decision == "forced off" for effect in effects if effect.effect in CUT):
+        effects = tuple(plan_s if e.effect == VARYING else e for e, plan_s in zip(effects, plan.effects, strict=True))
     setting = setting_for(chosen)
     predicted_s = plan.cost.bake_s if (setting, effects) == (plan.setting, plan.effects) else None
-    return Wanted(mesh, ground, brdf, chosen, replace(plan, effects=effects, setting=setting), predicted_s)
+    return Wanted(mesh, ground, brdf, chosen, replace(plan, effects=effects, setting=setting), predicted_s, varied)
 
 
 def decided_by(choices: BakeChoices, plan: EffectsPlan | None) -> BakeChoices:
@@ -186,7 +220,7 @@ class Made:
     @cached_property
     def relighter(self) -> Relight:
         """Lights it, one light after the other."""
-        return self.wanted.choices.method.baking.relighter(self.transport, self.wanted.brdf)
+        return self.wanted.choices.method.baking.relighter(self.transport, self.wanted.subject)
 
     @property
     def why_baked_for_one(self) -> str:
@@ -199,7 +233,7 @@ def estimated(wanted: Wanted) -> Steps[Estimate]:
     yield Step(0.0, "preparing kernels")
     try:
         work, start = yield from part(_prepared(wanted), 0.0, 0.8)
-    except UsageError as reason:
+    except (UsageError, InputError) as reason:
         return Estimate(wanted, None, 0.0, why_not=f"{str(reason)[:1].upper()}{str(reason)[1:]}.")
     yield Step(0.8, "estimating")
     return Estimate(wanted, work, wanted.choices.method.baking.estimate_s(work), start)
@@ -207,14 +241,17 @@ def estimated(wanted: Wanted) -> Steps[Estimate]:
 
 def _prepared(wanted: Wanted) -> Steps[tuple[Any, Callable[[Path], Steps[Any]]]]:
     """The work of a bake, and its baker."""
-    settings = wanted.choices.settings
+    settings, subject = settings_with(wanted.choices.settings, wanted.variations), wanted.subject
     if wanted.plan is None:
         baking = wanted.choices.method.baking
-        work = yield from baking.prepare(Subject(wanted.mesh, wanted.brdf, wanted.ground), settings)
+        work = yield from baking.prepare(subject, settings)
         return work, lambda path: baking.bake(path, work)
     from engine.planning.bake import prepare
 
-    ready = yield from prepare(wanted.plan, wanted.mesh, wanted.brdf, wanted.ground, settings=settings)
+    varied = subject.variations
+    ready = yield from prepare(
+        wanted.plan, wanted.mesh, wanted.brdf, wanted.ground, variations=varied, settings=settings
+    )
     return ready.work, ready.start
 
 

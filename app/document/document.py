@@ -22,6 +22,7 @@ from app.document import history
 from app.document.comparison import Comparison
 from app.document.factoring import Factoring
 from app.document.history import KEPT_STEPS, given_up_bytes, steps_to_keep
+from app.document.variation import Variation
 from engine.capture.lights.sources import Sources
 from engine.capture.stack import ImageStack
 from engine.core.colour import Operator
@@ -162,6 +163,7 @@ class Look:
 class Project:
     """The photographs, the results made of them, and the display settings; `provenance` is the origin of the material.
 
+    `variations` are ways in which the BRDF is not the same all over the model.
     `bakes` are the settings of bakes in the View workspace by method, those that are not its defaults, by name.
     `accuracy` is what was measured of settings there. `came_from` are files of models and environments by their names.
     `camera` is where the model is seen from; None where it is framed. `views` are those that a person keeps, by name.
@@ -192,6 +194,7 @@ class Project:
     look: Look = field(default_factory=Look)
     camera: Camera | None = None
     views: Mapping[str, Camera] = field(default_factory=dict)
+    variations: tuple[Variation, ...] = ()
     bakes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     comparison: Comparison = field(default_factory=Comparison)
     factoring: Factoring = field(default_factory=Factoring)

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from app.document.bake_request import Estimate, Made, Wanted, baked, estimated, setting_for
+from app.document.variation import pictures_of
 from app.project.made import keep_newest, key_of, note, noted_of, used
 from engine.core.errors import FileError, InputError
 from engine.core.steps import Step, Steps, part
@@ -40,7 +41,10 @@ _SUFFIX = ".transport"
 
 
 def place_of(wanted: Wanted, folder: Path) -> Path:
-    """Place of the bake that is `wanted`. TypeError for a BRDF that is no value of the document."""
+    """Place of the bake that is `wanted`.
+
+    TypeError for a BRDF that is no value of the document, OSError where a picture that it follows cannot be read.
+    """
     return folder / f"{_subject(wanted)}{key_of(wanted.decided)[:12]}{_SUFFIX}"
 
 
@@ -49,7 +53,15 @@ def _subject(wanted: Wanted) -> str:
     choices, ground = wanted.choices, wanted.ground
     settings = sorted(vars(choices.settings).items())
     of = (FORMAT, choices.method.name, _key_of_mesh(wanted.mesh), astuple(ground) if ground is not None else None)
-    return f"{KIND}-{key_of(of, wanted.brdf, settings)[:24]}-"
+    return f"{KIND}-{key_of(of, wanted.brdf, settings, *_varied(wanted))[:24]}-"
+
+
+def _varied(wanted: Wanted) -> list[Any]:
+    """All that varies over the model, and the content of the files that it follows; nothing where nothing does."""
+    files = pictures_of(wanted.variations)
+    numbers: dict[Any, Any] = {path: f"file {number}" for number, path in enumerate(files)}
+    said = ([type(each).__name__, *vars(each).values()] for each in wanted.variations)
+    return [*([numbers.get(part, part) for part in parts] for parts in said), *files]
 
 
 @lru_cache(maxsize=4)
@@ -75,7 +87,7 @@ def kept(wanted: Wanted, folder: Path) -> Made | None:
     """
     try:
         place, subject = place_of(wanted, folder), _subject(wanted)
-    except TypeError as error:
+    except (TypeError, OSError) as error:
         log.info("this bake is not looked for: %s", error)
         return None
     others = sorted(folder.glob(f"{subject}*{_SUFFIX}"), key=lambda each: each.stat().st_mtime, reverse=True)
@@ -107,7 +119,7 @@ def bake_and_keep(estimate: Estimate, folder: Path) -> Steps[Made]:
     make_folder(folder)
     try:
         place = place_of(wanted, folder)
-    except TypeError:
+    except (TypeError, OSError):
         place = folder / f"{KIND}-of-{wanted.choices.method.name}{_SUFFIX}"  # nobody finds it again
     made = yield from baked(place, estimate)
     note(place, KIND, made.bake_s or 0.0, noted_as(wanted))

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from app.document.document import Project
 from app.project.database import connected, explained, upgrade
-from app.project.photographs import INSIDE, copy_places, photographs, relocate
+from app.project.photographs import INSIDE, copy_places, files_of, relocate
 from app.project.places import is_open_elsewhere, remove
 from app.project.project_file import WAITING, History, Writer, data_folder, read, settle
 from engine.core.errors import FileError, InputError, OutputError
@@ -50,7 +50,7 @@ def collect(source: Path, target: Path, with_derived: bool = True) -> Steps[Path
 
     Photographs that are missing are an InputError that names the first. Raises OutputError as `copy` does.
     """
-    gone = [path for path in photographs(read(source).current) if not path.is_file()]
+    gone = [path for path in files_of(read(source).current) if not path.is_file()]
     if gone:
         raise InputError(gone[0], f"is missing ({len(gone)} of the photographs)", "Say where they are now, or copy")
     with _becoming(target) as partial:
@@ -129,7 +129,7 @@ def _is_read(state: Project | str) -> bool:
 def _with_photographs_inside(target: Path) -> Steps[None]:
     """Copy the photographs into the data folder, and note that they are there, for every state of the history."""
     inside = data_folder(target) / INSIDE
-    files = [path for path in photographs(read(target).current) if not path.is_relative_to(inside)]
+    files = [path for path in files_of(read(target).current) if not path.is_relative_to(inside)]
     places = {path: inside / f"{at + 1:04d}" / path.name for at, path in enumerate(files)}
     for at, (path, place) in enumerate(places.items()):
         yield Step(at / len(places), f"copying {path.name}")

@@ -7,6 +7,7 @@ It is written whole or not at all and may be removed at any time. What making it
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import json
 import logging
@@ -71,6 +72,8 @@ def key_of(*made_from: Any, contents: Mapping[Path, str] | None = None) -> str:
 
 def hash_of(path: Path) -> str:
     """BLAKE2b of the content of a file, 160 bits; OSError where it cannot be read."""
+    if not path.is_file():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
     with path.open("rb") as file:
         return hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=20)).hexdigest()
 

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from app.document.document import Project
+from app.document.variation import pictures_of
 from app.project.database import connected, explained
 from app.project.project_file import data_folder, places_of
 from app.project.values import found_path, paths_of, said_path
@@ -63,6 +64,11 @@ def photographs(project: Project) -> tuple[Path, ...]:
     choices = (project.import_choices, project.imported_with)
     frames = (frame for each in choices if each is not None for frame in (each.dark, each.flat))
     return tuple(dict.fromkeys((*_files_of(project.sources), *(each for each in frames if isinstance(each, Path)))))
+
+
+def files_of(project: Project) -> tuple[Path, ...]:
+    """The files outside a project that it is read from, each once: photographs, and pictures that the BRDF follows."""
+    return tuple(dict.fromkeys((*photographs(project), *pictures_of(project.variations))))
 
 
 def _files_of(sources: Sources) -> Iterator[Path]:

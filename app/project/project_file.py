@@ -51,7 +51,7 @@ WAITING = "data folder"
 KEPT_STEPS = 200
 
 #: Values that say nothing where they are also the default.
-NOTHING = (None, "", "auto")
+NOTHING = (None, "", "auto", ())
 
 #: Bytes of an array that are written at once.
 PIECE_BYTES = 1 << 20

@@ -14,7 +14,7 @@ from app.document.document import Step as HistoryStep
 from app.project.arrays import damaged
 from app.project.database import connected, reading, schema_of
 from app.project.made import noted, size_of
-from app.project.photographs import checked, marks_of, photographs
+from app.project.photographs import checked, files_of, marks_of, photographs
 from app.project.project_file import data_folder, read
 from app.project.tidying import names_in
 from engine.capture.lights.sources import printable
@@ -41,7 +41,7 @@ def described(path: Path) -> dict[str, Any]:
     """
     opened = read(path)
     files = photographs(opened.current)
-    missing = [str(file) for file in files if not file.is_file()]
+    missing = [str(file) for file in files_of(opened.current) if not file.is_file()]
     with connected(path) as connection:
         schema = schema_of(connection, path)
     changed = datetime.datetime.fromtimestamp(path.stat().st_mtime, datetime.UTC)
@@ -122,7 +122,7 @@ def problems_of(path: Path) -> Steps[list[str]]:
                 except InputError as error:
                     found.append(f"step {at + 1} ({step.text}): {error}")
     found += [f"{name} is damaged, and can be made again" for name in (yield from damaged(data_folder(path)))]
-    about = yield from checked(path, photographs(opened.current), thorough=True)
+    about = yield from checked(path, files_of(opened.current), thorough=True)
     found += [f"{each} is missing" for each in about.missing]
     return [*found, *(f"{each} is not as it was when it was imported" for each in about.changed)]
 

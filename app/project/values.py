@@ -33,6 +33,7 @@ CLASSES = {
     "app.document.comparison": ("Comparison", "Entry", "Fitted"),
     "app.document.factoring": ("Factoring", "Run"),
     "app.document.measured": ("Accuracy",),
+    "app.document.variation": ("Blend", "Colours", "VariedParameter"),
     "engine.brdf.models.diffuse": ("Lambert", "OrenNayar"),
     "engine.brdf.models.lafortune": ("Lafortune", "LafortuneThreeLobes"),
     "engine.brdf.models.microfacet": (

@@ -23,10 +23,11 @@ from app.document.bake_request import (
     decided_by,
     wanted_of,
 )
+from app.document.variation import Variation, light_with, shown_by
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
 from app.project.bakes import bake_and_keep, bake_or_cost
-from engine.core.errors import UsageError
+from engine.core.errors import InputError, UsageError
 from engine.core.steps import Step, Steps
 from engine.scene.scene import Scene
 from engine.transport.method import Method
@@ -44,10 +45,10 @@ def same_light(one: Scene, other: Scene, method: Method) -> bool:
 
 
 def relit_or_words(made: Made, scene: Scene, asked: Any) -> Steps[Relit | str]:
-    """The bake relit, or the sentence why it cannot be: a near lamp that a person drags may touch the model."""
+    """The bake relit, or the sentence why it cannot be: a near lamp may touch the model, or a picture be gone."""
     try:
         return (yield from relit(made, scene, asked))
-    except UsageError as error:
+    except (UsageError, InputError) as error:
         return f"The picture keeps the light before: {error}."
 
 
@@ -151,7 +152,15 @@ class Baking(QObject):
                 self.bake()
 
     def _of(self, scene: Scene) -> Wanted:
-        return wanted_of(scene.mesh, scene.ground, scene.brdf, self.choices, self.plan)
+        return wanted_of(scene.mesh, scene.ground, scene.brdf, self.choices, self.plan, self._variations)
+
+    @property
+    def _variations(self) -> tuple[Variation, ...]:
+        return self.bench.document.project.variations
+
+    def _light_of(self, scene: Scene) -> Any:
+        """The chosen settings of the light, with what of the variations can be put on a finished bake."""
+        return light_with(self.choices.light, shown_by(self.method, scene.brdf, self._variations))
 
     @property
     def chosen(self) -> BakeChoices:
@@ -188,7 +197,7 @@ class Baking(QObject):
             return "The bake is of another model."
         if not made.wanted.fits(wanted):
             return "The bake is of another ground."
-        if made.wanted.brdf == wanted.brdf:
+        if made.wanted.reflects_as(wanted):
             return ""
         return made.why_baked_for_one
 
@@ -256,14 +265,17 @@ class Baking(QObject):
     @property
     def relighting(self) -> Callable[[Scene], Steps[Relit]] | None:
         """Relights the bake on screen by the light of any scene of its surface; None where there is no such bake."""
-        made, asked = self.made, self.choices.light
-        return (lambda scene: relit(made, scene, asked)) if made is not None and self.is_drawn else None
+        made = self.made
+        if made is None or self._scene is None or not self.is_drawn:
+            return None
+        asked = self._light_of(self._scene)
+        return lambda scene: relit(made, scene, asked)
 
     def _relight(self, scene: Scene) -> None:
         """Relight the bake by the light of `scene`, unless that is done or under way."""
         made = self.made
         assert made is not None
-        asked, before = self.choices.light, self._light
+        asked, before = self._light_of(scene), self._light
         if before is not None and before[1] == asked and same_light(before[0], scene, self.method):
             return
         self._light = (scene, asked)

@@ -17,6 +17,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.document.document import Project
 from app.document.measured import size_of
 from app.document.modes import Mode, mode_of, modes, scene_of, shows_near_lamps, why_not
+from app.document.variation import left_out_by
 from app.jobs.jobs import Jobs
 from app.view.picture_error import Comparing, PictureError, Pixels, Side
 from app.view.reference import Progressive, progress_text
@@ -160,7 +161,15 @@ class ViewPictures(QObject):
             return ""
         if self._project.look.near_lamps and any(shows_near_lamps(mode) for mode in self.modes):
             return "The reference leaves out the lamps near the model"
+        if self._project.variations and any(self._shows_variations(mode) for mode in self.modes):
+            return "The reference leaves out how the BRDF varies over the model"
         return next((why_not(mode, self._project) for mode in modes() if mode.progressive), "")
+
+    def _shows_variations(self, mode: Mode) -> bool:
+        project, scene = self._project, self._scene
+        if project is None or scene is None or not mode.baked:
+            return False
+        return len(left_out_by(mode.value, scene.brdf, project.variations)) < len(project.variations)
 
     def measure(self, measuring: bool) -> None:
         """Ask for the error of a mode that is shown alone, or no longer."""

@@ -13,8 +13,9 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.commands.workbench import Workbench
 from app.document.document import Project
+from app.document.variation import VariedParameter, as_baked, varied_in
 from app.jobs.newest import Latest
-from engine.core.errors import UsageError
+from engine.core.errors import FileError, UsageError
 from engine.core.steps import Step, Steps
 from engine.planning.costs.setting import Setting
 from engine.scene.scene import Scene
@@ -40,13 +41,19 @@ class Asked:
     budget: Budget
     forced: tuple[str, ...]
     skipped: tuple[str, ...]
+    variations: tuple[VariedParameter, ...] = ()
 
     def is_as(self, other: Asked | None) -> bool:
-        if other is None or (self.budget, self.forced, self.skipped) != (other.budget, other.forced, other.skipped):
+        if other is None or self.wishes != other.wishes:
             return False
         one, two = self.scene, other.scene
         same = (one.mesh is two.mesh, one.environment is two.environment, one.material is two.material)
         return all(same) and (one.brdf, one.ground) == (two.brdf, two.ground)
+
+    @property
+    def wishes(self) -> tuple[object, ...]:
+        """All but the scene."""
+        return self.budget, self.forced, self.skipped, self.variations
 
 
 class Planning(QObject):
@@ -135,7 +142,7 @@ class Planning(QObject):
             return None, "Enter the budget as '1 %' or '8 ms'."
         if budget.error is not None and budget.time_s is not None:
             return None, "A plan keeps within an error or a time: give only one of the two."
-        return Asked(scene, budget, look.forced, look.skipped), ""
+        return Asked(scene, budget, look.forced, look.skipped, varied_in(scene.brdf, project.variations)), ""
 
     def _ask(self) -> None:
         """Plan the last requested scene, once nothing has changed for a while."""
@@ -197,8 +204,12 @@ def planned(asked: Asked, pixels: int, most_memory: float | None = None) -> Step
             ground=scene.ground,
             rotation=scene.environment_rotation,
             material=scene.material,
+            variations=as_baked(asked.variations),
             pixels=max(1, pixels),
             ceilings=usual(memory_bytes=budget.bytes or most_memory),
         )
-    except UsageError as reason:  # wishes that no mode can have, or a memory that none fits in
+    except (
+        UsageError,
+        FileError,
+    ) as reason:  # wishes that no mode can have, a memory that none fits in, a lost picture
         return str(reason)

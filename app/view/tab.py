@@ -22,10 +22,12 @@ from app.commands.pictures import Saving, saved
 from app.commands.workbench import Workbench
 from app.document.document import Behind, Look, Project
 from app.document.measured import choices_with, look_with, setting_of
-from app.document.modes import flipped, mode_of, modes, shows_near_lamps, why_not
+from app.document.modes import Mode, flipped, mode_of, modes, shows_near_lamps, why_not
 from app.document.scene import DEFAULT_MODEL, scene_of_project
+from app.document.variation import words_on_left_out
 from app.jobs.jobs import Job
 from app.jobs.newest import Latest
+from app.varying.panel import VaryingPanel
 from app.view.bake_panel import BakePanel
 from app.view.baking import Baking
 from app.view.brdf_panel import BrdfPanel, LookupPanel
@@ -193,7 +195,8 @@ class ViewTab(QWidget):
             panel.column.addWidget(bake_panel)
             bake_panel.hide()
         panel.column.addWidget(self.brdf_panel)
-        for rows in (self.lookup, self.compare):
+        self.varying = VaryingPanel(self.bench)
+        for rows in (self.varying, self.lookup, self.compare):
             panel.add(rows)
         self.hint = text("", "secondary", wrap=True)
         panel.column.addSpacing(2 * STEP)
@@ -263,7 +266,7 @@ class ViewTab(QWidget):
         self._error_is_stale()
         self._show_modes(project)
         self._setting_may_have_changed()
-        for panel in (self.model, self.lights, self.brdf_panel, self.lookup, self.compare):
+        for panel in (self.model, self.lights, self.brdf_panel, self.varying, self.lookup, self.compare):
             panel.show_project(project)
         mesh = project.mesh or self.default_mesh
         if mesh is not None:
@@ -280,7 +283,8 @@ class ViewTab(QWidget):
         note = self.brdf_panel.drawable.note if material.measured is not None else ""
         ground = NO_SHADOW if look.has_ground and mode_of(look.mode, project).value in SHADOWLESS else ""
         near = _without_near_lamps(project)
-        self.hint.setText("\n".join(filter(None, (alone, ground, near, note and f"Measured BRDF: {note}"))))
+        varied = _without_variations(project, scene)
+        self.hint.setText("\n".join(filter(None, (alone, ground, near, varied, note and f"Measured BRDF: {note}"))))
         self.planning.refresh()
         self._want_baked(project, scene)
         self.pictures.show(project, scene, self.lights.handles(project))
@@ -524,14 +528,26 @@ class ViewTab(QWidget):
         """Redraw what does not follow the palette by itself."""
         self.frame_action.setIcon(theme.icon("fit"))
         self.lights.apply_theme()
+        self.varying.apply_theme()
         self._show_caption()
         self.viewport.redraw()
 
 
+def _on_screen(project: Project) -> list[Mode]:
+    """The modes on screen."""
+    look = project.look
+    return [mode_of(value, project) for value in (look.mode, *([look.against] if look.comparing else []))]
+
+
+def _without_variations(project: Project, scene: Scene) -> str:
+    """A sentence on the first mode on screen that leaves out what varies over the model; empty where none does."""
+    said = (words_on_left_out(m.label, m.value, scene.brdf, project.variations) for m in _on_screen(project))
+    return next(filter(None, said), "")
+
+
 def _without_near_lamps(project: Project) -> str:
     """A sentence on the first mode on screen that leaves out the lamps near the model; empty where none does."""
-    look = project.look
-    shown = (mode_of(value, project) for value in (look.mode, *([look.against] if look.comparing else [])))
+    look, shown = project.look, _on_screen(project)
     without = [mode.label for mode in shown if look.near_lamps and not shows_near_lamps(mode)]
     return NO_NEAR_LAMPS.format(without[0]) if without else ""
 

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.commands.workbench import Workbench
 from app.document.document import Project
-from app.project.photographs import Checked, checked, find_moved, keep, photographs, relocate
+from app.project.photographs import Checked, checked, files_of, find_moved, keep, relocate
 from app.project.project_file import data_folder
 from app.window.banner import Banners
 from app.window.projects import Projects
@@ -40,7 +40,7 @@ class Whereabouts(QObject):
         """Look for the photographs of the project that is open now, and for changes in them."""
         self._say(Checked())
         path, project, read_only = self.projects.path, self.bench.document.project, self.projects.is_read_only
-        if not photographs(project):
+        if not files_of(project):
             return
         job = self.bench.jobs.submit(
             "Looking for the photographs", lambda: looked_for(path, project, read_only), heavy=False
@@ -55,7 +55,7 @@ class Whereabouts(QObject):
         """Photographs that were just imported are as they are; others are there, or not."""
         if new.stack is not old.stack:
             self.banners.say("changed", "")
-        if self.missing and new.sources is not old.sources:
+        if self.missing and (new.sources is not old.sources or new.variations != old.variations):
             self.look()
 
     def _say(self, about: Checked) -> None:
@@ -116,7 +116,7 @@ def looked_for(path: Path, project: Project, read_only: bool) -> Steps[Checked]:
 
     Those that came from an archive and went with the data folder are unpacked again, unless this is `read_only`.
     """
-    files = photographs(project)
+    files = files_of(project)
     about = yield from checked(path, files)
     unpacked = project.sources.unpacked if project.sources is not None else None
     places = {each.parent for each in about.missing if each.is_relative_to(data_folder(path))}

@@ -145,7 +145,7 @@ def relit(transport: GaussianTransport, light: Light, _asked: Any) -> RelitGauss
     )
 
 
-def relighter(transport: GaussianTransport, _brdf: Brdf) -> Relight:
+def relighter(transport: GaussianTransport, _subject: Subject) -> Relight:
     """The same, with everything that drawing would otherwise wait for."""
 
     def relight(light: Light, asked: Any, _wanted: Brdf) -> Steps[RelitGaussians]:

@@ -122,8 +122,8 @@ class Baking(Protocol):
     def relit(self, transport: Any, light: Light, asked: Any) -> Relit:
         """Relit transport under a light, with the settings `asked` of the light."""
 
-    def relighter(self, transport: Any, brdf: Brdf) -> Relight:
-        """The same for one light after the other, of a transport that was baked of `brdf`."""
+    def relighter(self, transport: Any, subject: Subject) -> Relight:
+        """The same for one light after the other, of a transport that was baked of `subject`."""
 
     def why_baked_for_one(self, transport: Any) -> str:
         """Why another BRDF asks for another bake, as a sentence; empty where it does not."""

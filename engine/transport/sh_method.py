@@ -20,13 +20,12 @@ from engine.light.environment import EnvironmentMap
 from engine.transport.baking.file import TransportFile
 from engine.transport.baking.radiance_error import error_lines, error_record
 from engine.transport.baking.settings import BOUNCES, ShLight, ShSettings
-from engine.transport.baking.spatially_varying import variation_from_text
+from engine.transport.baking.spatially_varying import variation_from_text, variation_to_text
 from engine.transport.baking.visibility import Receivers, receivers
 from engine.transport.method import Relight, Subject
 from engine.transport.relit import Illuminated, Light, RelitSh
 from engine.transport.sh import bake as sh_bake
 from engine.transport.sh.basis import window, windowed
-from engine.transport.sh.brdf_table import tabulate
 from engine.transport.sh.brdf_table_varying import VariedTable, table_of, tables_of
 from engine.transport.sh.error import sh_error
 from engine.transport.sh.lighting import lamp_coefficients, project, turned_about_y
@@ -122,16 +121,18 @@ def relit(transport: ShTransport, light: Light, asked: ShLight) -> RelitSh:
     return RelitSh(transport, transferred(transport, coefficients))
 
 
-def relighter(transport: ShTransport, brdf: Brdf) -> Relight:
+def relighter(transport: ShTransport, subject: Subject) -> Relight:
     """The same; the table of the last BRDF is kept."""
-    last = brdf, transport
+    baked = subject.brdf, tuple(map(variation_to_text, subject.variations))
+    last = baked, transport
 
-    def relight(light: Light, asked: ShLight, wanted: Brdf) -> Steps[RelitSh]:
+    def relight(light: Light, asked: ShLight, brdf: Brdf) -> Steps[RelitSh]:
         nonlocal last
-        if wanted == brdf:
-            last = brdf, transport
+        wanted = brdf, asked.vary
+        if wanted == baked:
+            last = baked, transport
         elif wanted != last[0]:
-            last = wanted, with_table(transport, (yield from tabulate(wanted, transport.order)))
+            last = wanted, (yield from _with_brdf(transport, brdf, asked))
         last[1].mesh.tangents.flags.writeable = False  # drawing would otherwise wait for them
         return relit(last[1], light, asked)
 
@@ -150,7 +151,7 @@ def illuminated(file: TransportFile, light: Light, asked: ShLight, brdf: str | N
     transport = transport_of(file)
     named = brdf or str(file.settings["brdf"])
     if brdf or asked.vary:
-        transport = yield from part(_with_brdf(transport, named, asked), 0.0, 0.3)
+        transport = yield from part(_with_brdf(transport, open_reflectance(named), asked), 0.0, 0.3)
     before = time.perf_counter()
     coefficients, reported = _coefficients_at(transport, light, asked)
     projected = time.perf_counter()
@@ -213,9 +214,9 @@ def _warnings(reported: dict[str, Any]) -> tuple[str, ...]:
     return (f"Between the points where it was found, the light of near lamps is off by {percent(error, 3)} RMS.",)
 
 
-def _with_brdf(transport: ShTransport, named: str, asked: ShLight) -> Steps[ShTransport]:
+def _with_brdf(transport: ShTransport, brdf: Brdf, asked: ShLight) -> Steps[ShTransport]:
+    """The transport with another BRDF, which varies where that is `asked`."""
     variations = [variation_from_text(each) for each in asked.vary]
-    brdf = open_reflectance(named)
     table = yield from table_of(brdf, transport.order, variations, transport.mesh, transport.ground_vertex)
     try:
         return with_table(transport, table)

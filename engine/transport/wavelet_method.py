@@ -131,15 +131,26 @@ def relit(transport: WaveletTransport, light: Light, _asked: WaveletLight) -> Re
     return RelitWavelets(transport, tuples(transport, _lighting(transport, light)))
 
 
-def relighter(transport: WaveletTransport, _brdf: Brdf) -> Relight:
-    """The same, where what is the same under the next light is kept."""
-    kept = Relighter(transport)
+def relighter(transport: WaveletTransport, _subject: Subject) -> Relight:
+    """The same, where what is the same under the next light is kept, and the last mixture."""
+    kept, last = Relighter(transport), (WaveletLight(), transport)
 
-    def relight(light: Light, _asked: WaveletLight, _wanted: Brdf) -> Steps[RelitWavelets]:
+    def relight(light: Light, asked: WaveletLight, _wanted: Brdf) -> Steps[RelitWavelets]:
+        nonlocal kept, last
         yield Step(0.0, "relighting")
-        return RelitWavelets(transport, kept.tuples(_lighting(transport, light)))
+        if asked != last[0]:
+            last = asked, _mixed_as(transport, asked)
+            kept = Relighter(last[1])
+        return RelitWavelets(last[1], kept.tuples(_lighting(last[1], light)))
 
     return relight
+
+
+def _mixed_as(transport: WaveletTransport, asked: WaveletLight) -> WaveletTransport:
+    """`transport` with the weights and colours that are `asked` in place of its own."""
+    if not asked.weight and asked.albedo is None:
+        return transport
+    return remixed(transport, list(asked.weight) or None, asked.albedo)
 
 
 def why_baked_for_one(_transport: WaveletTransport) -> str:
@@ -150,9 +161,7 @@ def why_baked_for_one(_transport: WaveletTransport) -> str:
 def illuminated(file: TransportFile, light: Light, asked: WaveletLight, _brdf: str | None) -> Steps[Illuminated]:
     """The K-tuples of `file` under `light`."""
     yield Step(0.0, "relighting")
-    transport = transport_of(file)
-    if asked.weight or asked.albedo is not None:
-        transport = remixed(transport, list(asked.weight) or None, asked.albedo)
+    transport = _mixed_as(transport_of(file), asked)
     before = time.perf_counter()
     lighting = _lighting(transport, light)
     encoded = time.perf_counter()

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.options import settings_from
@@ -167,17 +168,21 @@ def _settings(method: Method) -> type[Any]:
 def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
     from app.session.machine_profile import learn_bake
     from engine.light.environment_file import open_environment
+    from engine.transport.baking.spatially_varying import variation_to_text
 
-    settings = settings_from(arguments, method.settings)
-    variations = variations_of(arguments)
-    baking = method.baking
-    subject = subject_of(arguments, variations)
+    settings, baking, subject = settings_from(arguments, method.settings), method.baking, subject_of(arguments)
+    left_out = list[str]()
+    if project_input.is_given(arguments):
+        subject, settings, left_out = project_input.varied(arguments, method, subject, settings)
+    else:
+        subject = replace(subject, variations=variations_of(arguments, subject.brdf))
     tested = open_environment(arguments.error_env) if arguments.error_env is not None else None
     before = time.perf_counter()
     work = drain(part(baking.prepare(subject, settings, tested), 0.0, 0.05), show)
     prepared_s = time.perf_counter() - before
     error = drain(baking.measured(work, subject, settings, tested), show)
-    knobs = {**baking.knobs(work, settings), **({"vary": arguments.vary} if method.variations else {})}
+    varied = arguments.vary or [variation_to_text(each) for each in subject.variations]
+    knobs = {**baking.knobs(work, settings), **({"vary": varied} if method.variations else {})}
     baked, record = carry_out(
         arguments,
         show,
@@ -197,7 +202,7 @@ def _bake(method: Method, arguments: argparse.Namespace, show: Callable[[Step], 
         **error,
         **figures,
         "skipped": [*figures["skipped"], *record["skipped"]],
-        "warnings": [*subject.mesh.health.warnings, *doubts_of_brdf(subject.brdf), *figures["warnings"]],
+        "warnings": [*subject.mesh.health.warnings, *doubts_of_brdf(subject.brdf), *figures["warnings"], *left_out],
     }
 
 

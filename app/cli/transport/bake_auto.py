@@ -45,9 +45,9 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from engine.transport import method as transport
 
     _check(arguments)
-    variations = variations_of(arguments)
-    subject = subject_of(arguments, variations)
+    subject = subject_of(arguments)
     mesh, brdf, ground = subject.mesh, subject.brdf, subject.ground
+    variations = variations_of(arguments, brdf)
     if project_input.is_given(arguments):
         scene = project_input.setup_of(arguments).scene
         environment, camera = project_input.needs_environment(scene, "--mode auto"), scene.camera

@@ -5,21 +5,18 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from app.cli.transport import project_input
 from engine.core.figure_text import size_text, time_text
 from engine.core.steps import Step, Steps, drain, part
 from engine.transport.method import Baked, Subject, Work
 
-if TYPE_CHECKING:
-    from engine.transport.baking.spatially_varying import Variation
 
-
-def subject_of(arguments: argparse.Namespace, variations: Sequence[Variation] = ()) -> Subject:
+def subject_of(arguments: argparse.Namespace) -> Subject:
     """The subject that the arguments name; the usual errors if they name none."""
     from engine.factor.factor_file import open_reflectance
     from engine.geometry.ground import Ground
@@ -28,12 +25,12 @@ def subject_of(arguments: argparse.Namespace, variations: Sequence[Variation] = 
     if project_input.is_given(arguments):
         scene = project_input.setup_of(arguments).scene
         ground = None if scene.ground is None else replace(scene.ground, cells=arguments.ground_cells)
-        return Subject(scene.mesh, scene.brdf, ground, variations)
+        return Subject(scene.mesh, scene.brdf, ground)
     ground = None
     if arguments.ground is not None:
         ground = Ground(albedo=arguments.ground, cells=arguments.ground_cells)
     brdf = open_reflectance(arguments.brdf)
-    return Subject(open_mesh(arguments.mesh), brdf, ground, variations)
+    return Subject(open_mesh(arguments.mesh), brdf, ground)
 
 
 def carry_out(

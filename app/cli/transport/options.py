@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.arguments.results import Input
+from app.cli.transport import project_input
 from engine.core.errors import UsageError
 from engine.core.figure_text import number
 
@@ -113,8 +114,15 @@ def add_argument(parser: Any, beside: str = "") -> None:
     )
 
 
-def variations_of(arguments: argparse.Namespace) -> list[Variation]:
-    """The variations that the arguments name; wrong usage where one is invalid."""
+def variations_of(arguments: argparse.Namespace, brdf: Any) -> list[Variation]:
+    """The variations that the arguments name, or those of a project whose BRDF is `brdf`.
+
+    Wrong usage where one is invalid.
+    """
     from engine.transport.baking.spatially_varying import variation_from_text
 
+    if project_input.is_given(arguments):
+        from app.document.variation import as_baked, varied_in
+
+        return [*as_baked(varied_in(brdf, project_input.setup_of(arguments).project.variations))]
     return [variation_from_text(text) for text in arguments.vary]

@@ -94,7 +94,7 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
         "rotation": scene.environment_rotation,
         "camera": scene.camera,
         "material": scene.material,
-        "variations": vary.variations_of(arguments),
+        "variations": vary.variations_of(arguments, brdf),
         "pixels": arguments.width * arguments.height,
         "aspect": arguments.width / arguments.height,
         "frames": arguments.frames,

@@ -17,6 +17,7 @@ from engine.core.errors import UsageError
 if TYPE_CHECKING:
     from app.project.setup import Setup
     from engine.scene.scene import Scene
+    from engine.transport.method import Method, Subject
 
 #: Options that a project decides.
 DECIDED = ("material", "brdf", "ground", "vary")
@@ -43,6 +44,27 @@ def setup_of(arguments: argparse.Namespace) -> Setup:
     aspect = size[0] / size[1] if size[0] and size[1] else 4.0 / 3.0
     setup = set_up(Path(arguments.mesh), aspect)
     return replace(setup, scene=_with_options(setup.scene, arguments))
+
+
+def left_out(setup: Setup, mode: str) -> list[str]:
+    """Sentences on what a picture or a bake of a project leaves out in a mode."""
+    from app.document.modes import mode_named
+    from app.document.variation import words_on_left_out
+
+    words = words_on_left_out(mode_named(mode).label, mode, setup.scene.brdf, setup.project.variations)
+    return [words] if words else []
+
+
+def varied(
+    arguments: argparse.Namespace, method: Method, subject: Subject, settings: Any
+) -> tuple[Subject, Any, list[str]]:
+    """Subject and settings of a bake with what varies over the model of the project, and what is left out of that."""
+    from app.document.variation import as_baked, settings_with, shown_by
+
+    setup = setup_of(arguments)
+    shown = shown_by(method, subject.brdf, setup.project.variations)
+    with_variations = replace(subject, variations=as_baked(shown))
+    return with_variations, settings_with(settings, shown), left_out(setup, method.name)
 
 
 def _with_options(scene: Scene, arguments: argparse.Namespace) -> Scene:

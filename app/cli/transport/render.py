@@ -174,12 +174,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    scene_options.take_own_material(arguments)
+    setup = _setup(arguments)
+    found = _drawn(setup, arguments, show)
+    left_out = project_input.left_out(setup, arguments.mode) if setup is not None else []
+    return {**found, "warnings": [*found.get("warnings", ()), *left_out]} if left_out else found
+
+
+def _drawn(setup: Setup | None, arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str, Any]:
+    """Draw the scene of the arguments and write it; the record."""
     from engine.render.display import Display
     from engine.render.layers import layers as all_layers
 
     start = time.perf_counter()
-    scene_options.take_own_material(arguments)
-    setup = _setup(arguments)
     _check(arguments)
     render_turntable.check(arguments)
     display = Display(arguments.exposure, arguments.tone_map)

@@ -97,6 +97,7 @@ def run_project(
     """The picture of a project in a baked mode: of the bake that lies beside it, or of one with the settings that the
     person chose, which is gone afterwards."""
     from app.document.bake_request import baked, choices_for, estimated, wanted_of
+    from app.document.variation import light_with, shown_by
     from app.project.bakes import kept
     from app.project.project_file import data_folder
     from engine.transport.relit import light_of as light_of_scene
@@ -109,7 +110,8 @@ def run_project(
     behind = check_background(arguments, scene.environment)
     started = time.perf_counter()
     choices = choices_for(arguments.mode, **setup.project.bakes.get(arguments.mode, {}))
-    wanted = wanted_of(scene.mesh, scene.ground, scene.brdf, choices, None)
+    varied = setup.project.variations
+    wanted = wanted_of(scene.mesh, scene.ground, scene.brdf, choices, None, varied)
     found = kept(wanted, data_folder(setup.path))
     with tempfile.TemporaryDirectory() as folder:
         if found is None:
@@ -119,7 +121,8 @@ def run_project(
             made = drain(part(baked(Path(folder) / "scene.transport", estimate), 0.1, 0.8), show)
         else:
             made = found
-        relighting = made.relighter(light_of_scene(scene), choices.light, scene.brdf)
+        asked = light_with(choices.light, shown_by(choices.method, scene.brdf, varied))
+        relighting = made.relighter(light_of_scene(scene), asked, scene.brdf)
         relit = drain(part(relighting, 0.8, 0.9), show)
         picture, drawn = _draw(relit, scene.camera, arguments, show)
     shown = render_turntable.with_background(picture, scene, behind)

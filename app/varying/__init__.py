@@ -1,0 +1,1 @@
+"""Variations over the model in the View workspace: of parameters of the BRDF, of BRDFs, of colours."""
