@@ -14,7 +14,6 @@ from app.document.document import Project
 from app.project.project_file import data_folder
 from engine.core.colour import srgb_encode
 from engine.core.steps import Step, Steps
-from engine.images.encode import encode_png
 from engine.storage.atomic import write_bytes
 
 #: Width and height in pixels.
@@ -73,6 +72,8 @@ def picture_of(project: Project) -> NDArray[np.uint8] | None:
 def keep_thumbnail(path: Path, project: Project) -> Steps[None]:
     """Write the picture of `project` beside its file. Raises OutputError where that cannot be done."""
     yield Step(0.0, "making a small picture")
+    from engine.images.encode import encode_png
+
     picture = picture_of(project)
     if picture is not None:
         write_bytes(thumbnail_of(path), encode_png(picture))

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
@@ -86,6 +85,8 @@ def rgb_image(pixels: NDArray[np.uint8]) -> QImage:
 
 
 def _halved(pixels: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
+    import cv2
+
     levels = [pixels]
     while max(levels[-1].shape[:2]) > SMALLEST:
         height, width = levels[-1].shape[:2]

@@ -49,7 +49,8 @@ from engine.capture.registration.pair_motion import Alignment
 from engine.capture.registration.texture import Grey, reduced, reduction
 from engine.capture.registration.warp import warp
 from engine.capture.report import grid_step, leave_one_out, middle, noise_and_sharpness, report
-from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, StackRecord, npy_header, open_stack
+from engine.capture.stack import RADIANCE, RECORD, SATURATED, ImageStack, npy_header, open_stack
+from engine.capture.stack_record import StackRecord
 from engine.capture.tally import Tally
 from engine.core.colour import LUMINANCE, to_display8
 from engine.core.errors import InputError

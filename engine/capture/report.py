@@ -13,11 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.capture.registration.texture import slope
 from engine.core.figure_text import percent
 from engine.core.health import Finding, Health, Verdict
 
@@ -58,6 +56,10 @@ def middle(image: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def noise_and_sharpness(luminance: NDArray[np.float32]) -> tuple[float, float]:
     """Noise (Immerkær 1996, with a median so that texture weighs little) and sharpness of (H, W) luminance."""
+    import cv2
+
+    from engine.capture.registration.texture import slope
+
     window = np.ascontiguousarray(middle(luminance))
     kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32)
     noise = float(np.median(np.abs(cv2.filter2D(window, cv2.CV_32F, kernel)))) / (6.0 * 0.6745)

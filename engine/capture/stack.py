@@ -1,6 +1,6 @@
 """The stack of linear photographs that everything after the import works on, and the folder that holds it.
 
-A stack folder holds `stack.json` (checked against `StackRecord`), `radiance.npy` and `saturated.npy`. It is treated
+A stack folder holds `stack.json` (`engine.capture.stack_record`), `radiance.npy` and `saturated.npy`. It is treated
 as hostile when it is opened: sizes, shapes and kinds are compared with the record, then the checksums of all pixels
 (about 0.5 s for a gigabyte). Stacks of before there were checksums open as well, with a note in their health. The
 pixels stay on disk and are read when they are needed.
@@ -16,18 +16,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, BinaryIO, Literal
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from engine.capture.report import Quality
 from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
 from engine.storage.file_array import FileArray
-from engine.storage.records import HealthRecord
 from engine.storage.untrusted import read_bytes
+
+if TYPE_CHECKING:
+    from engine.capture.stack_record import StackRecord
 
 RECORD, RADIANCE, SATURATED = "stack.json", "radiance.npy", "saturated.npy"
 
@@ -76,39 +77,6 @@ class ImageStack:
         return degrees
 
 
-class StackRecord(BaseModel):
-    """`stack.json`: everything but the pixels."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True, strict=True)
-
-    lightarc_stack: Literal[1]
-    height_px: int = Field(ge=1, le=1 << 20)
-    width_px: int = Field(ge=1, le=1 << 20)
-    sources: list[str] = Field(min_length=2, max_length=100_000)
-    elevations_deg: list[float]
-    azimuths_deg: list[float] | None
-    angle_source: Literal["capture.toml", "lp", "dome", "file names", "user", "assumed", "mirror sphere"]
-    mean_radiance: list[float]
-    radiance_crc32: int | None = Field(None, ge=0, lt=1 << 32)
-    saturated_crc32: int | None = Field(None, ge=0, lt=1 << 32)
-    quality: list[Quality]
-    provenance: dict[str, Any]
-    health: HealthRecord
-
-    @model_validator(mode="after")
-    def _consistent(self) -> StackRecord:
-        azimuths = self.sources if self.azimuths_deg is None else self.azimuths_deg
-        lists = (self.elevations_deg, azimuths, self.mean_radiance, self.quality)
-        if any(len(values) != len(self.sources) for values in lists):
-            raise ValueError("lists differ in length")
-        if self.elevations_deg != sorted(self.elevations_deg) or not self._in_range():
-            raise ValueError("elevations_deg do not rise from 0 to 90")
-        return self
-
-    def _in_range(self) -> bool:
-        return self.elevations_deg[0] >= 0.0 and self.elevations_deg[-1] <= 90.0
-
-
 def npy_header(shape: Sequence[int], dtype: DTypeLike) -> bytes:
     """The header of an .npy file (version 1.0) of a C-ordered array."""
     kind = np.dtype(dtype)
@@ -141,6 +109,10 @@ def open_stack(folder: str | os.PathLike[str], *, verify: bool = True) -> ImageS
 
 
 def _read_record(folder: Path) -> StackRecord:
+    from pydantic import ValidationError
+
+    from engine.capture.stack_record import StackRecord
+
     path = folder / RECORD
     if folder.is_dir() and not path.exists():
         raise InputError(folder, f"is no stack: it holds no {RECORD}", "Import the photographs into a stack first")

@@ -12,11 +12,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import exifread
 from numpy.typing import NDArray
-
-logging.getLogger("exifread").setLevel(logging.CRITICAL)
-
 
 EXPOSURE_GARBLED = "states an impossible exposure time, which is taken as unknown"
 
@@ -41,6 +37,9 @@ class Exif:
 
 def read_exif(content: bytes) -> Exif:
     """EXIF of a JPEG, TIFF, PNG or TIFF-like RAW; empty where there is none or where it is damaged beyond reading."""
+    import exifread
+
+    logging.getLogger("exifread").setLevel(logging.CRITICAL)
     try:
         tags = exifread.process_file(io.BytesIO(content), details=False, extract_thumbnail=False)
     except (

@@ -31,7 +31,6 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -40,8 +39,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from engine.core.errors import InputError
 from engine.storage.text import utf8
 from engine.storage.untrusted import decode_in_child, handed, read_bytes
-
-NAME = "capture.toml"
 
 _LIMIT_BYTES = 16 << 20
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True)
@@ -91,11 +88,6 @@ class CaptureFile(BaseModel):
     photographs: tuple[PhotographEntry, ...] = ()
     sphere: SphereEntry | None = None
     simulation: dict[str, Any] = {}
-
-
-def capture_files(files: Iterable[Path]) -> list[Path]:
-    """Those of `files` that are called `capture.toml`, in any case of letters."""
-    return [path for path in files if path.name.lower() == NAME]
 
 
 def read_capture_file(path: Path) -> CaptureFile:

@@ -11,12 +11,15 @@ from __future__ import annotations
 import filecmp
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from engine.capture.lights.file_names import comparable, listed
 from engine.capture.photograph.kinds import KINDS, RAW_SUFFIXES, kind_name, kind_of
 from engine.core.health import Finding, Verdict
+
+#: The file in which a person says what the photographs do not (`engine.capture.lights.capture_file`).
+CAPTURE_FILE = "capture.toml"
 
 #: Files that cameras and programs put beside photographs; none is a photograph.
 SIDECARS = frozenset(
@@ -157,3 +160,8 @@ def _shot(path: Path) -> str:
     stem = Path(comparable(path.name)).stem
     inner = Path(stem)
     return (inner.stem if inner.suffix.lower() in RAW_SUFFIXES else stem).casefold()
+
+
+def capture_files(files: Iterable[Path]) -> list[Path]:
+    """Those of `files` that are called `capture.toml`, in any case of letters."""
+    return [path for path in files if path.name.lower() == CAPTURE_FILE]

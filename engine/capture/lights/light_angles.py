@@ -14,15 +14,18 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from engine.capture.lights.capture_file import CaptureFile, capture_files
 from engine.capture.lights.file_names import angles_with_words, bare_angles, comparable, listed, natural
+from engine.capture.lights.folder import capture_files
 from engine.capture.lights.light_positions import Light, read_dome, read_light_positions
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.photograph.exposures import noted_exposure
 from engine.core.errors import InputError
 from engine.core.health import Finding, Verdict
+
+if TYPE_CHECKING:
+    from engine.capture.lights.capture_file import CaptureFile
 
 #: Beginnings of the findings that name the origin of unmeasured angles.
 FROM_NAMES, ASSUMED = "Elevations were read from the file names", "No angles were found"

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,6 +33,8 @@ class Circle:
 
 def find_sphere(mean_image: NDArray[np.float32]) -> Circle:
     """The most circular outline in `mean_image` (H, W) luminance (Hough transform); UsageError if there is none."""
+    import cv2
+
     scale = min(1.0, 640 / max(mean_image.shape))
     bright = np.sqrt(np.clip(mean_image / max(float(np.percentile(mean_image, 99.5)), 1e-9), 0, 1))
     small = cv2.resize(np.uint8(255 * bright), None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
@@ -61,6 +62,8 @@ def _outermost(image: NDArray[np.float32], found: Circle) -> Circle:
     Steps along 360 rays are averaged with their sign, so that the texture around the sphere cancels. The strongest is
     a horizon if another stands out at sqrt(2) times its distance.
     """
+    import cv2
+
     angles = np.radians(np.arange(360.0))[:, None]
     reach = found.radius * np.linspace(0.8, 1.8, 201)[None, :]
     columns, rows = found.column + reach * np.cos(angles), found.row + reach * np.sin(angles)
@@ -80,6 +83,8 @@ def _refined(image: NDArray[np.float32], start: Circle) -> Circle:
     Part of an outline often drowns in the dark, or a highlight is steeper than it; so circles through three random
     steps compete for the consent of the others (RANSAC, Fischler1981), always with the same random numbers.
     """
+    import cv2
+
     angles = np.radians(np.arange(360.0))[:, None]
     reach = start.radius * np.linspace(0.8, 1.2, 81)[None, :]
     columns, rows = start.column + reach * np.cos(angles), start.row + reach * np.sin(angles)
@@ -124,6 +129,8 @@ def find_highlight(luminance: NDArray[np.float32], sphere: Circle) -> tuple[floa
     The spot holds the pixels above half of the brightest; of several spots the one with the most light wins.
     Raises UsageError if nothing stands out (the brightest pixel is less than twice the median of the sphere).
     """
+    import cv2
+
     rows, columns = np.mgrid[: luminance.shape[0], : luminance.shape[1]]
     inside = np.hypot(columns + 0.5 - sphere.column, rows + 0.5 - sphere.row) < 0.97 * sphere.radius
     if not inside.any():

@@ -17,16 +17,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.lights.azimuth_spread import about_azimuth
-from engine.capture.lights.capture_file import NAME as CAPTURE_FILE
-from engine.capture.lights.capture_file import CaptureFile, capture_files, read_capture_file
 from engine.capture.lights.file_names import comparable, listed, natural
-from engine.capture.lights.folder import capture_folder, inside, is_sidecar, made_by_program, one_of_each_shot
+from engine.capture.lights.folder import (
+    CAPTURE_FILE,
+    capture_files,
+    capture_folder,
+    inside,
+    is_sidecar,
+    made_by_program,
+    one_of_each_shot,
+)
 from engine.capture.lights.light_angles import LIGHT_SUFFIXES, by_light, stated_lights
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.photograph.exposures import Exposure
@@ -37,6 +43,9 @@ from engine.core.steps import Step, Steps
 from engine.storage.archive import one_line
 from engine.storage.atomic import discard, make_folder
 from engine.storage.unpack import is_archive, unpack
+
+if TYPE_CHECKING:
+    from engine.capture.lights.capture_file import CaptureFile
 
 #: Points marked in two photographs: x and y in the one, x and y in the other.
 Pairs = Sequence[Sequence[float]]
@@ -311,7 +320,11 @@ def _capture_file(place: Path, files: list[Path]) -> CaptureFile | None:
     found = capture_files(files)
     if len(found) > 1:
         raise InputError(place, f"holds {len(found)} files called {CAPTURE_FILE}", "Keep the one that belongs")
-    return read_capture_file(found[0]) if found else None
+    if not found:
+        return None
+    from engine.capture.lights.capture_file import read_capture_file
+
+    return read_capture_file(found[0])
 
 
 def printable(path: Path) -> str:
