@@ -66,7 +66,7 @@ class FramingView(ImageView):
         """The position of corner number `place` on the screen."""
         assert self.corners is not None
         x, y = self.corners[place]
-        return self._to_screen(QPointF(x + 0.5, y + 0.5))
+        return self.to_screen(QPointF(x + 0.5, y + 0.5))
 
     def _place(self, point: QPointF) -> QPointF:
         """The point of the picture under `point`, held inside it; its upper left corner is (0, 0)."""
@@ -139,7 +139,7 @@ class FramingView(ImageView):
             if self.patch is not None:
                 left, top, across, along = self.patch
                 start, end = QPointF(left, top), QPointF(left + across, top + along)
-                painter.drawRect(QRectF(self._to_screen(start), self._to_screen(end)))
+                painter.drawRect(QRectF(self.to_screen(start), self.to_screen(end)))
 
 
 def _clockwise(corners: list[tuple[float, float]]) -> bool:

@@ -71,7 +71,7 @@ class MarkerView(ImageView):
 
     def on_screen(self, place: Place) -> QPointF:
         """The screen position of a place of the photograph."""
-        return self._to_screen(QPointF(place[0] + 0.5, place[1] + 0.5))
+        return self.to_screen(QPointF(place[0] + 0.5, place[1] + 0.5))
 
     def held(self, point: QPointF) -> Place:
         """The place of the photograph under `point`, held inside the picture."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QColor, QImage, QPainter
+from PySide6.QtGui import QColor, QImage, QKeyEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QLineEdit,
@@ -35,6 +35,7 @@ from PySide6.QtWidgets import (
 from app.document.document import Project
 from app.widgets import theme
 from app.widgets import theme as icons
+from app.widgets.controls import ComboBox
 from app.widgets.number_field import number_from_text, plain
 from app.widgets.panels import button, text
 from app.widgets.status_bar import VERDICTS
@@ -61,6 +62,15 @@ class Row:
     finding: str = ""
     excluded: bool = False
     done: bool = True
+
+
+#: Rows that a filter shows: its words, those where it shows none, and the condition.
+FILTERS: dict[str, tuple[str, str, Callable[[Row], bool]]] = {
+    "all": ("All", "", lambda _row: True),
+    "used": ("Used", "No photograph is used", lambda row: not row.excluded),
+    "left out": ("Left out", "No photograph is left out", lambda row: row.excluded),
+    "warnings": ("With warnings", "No photograph has a warning", lambda row: row.verdict >= Verdict.WARNING),
+}
 
 
 def file_name(path: Path) -> str:
@@ -164,14 +174,25 @@ class PhotographModel(QAbstractListModel):
 
 
 class PhotographList(QListView):
-    """Shows a `PhotographModel`; `chosen` is the row on which the person is, `picked` are those that are selected."""
+    """Shows a `PhotographModel`, or the rows of it that a filter shows.
+
+    Signals
+    -------
+    chosen : the row on which the person is.
+    picked : those that are selected.
+    filtered : the filter, where another one came.
+    use_toggled : the space bar was pressed.
+    """
 
     chosen = Signal(int)
     picked = Signal(list)
+    filtered = Signal(str)
+    use_toggled = Signal()
 
     def __init__(self) -> None:
         super().__init__()
         self.photographs = PhotographModel(self)
+        self.filter = "all"
         self.setModel(self.photographs)
         self.setItemDelegate(_Delegate(self))
         self.setUniformItemSizes(True)
@@ -185,15 +206,58 @@ class PhotographList(QListView):
 
     @property
     def selection(self) -> list[int]:
-        """The rows that are selected, rising."""
-        return sorted(index.row() for index in self.selectionModel().selectedIndexes())
+        """The rows that are selected and seen, rising."""
+        rows = sorted(index.row() for index in self.selectionModel().selectedIndexes())
+        return [row for row in rows if not self.isRowHidden(row)]
+
+    @property
+    def shown(self) -> list[int]:
+        """The rows that the filter shows."""
+        return [row for row in range(len(self.photographs.rows)) if not self.isRowHidden(row)]
+
+    def show_rows(self, rows: Sequence[Row]) -> None:
+        """Replace the rows, of which the filter shows some."""
+        self.photographs.show_rows(rows)
+        self._filter_rows()
+
+    def show_only(self, name: str) -> None:
+        """Show the rows of the filter `name`, one of `FILTERS`."""
+        if name != self.filter:
+            self.filter = name
+            self._filter_rows()
+            self.filtered.emit(name)
+
+    def _filter_rows(self) -> None:
+        """Hide the other rows; nothing that is hidden stays selected, and the person is on a row that is seen."""
+        belongs = FILTERS[self.filter][-1]
+        picked = self.selection
+        for place, row in enumerate(self.photographs.rows):
+            self.setRowHidden(place, not belongs(row))
+        now, shown = self.currentIndex().row(), self.shown
+        if now >= 0 and shown and now not in shown:
+            later = [place for place in shown if place > now]
+            self.choose(later[0] if later else shown[-1])
+        elif set(picked) - set(shown):
+            self.pick([place for place in picked if place in shown])
+        self.viewport().update()
 
     def choose(self, place: int) -> None:
-        """Go to row `place`."""
+        """Go to row `place`; where the filter hides it, all are shown again."""
+        if self.isRowHidden(place):
+            self.show_only("all")
         self.setCurrentIndex(self.photographs.index(place))
+
+    def step(self, by: int) -> None:
+        """Go to the next row that is seen (1), or to the one before (-1)."""
+        now = self.currentIndex().row()
+        ahead = [place for place in self.shown if (place - now) * by > 0]
+        if ahead:
+            self.choose(min(ahead, key=lambda place: abs(place - now)))
 
     def pick(self, places: Sequence[int]) -> None:
         """Select the rows `places`, and go to the first unless the person is on one of them."""
+        if any(self.isRowHidden(place) for place in places):
+            self.show_only("all")
         chosen = QItemSelection()
         for place in places:
             chosen.select(self.photographs.index(place), self.photographs.index(place))
@@ -202,9 +266,28 @@ class PhotographList(QListView):
             model.setCurrentIndex(self.photographs.index(places[0]), QItemSelectionModel.SelectionFlag.NoUpdate)
         model.select(chosen, QItemSelectionModel.SelectionFlag.ClearAndSelect)
 
+    def selectAll(self) -> None:
+        """Select all rows that are seen."""
+        self.pick(self.shown)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
+            self.use_toggled.emit()
+        else:
+            super().keyPressEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
+        if self.photographs.rows and not self.shown:
+            painter = QPainter(self.viewport())
+            painter.setPen(QColor(theme.current().secondary))
+            around = self.viewport().rect().adjusted(PADDING, PADDING, -PADDING, -PADDING)
+            words = FILTERS[self.filter][1]
+            painter.drawText(around, Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap, words)
+
 
 class PhotographColumn(QWidget):
-    """The list below its title and count, and a link to other photographs."""
+    """The list below its title, count and filter, and a link to other photographs."""
 
     others_wanted = Signal()
 
@@ -215,25 +298,38 @@ class PhotographColumn(QWidget):
         self.setFixedWidth(LIST_WIDTH)
         self.list = PhotographList()
         self.count = text("", "secondary")
+        self.filter = ComboBox()
+        self.filter.setAccessibleName("Photographs that are shown")
+        for name, (words, *_) in FILTERS.items():
+            self.filter.addItem(words, name)
+        self.filter.activated.connect(lambda _place: self.list.show_only(self.filter.currentData()))
+        self.list.filtered.connect(lambda name: self.filter.setCurrentIndex(self.filter.findData(name)))
         more = button("Open other photographs…", "link")
         more.clicked.connect(self.others_wanted)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, PADDING, 0, PADDING)
         column.setSpacing(2 * STEP)
-        head, foot = QHBoxLayout(), QHBoxLayout()
-        for line in (head, foot):
+        head, middle, foot = QHBoxLayout(), QHBoxLayout(), QHBoxLayout()
+        for line in (head, middle, foot):
             line.setContentsMargins(PADDING, 0, PADDING, 0)
         head.addWidget(text("Photographs", "title"))
         head.addStretch(1)
         head.addWidget(self.count)
+        middle.addWidget(self.filter)
         foot.addWidget(more)
         column.addLayout(head)
+        column.addLayout(middle)
         column.addWidget(self.list, 1)
         column.addLayout(foot)
 
-    def show_count(self, there: int, used: int) -> None:
-        """Show the number of photographs, and the number in use."""
-        self.count.setText(f"{there}" if used == there else f"{used} of {there}")
+    def show_rows(self, rows: Sequence[Row]) -> None:
+        """Show the photographs, how many there are and are in use, and how many each filter shows."""
+        self.list.show_rows(rows)
+        used = sum(not row.excluded for row in rows)
+        self.count.setText(f"{len(rows)}" if used == len(rows) else f"{used} of {len(rows)}")
+        for place, (words, _none, belongs) in enumerate(FILTERS.values()):
+            number = sum(map(belongs, rows))
+            self.filter.setItemText(place, f"{words} ({number})")
 
 
 class _Delegate(QStyledItemDelegate):

@@ -65,7 +65,7 @@ class SphereView(ImageView):
     def middle(self) -> QPointF:
         """The middle of the outline on the screen."""
         assert self.outline is not None
-        return self._to_screen(QPointF(self.outline[0], self.outline[1]))
+        return self.to_screen(QPointF(self.outline[0], self.outline[1]))
 
     def rim(self) -> QPointF:
         """The handle at the right of the outline on the screen."""
@@ -75,7 +75,7 @@ class SphereView(ImageView):
     def spot(self) -> QPointF:
         """The reflection on the screen."""
         assert self.highlight is not None
-        return self._to_screen(QPointF(*self.highlight))
+        return self.to_screen(QPointF(*self.highlight))
 
     def _under(self, point: QPointF) -> Literal["", "rim", "highlight", "inside"]:
         """The part that a drag from `point` would move."""

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QPoint, Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from app.capture.framing import Corners, FramingView, begun, framed
 from app.capture.import_panel import is_upright
 from app.capture.light_dome import LightDome, lamps_of
+from app.capture.loupe import Loupe
 from app.capture.panel import CapturePanel, first_to_mark
 from app.capture.photograph_list import PhotographColumn, file_name, rows_of
+from app.capture.photograph_menu import menu_of
 from app.capture.picture_bar import PictureBar
 from app.capture.pictures_kept import Shelf, as_taken, thumbnails
 from app.capture.points_tool import PointsTool
@@ -50,7 +52,12 @@ class CaptureTab(QWidget):
         self.list = self.photographs.list
         self.list.chosen.connect(self._choose)
         self.list.photographs.angle_edited.connect(self._angle_edited)
+        self.list.use_toggled.connect(self._toggle_excluded)
+        self.list.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.list.customContextMenuRequested.connect(self._show_menu)
         self.image = FramingView()
+        self.loupe = Loupe(self.image)
+        self.loupe.closed.connect(self.magnify.trigger)
         self.image.corners_moved.connect(self._corners_moved)
         self.image.patch_drawn.connect(lambda patch: choose(bench.document, "Grey patch", patch=patch))
         self.plot = ElevationPlot()
@@ -70,10 +77,12 @@ class CaptureTab(QWidget):
         self._changed(Project(), bench.document.project)
 
     def _make_actions(self) -> None:
-        self.previous = self._action("Previous photograph", "previous", "Left", lambda: self._step(-1))
-        self.next = self._action("Next photograph", "next", "Right", lambda: self._step(1))
+        self.previous = self._action("Previous photograph", "previous", "Left", lambda: self.list.step(-1))
+        self.next = self._action("Next photograph", "next", "Right", lambda: self.list.step(1))
         self.fit_action = self._action("Fit picture", "fit", "F", lambda: self.fit())
         self.actual = self._action("100 %", "actual-size", "1", lambda: self._view().actual_size())
+        self.magnify = self._action("Loupe", "loupe", "Z", lambda: self._toggle_loupe())
+        self.magnify.setCheckable(True)
         self.marks = self._action("Mark clipped texels", "clipped", "M", lambda: self._toggle_marks())
         self.marks.setCheckable(True)
         self.marks.setChecked(True)
@@ -119,7 +128,7 @@ class CaptureTab(QWidget):
         return side_by_side(self.photographs, self._make_centre(), self.panel, stretch=1)
 
     def _make_centre(self) -> QWidget:
-        actions = (self.previous, self.next, self.fit_action, self.actual, self.marks, self.exclude)
+        actions = (self.previous, self.next, self.fit_action, self.actual, self.magnify, self.marks, self.exclude)
         self.bar = PictureBar(actions)
         self.when = self.bar.when
         self.when.chosen.connect(lambda _value: self._load_picture())
@@ -219,8 +228,7 @@ class CaptureTab(QWidget):
             "user",
             "file names",
         )
-        self.list.photographs.show_rows(rows)
-        self.photographs.show_count(len(rows), len(rows) - len(project.excluded))
+        self.photographs.show_rows(rows)
         if rows and not self.list.currentIndex().isValid():
             self.list.choose(names.index(self.current) if self.current in names else len(rows) // 2)
 
@@ -326,10 +334,15 @@ class CaptureTab(QWidget):
             return
         self.bar.readout.setText(f"{column}, {row}   {red:.3f}  {green:.3f}  {blue:.3f}{clipped}")
 
-    def _step(self, by: int) -> None:
-        place = self.list.currentIndex().row() + by
-        if 0 <= place < len(self.list.photographs.rows):
-            self.list.choose(place)
+    def _show_menu(self, at: QPoint) -> None:
+        menu_of(self, self.bench, self.list, (self.magnify,)).popup(self.list.viewport().mapToGlobal(at))
+
+    def _toggle_loupe(self) -> None:
+        if self.magnify.isChecked() and self.image.picture is not None:
+            self.loupe.open()
+        else:
+            self.magnify.setChecked(False)
+            self.loupe.hide()
 
     def _toggle_marks(self) -> None:
         self.image.show_marks(self.marks.isChecked())
@@ -369,7 +382,8 @@ class CaptureTab(QWidget):
         if why_not:
             self.when.choose("after")
         self.when.setVisible(self._tool() is None)
-        self.marks.setEnabled(self._tool() is None)
+        for action in (self.marks, self.magnify):
+            action.setEnabled(self._tool() is None)
 
     def _look_before(self) -> None:
         """Show the photograph that the others are aligned to, as it was taken."""
@@ -418,7 +432,8 @@ class CaptureTab(QWidget):
         sources = self.bench.document.project.sources
         if sources is not None:
             changed = with_angle(sources, place, elevation_deg, azimuth_deg)
-            self.bench.import_photographs(changed, name=self.bench.document.project.name)
+            words = f"Angle of {file_name(sources.photographs[place])}"
+            self.bench.import_photographs(changed, name=self.bench.document.project.name, words=words)
 
     def _import_again(self) -> None:
         sources = self.bench.document.project.sources

@@ -184,8 +184,10 @@ class Workbench(QObject):
     def _import_others(self, sources: Sources, name: str = "") -> None:
         self.import_photographs(sources, self.document.project.import_choices.for_another_capture, name)
 
-    def import_photographs(self, sources: Sources, choices: ImportChoices | None = None, name: str = "") -> None:
-        """Import `sources` into the working folder, then build the material.
+    def import_photographs(
+        self, sources: Sources, choices: ImportChoices | None = None, name: str = "", words: str = ""
+    ) -> None:
+        """Import `sources` into the working folder, then build the material; `words` name the step of the history.
 
         Where there is a capture or a material already, other photographs come into the document when their import has
         succeeded as a whole. Into an empty one they come at once, so that an import that is killed can go on.
@@ -195,9 +197,9 @@ class Workbench(QObject):
         name = name or sources.name or "Untitled"
         are_others = before is None or before.photographs != sources.photographs
         if sources is not before and not (are_others and self._has_work):
-            words = f"Open {len(sources.photographs)} photographs"
+            opened = f"Open {len(sources.photographs)} photographs"
             named = {"name": name} if before is None else {}
-            self.document.change(words, sources=sources, import_choices=choices, **named)
+            self.document.change(words or opened, sources=sources, import_choices=choices, **named)
         if self.importing is not None:
             self.jobs.cancel(self.importing)
         files = photographs(dataclasses.replace(self.document.project, sources=sources, import_choices=choices))
@@ -208,7 +210,7 @@ class Workbench(QObject):
         )
         job.progressed.connect(self._show_partial)
         parts = {"sources": sources, "import_choices": choices}
-        job.succeeded.connect(lambda stack: self._imported(stack, name, choices, parts))
+        job.succeeded.connect(lambda stack: self._imported(stack, name, choices, parts, words))
         self.importing, self._last_import = job, (sources, choices, name)
 
     def import_all_the_same(self, consent: str) -> None:
@@ -234,14 +236,15 @@ class Workbench(QObject):
         name: str,
         choices: ImportChoices | None = None,
         parts: Mapping[str, Any] = MappingProxyType({}),
+        words: str = "",
     ) -> None:
         now = self.document.project
         if parts.get("sources") is now.sources:
             parts = {}  # what a person set meanwhile stays
         excluded = now.excluded & frozenset(stack.sources)
         gone = {"surface": None, "surface_from": None}
-        words, made = "Import photographs", {"stack": stack, "excluded": excluded, "name": name, **gone}
-        self.document.change(words, **{**made, "imported_with": choices, **parts})
+        made = {"stack": stack, "excluded": excluded, "name": name, **gone}
+        self.document.change(words or "Import photographs", **{**made, "imported_with": choices, **parts})
         self.said.emit(f"{len(stack.sources)} photographs imported")
         self.build_material()
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -13,9 +14,13 @@ from app.document.document import Document, ImportChoices, Pair, Project
 from engine.capture.lights.azimuth_spread import about_azimuth
 from engine.capture.lights.mirror_sphere import Circle
 from engine.capture.lights.sources import Sources, printable
+from engine.capture.photograph.exposures import Exposure
+from engine.core.errors import InputError
 
 if TYPE_CHECKING:
     from engine.capture.import_stack import ImportSettings
+
+Each = TypeVar("Each")
 
 
 def choose(document: Document, words: str, gesture: str = "", **parts: Any) -> None:
@@ -74,19 +79,73 @@ def with_angle(sources: Sources, place: int, angle_deg: float, azimuth_deg: floa
         azimuth = np.full(elevation.shape, math.radians(azimuth_deg)) if azimuth is None else azimuth.copy()
         azimuth[place] = math.radians(azimuth_deg)
     order = np.argsort(elevation, kind="stable")
-    azimuth = None if azimuth is None else azimuth[order]
     outdated = about_azimuth(sources.azimuth)
     findings = [finding for finding in sources.findings if finding not in outdated]
+    lit = dataclasses.replace(sources, elevation=elevation, azimuth=azimuth, angle_source="user")
+    return dataclasses.replace(_kept(lit, order.tolist()), findings=(*findings, *about_azimuth(azimuth)))
+
+
+def without(sources: Sources, places: Collection[int]) -> Sources:
+    """`sources` without the photographs number `places`; raises InputError where fewer than two remain."""
+    kept = [place for place in range(len(sources.photographs)) if place not in places]
+    if len(kept) < 2:
+        first = sources.photographs[min(places)]
+        raise InputError(first, "cannot be taken out of so few photographs", "At least two under different lights stay")
+    names = {printable(sources.photographs[place]) for place in places}
+    findings = tuple(finding for finding in sources.findings if finding.source not in names)
+    return dataclasses.replace(_kept(sources, kept), findings=findings)
+
+
+def with_file(sources: Sources, place: int, path: Path) -> Sources:
+    """`sources` with the file `path` as photograph number `place`, under the same light.
+
+    What was known of the file that it replaces (exposure, points, reflection) goes with it. Raises InputError where
+    another photograph has the name of `path`.
+    """
+    others = [each for at, each in enumerate(sources.photographs) if at != place]
+    if printable(path) in map(printable, others):
+        raise InputError(path, "has the name of another photograph of the capture", "Give it a name of its own")
+    old = sources.photographs[place]
+    points = {each: pairs for each, pairs in sources.control_points.items() if each != old}
     return dataclasses.replace(
         sources,
-        photographs=tuple(sources.photographs[index] for index in order),
-        elevation=elevation[order],
-        azimuth=azimuth,
-        exposure_s=tuple(sources.exposure_s[index] for index in order),
-        exposures=tuple(sources.exposures[index] for index in order),
-        highlights_px=tuple(sources.highlights_px[index] for index in order) if sources.highlights_px else (),
-        angle_source="user",
-        findings=(*findings, *about_azimuth(azimuth)),
+        photographs=_with(sources.photographs, place, path),
+        exposure_s=_with(sources.exposure_s, place, None),
+        exposures=_with(sources.exposures, place, (Exposure(path, None),)),
+        highlights_px=_with(sources.highlights_px, place, None) if sources.highlights_px else (),
+        control_points=points,
+        reference=None if sources.reference == old else sources.reference,
+        findings=tuple(finding for finding in sources.findings if finding.source != printable(old)),
+    )
+
+
+def _with(values: tuple[Each, ...], place: int, value: Each) -> tuple[Each, ...]:
+    return (*values[:place], value, *values[place + 1 :])
+
+
+def _kept(sources: Sources, places: Sequence[int]) -> Sources:
+    """The photographs number `places` of `sources`, in that order, with what is known of each."""
+    chosen = [sources.photographs[place] for place in places]
+    return dataclasses.replace(
+        sources,
+        photographs=tuple(chosen),
+        elevation=sources.elevation[list(places)],
+        azimuth=None if sources.azimuth is None else sources.azimuth[list(places)],
+        exposure_s=tuple(sources.exposure_s[place] for place in places),
+        exposures=tuple(sources.exposures[place] for place in places),
+        highlights_px=tuple(sources.highlights_px[place] for place in places) if sources.highlights_px else (),
+        control_points={path: pairs for path, pairs in sources.control_points.items() if path in chosen},
+        reference=sources.reference if sources.reference in chosen else None,
+    )
+
+
+def choices_without(choices: ImportChoices, names: Collection[str]) -> ImportChoices:
+    """`choices` without what they say of the photographs `names`: points, reflections, and the reference."""
+    return dataclasses.replace(
+        choices,
+        control_points={name: pairs for name, pairs in choices.control_points.items() if name not in names},
+        highlights={name: place for name, place in choices.highlights.items() if name not in names},
+        reference=None if choices.reference in names else choices.reference,
     )
 
 

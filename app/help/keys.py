@@ -24,7 +24,9 @@ Pictures
 Wheel\tzoom under the pointer
 1\t100 %
 Left, Right\tprevious, next photograph
-X\texclude the photograph
+X, Space\tleave the selected photographs out, or use them again
+Ctrl+A, Shift+Up\tselect all, select several
+Z\tloupe at 100 % (drag it or press arrow keys; the wheel, + and - magnify)
 M\tmark clipped texels
 Arrow keys\tmove the chosen point or reflection (Ctrl: finer, Shift: farther)
 Ins, Del\tadd, delete a point; Esc leaves

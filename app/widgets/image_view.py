@@ -208,7 +208,7 @@ class ImageView(QWidget):
         if self.picture is None:
             return
         size = QPointF(*self.picture.size)
-        target = QRectF(self._to_screen(QPointF(0, 0)), self._to_screen(size))
+        target = QRectF(self.to_screen(QPointF(0, 0)), self.to_screen(size))
         scale = self.zoom * self.devicePixelRatioF()
         level = min(len(self.picture.levels) - 1, max(0, math.floor(-math.log2(scale) + 1e-6)))
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, scale < 2.0)
@@ -235,13 +235,14 @@ class ImageView(QWidget):
 
     def _draw_probe(self, painter: QPainter) -> None:
         assert self.probe is not None
-        centre = self._to_screen(QPointF(self.probe[0] + 0.5, self.probe[1] + 0.5))
+        centre = self.to_screen(QPointF(self.probe[0] + 0.5, self.probe[1] + 0.5))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for colour, width in ((QColor(0, 0, 0, 160), 3.0), (QColor(255, 255, 255), 1.5)):
             painter.setPen(QPen(colour, width))
             painter.drawEllipse(centre, 6.0, 6.0)
 
-    def _to_screen(self, place: QPointF) -> QPointF:
+    def to_screen(self, place: QPointF) -> QPointF:
+        """The point of the widget over `place` of the picture, whose upper left corner is (0, 0)."""
         return (place - self.centre) * self.zoom + QPointF(self.width() / 2, self.height() / 2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:

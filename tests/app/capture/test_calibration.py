@@ -121,7 +121,7 @@ def test_a_patch_drawn_on_the_picture_makes_it_grey(window: MainWindow, qtbot: A
     steps = document.undo_stack.count()
     pick(window, "white_balance", "patch")
     qtbot.waitUntil(lambda: tab.image.picture is not None and not window.bench.jobs.active, timeout=60_000)
-    start = tab.image._to_screen(QPointF(20, 30))
+    start = tab.image.to_screen(QPointF(20, 30))
     drag(tab.image, start, start + QPointF(40, 24) * tab.image.zoom)
     assert document.undo_stack.count() == steps + 1
     assert choices(window).patch == pytest.approx((20, 30, 40, 24), abs=1)
