@@ -21,7 +21,7 @@ from engine.brdf.brdf import Brdf, brdf_from_text
 from engine.core.errors import MissingCapability
 from engine.core.figure_text import percent
 from engine.core.steps import Step, Steps, drain
-from engine.core.stopwatch import DISTURBED, background_load, shortest, spent
+from engine.core.stopwatch import DISTURBED, background_load, spent, undisturbed
 from engine.geometry.camera import frame
 from engine.geometry.mesh import Mesh
 from engine.geometry.shapes import grid_mesh, shape
@@ -130,10 +130,6 @@ PATHS_SIDE, PATHS = 128, 16
 #: A bake that takes longer is not done a second time.
 LONG_S = 3.0
 
-#: Runs of what is short, and seconds after which there is no further one.
-RUNS, ENOUGH_S = 12, 0.4
-
-
 #: Marks a figure that was measured under background load.
 MARK = "other programs had"
 
@@ -170,10 +166,7 @@ def cost_model(_folder: Path) -> Steps[list[Accuracy]]:
             if setting.mode == "reference":
                 load = replace(load, pixels=PATHS_SIDE**2)
             expected = model.predict(setting, load.vertices, load.pixels, load=load)
-            before = spent()
-            measured = _measured(setting, scene, depth)
-            taken = background_load(before, spent())
-            for name, value in measured.items():
+            for name, (value, taken) in _measured(setting, scene, depth).items():
                 found.append(_accuracy(place, setting, depth, name, getattr(expected, name), value, taken))
     outside = [each for each in found if each.error > math.log(FACTOR)]
     disturbed = sum(MARK in each.what for each in outside)
@@ -192,7 +185,7 @@ def _accuracy(
 ) -> Accuracy:
     what = f"{setting}" + (f", depth {depth}" if setting.mode == "reference" else "")
     words = f"{place.name}: {what}: {name} predicted {expected:.4g}, measured {value:.4g}"
-    words += f" ({MARK} {percent(taken)})" if taken > DISTURBED and not name.endswith("_bytes") else ""
+    words += f" ({MARK} {percent(taken)})" if taken > DISTURBED else ""
     return Accuracy(f"cost-{place.name}-{what}-{name}", abs(math.log(expected / value)), words)
 
 
@@ -237,24 +230,30 @@ def _cloth() -> Mesh:
     return grid_mesh("cloth", positions, normals, uv)
 
 
-def _measured(setting: Setting, scene: Scene, depth: int) -> dict[str, float]:
+#: A figure, and the share of the processors that other programs had while it was measured.
+Figure = tuple[float, float]
+
+
+def _measured(setting: Setting, scene: Scene, depth: int) -> dict[str, Figure]:
     """Figures of `Cost` by name: a frame where there is OpenGL, and of a bake all the others too."""
     if setting.mode == "reference":
         size = (PATHS_SIDE, PATHS_SIDE)
         draw = lambda: drain(reference(scene, size, samples=setting["samples"], max_depth=depth))  # noqa: E731
-        return {"frame_s": shortest(draw, RUNS, ENOUGH_S)}
+        return {"frame_s": undisturbed(draw)}
     if setting.mode == "direct":
         return _frame_s(replace(scene, directions=setting["directions"]))
     with tempfile.TemporaryDirectory() as folder:
+        before = spent()
         baked = _baked(setting, scene, Path(folder))
+        taken = background_load(before, spent())
         own = Bake(setting, baked.transport, baked.bake_s, 0, baked.file.size_bytes)
         rotated = replace(scene, environment_rotation=TURN)
         light = relit(own, rotated)
         return {
-            "bake_s": baked.bake_s,
-            "size_bytes": float(baked.file.size_bytes),
-            "memory_bytes": float(_held(baked, light)),
-            "relight_s": shortest(lambda: relit(own, rotated), RUNS, ENOUGH_S),
+            "bake_s": (baked.bake_s, taken),
+            "size_bytes": (float(baked.file.size_bytes), 0.0),
+            "memory_bytes": (float(_held(baked, light)), 0.0),
+            "relight_s": undisturbed(lambda: relit(own, rotated)),
             **_frame_s(replace(scene, relit=light)),
         }
 
@@ -290,7 +289,7 @@ def _held(baked: Any, light: Relit) -> int:
     return held + light.size_bytes
 
 
-def _frame_s(scene: Scene) -> dict[str, float]:
+def _frame_s(scene: Scene) -> dict[str, Figure]:
     from engine.gl.context import create_context
     from engine.gl.direct import DirectRenderer
     from engine.gl.transported import TransportRenderer
@@ -306,9 +305,9 @@ def _frame_s(scene: Scene) -> dict[str, float]:
                 renderer.draw(*views, target, size, samples=1)
                 context.finish()
 
-            frame_s = shortest(draw, RUNS, ENOUGH_S)
+            figure = undisturbed(draw)
             renderer.release()
             target.release()
-            return {"frame_s": frame_s}
+            return {"frame_s": figure}
     except MissingCapability:
         return {}

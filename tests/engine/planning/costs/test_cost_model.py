@@ -12,7 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from engine.core.steps import Step, Steps, drain
 from engine.core.stopwatch import background_load, spent
+from engine.planning.costs import machine_profile
 from engine.planning.costs.cost_model import (
     FRAME_TEACHES_S,
     MOST_CORRECTED,
@@ -122,6 +124,26 @@ def test_frames_teach_what_they_take(model: CostModel) -> None:
 def test_short_bakes_teach_nothing_and_odd_ones_little(model: CostModel) -> None:
     assert model.learned("sh", 0.1, 0.3) is model
     assert model.learned("sh", 1.0, 1e6).bakes["sh"][0] == pytest.approx(math.log(MOST_CORRECTED))
+
+
+@pytest.mark.parametrize(
+    ("loads", "kept"), [((0.0, 0.9), 0), ((0.4, 0.05, 0.0), 1), ((0.4, 0.5, 0.3, 0.0), 2), ((0.4, 0.5, 0.6), 0)]
+)
+def test_the_part_counts_that_others_disturbed_least(
+    loads: tuple[float, ...], kept: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told, rounds = iter(loads), iter(range(len(loads)))
+    monkeypatch.setattr(machine_profile, "background_load", lambda _before, _after: next(told))
+
+    def measure(tables: machine_profile.Tables) -> Steps[int]:
+        yield Step(0.0, "measuring")
+        number = next(rounds)
+        tables["ray"] = ((1.0, float(number)),)
+        return number
+
+    tables: machine_profile.Tables = {}
+    result, share = drain(machine_profile.quietest(measure, tables))
+    assert (result, share.load, tables) == (kept, loads[kept], {"ray": ((1.0, float(kept)),)})
 
 
 def test_other_programs_are_found_from_seconds_of_processors() -> None:
