@@ -130,7 +130,6 @@ SHORT_FILES = {
     "engine/core/kernels.py": "the compiler's settings; whoever does not compile must not load it",
     "engine/core/interrupts.py": "apart from what it guards: OpenGL and pictures that are compared",
     "engine/core/one_thread.py": "apart from kernels, so that it is there without the compiler",
-    "engine/core/stopwatch.py": "a clock, and how busy others kept the processors",
     "engine/surface/metallic_roughness.py": "one formula, that of the glTF specification",
     "engine/figures/papers/catalogue.py": "one figure",
     "engine/figures/papers/green_6.py": "one figure",
