@@ -23,9 +23,9 @@ from app.commands.workbench import Workbench
 from app.document.document import Project
 from app.document.import_choices import choose, path_of, reference_of, transfer_of, with_angle
 from app.widgets import theme
+from app.widgets.elevation_plot import ElevationPlot
 from app.widgets.empty_state import EmptyState, with_empty_state
 from app.widgets.image_view import Picture, photograph, rgb_image
-from app.widgets.plots import ElevationPlot
 from app.widgets.workspace import side_by_side
 from engine.capture.stack import ImageStack
 from engine.core.errors import InputError

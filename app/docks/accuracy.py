@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QDockWidget,
@@ -18,7 +19,6 @@ from PySide6.QtWidgets import (
 )
 
 from app.commands.workbench import Workbench
-from app.docks.tradeoff_plot import AXES, TradeoffPlot, colour_of
 from app.document.document import Project
 from app.document.measured import (
     Accuracy,
@@ -32,6 +32,7 @@ from app.document.measured import (
 from app.document.modes import mode_named, modes, why_not
 from app.jobs.jobs import Job
 from app.view.tab import ViewTab
+from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.number_field import mark
 from app.widgets.panels import Rows, button, enable, text, with_buttons
@@ -40,6 +41,9 @@ from engine.core.errors import UsageError
 from engine.core.figure_text import percent, time_text
 from engine.core.steps import Step
 from engine.tradeoff.front import Choice, budget_from_text, choose
+
+if TYPE_CHECKING:
+    from app.docks.tradeoff_plot import TradeoffPlot
 
 BUDGET = "Enter it as '8 ms and 100 MB' or '1 %'."
 
@@ -57,6 +61,14 @@ NARROWEST = 332
 #: Least height of the plot, and while there is nothing in it.
 PLOT_PX, EMPTY_PX = 120, 40
 
+#: Labels of the axis of each cost, and the factors to their units.
+AXES = {
+    "frame": ("Frame / ms", 1e3),
+    "relight": ("Relighting / ms", 1e3),
+    "bake": ("Bake / s", 1.0),
+    "memory": ("Memory / MB", 1e-6),
+}
+
 
 class AccuracyDock(QDockWidget):
     """Keeps what it measures in the project. `applied(Setting)` asks the View workspace for a setting."""
@@ -70,8 +82,6 @@ class AccuracyDock(QDockWidget):
         self.job: Job | None = None
         self.live: Accuracy | None = None
         self.choice: Choice | None = None
-        self.plot = TradeoffPlot()
-        self.plot.picked.connect(self.applied)
         self.legend = Legend()
         scroll = QScrollArea()  # rather than squeezes its rows where the dock is low
         scroll.setWidgetResizable(True)
@@ -86,6 +96,24 @@ class AccuracyDock(QDockWidget):
             changed.connect(self._show)
         self._show()
 
+    @cached_property
+    def plot(self) -> TradeoffPlot:
+        """The plot, which is made when it is first seen: its library takes longer than the rest of the window."""
+        from app.docks.tradeoff_plot import TradeoffPlot
+
+        plot = TradeoffPlot()
+        plot.picked.connect(self.applied)
+        self.left.insertWidget(self.left.indexOf(self.words), plot, 1)
+        return plot
+
+    @property
+    def _has_plot(self) -> bool:
+        return "plot" in vars(self)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._show()
+
     def sizeHint(self) -> QSize:
         return QSize(320, 300)
 
@@ -95,13 +123,12 @@ class AccuracyDock(QDockWidget):
         self.layout_ = QBoxLayout(QBoxLayout.Direction.TopToBottom, holder)
         self.layout_.setContentsMargins(PADDING, STEP, PADDING, STEP)
         self.layout_.setSpacing(2 * STEP)
-        left = QVBoxLayout()
-        left.setSpacing(0)
-        left.addWidget(self.legend)
-        left.addWidget(self.plot, 1)
+        self.left = QVBoxLayout()
+        self.left.setSpacing(0)
+        self.left.addWidget(self.legend)
         self.words = text("", "secondary", wrap=True)
-        left.addWidget(self.words)
-        self.layout_.addLayout(left, 1)
+        self.left.addWidget(self.words)
+        self.layout_.addLayout(self.left, 1)
         self.controls = Rows()
         self._fill(self.controls)
         self.layout_.addWidget(self.controls, 0, Qt.AlignmentFlag.AlignTop)
@@ -175,9 +202,10 @@ class AccuracyDock(QDockWidget):
 
     def _show(self) -> None:
         accuracy = self.accuracy
-        self.plot.show_points(accuracy, self.axis.currentData(), self.view.setting)
-        self.plot.setEnabled(accuracy is not None)
-        self.plot.setMinimumHeight(PLOT_PX if accuracy is not None else EMPTY_PX)
+        if self.isVisible() or self._has_plot:
+            self.plot.show_points(accuracy, self.axis.currentData(), self.view.setting)
+            self.plot.setEnabled(accuracy is not None)
+            self.plot.setMinimumHeight(PLOT_PX if accuracy is not None else EMPTY_PX)
         self.legend.show_modes(
             [mode.value for mode in modes() if accuracy and any(p.mode == mode.value for p in accuracy.points)]
         )
@@ -276,7 +304,8 @@ class AccuracyDock(QDockWidget):
 
     def apply_theme(self) -> None:
         """Draw in the colours of the current theme."""
-        self.plot.apply_theme()
+        if self._has_plot:
+            self.plot.apply_theme()
         self.legend.apply_theme()
 
 
@@ -311,3 +340,9 @@ def why_no_budget(words: str) -> str:
     except UsageError:
         return BUDGET
     return ""
+
+
+def colour_of(mode: str) -> str:
+    """The colour of a mode in the current theme."""
+    number = mode_named(mode).colour
+    return theme.LINES[number % len(theme.LINES)] if number >= 0 else theme.current().text

@@ -15,8 +15,9 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QPointF, Qt, Signal
 
+from app.docks.accuracy import AXES, colour_of
 from app.document.measured import Accuracy, describe
-from app.document.modes import mode_named, modes
+from app.document.modes import modes
 from app.factor.plot import log_ticks
 from app.widgets import theme
 from app.widgets.plots import Plot
@@ -25,14 +26,6 @@ from engine.tradeoff.front import front
 from engine.tradeoff.point import Point
 
 MARK_PX = 9
-
-#: Labels of the axis of each cost, and the factors to their units.
-AXES = {
-    "frame": ("Frame / ms", 1e3),
-    "relight": ("Relighting / ms", 1e3),
-    "bake": ("Bake / s", 1.0),
-    "memory": ("Memory / MB", 1e-6),
-}
 
 #: Errors below this are drawn on it: a logarithm needs an end.
 LEAST = 1e-6
@@ -195,9 +188,3 @@ class TradeoffPlot(Plot):
                 box = self.getPlotItem().getViewBox()
                 return QPointF(self.mapFromScene(box.mapViewToScene(QPointF(*self._place(point)))))
         return None
-
-
-def colour_of(mode: str) -> str:
-    """The colour of a mode in the current theme."""
-    number = mode_named(mode).colour
-    return theme.LINES[number % len(theme.LINES)] if number >= 0 else theme.current().text

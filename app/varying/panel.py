@@ -44,7 +44,7 @@ class VaryingPanel(Rows):
         self.row("Varies", with_buttons(self.list, self.add, self.remove), ABOUT)
         self.list.setAccessibleName("Varies")
         self.list.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        self.list.setMinimumContentsLength(4)
+        self.list.setMinimumContentsLength(2)
         self.form: VariationForm | None = None
         self._kind: Any = None
 

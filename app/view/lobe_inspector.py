@@ -20,7 +20,6 @@ from app.widgets import theme
 from app.widgets.controls import ComboBox
 from app.widgets.fitting import Fitting
 from app.widgets.panels import text
-from app.widgets.plots import colour_table
 from app.widgets.theme import PADDING, ROW, STEP, role
 from engine.brdf.brdf import Brdf
 from engine.core.directions import normalize
@@ -221,6 +220,8 @@ class HemispherePicture(QWidget):
         inside = np.isfinite(values)
         share = np.clip(np.where(inside, values, 0.0) / (highest if highest > 0.0 else 1.0), 0.0, 1.0)
         rgba = np.zeros((*values.shape, 4), np.uint8)
+        from app.widgets.plots import colour_table
+
         rgba[..., :3] = colour_table("viridis")[np.rint(255.0 * share).astype(np.int64)]
         rgba[..., 3] = np.where(inside, 255, 0)
         height, width = values.shape

@@ -77,7 +77,7 @@ class Plot(pg.PlotWidget):
         event.accept()
 
 
-class ElevationPlot(Plot):
+class Elevations(Plot):
     """Mean radiance of the photographs against the light's elevation.
 
     A click on a point selects its photograph; a click on the handle below it excludes it or takes it in again.

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from PySide6.QtCore import QByteArray, QLocale, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QCloseEvent, QCursor, QDragEnterEvent, QDropEvent, QResizeEvent
+from PySide6.QtGui import QCloseEvent, QCursor, QDragEnterEvent, QDropEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
-from app.brdf.tab import BrdfTab
 from app.capture.tab import CaptureTab
 from app.commands.workbench import Workbench
 from app.docks.arrangement import Docks
 from app.document.document import Look, Project
-from app.export.tab import ExportTab
-from app.factor.tab import FactorTab
 from app.help.keys import show_about, show_keys
 from app.help.manual import show_for_pointer
 from app.help.mode_chooser import ModeChooser
 from app.help.tour import Tour, first_hints
 from app.jobs.jobs import Job
-from app.material.tab import MaterialTab
 from app.project.places import projects_folder
 from app.session.settings import NUMBERS, Remembered, close_session, open_session
 from app.view.error_line import ErrorLine
@@ -50,6 +47,20 @@ from engine.core.colour import Operator
 from engine.core.errors import FileError
 from engine.core.figure_text import write_with
 
+if TYPE_CHECKING:
+    from app.brdf.tab import BrdfTab
+    from app.export.tab import ExportTab
+    from app.factor.tab import FactorTab
+    from app.material.tab import MaterialTab
+
+Tab = TypeVar("Tab", bound=Any)
+
+#: From the window on screen to the first of the workspaces behind it, and from one to the next.
+AFTER_MS, BETWEEN_MS = 100, 20
+
+#: Drawings of workspaces beside the model.
+DRAWN = {"brdf": "The sphere", "factor": "The preview"}
+
 FIRST, SMALLEST = QSize(1280, 800), QSize(1024, 700)
 
 #: Pixels that the frame around a window takes off the height of a screen, at most.
@@ -63,7 +74,11 @@ def first_size(screen: QSize) -> QSize:
 
 
 class MainWindow(QMainWindow):
-    """Owns the workbench and everything on screen. `closes`: it has kept its settings and ends its jobs now."""
+    """Owns the workbench and everything on screen. `closes`: it has kept its settings and ends its jobs now.
+
+    Workspaces that are not in front at the start, and the libraries that they need, come one after the other once the
+    window is on screen, or when they are first asked for. `tabs` are those that are there.
+    """
 
     closes = Signal()
 
@@ -77,7 +92,7 @@ class MainWindow(QMainWindow):
         self.resize(FIRST)
         self.setAcceptDrops(True)
         self.setAnimated(False)
-        self._has_title = False
+        self._has_title = self._is_closed = False
         self.failures = Failures(self)
         self._session = open_session() if config is None else None
         self.bench = Workbench(self._session or projects_folder(), self)
@@ -96,18 +111,74 @@ class MainWindow(QMainWindow):
         self.show_workspace("capture")
 
     def _make_workspaces(self) -> None:
-        self.capture = CaptureTab(self.bench)
-        self.material = MaterialTab(self.bench)
-        self.brdf = BrdfTab(self.bench)
-        self.factor = FactorTab(self.bench)
-        self.view = ViewTab(self.bench)
-        self.export = ExportTab(self.bench, self.view)
-        tabs = (self.capture, self.material, self.brdf, self.factor, self.view, self.export)
-        self.tabs: dict[str, QWidget] = dict(zip(WORKSPACES, tabs, strict=True))
+        self.capture, self.view = CaptureTab(self.bench), ViewTab(self.bench)
+        self.tabs: dict[str, Any] = {"capture": self.capture, "view": self.view}
         self.stack = Pages()
-        for tab in tabs:
-            self.stack.addWidget(tab)
+        for name in WORKSPACES:
+            self.stack.addWidget(self.tabs.get(name) or QWidget())
         self.view.pictures.measure(self.settings.now.measure_error)
+
+    @cached_property
+    def material(self) -> MaterialTab:
+        from app.material.tab import MaterialTab
+
+        return self._placed("material", MaterialTab(self.bench))
+
+    @cached_property
+    def brdf(self) -> BrdfTab:
+        from app.brdf.tab import BrdfTab
+
+        return self._placed("brdf", BrdfTab(self.bench))
+
+    @cached_property
+    def factor(self) -> FactorTab:
+        from app.factor.tab import FactorTab
+
+        return self._placed("factor", FactorTab(self.bench))
+
+    @cached_property
+    def export(self) -> ExportTab:
+        from app.export.tab import ExportTab
+
+        tab = ExportTab(self.bench, self.view)
+        tab.offer(self.projects.shown_name)
+        self.projects.switched.connect(lambda: tab.offer(self.projects.shown_name))
+        return self._placed("export", tab)
+
+    def _placed(self, name: str, tab: Tab) -> Tab:
+        """A workspace that was just made, in its place in the stack."""
+        at = list(WORKSPACES).index(name)
+        empty = cast(QWidget, self.stack.widget(at))
+        self.stack.removeWidget(empty)
+        empty.deleteLater()
+        self.stack.insertWidget(at, tab)
+        self.tabs[name] = tab
+        self._connect_workspace(name, tab)
+        tab.apply_theme()
+        return tab
+
+    def _connect_workspace(self, name: str, tab: Any) -> None:
+        """Connect the signals that a workspace has."""
+        broken = f"{DRAWN.get(name, 'The picture')} cannot be drawn"
+        for signal, slot in (
+            ("drawn", self.status.show_frame_time),
+            ("sample_wanted", self.bench.open_sample),
+            ("capture_wanted", lambda: self.show_workspace("capture")),
+            ("broken", lambda error: self.failures.report(broken, error)),
+        ):
+            if hasattr(tab, signal):
+                getattr(tab, signal).connect(slot)
+
+    def make_next(self) -> None:
+        """Make a workspace that is not there yet, and the others once events have been served."""
+        missing = next((name for name in WORKSPACES if name not in self.tabs), None)
+        if missing is not None and not self._is_closed:
+            getattr(self, missing)
+            QTimer.singleShot(BETWEEN_MS, self, self.make_next)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        QTimer.singleShot(AFTER_MS, self, self.make_next)
 
     def _make_top_bar(self) -> None:
         self.files = Files(self, self.bench, self.projects, self.settings, self.failures, self._is_lighting)
@@ -142,7 +213,6 @@ class MainWindow(QMainWindow):
         bench.document.unread.connect(lambda error: self.failures.report("This step cannot be read now", error))
         self.projects.changed.connect(self._show_title)
         self.projects.leaving.connect(self.view.come_to_rest)
-        self.projects.switched.connect(lambda: self.export.offer(self.projects.shown_name))
         bench.jobs.failed.connect(self._job_failed)
         bench.said.connect(self.status.say)
         for wanted in (bench.wanted, self.bar.wanted, menus.workspace_wanted):
@@ -162,20 +232,14 @@ class MainWindow(QMainWindow):
         self.status.health_clicked.connect(self.docks.show_health)
         self.docks.health.reported.connect(self.status.show_health)
         self.view.viewport.broken.connect(lambda error: self.failures.report("The model cannot be drawn", error))
-        self.brdf.broken.connect(lambda error: self.failures.report("The sphere cannot be drawn", error))
-        self.factor.broken.connect(lambda error: self.failures.report("The preview cannot be drawn", error))
-        for drawing in (self.view, self.brdf, self.factor):
-            drawing.drawn.connect(self.status.show_frame_time)
-        for tab in (self.capture, self.material, self.export):
-            tab.sample_wanted.connect(bench.open_sample)
+        for name, tab in self.tabs.items():
+            self._connect_workspace(name, tab)
         self.capture.files_wanted.connect(self.files.choose_folder)
-        for tab in (self.material, self.export):
-            tab.capture_wanted.connect(lambda: self.show_workspace("capture"))
         self._changed(Project(), bench.document.project)
 
     def show_workspace(self, name: str) -> None:
         """Bring the workspace `name` to the front."""
-        tab, focus = self.tabs[name], QApplication.focusWidget()
+        tab, focus = cast(QWidget, getattr(self, name)), QApplication.focusWidget()
         self.stack.setCurrentWidget(tab)
         if focus is None or not tab.isAncestorOf(focus):  # the keys of a workspace hold where the focus is in it
             (tab.focusWidget() or tab).setFocus(Qt.FocusReason.OtherFocusReason)
@@ -313,6 +377,7 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         self._keep_settings()
+        self._is_closed = True
         self.hide()
         self.projects.write()
         self.closes.emit()
@@ -353,7 +418,7 @@ class MainWindow(QMainWindow):
 
     def _tint(self) -> None:
         self.bar.apply_theme()
-        for tab in (self.capture, self.material, self.brdf, self.factor, self.view, self.export):
+        for tab in self.tabs.values():
             tab.apply_theme()
         self.status.apply_theme()
         self.docks.apply_theme()

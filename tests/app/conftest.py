@@ -167,6 +167,7 @@ def window(qapp: QApplication, qtbot: object, coarse: None, monkeypatch: pytest.
     measured only where a test asks for it (`window.view.pictures.measure`): it takes a reference.
     """
     from app.window.main_window import MainWindow
+    from app.window.top_bar import WORKSPACES
 
     unwritten: list[Path] = []
     monkeypatch.setattr("app.window.projects.Projects._rescue", lambda projects: unwritten.append(projects.path))
@@ -174,6 +175,8 @@ def window(qapp: QApplication, qtbot: object, coarse: None, monkeypatch: pytest.
     for name, value in AT_ONCE.items():
         monkeypatch.setattr(name, value)
     made = MainWindow(None)
+    while len(made.tabs) < len(WORKSPACES):
+        made.make_next()
     made.view.pictures.measure(False)
     made.show()
     qtbot.waitExposed(made)  # type: ignore[attr-defined]

@@ -10,13 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from engine.capture.lights.azimuth_spread import usual_motion
-from engine.capture.registration.pair_motion import Alignment
 from engine.core.health import Finding, Verdict
+
+if TYPE_CHECKING:
+    from engine.capture.registration.pair_motion import Alignment
 
 Matrix = NDArray[np.float64]
 Points = NDArray[np.float64]

@@ -22,7 +22,7 @@ def imported(window: MainWindow, qtbot: Any, photographs: Path) -> MainWindow:
 
 
 def test_the_handle_below_a_point_excludes_its_photograph(imported: MainWindow, qtbot: Any) -> None:
-    plot, document = imported.capture.plot, imported.bench.document
+    plot, document = imported.capture.plot.inside, imported.bench.document
     handle = plot.handles.points()[1]
     qtbot.wait(100)
     place = plot.mapFromScene(plot.getPlotItem().getViewBox().mapViewToScene(handle.pos()))

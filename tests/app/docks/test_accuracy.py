@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
-from app.docks.tradeoff_plot import AXES
+from app.docks.accuracy import AXES
 from app.document.bake_request import choices_for
 from app.document.document import Look
 from app.document.measured import (
