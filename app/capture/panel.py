@@ -93,14 +93,15 @@ class CapturePanel(Panel):
             return "There are no photographs to read again"
         if _running(self.bench.importing):
             return "The photographs are being imported"
-        return "" if project.import_choices != project.imported_with else "Nothing was changed"
+        is_as_chosen = project.stack is not None and project.import_choices == project.imported_with
+        return "Nothing was changed" if is_as_chosen else ""
 
     def _why_not_build(self, project: Project) -> str:
         if project.stack is None:
             return "Waiting for the photographs"
         if _running(self.bench.building):
             return "The material is being built"
-        return "" if project.built_from != project.recipe else "The material is up to date"
+        return "The material is up to date" if project.has_map and project.built_from == project.recipe else ""
 
     def apply_theme(self) -> None:
         """Redraw what does not follow the palette by itself."""

@@ -155,8 +155,9 @@ class Workbench(QObject):
 
     @property
     def _has_capture(self) -> bool:
-        importing = self.importing
-        return self._has_work or (importing is not None and not importing.over)
+        """True if there is or was a capture or a material, or one is being read."""
+        importing, was_read = self.importing, self.document.project.imported_with is not None
+        return self._has_work or was_read or (importing is not None and not importing.over)
 
     def open_photographs(self, paths: Sequence[Path]) -> None:
         """Import the capture that `paths` hold, in place of the one that is there."""

@@ -402,7 +402,7 @@ class MaterialTab(QWidget):
             why_not = "The material came from a bundle; building again needs the photographs"
         elif building is not None and not building.over:
             why_not = "The material is being built"
-        elif project.built_from == project.recipe:
+        elif project.has_map and project.built_from == project.recipe:
             why_not = "The material is up to date"
         self.surface.update_buttons(project)
         for each in (self.build, self.directional.build):

@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import Any
 
 from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from app.process import crash
@@ -67,6 +68,7 @@ class Failures(QObject):
         if not isinstance(error, LightarcError):
             self._faults_shown.add(key)
         box = QMessageBox(QMessageBox.Icon.Warning, "Lightarc", title, QMessageBox.StandardButton.Close, self.window)
+        box.button(QMessageBox.StandardButton.Close).setIcon(QIcon())  # the style's own is black, also on dark
         box.setInformativeText(message)
         if detail:
             box.setDetailedText(detail)

@@ -40,6 +40,7 @@ class Projects(QObject):
 
     def __init__(self, bench: Workbench, folder: Path) -> None:
         """`problem` is why the document is not on disk, without the path, and `details` all that is known of it.
+        `lost` says what is gone from the data folder, and the time that making it again takes.
 
         Projects without a place of their own lie in `folder`."""
         super().__init__(bench)
@@ -49,6 +50,7 @@ class Projects(QObject):
         self.is_read_only = False
         self.why_read_only = ""
         self.is_recovered = False
+        self.lost = ""
         self._recording: Recording | None = None
         bench.jobs.around = lambda job: running(bench.own, job.title, job.again)
         self._as_opened = bench.document.project
@@ -92,13 +94,14 @@ class Projects(QObject):
         lost = cost_text(each for each in noted(path) if not each.present)
         why_not = _why_not_claimed(path)
         self.finish()
-        self._show(path, found, bool(why_not), is_recovered=was_interrupted)
+        if found.missing:
+            lost = lost or "What was made from the sources is gone, and can be made again"
+        self._show(path, found, bool(why_not), is_recovered=was_interrupted, lost=lost)
         self.why_read_only = why_not
         self.changed.emit()
         self.opened.emit(path)
-        if found.missing or lost:
-            words = lost or "What was made from the sources is gone, and can be made again"
-            self.bench.said.emit(f"{path.name} is open. {words}")
+        if lost:
+            self.bench.said.emit(f"{path.name} is open. {lost}")
 
     def read_again(self) -> None:
         """Take the document and its history from the file, in which paths were changed."""
@@ -205,8 +208,10 @@ class Projects(QObject):
             return
         log.warning("%s could not be written; everything is in %s", self.path, path)
 
-    def _show(self, path: Path, found: Opened | None, read_only: bool, is_recovered: bool = False) -> None:
-        self.is_recovered, self._waits = is_recovered, True
+    def _show(
+        self, path: Path, found: Opened | None, read_only: bool, is_recovered: bool = False, lost: str = ""
+    ) -> None:
+        self.is_recovered, self.lost, self._waits = is_recovered, lost, True
         self.path, self.is_read_only, self.problem, self._is_elsewhere = path, read_only, "", False
         self.bench.folder = data_folder(path)
         self.bench.own = open_session() if read_only else self.bench.folder

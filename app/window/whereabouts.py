@@ -39,6 +39,7 @@ class Whereabouts(QObject):
     def look(self) -> None:
         """Look for the photographs of the project that is open now, and for changes in them."""
         self._say(Checked())
+        self._say_lost()
         path, project, read_only = self.projects.path, self.bench.document.project, self.projects.is_read_only
         if not files_of(project):
             return
@@ -55,6 +56,7 @@ class Whereabouts(QObject):
         """Photographs that were just imported are as they are; others are there, or not."""
         if new.stack is not old.stack:
             self.banners.say("changed", "")
+            self._say_lost()
         if self.missing and (new.sources is not old.sources or new.variations != old.variations):
             self.look()
 
@@ -70,6 +72,14 @@ class Whereabouts(QObject):
             words = f"{named(about.changed)} not as {was} imported. Nothing was made anew."
         hide = partial(self.banners.say, "changed", "")
         self.banners.say("changed", words, ("Import again", self._import), ("Hide", hide))
+
+    def _say_lost(self) -> None:
+        """Offer to make again what the photographs led to, where it is gone from the data folder."""
+        project = self.bench.document.project
+        is_lost = project.sources is not None and project.stack is None and project.imported_with is not None
+        words = f"{self.projects.lost}." if is_lost and self.projects.lost else ""
+        hide = partial(self.banners.say, "lost", "")
+        self.banners.say("lost", words, ("Import again", self._import), ("Hide", hide))
 
     def _import(self) -> None:
         project = self.bench.document.project

@@ -89,6 +89,27 @@ def test_a_project_that_moved_with_its_photographs_opens_without_a_word(
     assert all(each.is_file() and each.is_relative_to(elsewhere) for each in photographs(found))
 
 
+def test_what_is_gone_with_the_data_folder_is_made_again_at_a_button(
+    window: MainWindow, qtbot: Any, pictures: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = imported(window, qtbot, [pictures])
+    shutil.rmtree(data_folder(path))
+    opened(window, qtbot, path)
+    project = window.bench.document.project
+    assert (project.stack, project.has_map) == (None, False)
+    assert "an import of photographs. Making that again takes about" in window.banners.words["lost"]
+    assert window.capture.again.isEnabled()
+    arrived: list[Any] = []
+    monkeypatch.setattr("app.window.files.ask_for_photographs", lambda *said: arrived.append(said[-1]))
+    window.open([pictures])
+    qtbot.waitUntil(lambda: not window.bench.jobs.active, timeout=60_000)
+    assert arrived == [(pictures,)]
+    window.banners.of["lost"].buttons[0].click()
+    qtbot.waitUntil(lambda: window.bench.document.project.has_map, timeout=240_000)
+    assert window.banners.words == {}
+    assert window.bench.document.project.recipe == window.bench.document.project.built_from
+
+
 def test_photographs_that_changed_are_named_and_nothing_is_made_anew(
     window: MainWindow, qtbot: Any, pictures: Path
 ) -> None:
