@@ -53,7 +53,7 @@ TARGETS = (
         "Blender",
         "A script that makes two materials, PBR and the power law, and the .blend by Blender's module",
     ),
-    ("shaders", "Shaders", "GLSL and HLSL that evaluate the material itself"),
+    ("shaders", "Shaders", "GLSL, HLSL and OSL that evaluate the material itself"),
     ("web", "Web page", "A page with a light to drag, for any browser and for strict sites"),
     ("rti", "RTI", ".ptm, .rti and a tree for web viewers, for conservators"),
     ("brdf", "BRDF tables", "CSV, ALTA, MERL, RGL, and the nearest model as MaterialX"),

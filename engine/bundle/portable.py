@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from engine.brdf.brdf import brdf_from_text, model_name
 from engine.core.figure_text import percent
 from engine.core.params import parameters
 from engine.scene.material import Material, auto_sigma, fitted_error
-from engine.shading.directional.effective_light import effective_cosine
+from engine.shading.directional.effective_light import TILTS, TURNS, effective_cosine
 from engine.shading.power_law import Storage
 from engine.storage.records import TABLE
 
@@ -56,7 +57,7 @@ def shader(material: Material, loss: str = "") -> str:
     Its head states the error of a fitted BRDF, and what else is known of the `loss`.
     """
     template = "lightarc.glsl" if material.directional is None else "directional.glsl"
-    return shader_from(template, material, brdf_source(material), loss)
+    return shader_from(template, material, str, loss)
 
 
 def brdf_source(material: Material) -> str:
@@ -69,15 +70,15 @@ def brdf_source(material: Material) -> str:
     return _UNIFORM.sub(constant, brdf_glsl(model_name(brdf)))
 
 
-def shader_from(template: str, material: Material, brdf: str, loss: str) -> str:
-    """The functions of a template of resources/bundle with the text of a BRDF in the same language."""
+def shader_from(template: str, material: Material, translated: Callable[[str], str], loss: str) -> str:
+    """The functions of a template of resources/bundle, with GLSL `translated` to the language of the template."""
     return filled(
         (RESOURCES / "bundle" / template).read_text(encoding="utf-8"),
         NAME=_comment(material.name),
         LOSS=_comment(" ".join(filter(None, (fit_statement(material), loss))) or "The BRDF is not a fit.", 400),
         BRDF_TEXT=_comment(material.brdf),
-        BRDF=brdf,
-        **(_look_up_words(material) if material.directional is None else _directional_words(material)),
+        BRDF=translated(brdf_source(material)),
+        **(_look_up_words(material) if material.directional is None else _directional_words(material, translated)),
     )
 
 
@@ -89,7 +90,7 @@ def _look_up_words(material: Material) -> dict[str, str]:
     }
 
 
-def _directional_words(material: Material) -> dict[str, str]:
+def _directional_words(material: Material, translated: Callable[[str], str]) -> dict[str, str]:
     directional = material.directional
     assert directional is not None
     largest = effective_cosine(brdf_from_text(material.brdf)).largest
@@ -97,7 +98,9 @@ def _directional_words(material: Material) -> dict[str, str]:
         "PLANES": str(len(directional.planes)),
         "GAIN": _glsl(1.0 if material.sigma is None else material.sigma * largest / directional.r_max),
         "LOWEST": _glsl(directional.lowest),
-        "SEARCH": glsl_source("effective_light.glsl"),
+        "TILTS": str(TILTS),
+        "TURNS": str(TURNS),
+        "SEARCH": translated(glsl_source("effective_light.glsl")),
     }
 
 

@@ -78,7 +78,7 @@ TARGETS: tuple[Target, ...] = (
     Target("gltf", "glTF: a ball with the material, as .glb", in_8_bits, gltf.contents),
     Target("usd", "USD: a ball with UsdPreviewSurface, as .usdz", with_one_f0, usd.contents),
     Target("blender", "Blender: a script and, where Blender is at hand, a .blend", blender.shown, blender.contents),
-    Target("shaders", "GLSL and HLSL that evaluate the material itself", shaders.shown, shaders.contents),
+    Target("shaders", "GLSL, HLSL and OSL that evaluate the material itself", shaders.shown, shaders.contents),
     Target("web", "A page for any browser, and one for strict sites", web.shown, web.contents),
     Target("rti", "RTI: .ptm, .rti and a tree for web viewers", rti.shown, rti.contents),
     Target("brdf", "BRDF tables (CSV, ALTA, MERL, RGL) and the nearest model", brdf.shown, brdf.contents),

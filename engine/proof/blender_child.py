@@ -22,7 +22,8 @@ for each in list(bpy.data.objects):
     bpy.data.objects.remove(each)
 bpy.ops.mesh.primitive_plane_add(size=1.0)
 square = bpy.context.object
-square.scale = (unit * width, unit * height, 1.0)
+for vertex in square.data.vertices:  # a scale of the object would bend its normals
+    vertex.co.x, vertex.co.y = unit * width * vertex.co.x, unit * height * vertex.co.y
 square.data.materials.append(bpy.data.materials[material])
 for corner in square.data.uv_layers.active.data:
     corner.uv = [value / given["repeats"] for value in corner.uv]

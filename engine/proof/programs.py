@@ -41,6 +41,12 @@ PICTURE = "/picture"
 RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 NODE = (Path.cwd() / "build" / "node" / "node_modules", RESOURCES.parent / "build" / "node" / "node_modules")
 
+#: Entry points around shaders, by the suffixes of these, and the options of glslang for each.
+_ENTRIES = {
+    ".glsl": ("#version 330 core\n{}\nvoid main() {{}}\n", "-S", "frag"),
+    ".hlsl": ("{}\nfloat4 main() : SV_Target {{ return 0.0; }}\n", "-D", "-V", "-S", "frag", "-e", "main"),
+}
+
 _VALIDATE = """
 const validator = require(process.argv[2]);
 validator.validateBytes(new Uint8Array(require('fs').readFileSync(process.argv[1]))).then(
@@ -116,22 +122,24 @@ def validator(folder: Path) -> Drawn:
 
 
 def glslang(folder: Path) -> Drawn:
-    """The shaders of `folder` compiled by glslang, each with an entry point that calls it."""
+    """The GLSL and the HLSL of `folder` compiled by glslang, each with an entry point beside it."""
     compiler = shutil.which("glslangValidator")
     if compiler is None:
         return absent("shaders", "glslang", "the Debian package glslang-tools is not installed")
     version = subprocess.run([compiler, "--version"], capture_output=True, text=True, timeout=PATIENCE_S, check=False)
     number = next((line for line in version.stdout.splitlines() if "Glslang" in line), "glslang").split(":")[-1]
-    (source,) = folder.glob("*.glsl")
-    text = f"#version 330 core\n{source.read_text(encoding='utf-8')}\nvoid main() {{}}\n"
+    complaints, compiled = [], []
     with tempfile.TemporaryDirectory() as place:
-        whole = Path(place) / "whole.frag"
-        write_bytes(whole, text.encode())
-        words = [compiler, str(whole)]
-        done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE_S, check=False)
-    complaint = next((line for line in done.stdout.splitlines() if "ERROR" in line), "")
-    words_of_it = complaint[:160] if done.returncode else f"{source.name} compiles"
-    return Drawn("shaders", f"glslang {number}", None, f"{words_of_it}. It draws no pictures.", not done.returncode)
+        for suffix, (entry, *options) in _ENTRIES.items():
+            (source,) = folder.glob(f"*{suffix}")
+            whole = Path(place) / f"whole{suffix}"
+            write_bytes(whole, entry.format(source.read_text(encoding="utf-8")).encode())
+            words = [compiler, *options, str(whole)]
+            done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE_S, check=False, cwd=place)
+            compiled.append(source.name)
+            complaints += [line for line in done.stdout.splitlines() if "ERROR" in line][:1] if done.returncode else []
+    words_of_it = complaints[0][:160] if complaints else f"{' and '.join(compiled)} compile"
+    return Drawn("shaders", f"glslang {number}", None, f"{words_of_it}. It draws no pictures.", not complaints)
 
 
 @contextmanager

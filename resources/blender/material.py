@@ -50,6 +50,8 @@ def texture(nodes, links, where, file, space):
 
 def pbr():
     made, nodes, links = new_material(MATERIAL["name"])
+    if hasattr(made, "cycles"):
+        made.cycles.use_bump_map_correction = False  # it darkens steep slopes, which were measured as they look
     where, surface = place(nodes, links), nodes.new("ShaderNodeBsdfPrincipled")
     surface.distribution = "GGX"
     surface.inputs["IOR"].default_value = MATERIAL["ior"]

@@ -5,7 +5,7 @@
 
 float product_from_above(float tilt, vec2 heading)
 {
-    vec3 light = vec3(sin(tilt) * heading, cos(tilt));
+    vec3 light = vec3(sin(tilt) * heading.x, sin(tilt) * heading.y, cos(tilt));
     return dot(brdf(light, vec3(0.0, 0.0, 1.0)), LUMINANCE) * light.z;
 }
 
