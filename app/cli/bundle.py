@@ -22,10 +22,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "action",
         choices=("verify", "show", "extract", "view", "make"),
         help="verify: check everything; show: print the manifest; extract: write the members into a folder; view: open "
-        "the material in a browser; make: write the material of a project",
+        "the material in a browser; make: write the material of a project, or PBR maps of others",
     )
     parser.add_argument(
-        "path", type=Input(), metavar="BUNDLE", help="a .lightarc file or a bundle folder; for make a project (.lap)"
+        "path",
+        type=Input(),
+        metavar="BUNDLE",
+        help="a .lightarc file or a bundle folder; for make a project (.lap), a "
+        "folder of PBR textures, a MaterialX document or a glTF file",
     )
     parser.add_argument(
         "-o",
@@ -90,6 +94,8 @@ def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
 
     show(Step(0.0, "reading the bundle"))
     material = open_bundle(bundle)
+    if material.pbr is not None:
+        raise UsageError("PBR maps have no page; lightarc export --to gltf writes what any viewer of glTF shows")
     text = viewer(material)
     page = Path(tempfile.mkdtemp(prefix="lightarc-view-")) / "index.html"
     write_bytes(page, text.encode())
@@ -97,8 +103,20 @@ def _view(bundle: Path, show: Callable[[Step], None]) -> dict[str, Any]:
     return {"page": str(page), "opened": opened, "warnings": material.health.warnings}
 
 
-def _make(project: Path, output: Path, show: Callable[[Step], None]) -> None:
-    """Write the material that a project has; InputError where it has none, or where its data are gone."""
+def _make(source: Path, output: Path, show: Callable[[Step], None]) -> None:
+    """Write PBR maps of others, or the material of a project: InputError where it has none, or its data are gone."""
+    from engine.bundle.bundle import check_replaceable, save_bundle
+    from engine.exchange.readers.read import holds_pbr_maps, open_material
+
+    if holds_pbr_maps(source):
+        check_replaceable(output)
+        show(Step(0.0, "reading the maps"))
+        drain(save_bundle(output, open_material(source), provenance={"source": source.name}), show)
+        return
+    _make_of_project(source, output, show)
+
+
+def _make_of_project(project: Path, output: Path, show: Callable[[Step], None]) -> None:
     from app.commands.export_bundle import exported
     from app.project.project_file import read
     from app.project.report import chain_of, identity

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from engine.scene.scene import Scene
 
 #: Forms of a material of which a bundle may leave some out, but not all.
-PARTS = ("slices", "power-law", "planes")
+PARTS = ("slices", "power-law", "planes", "pbr")
 
 SIZE = (640, 480)
 
@@ -71,6 +71,7 @@ def exported(
         shading_map=whole.shading_map if "slices" in include else None,
         power_law=whole.power_law if "power-law" in include else None,
         directional=whole.directional if "planes" in include else None,
+        pbr=whole.pbr if "pbr" in include else None,
         name=path.name.removesuffix(".lightarc"),
     )
     check_replaceable(path)

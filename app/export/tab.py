@@ -35,11 +35,15 @@ PARTS = (
     ("slices", "Shading map, all slices", "shading_map.exr"),
     ("power-law", "Power law", "Scale, exponent, map of errors, and the slices of kept tiles"),
     ("planes", "Directional map, all planes", "directional_plane00.png and so on, their numbers and weights"),
+    ("pbr", "PBR maps", "pbr_maps.exr, 32-bit floats"),
 )
 ALWAYS = (
     ("BRDF", "brdf.json"),
-    ("Shader", "shader/lightarc.glsl"),
-    ("Viewer for a browser", "viewer/index.html, which shows the power law under a light that can be dragged"),
+    ("Shader", "shader/lightarc.glsl; PBR maps have none"),
+    (
+        "Viewer for a browser",
+        "viewer/index.html, which shows the power law or planes under a light that can be dragged; PBR maps have none",
+    ),
     ("Preview", "preview.png, as in the View workspace"),
     ("Manifest with provenance", "manifest.json"),
 )
@@ -313,6 +317,7 @@ def part_sizes(project: Project) -> dict[str, int]:
         "slices": shading_map.slices.nbytes if shading_map is not None else 0,
         "power-law": power_law.size_bytes if power_law is not None else 0,
         "planes": directional.planes.nbytes if directional is not None else 0,
+        "pbr": 0 if project.material.pbr is None else project.material.pbr.size_bytes,
     }
 
 

@@ -1,10 +1,10 @@
 """The bundle: a material as it leaves the program, in one folder or one `.lightarc` zip (the suffix decides).
 
-It holds the maps so that opening restores every bit (`engine.bundle.maps`); the shader and a page that show the
-material without this program; and a manifest with the provenance, the error figures and a fingerprint of each other
-member. The same material gives the same bytes: members carry no time of day. Reading trusts nothing: see
-`engine.storage.archive` for names and sizes, `engine.storage.records` for JSON; pixels are decoded in a child
-interpreter, after the manifest has said how many there must be.
+It holds the maps so that opening restores every bit (`engine.bundle.maps`, `engine.bundle.pbr`); of photographs the
+shader and a page that show the material without this program; and a manifest with the provenance, the error figures and
+a fingerprint of each other member. The same material gives the same bytes: members carry no time of day. Reading trusts
+nothing: see `engine.storage.archive` for names and sizes, `engine.storage.records` for JSON; pixels are decoded in a
+child interpreter, after the manifest has said how many there must be.
 Cost: compressing the maps (some 60 MB/s a core, a strip at a time) bounds saving, decompressing and hashing bound
 opening.
 """
@@ -42,6 +42,7 @@ from engine.bundle.maps import (
     shading_map_record,
 )
 from engine.bundle.members import OpenMember, folder_members, zip_members
+from engine.bundle.pbr import PBR, pbr_members, pbr_record, read_pbr
 from engine.core.errors import InputError, OutputError, UsageError
 from engine.core.steps import Step, Steps, part
 from engine.images.exr_strips import Planes, write_exr_strips
@@ -62,7 +63,7 @@ from engine.storage.scratch import release
 SUFFIX = ".lightarc"
 MANIFEST = "manifest.json"
 BRDF, PREVIEW, SHADER, VIEWER = "brdf.json", "preview.png", "shader/lightarc.glsl", "viewer/index.html"
-MEMBERS = MAPS | DIRECTIONAL | {MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
+MEMBERS = MAPS | DIRECTIONAL | {PBR, MANIFEST, BRDF, TABLE, PREVIEW, SHADER, VIEWER}
 
 _JSON_LIMIT_BYTES = 16 << 20
 _SMALL_LIMIT_BYTES = 256 << 20
@@ -224,12 +225,15 @@ def _contents(material: Material, preview: bytes | None) -> dict[str, Callable[[
     contents = map_members(material)
     if material.directional is not None:
         contents |= directional_members(material.directional)
+    if material.pbr is not None:
+        contents |= pbr_members(material.pbr)
     if material.power_law is not None or material.directional is not None:
         contents[VIEWER] = lambda: viewer(material).encode()
     contents[BRDF] = lambda: brdf_json(material).encode()
     if isinstance(measured := material.measured, Table):
         contents[TABLE] = lambda: encode_table(measured)[0]
-    contents[SHADER] = lambda: shader(material).encode()
+    if material.pbr is None:
+        contents[SHADER] = lambda: shader(material).encode()
     contents[PREVIEW] = lambda: preview or swatch(material)
     return contents
 
@@ -257,7 +261,7 @@ def _manifest(
     material: Material, provenance: Mapping[str, Any], figures: Mapping[str, Any], members: dict[str, Member]
 ) -> Manifest:
     return Manifest(
-        schema_version=1 if material.directional is None else 2,
+        schema_version=3 if material.pbr is not None else 1 if material.directional is None else 2,
         name=material.name,
         brdf=material.brdf,
         sigma=None if material.sigma is None else float(material.sigma),
@@ -269,6 +273,7 @@ def _manifest(
         shading_map=shading_map_record(material.shading_map),
         power_law=power_law_record(material.power_law),
         directional=directional_record(material.directional),
+        pbr=pbr_record(material.pbr),
         health=HealthRecord.of(material.health),
         members=members,
     )
@@ -286,6 +291,7 @@ def _material(archive: Archive, manifest: Manifest) -> Material:
             health=manifest.health.restored(),
             measured=_measured(archive, manifest),
             directional=read_directional(archive, manifest),
+            pbr=read_pbr(archive, manifest),
         )
     except ValueError as error:
         raise InputError(archive.path, f"holds a material that cannot be: {error}", "Export the bundle again") from None
@@ -361,10 +367,10 @@ def _check_values(material: Material) -> None:
         maps["the error map"] = material.power_law.error_map
         if material.power_law.kept is not None:
             maps["the kept tiles"] = material.power_law.kept.slices
-    if material.pbr is not None:
-        raise UsageError("a bundle holds a material from photographs; PBR maps leave by lightarc export")
-    if not maps and material.directional is None:
-        raise UsageError("the material has neither a shading map nor a power law nor a directional map")
+    if not maps and material.directional is None and material.pbr is None:
+        raise UsageError("the material has neither a shading map nor a power law, a directional map or PBR maps")
+    if material.pbr is not None and (maps or material.directional is not None):
+        raise UsageError("PBR maps stand in place of what comes from photographs, and not beside it")
     for name, values in maps.items():
         low, high = _extremes(values)
         if not (np.isfinite(low) and np.isfinite(high) and (low >= 0 or name in _MAY_BE_NEGATIVE)):
@@ -386,5 +392,6 @@ def _size_estimate(material: Material) -> int:
     shading_map, power_law = material.shading_map, material.power_law
     size_bytes = shading_map.slices.nbytes if shading_map is not None else 0
     size_bytes += material.measured.values.nbytes if isinstance(material.measured, Table) else 0
+    size_bytes += material.pbr.size_bytes if material.pbr is not None else 0
     size_bytes += material.directional.planes.nbytes if material.directional is not None else 0
     return size_bytes + (power_law.size_bytes + power_law.error_map.nbytes if power_law is not None else 0)

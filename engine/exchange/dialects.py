@@ -34,6 +34,9 @@ _OSL = {
 #: Numbers of a vector by their names.
 _PLACES = {"x": 0, "y": 1, "z": 2, "r": 0, "g": 1, "b": 2}
 
+_HLSL_WORD = re.compile(r"\b(" + "|".join(_HLSL) + r")\b")
+_OSL_WORD = re.compile(r"\b(" + "|".join(_OSL) + r")\b")
+
 _CONSTANT = re.compile(r"^const ", re.MULTILINE)
 _ARRAY = re.compile(r"= float\[\d+\]\(([^;]*)\);")
 _VECTOR = re.compile(r"\bvec([234])\(")
@@ -41,6 +44,7 @@ _VECTOR = re.compile(r"\bvec([234])\(")
 _OSL_ARRAY = re.compile(r"^const float (\w+)\[(\d+)\] = float\[\d+\]\(([^;]*)\);", re.MULTILINE)
 _OSL_CONSTANT = re.compile(r"^const \w+ (\w+) = ([^;]*);", re.MULTILINE)
 _OSL_CONST = re.compile(r"\bconst (?=float|vec)")
+_INDEXED = re.compile(r"\b([A-Za-z_]\w*)\[(\w+)\]")
 _PAIR = re.compile(r"\b([A-Za-z_]\w*)\.([xyz])([xyz])\b")
 _PLACE = re.compile(r"\b([A-Za-z_]\w*)\.([xyzrgb])\b")
 
@@ -51,23 +55,18 @@ def hlsl_of(glsl: str) -> str:
     A constructor with one scalar becomes a cast, constants become static, arrays take braces, and words their others.
     """
     text = _ARRAY.sub(r"= {\1};", _CONSTANT.sub("static const ", glsl))
-    return _with_words(_HLSL, "".join(_constructors(text, _cast)))
+    return _HLSL_WORD.sub(lambda word: _HLSL[word[1]], "".join(_constructors(text, _cast)))
 
 
 def osl_of(glsl: str) -> str:
     """The text of a shader of resources/shaders in OSL, whose triples are vectors."""
     arrays = [found[1] for found in _OSL_ARRAY.finditer(glsl)]
     text = _OSL_ARRAY.sub(r"float \1(int k)\n{\n    float numbers[\2] = {\3};\n    return numbers[k];\n}", glsl)
-    for name in arrays:
-        text = re.sub(rf"\b{name}\[(\w+)\]", rf"{name}(\1)", text)
+    text = _INDEXED.sub(lambda found: f"{found[1]}({found[2]})" if found[1] in arrays else found[0], text)
     text = _OSL_CONST.sub("", _OSL_CONSTANT.sub(r"#define \1 \2", text))
     text = _PAIR.sub(lambda pair: f"vec2({pair[1]}[{_PLACES[pair[2]]}], {pair[1]}[{_PLACES[pair[3]]}])", text)
     text = _PLACE.sub(lambda place: f"{place[1]}[{_PLACES[place[2]]}]", text)
-    return _with_words(_OSL, "".join(_constructors(text, _triple)))
-
-
-def _with_words(others: dict[str, str], text: str) -> str:
-    return re.sub(r"\b(" + "|".join(others) + r")\b", lambda word: others[word[1]], text)
+    return _OSL_WORD.sub(lambda word: _OSL[word[1]], "".join(_constructors(text, _triple)))
 
 
 def _cast(width: str, inside: str, commas: int) -> str:

@@ -14,14 +14,16 @@ import numpy as np
 from engine.proof.square import Drawn, Floats, lamp, middle
 
 
-def rti(folder: Path) -> list[Drawn]:
-    """The `.rti` and the `.ptm` of three channels of `folder`, relit by the lamp."""
-    (hemispherical,) = folder.glob("*.rti")
-    polynomials = next(path for path in folder.glob("*.ptm") if not path.stem.endswith("_lrgb"))
-    return [
-        Drawn("rti", "HSH 1.2, read by its format", linear(relit_hsh(hemispherical.read_bytes())), "The .rti, relit."),
-        Drawn("rti", "PTM 1.2, read by its format", linear(relit_ptm(polynomials.read_bytes())), "The .ptm, relit."),
-    ]
+def drawn_by_hsh(folder: Path) -> Drawn:
+    """The `.rti` of `folder`, relit by the lamp."""
+    (file,) = folder.glob("*.rti")
+    return Drawn("rti", "HSH 1.2, read by its format", linear(relit_hsh(file.read_bytes())), "The .rti, relit.")
+
+
+def drawn_by_ptm(folder: Path) -> Drawn:
+    """The `.ptm` of three channels of `folder`, relit by the lamp."""
+    file = next(path for path in folder.glob("*.ptm") if not path.stem.endswith("_lrgb"))
+    return Drawn("rti", "PTM 1.2, read by its format", linear(relit_ptm(file.read_bytes())), "The .ptm, relit.")
 
 
 def relit_hsh(content: bytes) -> Floats:

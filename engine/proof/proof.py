@@ -19,19 +19,20 @@ import numpy as np
 
 from engine.core.colour import to_display8
 from engine.core.figure_text import percent
-from engine.core.steps import Step, Steps, part
+from engine.core.steps import Step, Steps, drain, part
 from engine.exchange.export import NAMES, departure, written
-from engine.exchange.rti import has_sides
+from engine.exchange.rti import fitted, has_sides
 from engine.exchange.rti import shown as rti_shown
 from engine.exchange.subject import Settings, Subject
 from engine.figures.contact_sheet import Panel, Row, draw_sheet
 from engine.images.encode import encode_png
 from engine.proof.blender import cycles, eevee, our_power_law
-from engine.proof.formats import rti
+from engine.proof.formats import drawn_by_hsh, drawn_by_ptm, linear
 from engine.proof.libraries import absent, materialx, mitsuba, on_a_ball, usd
 from engine.proof.programs import glslang, three, validator
-from engine.proof.square import Drawn, Floats, drawn_by_us, middle, relative_rmse
+from engine.proof.square import Drawn, Floats, drawn_by_us, lamp, middle, relative_rmse
 from engine.scene.material import Material
+from engine.shading.directional.interpolation import polynomial
 from engine.storage.atomic import write_bytes
 
 if TYPE_CHECKING:
@@ -96,7 +97,8 @@ def _asked(folder: Path, subject: Subject) -> Steps[list[Compared]]:
         ("Cycles", lambda: [cycles(folder / "blender", size)], by_maps),
         ("EEVEE", lambda: [_looked_up(folder, subject)], our_power_law(subject.material)),
         ("Mitsuba", lambda: [mitsuba(folder / "brdf")], ball),
-        ("RTI", lambda: _relit(folder, subject), _our_rti(subject)),
+        ("HSH", lambda: [_relit(folder, subject, drawn_by_hsh)], _our_hsh(subject)),
+        ("PTM", lambda: [_relit(folder, subject, drawn_by_ptm)], _our_ptm(subject)),
         ("USD", lambda: [usd(folder / "usd")], None),
         ("glTF validator", lambda: [validator(folder / "gltf")], None),
         ("glslang", lambda: [_compiled(folder, subject)], None),
@@ -124,15 +126,23 @@ def _ours(subject: Subject, f0: float | None) -> Floats:
     return middle(drawn_by_us(subject.shown_as("png8", f0), subject.maps.size, 1.0 / subject.white))
 
 
-def _our_rti(subject: Subject) -> Floats | None:
+def _our_hsh(subject: Subject) -> Floats | None:
     shown = rti_shown(subject, Settings())
     return None if shown is None else middle(drawn_by_us(shown, subject.maps.size, 1.0))
 
 
-def _relit(folder: Path, subject: Subject) -> list[Drawn]:
+def _our_ptm(subject: Subject) -> Floats | None:
+    """The polynomials before they are rounded."""
     if not has_sides(subject):
-        return [absent("rti", "RTI", "the lamps stood on one arc")]
-    return rti(folder / "rti")
+        return None
+    terms = drain(fitted(subject, polynomial))
+    return linear(terms.coefficients @ terms.basis(lamp()[None])[0])
+
+
+def _relit(folder: Path, subject: Subject, read: Callable[[Path], Drawn]) -> Drawn:
+    if not has_sides(subject):
+        return absent("rti", "RTI", "the lamps stood on one arc")
+    return read(folder / "rti")
 
 
 def _our_ball(subject: Subject) -> Floats:

@@ -3,7 +3,8 @@
 Floats are written so that they come back bit for bit (shortest decimal that does); a health figure that is not finite
 is written as the text "nan", "inf" or "-inf".
 A bundle of a newer schema is refused, never half understood. Schema 1 holds shading maps of one arc; schema 2 is
-written where there is a directional map, and knows the key `directional` besides.
+written where there is a directional map, and knows the key `directional` besides; schema 3 where there are PBR maps,
+with the key `pbr`.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from engine.core.errors import InputError
 from engine.core.health import Finding, Health, Verdict
 
 FORMAT: Literal["lightarc-bundle"] = "lightarc-bundle"
-SCHEMA_VERSION: Literal[2] = 2
+SCHEMA_VERSION: Literal[3] = 3
 
 #: The member that holds a measured BRDF (`engine.brdf.readers.table_file`), where there is one.
 TABLE = "brdf_table.exr"
@@ -145,6 +146,27 @@ class DirectionalRecord(_Strict):
     mean_picture_rmse_srgb8: NonNegative
 
 
+class PbrErrorsRecord(_Strict):
+    """Errors of PBR maps against their photographs, as `MapErrors`; None where one is not known."""
+
+    in_sample: NonNegative | None = None
+    left_out: NonNegative | None = None
+    mean_picture: NonNegative | None = None
+    normal_sigma: NonNegative | None = None
+
+
+class PbrRecord(_Strict):
+    """The numbers of PBR maps; their pixels are in pbr_maps.exr, `maps` by name, and one sigma of each if known."""
+
+    height_px: Side
+    width_px: Side
+    maps: Annotated[list[Text], Field(min_length=5, max_length=7)]
+    uncertainty: bool
+    observed_slopes: Literal["both", "along the arc", "none"]
+    observed_azimuth: Finite | None
+    errors: PbrErrorsRecord
+
+
 Direction = Annotated[list[Annotated[float, Field(ge=-1, le=1)]], Field(min_length=3, max_length=3)]
 
 
@@ -169,7 +191,7 @@ class Manifest(_Strict):
     """Everything of a bundle that is not pixels."""
 
     format: Literal["lightarc-bundle"] = FORMAT
-    schema_version: Literal[1, 2] = 1
+    schema_version: Literal[1, 2, 3] = 1
     name: Text
     brdf: Text
     sigma: Positive | None
@@ -181,6 +203,7 @@ class Manifest(_Strict):
     shading_map: ShadingMapRecord | None
     power_law: PowerLawRecord | None
     directional: DirectionalRecord | None = None
+    pbr: PbrRecord | None = None
     health: HealthRecord
     members: dict[str, Member]
 
@@ -188,12 +211,15 @@ class Manifest(_Strict):
     def _has_its_schema(self) -> Manifest:
         if (self.schema_version == 2) != (self.directional is not None):
             raise ValueError("a directional map belongs to schema 2 and to no other")
+        if (self.schema_version == 3) != (self.pbr is not None):
+            raise ValueError("PBR maps belong to schema 3 and to no other")
         return self
 
 
 def write_manifest(manifest: Manifest) -> bytes:
     """The manifest, sealed with its own fingerprint, as indented JSON in UTF-8."""
-    value = manifest.model_dump(exclude={"directional"} if manifest.directional is None else None)
+    absent = {name for name in ("directional", "pbr") if getattr(manifest, name) is None}
+    value = manifest.model_dump(exclude=absent)
     sealed = {**value, "manifest_sha256": _seal(value)}
     return (json.dumps(sealed, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode()
 

@@ -125,6 +125,13 @@ class PbrMaps:
         """(H, W) in texels."""
         return self.roughness.shape[0], self.roughness.shape[1]
 
+    @property
+    def size_bytes(self) -> int:
+        """Bytes of all maps and their uncertainty."""
+        names = ("base_colour", "normal", "roughness", "metallic", "f0", "height", "occlusion")
+        found = [getattr(source, name) for source in (self, self.uncertainty) for name in names if source is not None]
+        return sum(values.nbytes for values in found if values is not None)
+
 
 def _check(name: str, values: Map | None, shape: tuple[int, ...], low: float, high: float) -> None:
     if values is None:

@@ -35,6 +35,7 @@ from engine.bundle.bundle import (
     verify_bundle,
 )
 from engine.bundle.directional import DIRECTIONAL
+from engine.bundle.pbr import PBR
 from engine.core.errors import InputError, OutputError
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import drain
@@ -47,7 +48,7 @@ from engine.storage import archive, atomic, records
 from engine.storage.records import TABLE
 from tests.engine.brdf.readers.test_table_file import holed_table
 
-PLAIN = MEMBERS - DIRECTIONAL - {"power_law_exponent.png", "power_law_kept_tiles.exr", TABLE}
+PLAIN = MEMBERS - DIRECTIONAL - {PBR, "power_law_exponent.png", "power_law_kept_tiles.exr", TABLE}
 PNG = b"\x89PNG\r\n\x1a\nnot looked into"
 #: Every such operation of saving fails in one round of a campaign.
 ROUNDS = 12

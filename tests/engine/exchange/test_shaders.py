@@ -56,6 +56,7 @@ def by_the_engine(material: Material) -> np.ndarray:
 def oblique_dome() -> Material:
     """A directional map of several planes, for its texels face all sides, that a glossy BRDF looks up."""
     stack = dome_stack()
+    assert stack.azimuth is not None
     slope = np.random.default_rng(4).uniform(-0.5, 0.5, (2, *stack.radiance.shape[1:3]))
     around = np.stack([np.cos(stack.azimuth), np.sin(stack.azimuth)])
     tilted = 1.0 + np.einsum("in,ihw->nhw", around, slope) / np.tan(stack.elevation)[:, None, None]

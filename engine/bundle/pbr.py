@@ -1,0 +1,99 @@
+"""The PBR maps of a bundle: one OpenEXR of 32-bit floats, which gives every bit back.
+
+Its channels are base_colour.R, G, B, normal.R, G, B (x, y, z), roughness, metallic and f0, height and occlusion where
+they are known, and with `sigma.` before their names one standard deviation of each, where that is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from engine.bundle.maps import Produce, maps_member
+from engine.core.errors import InputError
+from engine.images.exr_strips import Planes
+from engine.storage.archive import Archive
+from engine.storage.records import Manifest, PbrErrorsRecord, PbrRecord
+from engine.surface.pbr_maps import MapErrors, ObservedSlopes, PbrMaps, Uncertainty
+
+PBR = "pbr_maps.exr"
+
+_ALWAYS, _WHERE_KNOWN = ("base_colour", "normal", "roughness", "metallic", "f0"), ("height", "occlusion")
+_SIGMA = "sigma."
+
+#: Maps of three channels; of the uncertainties, that of normals is one angle.
+_COLOURS = ("base_colour", "normal", f"{_SIGMA}base_colour")
+
+_UNITS = "base_colour: linear sRGB; normal: x right, y up, z out; roughness: alpha is its square; height: texels"
+
+Maps = NDArray[np.float32]
+
+
+def pbr_members(maps: PbrMaps) -> dict[str, Produce]:
+    """Producer of the member."""
+    return {PBR: lambda: Planes(_channels(maps), {"unit": _UNITS})}
+
+
+def pbr_record(maps: PbrMaps | None) -> PbrRecord | None:
+    if maps is None:
+        return None
+    errors = {name: _number(getattr(maps.errors, name)) for name in PbrErrorsRecord.model_fields}
+    return PbrRecord(
+        height_px=maps.size[0],
+        width_px=maps.size[1],
+        maps=[name for name in (*_ALWAYS, *_WHERE_KNOWN) if getattr(maps, name) is not None],
+        uncertainty=maps.uncertainty is not None,
+        observed_slopes=maps.observed.kind,
+        observed_azimuth=None if maps.observed.azimuth is None else float(maps.observed.azimuth),
+        errors=PbrErrorsRecord(**errors),
+    )
+
+
+def read_pbr(archive: Archive, manifest: Manifest) -> PbrMaps | None:
+    """The PBR maps of a bundle, bit for bit; None where it holds none. ValueError for values that no maps have."""
+    record = manifest.pbr
+    if record is None:
+        return None
+    if set(record.maps) != {*_ALWAYS, *(set(record.maps) & set(_WHERE_KNOWN))} or len(set(record.maps)) < len(
+        record.maps
+    ):
+        raise InputError(archive.path, f"{PBR} has other maps than those of a BRDF", "Export the bundle again")
+    names = [*record.maps, *(f"{_SIGMA}{name}" for name in record.maps if record.uncertainty)]
+    planes = [channel for name in names for channel in _names(name)]
+    pixels = dict(
+        zip(planes, maps_member(archive, manifest, PBR, planes, record.height_px, record.width_px), strict=True)
+    )
+    found = {name: _joined([pixels[channel] for channel in _names(name)]) for name in names}
+    sigma = {name: found.get(f"{_SIGMA}{name}") for name in record.maps}
+    errors = {name: np.nan if value is None else value for name, value in record.errors.model_dump().items()}
+    return PbrMaps(
+        **{name: found[name] for name in record.maps},
+        uncertainty=Uncertainty(**sigma) if record.uncertainty else None,  # type: ignore[arg-type]
+        observed=ObservedSlopes(record.observed_slopes, record.observed_azimuth),
+        errors=MapErrors(**errors),
+    )
+
+
+def _channels(maps: PbrMaps) -> dict[str, Maps]:
+    sources = {"": maps} if maps.uncertainty is None else {"": maps, _SIGMA: maps.uncertainty}
+    channels: dict[str, Maps] = {}
+    for prefix, source in sources.items():
+        for name in (*_ALWAYS, *_WHERE_KNOWN):
+            values = getattr(source, name)
+            if values is not None:
+                planes = np.moveaxis(values, 2, 0) if values.ndim == 3 else [values]
+                channels |= zip(_names(f"{prefix}{name}"), planes, strict=True)
+    return channels
+
+
+def _names(name: str) -> list[str]:
+    return [f"{name}.{channel}" for channel in "RGB"] if name in _COLOURS else [name]
+
+
+def _joined(planes: list[Maps]) -> Maps:
+    return np.ascontiguousarray(np.stack(planes, axis=2) if len(planes) > 1 else planes[0])
+
+
+def _number(value: float) -> float | None:
+    """A figure of the record; None for one that is not known."""
+    return float(value) if np.isfinite(value) else None
