@@ -110,6 +110,7 @@ LARGE = (
     *(name for name in MEASURES if name.endswith(("-large", "-24mp")) or name.startswith("transport-paid-off")),
     "hostile-text",
     "surface",
+    "surface-sigma",
     "held-out",
     "alignment-arc",
     "transport-errors",
@@ -131,6 +132,7 @@ ACCURACIES = {
     "alignment-arc": "engine.bench.alignment:measures",
     "directions": "engine.bench.directions:directions",
     "surface": "engine.bench.surface:surface",
+    "surface-sigma": "engine.bench.surface:deviations",
     "held-out": "engine.bench.held_out:held_out",
     "ray-misses": "engine.bench.transport.rays:ray_misses",
     "transport-errors": "engine.bench.transport.wavelet:transport_errors",
@@ -153,6 +155,7 @@ OPTIONS = {
     "window-soak": ("runs", "run_s", "seed", "log"),
     "cancel": ("runs", "seed"),
     "large-memory": ("megapixels", "photographs"),
+    "surface-sigma": ("scenes", "seed"),
     "factors": ("data", "samplings", "seed"),
 }
 
@@ -173,9 +176,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--seed",
         type=int,
         metavar="N",
-        help="seed of cancel and factors, or of the first run of window-soak or scene of predictions; more count up",
+        help="seed of cancel and factors, or of the first run of window-soak, scene of predictions or material of "
+        "surface-sigma; more count up",
     )
-    parser.add_argument("--scenes", type=int, metavar="N", help="scenes of predictions (10)")
+    parser.add_argument(
+        "--scenes", type=int, metavar="N", help="scenes of predictions (10), or materials of surface-sigma (24)"
+    )
     parser.add_argument(
         "--modes",
         nargs="+",

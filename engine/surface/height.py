@@ -2,9 +2,10 @@
 
 The height h minimises Σ w (Δh − s)² over all pairs of neighbours, s being the mean of the slopes of both and w the
 inverse of its variance: a slope that shadows or highlights hide counts for little. The normal equations are
-Dᵀ W D h = Dᵀ W s, solved by conjugate gradients; the preconditioner is the same equation with equal weights, which
-cosine transforms solve exactly (Frankot1988 does so with Fourier transforms and nothing else), between two scalings by
-the root of the weights at each texel. The mean of the height is zero; its plane is that of the slopes.
+Dᵀ W D h = Dᵀ W s, solved by conjugate gradients. Equal weights make them an equation that cosine transforms solve
+exactly (Frankot1988 does so with Fourier transforms and nothing else): it is the start and the preconditioner. Scaling
+it by the weights of each texel would mix fine detail of the weights into broad waves of the height, which then converge
+last. The mean of the height is zero; its plane is that of the slopes.
 
 Bound by the transforms: two for each iteration, some 0.2 s per megatexel. Memory: seven arrays in double precision.
 """
@@ -19,8 +20,8 @@ from engine.core.steps import Step, Steps, part
 
 Array = NDArray[np.float64]
 
-#: Residual over that of a flat surface at which iterations end, and their number at most.
-TOLERANCE, ITERATIONS = 1e-5, 200
+#: Error over that of a flat surface, in the norm of slopes, at which iterations end, and their number at most.
+TOLERANCE, ITERATIONS = 1e-4, 200
 
 #: Variances are kept within these multiples of their median.
 RANGE = (0.05, 1e3)
@@ -46,28 +47,29 @@ def height_from_slopes(right: Array, up: Array, variance: Array) -> Steps[Array]
     down = _weight(variance[:-1], variance[1:])
     wanted_across = 0.5 * (right[:, :-1] + right[:, 1:])
     wanted_down = -0.5 * (up[:-1] + up[1:])
-    scale = 1.0 / np.sqrt(_diagonal(across, down))
     inverse = _inverse_eigenvalues(*right.shape)
-    height = np.zeros_like(right)
-    residual = _divergence(across * wanted_across, down * wanted_down)
-    size = float(np.sqrt((residual**2 * scale**2).sum()))
-    if size == 0.0:
-        return height
+
+    def evenly(flow: Array) -> Array:
+        """The solution for equal weights."""
+        return np.asarray(fft.idctn(inverse * fft.dctn(flow, norm="ortho", workers=2), norm="ortho", workers=2))
+
+    height = evenly(_divergence(wanted_across, wanted_down))
+    flat = _divergence(across * wanted_across, down * wanted_down)
+    enough = TOLERANCE**2 * float((flat * evenly(flat)).sum())
+    residual = flat - _divergence(across * np.diff(height, axis=1), down * np.diff(height, axis=0))
     direction, before = np.zeros_like(height), 1.0
     for iteration in range(ITERATIONS):
         yield Step(iteration / ITERATIONS, "solving for the height")
-        conditioned = scale * fft.idctn(
-            inverse * fft.dctn(scale * residual, norm="ortho", workers=2), norm="ortho", workers=2
-        )
+        conditioned = evenly(residual)
         now = float((residual * conditioned).sum())
+        if now <= enough:
+            break
         direction = conditioned + (now / before if iteration else 0.0) * direction
         before = now
         applied = _divergence(across * np.diff(direction, axis=1), down * np.diff(direction, axis=0))
         step = now / float((direction * applied).sum())
         height += step * direction
         residual -= step * applied
-        if float(np.sqrt((residual**2 * scale**2).sum())) < TOLERANCE * size:
-            break
     return np.asarray(height - height.mean())
 
 
@@ -97,6 +99,17 @@ def lens_variance(values: NDArray[np.float32]) -> NDArray[np.float32]:
     """
     bend = 0.5 * LENS**2 * ndimage.laplace(values, mode="nearest")
     return np.asarray(ndimage.gaussian_filter(bend * bend, ALIKE, mode="nearest"), np.float32)
+
+
+def unresolved(slope: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(H, W) that GGX alpha² seems to grow by, as slopes (H, W, 2) differ within what a lens and a texel show as one.
+
+    Slopes of Beckmann's facets, as which those of GGX are taken here, have the variance alpha²/2 along each axis, to
+    which the surface's own adds (Olano2010): a gradient g is the variance (σ² + 1/12) g² to a Gaussian of deviation σ
+    and a square of side 1.
+    """
+    squares = sum(np.square(np.gradient(slope[..., of], axis=along)) for of in (0, 1) for along in (0, 1))
+    return np.asarray((LENS**2 + 1.0 / 12.0) * ndimage.gaussian_filter(squares, ALIKE, mode="nearest"), np.float32)
 
 
 def height_deviation(variance: Array) -> Steps[Array]:
@@ -145,15 +158,6 @@ def _divergence(across: Array, down: Array) -> Array:
     result[1:] += down
     result[:-1] -= down
     return result
-
-
-def _diagonal(across: Array, down: Array) -> Array:
-    """Sum of the weights of each texel's neighbours, over their number."""
-    total, number = np.zeros((across.shape[0], down.shape[1])), np.zeros((across.shape[0], down.shape[1]))
-    for weights, ends in ((across, np.s_[:, 1:]), (across, np.s_[:, :-1]), (down, np.s_[1:]), (down, np.s_[:-1])):
-        total[ends] += weights
-        number[ends] += 1.0
-    return np.asarray(total / np.maximum(number, 1.0))
 
 
 def _inverse_eigenvalues(rows: int, columns: int) -> Array:

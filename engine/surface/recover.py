@@ -20,7 +20,7 @@ from engine.capture.stack import ImageStack
 from engine.core.figure_text import number
 from engine.core.health import Finding, Health, Verdict
 from engine.core.steps import Step, Steps, part
-from engine.surface.height import disagreement, height_deviation, height_from_slopes, lens_variance
+from engine.surface.height import disagreement, height_deviation, height_from_slopes, lens_variance, unresolved
 from engine.surface.lamps import Lamps, lamps
 from engine.surface.pbr_maps import DIELECTRIC_F0, Map, MapErrors, PbrMaps, Uncertainty
 from engine.surface.reflectance import FEWEST_FOR_GLOSS, Array, fitted_rows, kinds, metallic_roughness
@@ -69,6 +69,9 @@ def recover(
     for channel in range(3):
         own = planes.sigma["base_colour"][..., channel]
         np.minimum(np.hypot(own, np.sqrt(lens_variance(planes.base_colour[..., channel]))), 1.0, out=own)
+    # roughness is alpha^(1/2), so that alpha² is out by 4 roughness³ times its error
+    of_relief = unresolved(planes.slope) / (4.0 * planes.roughness**3)
+    planes.sigma["roughness"] = np.minimum(np.hypot(planes.sigma["roughness"], of_relief), 0.5).astype(np.float32)
     fitted = time.perf_counter()
     height = height_sigma = occlusion = occlusion_sigma = None
     if seen.observed.kind == "both":

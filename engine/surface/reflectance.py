@@ -47,6 +47,11 @@ LEAST_SPREAD, LEAST_KNOWN = (0.02, 0.01), 16
 #: very rough one is all but diffuse; a wide prior would then find none, and no dielectric has none.
 BRIGHTEST_DIELECTRIC = 0.06
 
+#: Deviation of the roughness of all texels together: light that bounces and lobes of another shape err alike under all
+#: lamps, and so does a kind's prior of F, with which roughness moves. ρ and F move with it. Found on 24 generated
+#: materials; `lightarc bench --only surface-sigma` counts the texels of others.
+ROUGHNESS_DEVIATION = 0.03
+
 #: Blocks of neighbouring lamps, the photographs in one at least, and every which texel of the sample they are tried on.
 BLOCKS, FEWEST_IN_BLOCK, EVERY = 8, 2, 4
 
@@ -57,6 +62,9 @@ ABOVE_WHITE = 1e-3
 #: which a metal must explain more.
 F0_SPREAD, METAL_EVIDENCE = 0.02, 9.0
 
+#: Largest f0 of a dielectric, of index 2.6.
+BRIGHTEST_F0 = 0.2
+
 #: Values of metallic that are tried.
 METALLIC = np.linspace(0.0, 1.0, 21)
 
@@ -65,13 +73,15 @@ METALLIC = np.linspace(0.0, 1.0, 21)
 class Kinds:
     """Texels that look alike: `colour` (K, 3) roots of mean colours, `priors` (K, 4) as `WIDE`; and `white`.
 
-    `growth` (K, 4) are the factors, 1 or more, of the variances of slopes, roughness, ρ and F.
+    `growth` (K, 4) are the factors, 1 or more, of the variances of slopes, roughness, ρ and F; `deviation` is that of
+    the roughness by which all texels may err alike.
     """
 
     colour: Array
     priors: Array
     white: float
     growth: Array
+    deviation: float = 0.0
 
     def of(self, values: NDArray[np.float32]) -> NDArray[np.int64]:
         """(T,) the kind of texels of radiance (N, T, 3)."""
@@ -125,6 +135,8 @@ def fit(
         COLUMNS,
         COV_AB,
         COV_REFLECTANCE,
+        DIFFUSE_BY_R,
+        SPECULAR_BY_R,
         VAR_A,
         VAR_B,
         VAR_DIFFUSE,
@@ -141,6 +153,11 @@ def fit(
     found[:, [VAR_A, VAR_B, COV_AB]] *= growth[:, :1]
     found[:, [VAR_ROUGHNESS, VAR_DIFFUSE, VAR_SPECULAR]] *= growth[:, 1:]
     found[:, COV_REFLECTANCE] *= np.sqrt(growth[:, 2] * growth[:, 3])
+    found[:, VAR_ROUGHNESS] += kinds.deviation**2
+    by_diffuse, by_specular = kinds.deviation * found[:, [DIFFUSE_BY_R, SPECULAR_BY_R]].T
+    found[:, VAR_DIFFUSE] += by_diffuse**2
+    found[:, VAR_SPECULAR] += by_specular**2
+    found[:, COV_REFLECTANCE] += by_diffuse * by_specular
     return found
 
 
@@ -176,7 +193,8 @@ def kinds(stack: ImageStack, used: NDArray[np.int64], lamps: Lamps, white: float
         priors[plain, :2] = [_prior(found[label == kind], start[0], 1.0)[:2] for kind in np.flatnonzero(plain)]
         priors[plain, 2:] = NARROW[2:]
     alike = Kinds(centres, priors, one.white, np.ones((count, 4)))
-    return replace(alike, growth=(yield from part(_growth(values, usable, towards, lamps, alike), 0.5, 1.0)))
+    growth = yield from part(_growth(values, usable, towards, lamps, alike), 0.5, 1.0)
+    return replace(alike, growth=growth, deviation=ROUGHNESS_DEVIATION)
 
 
 def _growth(
@@ -244,31 +262,40 @@ def metallic_roughness(diffuse: Array, specular: Array, variance: Array) -> Refl
     bend = np.maximum(low - 2.0 * middle + high, 1e-12)
     shift = np.where(best == inside, np.clip(0.5 * (low - high) / bend, -0.5, 0.5), 0.0)
     metallic = np.clip(METALLIC[best] + step * shift, 0.0, 1.0)
-    base, f0, _, base_variance = _of_metallic(metallic, diffuse, specular, precision)
-    f0_variance = 1.0 / (1.0 / F0_SPREAD**2 + 3.0 * (1.0 - metallic) ** 2 * precision[2])
+    # the reflectance of a dielectric has heard a prior in the fit
+    base, f0, _, base_variance, f0_variance = _of_metallic(metallic, diffuse, specular, precision, metallic > 0.0)
     sigma = np.clip(step * np.sqrt(2.0 / bend), 0.0, 0.5)
     return Reflectance(base, metallic, f0, np.minimum(np.sqrt(base_variance), 1.0), sigma, np.sqrt(f0_variance))
 
 
 def _of_metallic(
-    metallic: Array, diffuse: Array, specular: Array, precision: tuple[Array, Array, Array]
-) -> tuple[Array, Array, Array, Array]:
-    """Base colour, f0, squared deviations and variance of the base colour, where metallic (T,) is given."""
+    metallic: Array,
+    diffuse: Array,
+    specular: Array,
+    precision: tuple[Array, Array, Array],
+    ambiguous: NDArray[np.bool_] | bool = True,
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Base colour, f0, squared deviations, and variances of both, where metallic (T,) is given.
+
+    Without the base colour, the squares of a channel are κ (metallic ρ − d (F − (1 − metallic) f0))², with κ the
+    determinant of the precision over that of the base colour. Channels err alike, by their shared lobe and slopes, and
+    count as one for f0; where they are `ambiguous`, f0 has the prior `F0_SPREAD`.
+    """
     p, q, r = (each[:, None] for each in precision)
-    m = metallic[:, None]
-    d = (1.0 - m) * (1.0 - np.clip(specular, 0.0, 0.95))
-    f0 = np.full_like(metallic, DIELECTRIC_F0)
+    m, rest = metallic[:, None], 1.0 - metallic[:, None]
+    d = rest * (1.0 - np.clip(specular, 0.0, 0.95))
     within = p * d * d + 2.0 * q * d * m + r * m * m
-    base = np.zeros_like(diffuse)
-    for _ in range(3):
-        rest = specular - (1.0 - m) * f0[:, None]
-        base = np.clip(((p * d + q * m) * diffuse + (q * d + r * m) * rest) / within, 0.0, 1.0)
-        off_d, off_s = diffuse - d * base, specular - m * base
-        pull = ((1.0 - m) * (q * off_d + r * off_s)).sum(axis=1) + DIELECTRIC_F0 / F0_SPREAD**2
-        f0 = np.clip(pull / (3.0 * (1.0 - metallic) ** 2 * precision[2] + 1.0 / F0_SPREAD**2), 0.0, 0.2)
-    off_d, off_s = diffuse - d * base, specular - m * base - (1.0 - m) * f0[:, None]
+    weight = (p * r - q * q) / within * d * rest
+    own = np.where(ambiguous, 1.0 / F0_SPREAD**2, 0.0)
+    known = (weight * d * rest).mean(axis=1) + own
+    f0 = ((weight * (d * specular - m * diffuse)).mean(axis=1) + own * DIELECTRIC_F0) / np.maximum(known, 1e-12)
+    f0 = np.where(known > 0.0, np.clip(f0, 0.0, BRIGHTEST_F0), DIELECTRIC_F0)
+    base = ((p * d + q * m) * diffuse + (q * d + r * m) * (specular - rest * f0[:, None])) / within
+    base = np.clip(base, 0.0, 1.0)
+    off_d, off_s = diffuse - d * base, specular - m * base - rest * f0[:, None]
     cost = (p * off_d**2 + 2.0 * q * off_d * off_s + r * off_s**2).sum(axis=1)
-    return base, f0, cost + ((f0 - DIELECTRIC_F0) / F0_SPREAD) ** 2, 1.0 / within
+    prior = ((f0 - DIELECTRIC_F0) / F0_SPREAD) ** 2
+    return base, f0, cost + prior, 1.0 / within, 1.0 / np.maximum(known, 1.0 / 0.5**2)
 
 
 def fitted_rows(

@@ -34,10 +34,11 @@ from engine.core.kernels import parallel, prange, scalar
 from engine.core.quickselect import nth_smallest
 
 #: Columns of the result: slopes, roughness, ρ, F, variances of the slopes and their covariance, variances of the
-#: roughness, ρ and F, covariance of ρ and F, and the deviation of a residual.
+#: roughness, ρ and F, covariance of ρ and F, the deviation of a residual, and how ρ and F move with the roughness.
 A, B, ROUGHNESS, DIFFUSE, SPECULAR = 0, 1, 2, 3, 6
 VAR_A, VAR_B, COV_AB, VAR_ROUGHNESS, VAR_DIFFUSE, VAR_SPECULAR, COV_REFLECTANCE, DEVIATION = range(9, 17)
-COLUMNS = 17
+DIFFUSE_BY_R, SPECULAR_BY_R = 17, 18
+COLUMNS = 19
 
 #: Slopes of more than 80° and roughness below what a lamp of one degree shows are not told.
 STEEPEST, LEAST_ROUGHNESS = 5.67, 0.12
@@ -293,7 +294,7 @@ def _refine(value, grey, is_usable, lamp, across_free, prior, lambertian, weight
             kept += 1
     mean /= max(kept, 1)
     row[VAR_A:] = np.inf
-    row[ROUGHNESS], row[DEVIATION] = prior[0], 0.0
+    row[ROUGHNESS], row[DEVIATION], row[DIFFUSE_BY_R], row[SPECULAR_BY_R] = prior[0], 0.0, 0.0, 0.0
     row[DIFFUSE:VAR_A] = 0.0
     if mean <= 1e-6:
         row[A], row[B] = 0.0, 0.0
@@ -341,6 +342,7 @@ def _refine(value, grey, is_usable, lamp, across_free, prior, lambertian, weight
 def _covariances(products, prior, strength, across_free, lambertian, row):  # type: ignore[no-untyped-def]
     """Variances and covariances of all parameters, into `row`: (Golub1973) that of ρ and F, x, where p are the others,
     is strength (X⁻¹ + X⁻¹ M P⁻¹ Mᵀ X⁻¹), X being the normal equations of x, P those of p without x, and M the mixed.
+    What moves with the roughness are the means over channels of −X⁻¹ M.
     """
     aa, ab, ar, bb, br, rr = _normal_equations(
         products, prior, strength, across_free, lambertian, row[A], row[B], row[ROUGHNESS], row
@@ -367,6 +369,8 @@ def _covariances(products, prior, strength, across_free, lambertian, row):  # ty
         if not across_free:
             b_c, b_s = 0.0, 0.0
         r_c, r_s = f * products[C, S_R], f * products[S, S_R]
+        row[DIFFUSE_BY_R] -= (p * r_c + q * r_s) / 3.0
+        row[SPECULAR_BY_R] -= (q * r_c + r * r_s) / 3.0
         d_a, d_b, d_r = p * a_c + q * a_s, p * b_c + q * b_s, p * r_c + q * r_s
         f_a, f_b, f_r = q * a_c + r * a_s, q * b_c + r * b_s, q * r_c + r * r_s
         x = d_a * of_a[0] + d_b * of_a[1] + d_r * of_a[2]

@@ -47,6 +47,22 @@ def test_slopes_that_are_not_known_do_not_count() -> None:
     assert np.abs(even - (height - height.mean()))[40:].max() > 0.4
 
 
+def test_broad_waves_are_found_through_weights_that_change_from_texel_to_texel() -> None:
+    row, column = np.mgrid[:128, :128]
+    height = 6.0 * np.cos(np.pi * row / 127.0) * np.cos(2.0 * np.pi * column / 127.0)
+    variance = 1e-3 * np.exp(1.5 * np.random.default_rng(4).standard_normal(height.shape))
+    solving, steps = height_from_slopes(*slopes(height), variance), 0
+    while True:
+        try:
+            next(solving)
+            steps += 1
+        except StopIteration as ended:
+            found = ended.value
+            break
+    assert np.abs(found - height + height.mean()).max() < 0.01 * np.ptp(height)
+    assert steps < 60
+
+
 def test_a_flat_surface_is_flat() -> None:
     flat = np.zeros((5, 7))
     assert not drain(height_from_slopes(flat, flat, np.ones((5, 7)))).any()

@@ -1,0 +1,59 @@
+"""Stated deviations against the errors on generated materials, and reflectances that photographs tell well."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from engine.bench.surface import errors_over_sigma, generated
+from engine.core.steps import drain
+from engine.surface.height import LENS, unresolved
+from engine.surface.recover import recover
+from engine.surface.reflectance import metallic_roughness
+
+
+def test_texels_err_as_they_say() -> None:
+    """Shares of texels of two dielectrics; the deviations of many materials are counted by the bench."""
+    within = []
+    for seed in (101, 104):
+        made = generated(seed, size=20)
+        used = np.arange(len(made.stack.sources))
+        maps = drain(recover(made.stack, used, white=made.white, left_out=False)).maps
+        ratio = errors_over_sigma(made, maps)
+        within.append(
+            [[np.mean(ratio[name] < limit) for limit in (1.0, 2.0)] for name in ("roughness", "f0", "height")]
+        )
+    print(np.round(within, 2).tolist())
+    for one, two in np.mean(within, axis=0):
+        assert 0.5 < one < 0.95
+        assert two > 0.8
+
+
+@pytest.mark.parametrize("f0", [0.025, 0.04, 0.08])
+def test_a_dielectric_that_is_told_well_keeps_its_reflectance_and_deviation(f0: float) -> None:
+    """Of ρ and F whose errors go together, as those of a diffuse part and a broad lobe do."""
+    base, sigma = np.array([[0.5, 0.3, 0.1]]), (0.006, 0.004)
+    variance = np.array([[sigma[0] ** 2, sigma[1] ** 2, -0.97 * sigma[0] * sigma[1]]])
+    found = metallic_roughness(base * (1.0 - f0), np.full((1, 3), f0), variance)
+    assert found.metallic[0] == 0.0
+    assert found.f0[0] == pytest.approx(f0, rel=1e-6)
+    assert found.f0_sigma[0] == pytest.approx(sigma[1], rel=0.01)
+    np.testing.assert_allclose(found.base_colour, base, rtol=1e-6)
+
+
+def test_a_metal_is_told_from_a_dielectric() -> None:
+    base, variance = np.array([[0.9, 0.6, 0.3]]), np.array([[1e-4, 1e-4, 0.0]])
+    found = metallic_roughness(np.zeros((1, 3)), base, variance)
+    assert found.metallic[0] == pytest.approx(1.0)
+    np.testing.assert_allclose(found.base_colour, base, rtol=1e-3)
+
+
+def test_slopes_within_a_texel_spread_as_samples_of_them_do() -> None:
+    """A cylinder's slope, of gradient g across and none along, sampled as the lens and a square texel weigh it."""
+    gradient, random = 0.2, np.random.default_rng(1)
+    place = LENS * random.standard_normal(200_000) + random.uniform(-0.5, 0.5, 200_000)
+    drawn = float(2.0 * np.mean([np.var(gradient * place), 0.0]))  # of both axes
+    slope = np.zeros((9, 9, 2), np.float32)
+    slope[..., 0] = gradient * np.arange(9)
+    found = unresolved(slope)
+    np.testing.assert_allclose(found, np.full(found.shape, drawn), rtol=0.02)
