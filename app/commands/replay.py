@@ -110,8 +110,8 @@ def _surface_again(project: Project, stack: ImageStack, folder: Path) -> Steps[d
     """The maps of the surface, of those photographs that they were made of, beside the maps of the project."""
     from engine.surface.write import known_maps, write_surface
 
-    of, excluded = project.surface_from or (None, project.excluded)
-    again = dataclasses.replace(project, stack=stack, excluded=excluded)
+    of, excluded, *white = project.surface_from or (None, project.excluded)
+    again = dataclasses.replace(project, stack=stack, excluded=excluded, white=white[0] if white else None)
     surface = yield from part(surface_of(again), 0.0, 0.8)
     provenance = {**stack.provenance, "excluded_photographs": sorted(excluded)}
     yield from part(write_surface(folder / "surface", surface, provenance, software("normals")), 0.8, 1.0)

@@ -28,7 +28,8 @@ def make_maps(bench: Workbench) -> Job:
 
 def recipe(project: Project) -> tuple[object, ...]:
     """The parts of a project that its maps depend on; they are out of date where these are not `surface_from`."""
-    return (project.stack, project.excluded)
+    made = (project.stack, project.excluded)
+    return made if project.white is None else (*made, project.white)
 
 
 def surface_of(project: Project) -> Steps[Surface]:
@@ -38,7 +39,13 @@ def surface_of(project: Project) -> Steps[Surface]:
     from engine.surface.recover import recover
 
     assert project.stack is not None
-    return (yield from recover(project.stack, included(project.stack, project.excluded)))
+    return (yield from recover(project.stack, included(project.stack, project.excluded), white=project.white))
+
+
+def set_white(bench: Workbench, white: float | None) -> None:
+    """The radiance of a white card that faces a lamp, from which colours count; None to find it in the photographs."""
+    if white != bench.document.project.white:
+        bench.document.change("White card", white=white)
 
 
 def _made(bench: Workbench, project: Project, surface: Surface) -> None:
@@ -63,7 +70,7 @@ def saved(project: Project, folder: Path) -> Steps[list[str]]:
     from engine.surface.write import write_surface
 
     assert project.surface is not None
-    stack, excluded = project.surface_from or (None, frozenset())
+    stack, excluded, *_ = project.surface_from or (None, frozenset())
     provenance = {} if stack is None else {**stack.provenance, "excluded_photographs": sorted(excluded)}
     check_outputs([(str(folder), MAPS)], ())
     return (yield from part(write_surface(folder, project.surface, provenance, software("normals")), 0.0, 1.0))

@@ -357,6 +357,7 @@ class Workbench(QObject):
                 "built_from": (),
                 "surface": None,
                 "surface_from": None,
+                "white": None,
                 "name": bundle.name,
                 "look": with_view(now.look, bundle.provenance),
                 "came_from": {**now.came_from, **found.parts.get("came_from", {})},

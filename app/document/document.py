@@ -169,7 +169,8 @@ class Project:
     `camera` is where the model is seen from; None where it is framed. `views` are those that a person keeps, by name.
     `notes` are a person's own words.
     `surface` are the maps of the surface behind the photographs, and `surface_from` the stack and the photographs left
-    out of which they were made.
+    out of which they were made. `white` is the radiance of a white card that faces a lamp, in units of the photographs'
+    white level, where a person knows it.
     """
 
     sources: Sources | None = None
@@ -189,6 +190,7 @@ class Project:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     surface: Surface | None = None
     surface_from: tuple[Any, ...] | None = None
+    white: float | None = None
     mesh: Mesh | None = None
     environment: EnvironmentMap | None = None
     look: Look = field(default_factory=Look)

@@ -16,6 +16,7 @@ from app.jobs.newest import Latest
 from app.material.surface_maps import GREY, MAPS, Shown, shown
 from app.widgets.empty_state import EmptyState
 from app.widgets.image_view import ImageView
+from app.widgets.number_field import NumberField
 from app.widgets.panels import Pages, Panel, Segments, button, enable, text
 from app.widgets.plots import ColourBar
 from app.widgets.report import Report
@@ -36,6 +37,12 @@ PAGES = (
 SHOWS = (
     ("map", "Map", "The map itself"),
     ("error", "Uncertainty", "One standard deviation of the map in each texel"),
+)
+
+#: Sources of the radiance of a white card.
+WHITES = (
+    ("found", "Found", "The white level of the photographs, or more where texels are brighter"),
+    ("known", "Known", "The radiance of a white card that faces a lamp, as you measured it in a photograph"),
 )
 
 #: Words for the slopes that lamps tell.
@@ -94,6 +101,12 @@ class SurfacePage(QWidget):
         self.resolution = seen.figure("Size")
         self.lamps = seen.figure("Photographs")
         self.slopes = seen.figure("Slopes", "The slopes that the lamps of the capture can tell")
+        self.whites = Segments(WHITES)
+        self.whites.chosen.connect(self._white_chosen)
+        seen.row("White card", self.whites)
+        self.white = NumberField(1.0, 1e-3, 1e3, log=True)
+        self.white.edited.connect(self._white_edited)
+        seen.row("Radiance", self.white)
         self.one_arc = text("", "warning", wrap=True)
         seen.wide(self.one_arc)
         errors = panel.section("Errors in codes of 255")
@@ -119,6 +132,9 @@ class SurfacePage(QWidget):
     def show_project(self, project: Project) -> None:
         """Show the maps of `project`, or that there are none."""
         found = project.surface
+        self.whites.choose("found" if project.white is None else "known")
+        if project.white is not None:
+            self.white.show_value(project.white)
         self.pages.setCurrentIndex(0 if found is None else 1)
         if found is self.surface:
             return
@@ -168,6 +184,13 @@ class SurfacePage(QWidget):
         self.error.setText(made.error)
         self.error.show()
 
+    def _white_chosen(self, how: str) -> None:
+        commands.set_white(self.bench, self.white.value if how == "known" else None)
+
+    def _white_edited(self, value: float, final: bool) -> None:
+        if final:
+            commands.set_white(self.bench, value)
+
     def _make(self) -> None:
         self.making = commands.make_maps(self.bench)
         self.update_buttons(self.bench.document.project)
@@ -188,6 +211,10 @@ class SurfacePage(QWidget):
         elif project.surface is not None and project.surface_from == commands.recipe(project):
             why_not = "The maps are up to date"
         enable(self.make, why_not, "Find the surface behind the photographs that are in use")
+        no_stack = "Needs the photographs of the capture" if project.stack is None else ""
+        enable(self.whites, no_stack)
+        known = "" if project.white is not None else "The white card is found in the photographs"
+        enable(self.white, no_stack or known, "1 is the white level of the photographs; colours are shares of it")
         self.make.setText("Make surface maps" if project.surface is None else "Make them again")
         enable(self.save, "" if project.surface is not None else "There are no maps yet", "As EXR and PNG, with errors")
 

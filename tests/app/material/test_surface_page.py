@@ -13,6 +13,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFileDialog
 
+from app.commands.surface import surface_of
 from app.document.document import Project
 from app.material.surface_maps import error_words
 from app.project.project_file import History, Writer, read
@@ -127,6 +128,28 @@ def test_maps_are_out_of_date_when_a_photograph_is_left_out(window: MainWindow, 
     assert page.make.text() == "Make them again"
     window.bench.document.change("No photographs", stack=None)
     assert "Needs the photographs" in page.make.toolTip()
+
+
+def test_a_white_card_that_is_known_is_a_step_and_puts_maps_out_of_date(window: MainWindow, qtbot: Any) -> None:
+    given(window, qtbot)
+    page, document = window.material.surface, window.bench.document
+    assert not page.white.isEnabled()
+    qtbot.mouseClick(page.whites.buttons["known"], Qt.MouseButton.LeftButton)
+    assert document.project.white == page.white.value == 1.0
+    page.white.setFocus()
+    page.white.selectAll()
+    qtbot.keyClicks(page.white, "0.5")
+    qtbot.keyClick(page.white, Qt.Key.Key_Return)
+    assert (document.project.white, document.undo_stack.undoText()) == (0.5, "White card")
+    assert page.make.text() == "Make them again"
+    assert page.make.isEnabled()
+    assert drain(surface_of(document.project)).white == 0.5
+    window.undo.trigger()
+    assert page.white.value == 1.0
+    window.undo.trigger()
+    assert document.project.white is None
+    assert page.whites.value == "found"
+    assert "up to date" in page.make.toolTip()
 
 
 def test_cancelled_maps_leave_nothing(window: MainWindow, qtbot: Any) -> None:
