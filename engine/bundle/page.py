@@ -1,12 +1,13 @@
 """The page of a material: zoom, pan and a light that can be dragged, in any browser with WebGL 2.
 
-It is put together from resources/viewer: a document, a style sheet and four scripts. As one file it carries all within
+It is put together from resources/viewer: a document, a style sheet and five scripts. As one file it carries all within
 itself, loads nothing and opens from a disk; in parts, script, style and pictures lie beside it, as sites want it whose
 policy allows no code within a page. Its maps are the power-law pair in 16 bits, each as two 8-bit PNG pictures (high
 and low byte), because browsers read no floats; the error is half of 1/65535 of a map's largest value. Of a directional
 map they are the planes, three in a picture, and the table of their weights in 16 bits. PBR maps, where they are given,
-are further channels in 8 bits. Maps above 1024 texels are averaged down, and the page says so. It shares the GLSL of
-the window (resources/shaders), includes written out.
+are further channels in 8 bits. These maps are averaged down to 1024 texels; what is finer comes in tiles as it is seen
+(`engine.bundle.pyramid`), in the one file as far as that keeps below the limit of a bundle's member, and the page says
+what it holds. It shares the GLSL of the window (resources/shaders), includes written out.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import base64
 import json
 import math
 import re
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,10 +25,20 @@ from numpy.typing import NDArray
 
 from engine.brdf.brdf import MODELS, Brdf, brdf_from_text, model_name
 from engine.bundle.portable import RESOURCES, brdf_glsl, filled, fit_statement, glsl_source
+from engine.bundle.pyramid import (
+    MARGIN,
+    TILE,
+    Layer,
+    bytes_of,
+    codes_of,
+    coding_error,
+    level_sizes,
+    planes_in_layers,
+    tiles,
+)
 from engine.core.colour import srgb_encode
 from engine.core.errors import InputError, UsageError
 from engine.core.params import Parameter, parameters
-from engine.render.mip_maps import planes_by_three
 from engine.scene.material import Material
 from engine.shading.directional.planes import DirectionalMap
 from engine.shading.power_law import PowerLawMap
@@ -37,13 +49,16 @@ from engine.surface.pbr_maps import PbrMaps
 #: Longest side of the maps in the page, in texels.
 VIEWER_SIDE = 1024
 
+#: Bytes of pixels in a page of one file, whose PNG in base64 then fits a member of a bundle, 256 MiB; and in parts.
+PIXELS_WITHIN, PIXELS_BESIDE = 190 << 20, 2 << 30
+
 #: Share by which a number may differ where another processor worked it out.
 _LAST_DIGITS = 1e-6
 
 _PICTURE = re.compile(r'"(iVBOR[A-Za-z0-9+/=]*)"')
 _NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
 
-_SCRIPTS = ("shaders.js", "maps.js", "view.js", "panel.js")
+_SCRIPTS = ("shaders.js", "maps.js", "tiles.js", "view.js", "panel.js")
 _BEGINNING = """"use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
 const canvas = document.getElementById("picture");
@@ -73,14 +88,17 @@ class Extras:
 
 @dataclass(frozen=True, eq=False)
 class _Pictures:
-    """PNG pictures by their names, as the data of the page call them."""
+    """PNG pictures and bytes of their pixels by their names, as the data of the page call them."""
 
     files: dict[str, bytes] = field(default_factory=dict)
+    sizes: dict[str, int] = field(default_factory=dict)
 
-    def put(self, name: str, pixels: NDArray[np.uint8], *, is_linear: bool = True) -> str:
+    def put(self, name: str, pixels: NDArray[np.uint8]) -> str:
+        """All are said to be sRGB, as canvases are, so that no browser converts their codes."""
         from engine.images.encode import encode_png
 
-        self.files[f"{name}.png"] = encode_png(pixels, transfer="linear" if is_linear else "srgb")
+        self.files[f"{name}.png"] = encode_png(pixels)
+        self.sizes[f"{name}.png"] = pixels.nbytes
         return f"{name}.png"
 
     def put_two_bytes(self, name: str, codes: NDArray[np.uint16]) -> dict[str, str]:
@@ -96,22 +114,41 @@ def viewer(material: Material, extras: Extras | None = None) -> str:
     has, and the page says so. Of directional maps it shows the planes. UsageError for a material with neither.
     It states the error of a fitted BRDF, and what else is known of the loss.
     """
-    data, pictures = _data_and_pictures(material, extras or Extras())
-    data["pictures"] = {name: base64.b64encode(content).decode() for name, content in pictures.items()}
-    style, script = (f"<{tag}>\n{text}</{tag}>" for tag, text in (("style", _style()), ("script", _script())))
-    return _document(data, _WITHIN, style, script)
+    data, pictures = _data_and_pictures(material, extras or Extras(), PIXELS_WITHIN)
+    return _one_file(data, pictures.files)
 
 
-def viewer_in_parts(material: Material, extras: Extras | None = None) -> dict[str, bytes]:
-    """The same page as `index.html` without code or styles, `lightarc.js`, `lightarc.css` and its pictures, by path."""
-    data, pictures = _data_and_pictures(material, extras or Extras())
+def viewer_and_parts(material: Material, extras: Extras | None = None) -> tuple[str, dict[str, bytes]]:
+    """The same page as one file, and as `index.html` without code or styles, `lightarc.js`, `lightarc.css` and its
+    pictures, by path, which hold all tiles."""
+    data, pictures = _data_and_pictures(material, extras or Extras(), PIXELS_BESIDE)
     style, script = '<link rel="stylesheet" href="lightarc.css">', '<script src="lightarc.js"></script>'
     text = {
         "index.html": _document(data, _BESIDE, style, script),
         "lightarc.css": _style(),
         "lightarc.js": _script(),
     }
-    return {**{name: content.encode() for name, content in text.items()}, **pictures}
+    parts = {name: content.encode() for name, content in text.items()} | pictures.files
+    return _one_file(*_within(data, pictures)), parts
+
+
+def _one_file(data: dict[str, Any], files: dict[str, bytes]) -> str:
+    data = {**data, "pictures": {name: base64.b64encode(content).decode() for name, content in files.items()}}
+    style, script = (f"<{tag}>\n{text}</{tag}>" for tag, text in (("style", _style()), ("script", _script())))
+    return _document(data, _WITHIN, style, script)
+
+
+def _within(data: dict[str, Any], pictures: _Pictures) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """The part of a page that has room in one file: without the finest tiles where they are too large."""
+    pyramid = data.get("pyramid")
+    if pyramid is None:
+        return data, pictures.files
+    of_maps = sum(size for name, size in pictures.sizes.items() if not name.startswith("tiles/"))
+    sizes = [(height, width) for width, height in pyramid["levels"]]
+    finest = _finest(sizes, pyramid["layers"], PIXELS_WITHIN - of_maps)
+    left_out = tuple(f"tiles/{name}-{level}-" for name, first in finest.items() for level in range(first))
+    files = {name: content for name, content in pictures.files.items() if not (left_out and name.startswith(left_out))}
+    return {**data, "pyramid": {**pyramid, "finest": finest}}, files
 
 
 def _document(data: dict[str, Any], policy: str, style: str, script: str) -> str:
@@ -131,8 +168,8 @@ def _script() -> str:
     return "\n".join([_BEGINNING, *map(_part, _SCRIPTS)])
 
 
-def _data_and_pictures(material: Material, extras: Extras) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """JSON values of the page, in which pictures are named, and the pictures."""
+def _data_and_pictures(material: Material, extras: Extras, most_bytes: int) -> tuple[dict[str, Any], _Pictures]:
+    """JSON values of the page, in which pictures are named, and the pictures, of at most so many bytes of pixels."""
     brdf, pictures = brdf_from_text(material.brdf), _Pictures()
     sources, channels = ["frame", "shading_map"], [["picture", "Picture"]]
     if material.directional is not None:
@@ -157,7 +194,45 @@ def _data_and_pictures(material: Material, extras: Extras) -> tuple[dict[str, An
     if extras.maps is not None:
         data["surface"], further = _surface(extras.maps, pictures)
         channels += further
-    return {**data, "channels": channels}, pictures.files
+    sizes = level_sizes(material.size, VIEWER_SIDE)
+    if sizes:
+        data["pyramid"] = _pyramid(material, extras.maps, sizes, pictures, most_bytes)
+    return {**data, "channels": channels}, pictures
+
+
+def _pyramid(
+    material: Material, maps: PbrMaps | None, sizes: list[tuple[int, int]], pictures: _Pictures, most_bytes: int
+) -> dict[str, Any]:
+    """The tiles of all levels, or from the one on that has room; of the look-up before those of the surface."""
+    groups: dict[str, tuple[int, Callable[[], Iterator[Layer]]]] = {}
+    figures: dict[str, Any] = {"error": 0.0}
+    if material.directional is not None:
+        planes = material.directional.planes
+        groups["look_up"] = -(-len(planes) // 3), lambda: planes_in_layers(planes)
+    else:
+        assert material.power_law is not None
+        law, codes = material.power_law, codes_of(material.power_law)
+        groups["look_up"] = 2, lambda: iter(((law.scale, codes.of_scale), (law.exponent, codes.of_exponent)))
+        figures = {"error": coding_error(law, codes), "largest": codes.largest, "exponents": [codes.low, codes.high]}
+    if maps is not None:
+        groups["surface"] = 3, lambda: _surface_layers(maps)
+    layers = {name: count for name, (count, _) in groups.items()}
+    finest = _finest(sizes, layers, most_bytes - sum(pictures.sizes.values()))
+    for name, (_, made) in groups.items():
+        for level in range(finest[name], len(sizes)):
+            for column, row, layer, pixels in tiles(made(), sizes[level]):
+                pictures.put(f"tiles/{name}-{level}-{column}-{row}-{layer}", pixels)
+    levels = [[width, height] for height, width in sizes]
+    return {"tile": TILE, "margin": MARGIN, "levels": levels, "layers": layers, "finest": finest, **figures}
+
+
+def _finest(sizes: list[tuple[int, int]], layers: dict[str, int], most_bytes: int) -> dict[str, int]:
+    """The first level of each group for which there is room, the number of levels where there is for none."""
+    finest = {}
+    for name, count in layers.items():
+        finest[name] = next(level for level in range(len(sizes) + 1) if bytes_of(sizes[level:], count) <= most_bytes)
+        most_bytes -= bytes_of(sizes[finest[name] :], count)
+    return finest
 
 
 def _power_law(power_law: PowerLawMap, pictures: _Pictures) -> dict[str, Any]:
@@ -182,7 +257,7 @@ def _coded(name: str, values: NDArray[np.float32], pictures: _Pictures) -> dict[
 
 def _planes(directional: DirectionalMap, pictures: _Pictures) -> dict[str, Any]:
     """Planes by three as pictures, and their weights, (1 + 3 L, TILTS, TURNS, 3), as rows below each other."""
-    layers = [np.rint(_reduced(layer)).astype(np.uint8) for layer in planes_by_three(directional)]
+    layers = [np.rint(_reduced(layer)).astype(np.uint8) for layer, _ in planes_in_layers(directional.planes)]
     weights = np.zeros((1 + 3 * len(layers), *directional.table.shape[:3]))
     weights[: directional.table.shape[3]] = np.moveaxis(directional.table, 3, 0)
     low = weights.min(axis=(1, 2, 3))
@@ -213,15 +288,9 @@ def _surface(maps: PbrMaps, pictures: _Pictures) -> tuple[dict[str, Any], list[l
 
     Normals n are the codes 128 + 127 n. Flat ones are no channel, nor is what is 0 or unknown everywhere.
     """
-    occlusion = np.ones(maps.size, np.float32) if maps.occlusion is None else maps.occlusion
-    layers = {
-        "base-colour": np.rint(255.0 * srgb_encode(_reduced(maps.base_colour))),
-        "normals": np.rint(128.0 + 127.0 * _reduced(maps.normal)),
-        "others": np.rint(255.0 * _reduced(np.stack([maps.roughness, maps.metallic, occlusion], axis=2))),
-    }
-    names = [
-        pictures.put(name, layer.astype(np.uint8), is_linear=name != "base-colour") for name, layer in layers.items()
-    ]
+    layers = zip(("base-colour", "normals", "others"), _surface_layers(maps), strict=True)
+    small = {name: coded(np.asarray(_reduced(values), np.float32)) for name, (values, coded) in layers}
+    names = [pictures.put(name, layer) for name, layer in small.items()]
     channels = [["base_colour", "Base colour"], ["roughness", "Roughness"]]
     if (maps.normal[..., 2] < 1.0).any():
         along = " along the arc" if maps.observed.kind == "along the arc" else ""
@@ -229,14 +298,25 @@ def _surface(maps: PbrMaps, pictures: _Pictures) -> tuple[dict[str, Any], list[l
         channels += [["enhanced", "Enhanced highlights"]]
     channels += [["metallic", "Metallic"]] if maps.metallic.any() else []
     channels += [["occlusion", "Occlusion"]] if maps.occlusion is not None else []
-    return {"size": _size(layers["normals"]), "layers": names}, channels
+    return {"size": _size(small["normals"]), "layers": names}, channels
+
+
+def _surface_layers(maps: PbrMaps) -> Iterator[Layer]:
+    """The pictures of a surface: maps (H, W, 3) and their codes."""
+    occlusion = np.ones(maps.size, np.float32) if maps.occlusion is None else maps.occlusion
+    yield maps.base_colour, lambda values: np.rint(255.0 * srgb_encode(values)).astype(np.uint8)
+    yield maps.normal, lambda values: np.rint(128.0 + 127.0 * values).astype(np.uint8)
+    yield (
+        np.stack([maps.roughness, maps.metallic, occlusion], axis=2),
+        lambda values: np.rint(255.0 * values).astype(np.uint8),
+    )
 
 
 def _size(pixels: NDArray[Any]) -> list[int]:
     return [pixels.shape[1], pixels.shape[0]]
 
 
-def _reduced(values: NDArray[np.float32]) -> NDArray[np.float64]:
+def _reduced(values: NDArray[Any]) -> NDArray[np.float64]:
     """The map averaged down to at most VIEWER_SIDE texels on its longer side."""
     height, width = values.shape[:2]
     share = VIEWER_SIDE / max(height, width)
@@ -245,7 +325,8 @@ def _reduced(values: NDArray[np.float32]) -> NDArray[np.float64]:
     import cv2
 
     size = (max(1, round(width * share)), max(1, round(height * share)))
-    return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float64).reshape(size[1], size[0], 3)
+    small = cv2.resize(np.asarray(values), size, interpolation=cv2.INTER_AREA)
+    return np.asarray(small, np.float64).reshape(size[1], size[0], 3)
 
 
 def _thinned(values: tuple[float, ...], most: int) -> list[float]:

@@ -9,7 +9,7 @@ and a scale bar where the width of the sample is known (`engine.bundle.page`).
 
 from __future__ import annotations
 
-from engine.bundle.page import Extras, viewer, viewer_in_parts
+from engine.bundle.page import Extras, viewer_and_parts
 from engine.core.steps import Step, Steps
 from engine.exchange.loss import Shown, material_shown
 from engine.exchange.subject import Contents, Settings, Subject, fit_warnings
@@ -30,9 +30,7 @@ def contents(subject: Subject, settings: Settings, loss: str) -> Steps[Contents]
     """`NAME.html`, `strict` and `embed.html`; UsageError for a material without a power law or planes."""
     yield Step(0.0, "writing the page")
     extras = Extras(loss, subject.maps, settings.width_mm)
-    files = {f"{subject.name}.html": viewer(subject.material, extras).encode()}
-    yield Step(0.5, "writing the page in parts")
-    parts = viewer_in_parts(subject.material, extras)
-    files |= {f"strict/{path}": content for path, content in parts.items()}
+    page, parts = viewer_and_parts(subject.material, extras)
+    files = {f"{subject.name}.html": page.encode(), **{f"strict/{path}": content for path, content in parts.items()}}
     files["embed.html"] = _EMBED.format(name=subject.name).encode()
     return Contents(files, 24.0, fit_warnings(subject))

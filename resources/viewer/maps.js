@@ -70,6 +70,32 @@ function decodedMap(map) {
   return texture;
 }
 
+// A tile of a power law in half floats.
+function decodedTile([width, height], image, { lowest, largest }) {
+  const texture = gl.createTexture(), target = gl.createFramebuffer();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texStorage2D(gl.TEXTURE_2D, Math.floor(Math.log2(Math.max(width, height))) + 1, gl.RGBA16F, width, height);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+  gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+  if (!programs.has(DECODE_TILE)) programs.set(DECODE_TILE, compile(SCREEN, DECODE_TILE));
+  const program = programs.get(DECODE_TILE);
+  gl.useProgram(program);
+  gl.activeTexture(gl.TEXTURE0);
+  const codes = byteTexture(image);
+  gl.uniform1i(uniform(program, "codes"), 0);
+  gl.uniform1f(uniform(program, "lowest"), lowest);
+  gl.uniform1f(uniform(program, "largest"), largest);
+  gl.viewport(0, 0, width, height);
+  gl.drawArrays(gl.TRIANGLES, 0, 3);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  gl.deleteFramebuffer(target);
+  gl.deleteTexture(codes);
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.generateMipmap(gl.TEXTURE_2D);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
+  return texture;
+}
+
 // An array of half floats; each layer is { high, low, first, lowest, width }, see DECODE_LAYER.
 function decodedArray([width, height], layers, smaller) {
   const texture = gl.createTexture(), target = gl.createFramebuffer(), program = compile(SCREEN, DECODE_LAYER);

@@ -83,9 +83,20 @@ function buildPanel() {
   byId("sphere").setAttribute("aria-pressed", state.sphere);
 }
 
+// What of the resolution is here, and what coding in 8 bits changes.
+function resolution() {
+  const [shownWidth, shownHeight] = (data.planes || data.maps.scale).size;
+  if (shownWidth === data.size[0]) return "";
+  if (!data.pyramid) return `, averaged down here to ${shownWidth} × ${shownHeight}`;
+  const { finest, levels, error } = data.pyramid, level = levels[finest.look_up];
+  const coded = error > 0 ? `, tiles in 8 bits (relative RMSE ${shown(100 * error)} %)` : "";
+  if (finest.look_up === 0) return `${coded}`;
+  const [fineWidth, fineHeight] = level || [shownWidth, shownHeight];
+  return `, averaged down here to ${fineWidth} × ${fineHeight}${level ? coded : ""}`;
+}
+
 function showFacts() {
-  const [width, height] = data.size, [shownWidth, shownHeight] = (data.planes || data.maps.scale).size;
-  const reduced = shownWidth < width ? `, averaged down here to ${shownWidth} × ${shownHeight}` : "";
+  const [width, height] = data.size;
   const kept = data.kept_percent > 0
     ? ` (the material itself keeps slices for ${shown(data.kept_percent)} % of its tiles)` : "";
   const what = data.planes
@@ -93,7 +104,7 @@ function showFacts() {
       `${shown(data.planes.leave_one_out)} codes of 255`
     : `Shading map (Kautz et al. 2004) from its power-law pair, RMS error ${shown(data.rms)}${kept}`;
   const fit = data.fit ? data.fit + " " : "";
-  byId("facts").textContent = `${width} × ${height} texels${reduced}. ${what}. ${fit}Made with Lightarc.`;
+  byId("facts").textContent = `${width} × ${height} texels${resolution()}. ${what}. ${fit}Made with Lightarc.`;
   canvas.setAttribute("aria-label", `${data.name} under a light that can be moved`);
   byId("name").textContent = document.title = data.name;
 }
@@ -103,6 +114,7 @@ function load() {
   if (!gl.getExtension("EXT_color_buffer_float") && !gl.getExtension("EXT_color_buffer_half_float"))
     fail("This graphics card cannot draw into half floats (EXT_color_buffer_float). Try another browser.");
   programs.clear();
+  tiles.clear();
   textures = decodedMaps();
   draw();
   document.documentElement.dataset.state = "ready";

@@ -24,6 +24,22 @@ void main() {
   value = vec4(lowest + width * code, 1.0);
 }`;
 
+// A picture of 8 bits of a tile: codes of sRGB of the largest value, or where `lowest` is above 0 the logarithm between
+// the two (engine.bundle.pyramid).
+const DECODE_TILE = `#version 300 es
+precision highp float;
+precision highp sampler2D;
+uniform sampler2D codes;
+uniform float lowest, largest;
+out vec4 value;
+void main() {
+  vec3 code = texelFetch(codes, ivec2(gl_FragCoord.xy), 0).rgb;
+  vec3 linear = mix(pow((max(code, 0.04045) + 0.055) / 1.055, vec3(2.4)), code / 12.92,
+    lessThanEqual(code, vec3(0.04045)));
+  vec3 power = lowest * pow(vec3(largest / max(lowest, 1e-9)), (255.0 * code - 1.0) / 254.0);
+  value = vec4(lowest > 0.0 ? mix(power, vec3(0.0), lessThan(code, vec3(0.5 / 255.0))) : largest * linear, 1.0);
+}`;
+
 const SCREEN = `#version 300 es
 void main() {
   gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
@@ -96,7 +112,8 @@ vec3 of_surface(vec3 position, vec3 n, vec3 right, vec2 uv) {
 }`;
 
 // A plane and a sphere seen from a distance of 3; the plane is 2 high, the sphere has the radius 1. The picture shows
-// what lies around `centre`, up to `span` above and below it.
+// what lies around `centre`, up to `span` above and below it. A tile covers a part of the texture coordinates (its corner
+// and size), which lies at `inner` in pictures of its own.
 const fragmentSource = (model) => `#version 300 es
 precision highp float;
 precision highp sampler2D;
@@ -108,6 +125,8 @@ uniform vec3 light;
 uniform float r_max, gain, repeats, span;
 uniform bool sphere, neutral_curve;
 uniform int channel;
+uniform bool is_tile;
+uniform vec4 part, inner;
 flat in float sigma, above;
 ${lookUp()}
 out vec4 colour;
@@ -157,6 +176,12 @@ void main() {
     coverage = clamp(beyond.x, 0.0, 1.0) * clamp(beyond.y, 0.0, 1.0);
     uv = 0.5 + repeats * position.xy / half_plane * vec2(0.5, -0.5);
   }
+  bool is_outside = false;
+  if (is_tile) {
+    vec2 share = (uv - part.xy) / part.zw;
+    is_outside = any(lessThan(share, vec2(0.0))) || any(greaterThanEqual(share, vec2(1.0)));
+    uv = inner.xy + share * inner.zw;
+  }
   vec3 value = max(${data.surface ? "channel > 2 ? of_surface(position, n, right, uv) : " : ""}${ofLookUp()}, 0.0);
   if (channel == 0 || channel == ${CHANNELS.enhanced}) {
     value *= gain;
@@ -165,5 +190,6 @@ void main() {
   value = clamp(value, 0.0, 1.0);
   const vec3 background = vec3(0.0091340587);
   colour = vec4(srgb_encode(mix(background, value, coverage)), 1.0);
+  if (is_outside) discard;  // last, for filters need the neighbours until here
 }`;
 

@@ -61,6 +61,14 @@ function setUniforms(program, model) {
   }
 }
 
+function bind(program, maps) {
+  Object.entries(maps).forEach(([name, texture], unit) => {
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(data.planes || name === "surface" ? gl.TEXTURE_2D_ARRAY : gl.TEXTURE_2D, texture);
+    gl.uniform1i(uniform(program, name), unit);
+  });
+}
+
 function draw() {
   const model = data.models.find((each) => each.name === state.model);
   if (!programs.has(model.name)) programs.set(model.name, compile(vertexSource(model), fragmentSource(model)));
@@ -69,15 +77,24 @@ function draw() {
   canvas.width = Math.max(1, Math.round(canvas.clientWidth * ratio));
   canvas.height = Math.max(1, Math.round(canvas.clientHeight * ratio));
   keepInView();
+  const chosen = chooseTiles();
   gl.viewport(0, 0, canvas.width, canvas.height);
   gl.useProgram(program);
-  Object.entries(textures).forEach(([name, texture], unit) => {
-    gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(data.planes || name === "surface" ? gl.TEXTURE_2D_ARRAY : gl.TEXTURE_2D, texture);
-    gl.uniform1i(uniform(program, name), unit);
-  });
   setUniforms(program, model);
+  gl.clear(gl.DEPTH_BUFFER_BIT);
+  gl.enable(gl.DEPTH_TEST);
+  gl.enable(gl.SCISSOR_TEST);
+  gl.uniform1i(uniform(program, "is_tile"), true);
+  for (const tile of chosen) {
+    bind(program, { ...textures, ...tiles.get(tile.key).textures });
+    placeTile(program, tile);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+  gl.disable(gl.SCISSOR_TEST);
+  gl.uniform1i(uniform(program, "is_tile"), false);
+  bind(program, textures);
   gl.drawArrays(gl.TRIANGLES, 0, 3);
+  gl.disable(gl.DEPTH_TEST);
   placeSun();
   placeScale();
   byId("zoom").textContent = shown(state.zoom) + " ×";
@@ -146,6 +163,7 @@ function fromMiddle({ clientX, clientY }) {
 }
 
 const perPixel = () => span() / (canvas.clientHeight / 2);
+const perDevicePixel = () => span() / (canvas.height / 2);
 
 // What lies at the pixel `at` stays there.
 function zoomBy(factor, at = [0, 0]) {

@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 
 from engine.brdf.brdf import MODELS
-from engine.bundle.page import VIEWER_SIDE, Extras, viewer
+from engine.bundle.page import VIEWER_SIDE, Extras, viewer, viewer_and_parts
+from engine.bundle.pyramid import bytes_of
 from engine.core.colour import srgb_encode
 from engine.core.directions import surface_direction
 from engine.core.health import Health
@@ -232,6 +233,9 @@ def test_every_model_compiles_with_planes(browser: Page, tmp_path: Path) -> None
 
 CONSTANT = {"roughness": 0.3, "metallic": 0.7, "f0": 0.04, "occlusion": 0.9}
 
+#: A window with a canvas of 400 x 200, and the part of that which tools hide not.
+SMALL, CLEAR = (680, 200), (slice(44, 156), slice(2, 398))
+
 #: Of the picture of 620 x 600: its middle, and the pixels from there to where the light stands at the horizon.
 MIDDLE, RADIUS = (310, 300), 300 / 1.15
 
@@ -386,17 +390,20 @@ def test_channels_show_the_maps(browser: Page, tmp_path: Path) -> None:
         "normal": 128 + 127 * np.array([0.6, 0.0, 0.8]),
         **{name: np.full(3, 255 * value) for name, value in CONSTANT.items() if name != "f0"},
     }
+    show(browser, tmp_path, page, "neutral=0", SMALL)
+
+    def middle(**state: Any) -> Any:
+        browser.value(f"Object.assign(state, {json.dumps(state)}); changed()")
+        return browser.picture()[100, 200]
+
     for name, code in wanted.items():
-        np.testing.assert_allclose(picture_of(browser, tmp_path, page, f"channel={name}")[CENTRE], code, atol=1.5)
-    left, right = (
-        picture_of(browser, tmp_path, page, f"channel=relief&azimuth={azimuth}&elevation=45")[CENTRE]
-        for azimuth in (180, 0)
-    )
+        np.testing.assert_allclose(middle(channel=name), code, atol=1.5)
+    left, right = (middle(channel="relief", azimuth=azimuth, elevation=45) for azimuth in (180, 0))
     facing = np.array([-0.6 + 0.8, 0.6 + 0.8]) / np.sqrt(2)
     np.testing.assert_allclose([left[0], right[0]], 255 * srgb_encode(0.8 * facing), atol=1.5)
     # half way between the viewer overhead and a light that the normal bisects: the highlight is full
     light = np.degrees(np.arcsin(0.8 * 0.8 - 0.6 * 0.6))
-    full = picture_of(browser, tmp_path, page, f"channel=enhanced&neutral=0&azimuth=0&elevation={light}")[CENTRE]
+    full = middle(channel="enhanced", azimuth=0, elevation=light)
     np.testing.assert_allclose(full, 255 * srgb_encode(0.5 * 0.8 * np.array([0.5, 0.2, 0.1]) + 0.5), atol=2)
 
 
@@ -408,3 +415,98 @@ def test_flat_normals_are_no_channel() -> None:
         make_material(), Extras(maps=PbrMaps(base_colour=np.zeros((8, 8, 3), np.float32), normal=flat, **alike))
     )
     assert {"normal", "relief", "enhanced", "metallic", "occlusion"}.isdisjoint(dict(page_data(page)["channels"]))
+
+
+def at_texels(browser: Page, folder: Path, page: str, address: str) -> Any:
+    """The picture at a texel for each pixel, when all tiles are there."""
+    show(browser, folder, page, f"neutral=0&{address}", SMALL)
+    browser.value("byId('sun').style.display = 'none'; byId('texels').click()")
+    browser.drawn()
+    browser.wait("canvas.ariaBusy === 'false'")
+    return browser.picture().astype(int)[CLEAR]
+
+
+def texels_in_view(size: tuple[int, int]) -> tuple[Any, Any]:
+    """Rows and columns of the texels of `at_texels`; the middle of the picture is that of the map."""
+    height, width = size
+    return (
+        np.arange(height // 2 - 100, height // 2 + 100)[CLEAR[0]] % height,
+        np.arange(width // 2 - 200, width // 2 + 200)[CLEAR[1]] % width,
+    )
+
+
+def noisy(size: tuple[int, int]) -> Any:
+    """Every texel of another colour than its neighbours; the exponents differ as well."""
+    material, rng = make_material(brdf="lambert", elevation_deg=(90.0,)), np.random.default_rng(6)
+    assert material.power_law is not None
+    scale, exponent = (rng.uniform(low, 1.0, (*size, 3)).astype(np.float32) for low in (0.02, 0.3))
+    law = dataclasses.replace(material.power_law, scale=scale, exponent=exponent, error_map=scale[..., 0])
+    return dataclasses.replace(material, power_law=law)
+
+
+@pytest.mark.parametrize("repeats", [1, 2])
+@pytest.mark.parametrize("size", [(160, 1040), (1040, 300)])
+def test_tiles_show_every_texel(browser: Page, tmp_path: Path, size: tuple[int, int], repeats: int) -> None:
+    """Under light at 30 degrees a diffuse surface has half the r of light overhead."""
+    material = noisy(size)
+    law = material.power_law
+    page = viewer(material)
+    assert max(page_data(page)["maps"]["scale"]["size"]) == VIEWER_SIDE, "averaged, so that the whole cannot show them"
+    found = at_texels(browser, tmp_path, page, f"elevation=30&azimuth=0&repeats={repeats}")
+    place = np.ix_(*texels_in_view(size))
+    wanted = 255 * srgb_encode(law.scale[place].astype(float) * 0.5 ** law.exponent[place].astype(float))
+    beside = np.abs(np.arange(200) + 0.5 - 100)[CLEAR[0]] > repeats * size[0] / 2
+    aside = np.abs(np.arange(400) + 0.5 - 200)[CLEAR[1]] > repeats * size[1] / 2
+    background = beside[:, None] | aside
+    assert np.abs(found - wanted)[~background].max() <= 2.5
+    assert (found[background] == 24).all()
+
+
+def test_tiles_show_planes_and_the_surface(browser: Page, tmp_path: Path) -> None:
+    material, size, rng = dome_material(), (120, 1040), np.random.default_rng(8)
+    assert material.directional is not None
+    planes = rng.integers(64, 192, (len(material.directional.planes), *size), np.uint8)
+    directional = dataclasses.replace(material.directional, planes=planes)
+    normal = rng.normal((0.0, 0.0, 2.0), 1.0, (*size, 3))
+    normal = (normal / np.linalg.norm(normal, axis=2, keepdims=True)).astype(np.float32)
+    alike: dict[str, Any] = {name: np.zeros(size, np.float32) for name in ("roughness", "metallic", "f0")}
+    maps = PbrMaps(base_colour=np.zeros((*size, 3), np.float32), normal=normal, **alike)
+    page = viewer(dataclasses.replace(material, directional=directional), Extras(maps=maps))
+    place = np.ix_(*texels_in_view(size))
+    # straight in the middle the page sees the texel from above, as `picture` does
+    light = surface_direction(np.radians(40), np.radians(200))
+    found = at_texels(browser, tmp_path, page, "azimuth=200&elevation=50")
+    wanted = 255 * srgb_encode(np.clip(directional.picture(light)[place], 0, 1))
+    assert np.quantile(np.abs(found - wanted), 0.99) <= 2
+    assert np.abs(found - wanted).max() <= 4
+    browser.value("state.channel = 'normal'; changed()")
+    browser.drawn()
+    browser.wait("canvas.ariaBusy === 'false'")
+    np.testing.assert_allclose(browser.picture().astype(int)[CLEAR], 128 + 127 * normal[place], atol=1)
+
+
+def test_tiles_that_are_lost_leave_the_whole(browser: Page, tmp_path: Path) -> None:
+    page = viewer(noisy((160, 1040)))
+    for name in page_data(page)["pictures"]:
+        page = page.replace(f'"{name}"', f'"gone-{name}"') if name.startswith("tiles/") else page
+    (tmp_path / "index.html").write_text(page, encoding="utf-8")
+    browser.open(f"{(tmp_path / 'index.html').as_uri()}#neutral=0&zoom=4", SMALL)
+    browser.drawn()
+    browser.wait("canvas.ariaBusy === 'false'")
+    assert browser.picture()[100, 200].max() > 24
+
+
+def test_one_file_leaves_out_what_is_too_large_and_says_so(
+    browser: Page, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    size = (8, 2100)
+    monkeypatch.setattr("engine.bundle.page.PIXELS_WITHIN", 12 * 4 * VIEWER_SIDE + bytes_of([size], 2) - 1)
+    text, parts = viewer_and_parts(noisy(size))
+    tiles = {name for name in parts if name.startswith("tiles/")}
+    assert {name[:15] for name in tiles} == {"tiles/look_up-0"}
+    data = page_data(text)
+    assert data["pyramid"]["finest"] == {"look_up": 1}
+    assert set(data["pictures"]) == {name for name in parts if name.endswith(".png")} - tiles
+    assert data["pictures"] == page_data(viewer(noisy(size)))["pictures"], "as the page of a bundle"
+    show(browser, tmp_path, text, size=SMALL)
+    assert "2100 × 8 texels, averaged down here to 1024 × 4." in browser.value("byId('facts').textContent")
