@@ -260,6 +260,7 @@ def settings_of_bundle(material: Material, provenance: dict[str, Any]) -> dict[s
     if shading_map is not None:
         settings["slices"] = len(shading_map.slices)
         settings["tileable"] = "seam_error" in shading_map.health.figures
+        settings["evened"] = "unevenness" in shading_map.health.figures or not settings["tileable"]
     if power_law is not None:
         settings["exponent_bits"] = power_law.storage.exponent_bits
         bound = power_law.health.figures.get("error_bound", nan)

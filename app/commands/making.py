@@ -17,6 +17,7 @@ from app.project.project_file import path_of
 from engine.capture.lights.sources import Sources
 from engine.capture.stack import RECORD, ImageStack, open_stack
 from engine.core.errors import FileError
+from engine.core.health import Health
 from engine.core.steps import Step, Steps, part
 from engine.scene.material import Material
 from engine.shading.power_law import PowerLawMap
@@ -103,14 +104,17 @@ def kept_material_of(project: Project, folder: Path, own: Path) -> Steps[Materia
 def material_of(project: Project) -> Steps[Material]:
     """The stack of `project` as slices and their compression, or as planes, by its settings."""
     yield Step(0.0, "preparing kernels")
+    from engine.capture.evenness import evened
     from engine.shading.representation import choose
     from engine.shading.shading_map import included
     from engine.shading.tile import make_tile
 
     assert project.stack is not None
-    stack, excluded = project.stack, project.excluded
+    stack, excluded, evenness = project.stack, project.excluded, Health()
     wanted = "shading-map" if project.tileable and project.representation == "auto" else project.representation
-    chosen = yield from part(choose(stack, project.slices, excluded=excluded, wanted=wanted), 0.0, 0.3)
+    if project.tileable and project.evened and wanted == "shading-map":
+        stack, evenness = yield from part(evened(stack), 0.0, 0.1)
+    chosen = yield from part(choose(stack, project.slices, excluded=excluded, wanted=wanted), 0.1, 0.3)
     elevation_deg = tuple(float(angle) for angle in stack.elevation_deg[included(stack, excluded)])
     health = stack.health.merged(chosen.health)
     if not isinstance(chosen.map, ShadingMap):
@@ -119,6 +123,7 @@ def material_of(project: Project) -> Steps[Material]:
     shading_map = chosen.map
     if project.tileable:
         shading_map = (yield from part(make_tile(stack, shading_map, excluded=excluded), 0.3, 0.6)).shading_map
+        shading_map = dataclasses.replace(shading_map, health=shading_map.health.merged(evenness))
     power_law = yield from part(_compressed(project, shading_map), 0.6, 1.0)
     return Material(
         shading_map=shading_map,

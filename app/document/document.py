@@ -164,6 +164,7 @@ class Project:
     """The photographs, the results made of them, and the display settings; `provenance` is the origin of the material.
 
     `variations` are ways in which the BRDF is not the same all over the model.
+    `evened` divides the slow change of brightness over the sample out before the material is made `tileable`.
     `bakes` are the settings of bakes in the View workspace by method, those that are not its defaults, by name.
     `accuracy` is what was measured of settings there. `came_from` are files of models and environments by their names.
     `camera` is where the model is seen from; None where it is framed. `views` are those that a person keeps, by name.
@@ -181,6 +182,7 @@ class Project:
     representation: Representation = "auto"
     slices: int = 8
     tileable: bool = False
+    evened: bool = True
     scale: Scale = "last-slice"
     exponent_bits: Literal[8, 16, 32] = 32
     mixed: bool = False
@@ -210,7 +212,8 @@ class Project:
         """The inputs that the material depends on; it is out of date where they differ from `built_from`."""
         bound = self.error_bound_percent if self.mixed else None
         made = (self.stack, self.excluded, self.slices, self.tileable, self.scale, self.exponent_bits, bound)
-        return made if self.representation == "auto" else (*made, self.representation)
+        evened = ("evened",) if self.tileable and self.evened else ()
+        return (*made, *evened, *((self.representation,) if self.representation != "auto" else ()))
 
     @property
     def has_map(self) -> bool:

@@ -159,6 +159,14 @@ class MaterialTab(QWidget):
         )
         self.edges.chosen.connect(lambda value: self._set("Edges", tileable=value == "tileable"))
         settings.row("Edges", self.edges)
+        self.brightness = Segments(
+            (
+                ("evened", "Evened", "Its slow change over the sample is divided out, which repeated makes bands"),
+                ("as it is", "As it is", "As in the photographs"),
+            )
+        )
+        self.brightness.chosen.connect(lambda value: self._set("Brightness", evened=value == "evened"))
+        settings.row("Brightness", self.brightness)
         self.seams = settings.figure("Seams", "Steps across the seams of a tile beside those inside the sample")
         self.resolution = settings.figure("Size")
         self.r_max = settings.figure("Largest r", "Mean luminance of the brightest photograph, a_max")
@@ -245,6 +253,7 @@ class MaterialTab(QWidget):
         self.scale.setCurrentIndex(max(0, self.scale.findData(new.scale)))
         self.bits.setCurrentIndex(self.bits.findData(new.exponent_bits))
         self.edges.choose("tileable" if new.tileable else "plain")
+        self.brightness.choose("evened" if new.evened else "as it is")
         self.mode.choose("mixed" if new.mixed else "power-law")
         self.bound.show_value(new.error_bound_percent)
         if is_pbr:
@@ -411,6 +420,7 @@ class MaterialTab(QWidget):
         boxes = (self.representation, self.directional.representation)
         for box in (*boxes, self.slices, self.scale, self.bits, self.edges, self.mode):
             enable(box, no_stack)
+        enable(self.brightness, no_stack or ("" if project.tileable else "Only a tile is evened out"))
         enable(
             self.bound,
             no_stack or ("" if project.mixed else "Only the mixed mode has a bound"),

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from engine.core.figure_text import number, percent, size_text, time_text
+from engine.core.health import Health
 
 if TYPE_CHECKING:
     from engine.shading.fidelity import Fidelity
@@ -63,11 +64,19 @@ def tile_record(seam_error: float, size: tuple[int, ...]) -> dict[str, Any]:
     return {"seam_error": seam_error, "tile_width_px": size[1], "tile_height_px": size[0]}
 
 
+def evenness_record(evenness: Health) -> dict[str, Any]:
+    """The slow change of brightness that was divided out of the most uneven photograph; None where none was."""
+    return {"unevenness": evenness.figures.get("unevenness")}
+
+
 def _tile_line(result: dict[str, Any]) -> list[str]:
     if result.get("seam_error") is None:
         return []
     tile = f"{result['tile_width_px']} x {result['tile_height_px']} texels"
-    return [f"tile of {tile}, steps across its seams are {number(result['seam_error'])} times those within"]
+    lines = [f"tile of {tile}, steps across its seams are {number(result['seam_error'])} times those within"]
+    if result["unevenness"] is not None:
+        lines.append(f"slow changes of brightness, up to {percent(result['unevenness'])}, were evened out before")
+    return lines
 
 
 def _errors(result: dict[str, Any]) -> list[str]:

@@ -7,14 +7,16 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.arguments.results import Input, Output, material_at, picture_by, software
 from app.cli.import_ import azimuth_range
 from app.cli.shading import arcs, comparison
-from app.cli.shading.report import chosen_record, report_of, tile_record, written
+from app.cli.shading.report import chosen_record, evenness_record, report_of, tile_record, written
 from engine.core.errors import UsageError
+from engine.core.health import Health
 from engine.core.steps import Step, Steps, drain, part
 
 if TYPE_CHECKING:
@@ -127,6 +129,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="texels over which opposite edges are joined (an eighth of the shorter side)",
     )
+    tiling.add_argument(
+        "--brightness",
+        choices=("evened", "as-it-is"),
+        help="divide the slow change of brightness over the sample out of the photographs, which repeated makes bands, "
+        "before the tile is cut (evened)",
+    )
     tiling.add_argument("--tile-preview", type=Output(pictures), metavar="FILE.png", help="picture of 3 x 3 tiles")
 
 
@@ -134,17 +142,25 @@ def run(arguments: argparse.Namespace, show: Callable[[Step], None]) -> dict[str
     from engine.capture.stack import open_stack
 
     _check(arguments)
-    stack = open_stack(arguments.stack)
-    if arguments.per_arc:
-        return arcs.run(arguments, stack, _made, show)
-    arguments.exclude = arcs.excluded(arguments, stack)
+    stack, evenness = open_stack(arguments.stack), Health()
     if arguments.compare:
+        arguments.exclude = arcs.excluded(arguments, stack)
         return comparison.run(arguments, stack, show)
-    return _made(arguments, stack, show)
+    if arguments.tileable and arguments.brightness != "as-it-is":
+        from engine.capture.evenness import evened
+
+        stack, evenness = drain(part(evened(stack), 0.0, 0.05), show)
+    make = partial(_made, evenness=evenness)
+    if arguments.per_arc:
+        return arcs.run(arguments, stack, make, show)
+    arguments.exclude = arcs.excluded(arguments, stack)
+    return make(arguments, stack, show)
 
 
-def _made(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None]) -> dict[str, Any]:
-    """The material of a stack, written as the arguments say."""
+def _made(
+    arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step], None], evenness: Health
+) -> dict[str, Any]:
+    """The material of a stack, written as the arguments say; `evenness` tells what was divided out of it before."""
     from engine.shading.compile import prepare_kernels
     from engine.shading.representation import check_worth, choose, has_sides
     from engine.shading.shading_map import ShadingMap, included
@@ -159,8 +175,8 @@ def _made(arguments: argparse.Namespace, stack: ImageStack, show: Callable[[Step
     if not arguments.force:
         check_worth(stack, chosen)
     if isinstance(chosen.map, ShadingMap):
-        return _with_shading_map(arguments, stack, chosen, chosen.map, brdf, show)
-    return _with_planes(arguments, stack, chosen, chosen.map, brdf, choose_s, show)
+        return _with_shading_map(arguments, stack, chosen, chosen.map, evenness, brdf, show)
+    return _with_planes(arguments, stack, chosen, chosen.map, evenness, brdf, choose_s, show)
 
 
 def _with_shading_map(
@@ -168,6 +184,7 @@ def _with_shading_map(
     stack: ImageStack,
     chosen: Chosen,
     shading_map: ShadingMap,
+    evenness: Health,
     brdf: dict[str, Any],
     show: Callable[[Step], None],
 ) -> dict[str, Any]:
@@ -179,6 +196,7 @@ def _with_shading_map(
     if arguments.tileable:
         making = make_tile(stack, shading_map, overlap=arguments.overlap, excluded=arguments.exclude)
         shading_map = drain(part(making, 0.45, 0.5), show).shading_map
+        shading_map = dataclasses.replace(shading_map, health=shading_map.health.merged(evenness))
     power_law, fit_s = _compressed(arguments, shading_map, show)
     material = dataclasses.replace(_material(arguments, stack, shading_map, power_law), **brdf)
     material = dataclasses.replace(material, health=material.health.merged(chosen.health))
@@ -201,6 +219,7 @@ def _with_shading_map(
         "size_bytes_compressed": power_law.size_bytes if power_law else None,
         "linearise_s": chosen.fit_s,
         "fit_s": fit_s,
+        **evenness_record(evenness),
         **chosen_record(chosen, size_bytes / (shading_map.slices.shape[1] * shading_map.slices.shape[2])),
         **figures,
         **written(arguments.output),
@@ -214,6 +233,7 @@ def _with_planes(
     stack: ImageStack,
     chosen: Chosen,
     directional: DirectionalMap,
+    evenness: Health,
     brdf: dict[str, Any],
     choose_s: float,
     show: Callable[[Step], None],
@@ -223,7 +243,7 @@ def _with_planes(
     from engine.scene.material import Material
     from engine.shading.tile import tile_health, tiled_planes
 
-    health, tile = chosen.health, None
+    health, tile = chosen.health.merged(evenness), None
     if arguments.tileable:
         sample = directional.planes.shape[1:]
         making = tiled_planes(directional, overlap=arguments.overlap, name=stack.folder or "the stack")
@@ -238,7 +258,7 @@ def _with_planes(
         directional=directional,
         **{"brdf": "lambert", **brdf},
     )
-    record = chosen_record(chosen, directional.bytes_per_texel)
+    record = chosen_record(chosen, directional.bytes_per_texel) | evenness_record(evenness)
     if tile is not None:
         record |= tile_record(tile.seam_error, tile.row.shape)
     provenance = {**stack.provenance, "excluded_photographs": arguments.exclude}
@@ -275,8 +295,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError(f"--worst {arguments.worst} is outside 0 … {MOST_WORST_TEXELS}")
     if arguments.overlap is not None and arguments.overlap < 1:
         raise UsageError(f"--overlap {arguments.overlap} is not a positive number of texels")
-    if not arguments.tileable and (arguments.overlap is not None or arguments.tile_preview):
-        raise UsageError("--overlap and --tile-preview need --tileable")
+    if not arguments.tileable and (arguments.overlap is not None or arguments.brightness or arguments.tile_preview):
+        raise UsageError("--overlap, --brightness and --tile-preview need --tileable")
     if arguments.representation == "directional" and _is_about_fit(arguments):
         raise UsageError("the compression is of shading maps: leave out --representation directional")
     if arguments.per_arc and (arguments.compare or arguments.error_map or arguments.tile_preview):

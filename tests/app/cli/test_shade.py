@@ -29,7 +29,7 @@ from tests.present import present
 
 KEYS = [
     "slice_mean_radiance", "slice_target_radiance", "rms", "rms_per_channel", "size_bytes_slices",
-    "size_bytes_compressed", "linearise_s", "fit_s", "representation", "leave_one_out_rmse_srgb8",
+    "size_bytes_compressed", "linearise_s", "fit_s", "unevenness", "representation", "leave_one_out_rmse_srgb8",
     "in_sample_rmse_srgb8", "mean_picture_rmse_srgb8", "bytes_per_texel", "verdict", "candidates", "exponent_bits",
     "quantisation_bound_radiance", "quantisation_error_radiance", "max_error_radiance", "kept_tile_fraction",
     "seam_error", "tile_width_px",
@@ -38,11 +38,12 @@ KEYS = [
 ]  # fmt: skip
 
 
-def make_stack(folder: Path, levels: Any) -> Any:
-    """A stack folder of photographs of the given mean sRGB codes."""
+def make_stack(folder: Path, levels: Any, darker: float = 0.0) -> Any:
+    """A stack folder of photographs of the given mean sRGB codes, whose lowest row is `darker` than the highest."""
     photographs = folder / "photographs"
     photographs.mkdir()
     surface = np.random.default_rng(0).uniform(0.7, 1.3, (24, 30, 3))
+    surface *= np.linspace(1.0, 1.0 - darker, 24)[:, None, None]
     for index, level in enumerate(levels):
         codes = np.clip(level * surface, 0, 255).astype(np.uint8)
         (photographs / f"cloth_{10 * (index + 1)}deg.png").write_bytes(encode_png(codes))
@@ -169,6 +170,23 @@ def test_a_tile_comes_with_its_seam_and_a_picture(
     assert np.array_equal(shown[: size[0], : size[1]], shown[size[0] : 2 * size[0], size[1] : 2 * size[1]])
 
 
+def test_brightness_is_evened_before_the_tile_is_cut_unless_it_is_to_stay(
+    lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
+) -> None:
+    uneven = make_stack(tmp_path, (20, 60, 90, 150, 190), darker=0.4)
+    spread = {}
+    for brightness in ("evened", "as-it-is"):
+        target = tmp_path / f"{brightness}.lightarc"
+        words = ("--tileable", "--overlap", 6, "--brightness", brightness, "--json")
+        done = lightarc("shade", uneven, "-o", target, *words)
+        assert done.code == 0, done.err
+        unevenness = json.loads(done.out)["unevenness"]
+        assert unevenness is None if brightness == "as-it-is" else unevenness > 0.5
+        rows = present(open_bundle(target).shading_map).slices[-1].mean(axis=(1, 2))
+        spread[brightness] = rows.std() / rows.mean()
+    assert spread["evened"] < 0.5 * spread["as-it-is"], spread
+
+
 def test_worst_texels_and_the_error_map_show_where_the_fit_is_off(
     lightarc: Callable[..., SimpleNamespace], stack: Any, tmp_path: Path
 ) -> None:
@@ -230,6 +248,7 @@ def test_excluded_photographs_are_left_out_and_recorded(
         (["--overlap", "5"], "--tileable"),
         (["--tileable", "--overlap", "0"], "--overlap"),
         (["--tile-preview", "tile.png"], "--tileable"),
+        (["--brightness", "evened"], "--tileable"),
         (["--compress", "none", "--exponent-bits", "8"], "--compress power-law"),
         (["--exponent-bits", "12"], "--exponent-bits"),
         (["--worst", "-1"], "--worst"),

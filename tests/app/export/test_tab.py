@@ -120,7 +120,7 @@ def test_what_the_material_workspace_makes_is_exported_verified_and_reopened(
     rest(window, qtbot)
     reopened = window.bench.document.project
     assert_same(reopened.material, made)
-    for name in ("slices", "tileable", "scale", "exponent_bits", "mixed"):
+    for name in ("slices", "tileable", "evened", "scale", "exponent_bits", "mixed"):
         assert getattr(reopened, name) == getattr(project, name), name
     if project.mixed:
         assert reopened.error_bound_percent == pytest.approx(project.error_bound_percent)

@@ -66,10 +66,13 @@ def test_fewer_bits_take_fewer_bytes_and_say_how_far_they_round(filled: MainWind
 def test_a_tileable_material_repeats_and_its_seams_are_measured(filled: MainWindow, qtbot: Any) -> None:
     tab = filled.material
     assert tab.seams.text() == "not tileable"
+    assert not tab.brightness.isEnabled()
     qtbot.mouseClick(tab.edges.buttons["tileable"], Qt.MouseButton.LeftButton)
+    assert tab.brightness.value == "evened"
     rebuild(filled, qtbot)
     shading_map = filled.bench.document.project.material.shading_map
     assert shading_map is not None
+    assert "unevenness" in shading_map.health.figures
     assert tab.seams.text() == f"{number(shading_map.health.figures['seam_error'], 3)} × inside"
     qtbot.mouseClick(tab.show_what.buttons["tiles"], Qt.MouseButton.LeftButton)
     height, width = shading_map.slices.shape[1:3]
