@@ -2,9 +2,11 @@
 
 Which measurements are used is one rule for all formats: a row is dropped if a number in it is not finite, if a value
 is negative or above `VALUE_LIMIT`, or if one of its directions is at or below the horizon (`HORIZON`), where a BRDF is
-0 by definition. Dropped rows are counted in `invalid_samples` and shown. Spectra become linear sRGB under D65
-(`engine.brdf.spectrum`); a channel is negative where the colour lies outside sRGB, and stays so up to the display, or
-the luminance would be wrong: it is counted. RGB columns are taken as linear sRGB, a single column as grey.
+0 by definition. Dropped rows are counted in `invalid_samples` and shown. Of RGB whose luminance is positive a negative
+channel alone counts as 0, and is shown too: it is noise, or a colour outside sRGB, as of thin films. Spectra become
+linear sRGB under D65 (`engine.brdf.spectrum`); a channel is negative where the colour lies outside sRGB, and stays so
+up to the display, or the luminance would be wrong: it is counted. RGB columns are taken as linear sRGB, a single column
+as grey.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.brdf.spectrum import srgb_from_spectra
-from engine.core.colour import XYZ_FROM_SRGB
+from engine.core.colour import XYZ_FROM_SRGB, luminance
 from engine.core.directions import dot
 from engine.core.errors import InputError, UsageError
 from engine.core.health import Finding, Health, Verdict
@@ -123,17 +125,24 @@ def samples_from_rows(
     wavelengths_nm: Floats | None = None,
     findings: Sequence[Finding] = (),
     name: str | None = None,
+    *,
+    negative_is_missing: bool = False,
 ) -> BrdfSamples:
     """Valid samples among a file's rows, by the rule above.
 
     `values` are (N, 1) grey, (N, 3) linear sRGB, or (N, L) spectra at `wavelengths_nm`. Directions need not be finite
-    or of unit length. Raises InputError where no row is valid, or no wavelength is visible.
+    or of unit length. `negative_is_missing` of formats in which a negative channel marks a measurement that failed.
+    Raises InputError where no row is valid, or no wavelength is visible.
     """
     name = Path(path).stem if name is None else name
     finite = np.isfinite(wi).all(axis=1) & np.isfinite(wo).all(axis=1) & np.isfinite(values).all(axis=1)
     with np.errstate(invalid="ignore"):
         above = (wi[:, 2] > HORIZON) & (wo[:, 2] > HORIZON)
         negative = (values < 0.0).any(axis=1)
+        clipped = np.zeros_like(negative)
+        if wavelengths_nm is None and values.shape[1] == 3 and not negative_is_missing:
+            clipped = negative & (luminance(values) > 0.0)
+            values, negative = np.where(clipped[:, None], np.maximum(values, 0.0), values), negative & ~clipped
         usable = finite & above & ~negative & (values <= VALUE_LIMIT).all(axis=1)
     if not usable.any():
         raise InputError(path, f"has no valid measurement among its {len(values)}", AGAIN)
@@ -149,6 +158,7 @@ def samples_from_rows(
         "dropped: negative": float((finite & negative).sum()),
         BELOW_HORIZON: float((finite & ~negative & ~above).sum()),
         "outside sRGB": float((rgb < 0.0).any(axis=1).sum()),
+        "negative channels": float((usable & clipped).sum()),
     }
     invalid = int((~usable).sum())
     notes = list(findings)
@@ -156,6 +166,11 @@ def samples_from_rows(
         faults = invalid - figures[BELOW_HORIZON]
         verdict = Verdict.WARNING if faults > DOUBTFUL_SHARE * len(usable) else Verdict.NOTE
         notes.append(Finding(verdict, _dropped(invalid, len(usable), figures)))
+    if figures["negative channels"]:
+        count = figures["negative channels"]
+        text = f"{count:.0f} of {len(usable)} measurements have a negative channel, which is taken as 0"
+        verdict = Verdict.WARNING if count > DOUBTFUL_SHARE * len(usable) else Verdict.NOTE
+        notes.append(Finding(verdict, text))
     return BrdfSamples(
         wi / np.linalg.norm(wi, axis=1, keepdims=True),
         wo / np.linalg.norm(wo, axis=1, keepdims=True),

@@ -110,7 +110,7 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (folder / name).write_bytes(encode_png(np.full((6, 8, 3), ord(name[0]), np.uint8)))
     write_exr(folder / "sky.exr", dict.fromkeys("RGB", np.ones((8, 16), np.float32)), half=False)
     rows = ["theta_i,phi_i,theta_o,phi_o,r,g,b"]
-    rows += [f"{i},0,{o},{a},0.1,0.1,{-0.1 if i == 20 else 0.1}" for i in (0, 20, 40) for o in (0, 30) for a in (0, 90)]
+    rows += [f"{i},0,{o},{a},0.1,{-0.1 if i == 20 else 0.1},0.1" for i in (0, 20, 40) for o in (0, 30) for a in (0, 90)]
     (folder / "clamped.csv").write_text("\n".join(rows))
     writer = Writer(folder / "a.lap")
     writer.write(History(Project(mesh=shape("plane"), name="Felt"), (), 0))

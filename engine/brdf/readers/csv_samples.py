@@ -94,7 +94,8 @@ def read_csv_samples(path: Path) -> BrdfSamples:
     rgb = data[:, [columns.index(value) for value in values]]
     if values == _XYZ:
         rgb = srgb_from_measured_xyz(rgb)
-    return samples_from_rows(path, "CSV samples", wi, wo, rgb, findings=findings)
+    is_xyz = values == _XYZ  # what was a colour has no negative channel any more
+    return samples_from_rows(path, "CSV samples", wi, wo, rgb, findings=findings, negative_is_missing=is_xyz)
 
 
 def read_csv_directions(path: Path) -> tuple[Vectors, Vectors]:

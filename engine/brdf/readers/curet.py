@@ -68,9 +68,8 @@ def read_curet(path: Path) -> BrdfSamples:
     findings = (
         [Finding(Verdict.NOTE, "red, green and blue do not lie together; read as grey")] if len(values) == 1 else []
     )
-    return samples_from_rows(
-        path, "CUReT samples", wi, wo, np.stack(values, axis=-1), findings=findings, name=f"CUReT {material}"
-    )
+    name, rgb = f"CUReT {material}", np.stack(values, axis=-1)
+    return samples_from_rows(path, "CUReT samples", wi, wo, rgb, findings=findings, name=name, negative_is_missing=True)
 
 
 def _channels(path: Path) -> list[Path]:

@@ -16,7 +16,7 @@ from engine.brdf.readers.csv_samples import read_csv_samples
 from engine.brdf.readers.curet import read_curet
 from engine.brdf.readers.read import open_brdf, read_measurement
 from engine.brdf.readers.samples_child import read_directions
-from engine.brdf.samples import BrdfSamples
+from engine.brdf.samples import BrdfSamples, samples_from_rows
 from engine.brdf.spectrum import srgb_from_spectra
 from engine.core.directions import surface_direction
 from engine.core.errors import InputError
@@ -166,6 +166,18 @@ def test_invalid_rows_are_dropped_and_counted(tmp_path: Path) -> None:
     assert samples.health.figures["dropped: negative"] == 1
     assert samples.health.figures["dropped: at or below the horizon"] == 2
     assert any("7 of 8 measurements" in finding.text for finding in samples.health.findings)
+
+
+def test_a_negative_channel_of_a_positive_colour_counts_as_0(tmp_path: Path) -> None:
+    """Rows of a film: one in gamut, two outside it, and one that is dark; CUReT marks what failed by any channel."""
+    rows = ["10,0,20,0,1,2,3", "10,0,30,0,-0.25,0.54,-0.46", "10,0,40,0,0.1,0.2,-1e-9", "10,0,50,0,0.1,-0.5,0.1"]
+    samples = read_csv_samples(written(tmp_path, "\n".join(rows)))
+    np.testing.assert_array_equal(samples.value, [[1, 2, 3], [0, 0.54, 0], [0.1, 0.2, 0]])
+    assert samples.invalid_samples == samples.health.figures["dropped: negative"] == 1
+    assert "2 of 4 measurements have a negative channel, which is taken as 0" in samples.health.warnings
+    colours = np.array([[1.0, 1.0, 1.0], [1.0, 2.0, -0.1]])
+    of = samples_from_rows("a.dat", "samples", samples.wi[:2], samples.wo[:2], colours, negative_is_missing=True)
+    assert of.invalid_samples == 1
 
 
 def test_CO3_colours_outside_srgb_keep_their_negative_channel_and_their_luminance(tmp_path: Path) -> None:
